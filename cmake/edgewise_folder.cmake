@@ -1,0 +1,34 @@
+# One target a folder. Includes are written from the repository root ("graph/extent.hpp"), but a
+# target sees only its own folder and those that it links: each folder has an include root of its
+# own that holds nothing but a link to it, so that a forbidden include does not compile.
+#
+#   edgewise_folder(NAME [PATH transitions/warp] SOURCES a.cpp ... LINKS edgewise::graph ... [PRIVATE_LINKS ...])
+function(edgewise_folder name)
+    cmake_parse_arguments(FOLDER "" "PATH" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+    if(NOT FOLDER_PATH)
+        set(FOLDER_PATH ${name})
+    endif()
+    set(root ${PROJECT_BINARY_DIR}/roots/${name})
+    cmake_path(GET FOLDER_PATH PARENT_PATH parent)
+    file(MAKE_DIRECTORY ${root}/${parent})
+    file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${FOLDER_PATH} ${root}/${FOLDER_PATH} SYMBOLIC)
+
+    set(target edgewise_${name})
+    add_library(${target} STATIC ${FOLDER_SOURCES})
+    add_library(edgewise::${name} ALIAS ${target})
+    set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+    target_compile_features(${target} PUBLIC cxx_std_20)
+    target_include_directories(${target} PUBLIC
+        $<BUILD_INTERFACE:${root}>
+        $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/edgewise>)
+    target_link_libraries(${target} PUBLIC ${FOLDER_LINKS} PRIVATE ${FOLDER_PRIVATE_LINKS})
+    edgewise_warnings(${target})
+    set_property(GLOBAL APPEND PROPERTY EDGEWISE_TARGETS ${target})
+    set_property(GLOBAL APPEND PROPERTY EDGEWISE_FOLDERS ${FOLDER_PATH})
+endfunction()
+
+# Floating-point results must not depend on what a compiler contracts: fused operations are written.
+function(edgewise_warnings target)
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+        -ffp-contract=off $<$<BOOL:${EDGEWISE_WARNINGS_ARE_ERRORS}>:-Werror>)
+endfunction()
