@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "graph/samples.hpp"
+
+namespace edgewise::kernels {
+
+/// Bytes that may be read behind the last sample of every array, so that a vector load or a 32-bit
+/// gather of a narrow type never leaves the allocation. What stands there is never used.
+inline constexpr std::size_t kSlack = 64;
+
+/// A dense array of samples to read: x fastest, then y, then z; channels of one sample lie together.
+struct Grid {
+    const void* samples = nullptr;  // kSlack readable bytes behind the last one
+    Type type = Type::f32;
+    Extent extent;
+    int channels = 1;
+    ValueMap values;  // value = slope * stored + offset
+
+    template <class T>
+    const T* as() const noexcept {
+        return static_cast<const T*>(samples);
+    }
+};
+
+/// A map between index spaces, centres at integers: rows of a 3x4 matrix, row-major.
+using Affine = std::array<double, 12>;
+
+inline std::array<double, 3> apply(const Affine& m, double x, double y, double z) noexcept {
+    return {m[0] * x + m[1] * y + m[2] * z + m[3], m[4] * x + m[5] * y + m[6] * z + m[7],
+            m[8] * x + m[9] * y + m[10] * z + m[11]};
+}
+
+/// Reconstruction from samples: nearest, linear, or cubic B-spline on prefiltered coefficients.
+enum class Hold { zoh, foh, bspline3 };
+
+}  // namespace edgewise::kernels
