@@ -5,7 +5,8 @@
 
 namespace edgewise {
 
-/// The request or the command line makes no sense; names the argument, its value, what was expected.
+/// The request or the command line makes no sense; names the argument, its value, what was
+/// expected.
 struct RequestError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

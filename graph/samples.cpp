@@ -18,7 +18,11 @@ struct Row {
 
 template <class T>
 constexpr Row integer_row(Type type, std::string_view name) {
-    return {type, name, sizeof(T), true, double(std::numeric_limits<T>::min()),
+    return {type,
+            name,
+            sizeof(T),
+            true,
+            double(std::numeric_limits<T>::min()),
             double(std::numeric_limits<T>::max())};
 }
 

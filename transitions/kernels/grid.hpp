@@ -11,7 +11,8 @@ namespace edgewise::kernels {
 /// gather of a narrow type never leaves the allocation. What stands there is never used.
 inline constexpr std::size_t kSlack = 64;
 
-/// A dense array of samples to read: x fastest, then y, then z; channels of one sample lie together.
+/// A dense array of samples to read: x fastest, then y, then z; channels of one sample lie
+/// together.
 struct Grid {
     const void* samples = nullptr;  // kSlack readable bytes behind the last one
     Type type = Type::f32;

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cmath>
+
+namespace edgewise {
+
+/// Counted for one run of one edge at one view, never timed: a machine profile makes seconds of it.
+struct Work {
+    double operations =
+        0;                // additions, multiplications, roundings, comparisons: one each, as [W93]
+    double streamed = 0;  // bytes read or written in address order
+    double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
+    double local = 0;     // L: samples read from a neighbouring tile or rank
+    double global = 0;    // G: samples sent to an arbitrary rank, before congestion N
+    double scratch = 0;   // bytes alive while one leaf runs, for each thread
+    double workspace = 0;  // bytes alive while the step runs, whatever the number of threads
+};
+
+/// What an edge adds to the error of its output, and how it scales the error of its input.
+/// Absolute, in the values of the output.
+struct Error {
+    double gain = 1;        // of bias
+    double noise_gain = 1;  // of noise
+    double bias = 0;        // blur, truncation, ghosts: of one sign, so they add
+    double noise = 0;       // rounding, quantisation: independent, so squares add
+    bool known = true;      // false: no finite estimate exists, until it is measured
+
+    static Error unknown() noexcept { return {.known = false}; }
+};
+
+/// The resources of a path so far.
+struct Label {
+    double seconds = 0;
+    double peak = 0;   // bytes
+    double held = 0;   // bytes kept for the next views
+    double bias = 0;   // values
+    double noise = 0;  // values
+    bool known = true;
+
+    /// RMSE, in values.
+    double error() const noexcept { return std::hypot(bias, noise); }
+};
+
+/// What a plan or a step is expected to take.
+struct Predicted {
+    double seconds = 0;  // all frames
+    double bytes = 0;    // peak
+    double error = 0;    // NRMSE
+    bool known = true;   // of error
+};
+
+}  // namespace edgewise

@@ -1,0 +1,51 @@
+#include "graph/parameters.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "graph/errors.hpp"
+
+namespace edgewise {
+
+std::string text_of(const Value& value) {
+    if (const auto* word = std::get_if<std::string>(&value)) return *word;
+    return fmt::format("{}", std::get<double>(value));
+}
+
+std::string Parameters::text() const {
+    std::string text;
+    for (const auto& [key, value] : values_) text += "/" + key + "=" + text_of(value);
+    return text;
+}
+
+Value Domain::parse(const std::string& edge, const std::string& key,
+                    const std::string& text) const {
+    if (!words.empty()) {
+        if (std::find(words.begin(), words.end(), text) != words.end()) return text;
+        throw RequestError(
+            fmt::format("{}/{}={}: one of {}", edge, key, text, fmt::join(words, ", ")));
+    }
+    double number = 0;
+    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (failed != std::errc() || end != text.data() + text.size() || !(number >= low) ||
+        !(number <= high))
+        throw RequestError(
+            fmt::format("{}/{}={}: a number from {} to {}", edge, key, text, low, high));
+    return number;
+}
+
+Domain one_of(std::vector<std::string> words, std::string meaning) {
+    Domain domain{.words = std::move(words), .meaning = std::move(meaning)};
+    domain.tried.assign(domain.words.begin(), domain.words.end());
+    return domain;
+}
+
+Domain number(double low, double high, std::vector<double> tried, std::string meaning) {
+    Domain domain{.low = low, .high = high, .meaning = std::move(meaning)};
+    domain.tried.assign(tried.begin(), tried.end());
+    return domain;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "graph/cost.hpp"
+#include "graph/transition.hpp"
+
+namespace edgewise {
+
+/// One edge of a path, with what it is expected to take.
+struct Step {
+    const Transition* by = nullptr;  // in the catalogue that the plan was made with
+    Offer offer;
+    Work work;            // mean over the views
+    double seconds = 0;   // all its runs
+    double scratch = 0;   // bytes beside input and output while it runs
+    Label label;          // of the path up to and with this step
+    Predicted predicted;  // of this step: its seconds, the peak while it runs, the error so far
+
+    int runs() const noexcept { return offer.to.runs(); }
+    /// "project.ray_cast/filter=foh/step=1", as `--via` takes it.
+    std::string text() const { return by->name + offer.with.text(); }
+};
+
+/// A path through the graph and what it is expected to take. The first step reads `source`.
+struct Plan {
+    Representation source;
+    std::vector<Step> steps;  // empty: the source is what was asked for
+    Label label;
+    Predicted predicted;
+
+    std::vector<std::string> texts() const {
+        std::vector<std::string> all;
+        for (const Step& step : steps) all.push_back(step.text());
+        return all;
+    }
+};
+
+/// An edge that was accepted nowhere, and why.
+struct Refusal {
+    std::string transition, reason;
+};
+
+}  // namespace edgewise

@@ -1,0 +1,92 @@
+#include "graph/representation.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <map>
+
+namespace edgewise {
+namespace {
+
+constexpr double kSameMap = 1e-9;  // two views share data where all entries agree to this
+
+std::vector<std::int64_t> rounded(const Mat4& map, double to) {
+    std::vector<std::int64_t> entries(16);
+    for (int i = 0; i < 16; ++i) entries[i] = std::llround(map.data()[i] / to);
+    return entries;
+}
+
+template <class T>
+void append(std::string& key, const T& value) {
+    key.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+std::string joined(const std::set<std::string>& facets) {
+    std::string text;
+    for (const std::string& facet : facets) text += "+" + facet;
+    return text;
+}
+
+const char* name_of(Layout layout) { return layout == Layout::linear ? "linear" : "bricked"; }
+
+}  // namespace
+
+Placement::Placement(const Mat4& map)
+    : state_(std::make_shared<const State>(State{{map}, {}, {0}})) {}
+
+Placement Placement::each(std::vector<Mat4> maps) {
+    auto state = std::make_shared<State>();
+    std::map<std::vector<std::int64_t>, int> seen;
+    for (std::size_t view = 0; view < maps.size(); ++view) {
+        const auto [found, fresh] = seen.try_emplace(rounded(maps[view], kSameMap), seen.size());
+        if (fresh) state->first_views.push_back(static_cast<int>(view));
+        state->variants.push_back(found->second);
+    }
+    state->maps = std::move(maps);
+    return Placement(std::shared_ptr<const State>(std::move(state)));
+}
+
+const Mat4& Placement::at(int view) const noexcept {
+    return state_->variants.empty() ? state_->maps[0] : state_->maps[view];
+}
+int Placement::different() const noexcept { return static_cast<int>(state_->first_views.size()); }
+int Placement::variant(int view) const noexcept {
+    return state_->variants.empty() ? 0 : state_->variants[view];
+}
+int Placement::first_view(int variant) const noexcept { return state_->first_views[variant]; }
+bool Placement::one_a_view() const noexcept { return !state_->variants.empty(); }
+
+double Representation::bytes() const noexcept {
+    return static_cast<double>(samples()) * channels * static_cast<double>(bytes_of(type));
+}
+
+std::string Representation::key() const {
+    std::string key = space + '\0' + content + joined(facets) + '\0';
+    append(key, axes);
+    append(key, extent.x);
+    append(key, extent.y);
+    append(key, extent.z);
+    append(key, channels);
+    append(key, type);
+    append(key, values.slope);
+    append(key, values.offset);
+    append(key, layout);
+    append(key, place);
+    // Two edges that lead to a space of one name promise the same placement of its views.
+    if (!placed.one_a_view())
+        for (std::int64_t entry : rounded(placed.at(0), 1e-6)) append(key, entry);
+    return key;
+}
+
+std::string Representation::text() const {
+    return fmt::format("{}/{}/{}/{}{}", kind(), edgewise::name_of(type), name_of(layout),
+                       text_of(extent, axes), channels > 1 ? fmt::format("x{}ch", channels) : "");
+}
+
+std::string Representation::kind() const { return space + "/" + content + joined(facets); }
+
+std::string text_of(const Extent& extent, int axes) {
+    return axes == 2 ? fmt::format("{}x{}", extent.x, extent.y)
+                     : fmt::format("{}x{}x{}", extent.x, extent.y, extent.z);
+}
+
+}  // namespace edgewise

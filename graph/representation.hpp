@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "graph/samples.hpp"
+
+namespace edgewise {
+
+using Vec3 = Eigen::Vector3d;
+using Mat4 = Eigen::Matrix4d;
+
+/// Where samples lie: a map from input indices (centres at integers) to indices here, one for all
+/// views or one a view. Shared and never changed, so a representation copies a pointer.
+class Placement {
+ public:
+    /// Every view sees the same samples in the same place.
+    Placement(const Mat4& map = Mat4::Identity());  // NOLINT: a map is a placement
+    /// One map a view. Views whose maps agree to 1e-9 share one vertex of the data.
+    static Placement each(std::vector<Mat4> maps);
+
+    const Mat4& at(int view) const noexcept;
+    /// How many different maps there are: so often a vertex placed like this is made.
+    int different() const noexcept;
+    /// Which of the different maps a view has, 0 <= variant < different().
+    int variant(int view) const noexcept;
+    /// The first view that has the given variant.
+    int first_view(int variant) const noexcept;
+    bool one_a_view() const noexcept;
+
+ private:
+    struct State {
+        std::vector<Mat4> maps;
+        std::vector<int> variants, first_views;  // empty when there is one map for all views
+    };
+    explicit Placement(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+    std::shared_ptr<const State> state_;
+};
+
+enum class Layout : std::uint8_t { linear, bricked };
+enum class Place : std::uint8_t { memory, disk, ranks };
+
+/// A vertex: all that a later edge, a cost model and the memory count must know of data, no more.
+/// Content, space and facets are open sets: an edge may introduce its own.
+struct Representation {
+    std::string space =
+        "object";  // the rule that placed the samples: object, aligned, screen, slice
+    std::string content = "scalar";  // what a sample is: scalar, coefficients, spectrum, picture
+    std::set<std::string> facets;    // what lies beside it: minmax, gradient ...
+    int axes = 3;                    // 2 for an image, 3 for a volume
+    Extent extent;                   // where it differs from view to view, the largest
+    int channels = 1;
+    Type type = Type::f32;
+    ValueMap values;
+    Layout layout = Layout::linear;
+    Place place = Place::memory;
+    Placement placed;
+
+    std::int64_t samples() const noexcept { return extent.samples(); }
+    /// Bytes of one copy (of one view where these differ).
+    double bytes() const noexcept;
+    /// How many copies all views of a request need.
+    int runs() const noexcept { return placed.different(); }
+    /// Equal keys are one vertex. Bytes, not text; one map a view is told apart by the space's
+    /// name.
+    std::string key() const;
+    /// "object/scalar/u8/linear/256x256x109", as in the JSON.
+    std::string text() const;
+    /// "object/scalar+minmax", as in Transition::joins.
+    std::string kind() const;
+};
+
+std::string text_of(const Extent& extent, int axes);
+
+}  // namespace edgewise

@@ -1,0 +1,72 @@
+#include "graph/request.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+namespace edgewise {
+
+std::string_view name_of(Job job) noexcept { return job == Job::warp ? "warp" : "render"; }
+
+std::string_view name_of(Mode mode) noexcept {
+    constexpr std::string_view names[] = {"mip", "xray", "mean", "composite"};
+    return names[static_cast<int>(mode)];
+}
+
+std::string_view name_of(Minimize what) noexcept {
+    constexpr std::string_view names[] = {"time", "error", "memory"};
+    return names[static_cast<int>(what)];
+}
+
+std::array<double, 4> Transfer::at(double value) const noexcept {
+    const auto above = std::upper_bound(points.begin(), points.end(), value,
+                                        [](double v, const Point& p) { return v < p.value; });
+    const Point& high = above == points.end() ? points.back() : *above;
+    const Point& low = above == points.begin() ? points.front() : *(above - 1);
+    const double width = high.value - low.value;
+    const double f = width > 0 ? (value - low.value) / width : 0;
+    std::array<double, 4> result{};
+    for (int c = 0; c < 3; ++c) result[c] = low.color[c] + f * (high.color[c] - low.color[c]);
+    result[3] = low.opacity + f * (high.opacity - low.opacity);
+    return result;
+}
+
+bool Request::projective() const noexcept {
+    for (int view = 0; view < frames; ++view)
+        if (views.at(view).row(3) != Eigen::RowVector4d(0, 0, 0, 1)) return true;
+    return false;
+}
+
+Mat4 residual(const Representation& from, const Request& want, int view) {
+    const Mat4& placed = from.placed.at(view);
+    // An exact map must stay exact: an inverse would leave rounding where none belongs.
+    if (placed == Mat4::Identity()) return want.views.at(view);
+    return want.views.at(view) * placed.inverse();
+}
+
+Representation screen_scalar(const Representation& from, const Request& want) {
+    Representation to = from;
+    to.space = "screen";
+    to.content = "scalar";
+    to.facets.clear();
+    to.extent = want.screen;
+    to.type = Type::f32;
+    to.values = {};
+    to.placed = want.views;
+    return to;
+}
+
+Representation screen_picture(const Representation& from, const Request& want) {
+    Representation to = screen_scalar(from, want);
+    to.content = "picture";
+    to.axes = 2;
+    to.extent = want.output();
+    to.channels = want.mode == Mode::composite ? 4 : 1;
+    return to;
+}
+
+bool is_target(const Representation& here, const Request& want) {
+    const char* content = want.job == Job::warp ? "scalar" : "picture";
+    return here.space == "screen" && here.content == content && here.place == Place::memory;
+}
+
+}  // namespace edgewise

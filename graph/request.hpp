@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "graph/representation.hpp"
+
+namespace edgewise {
+
+enum class Job { warp, render };
+enum class Mode { mip, xray, mean, composite };
+/// What the samples stand for, and so what an answer without error is: the cubic B-spline through
+/// them, the trilinear field, labels (nearest; no new value appears), or a phantom's own formula.
+enum class Field { spline, linear, nearest, formula };
+enum class Minimize { time, error, memory };
+
+std::string_view name_of(Job job) noexcept;
+std::string_view name_of(Mode mode) noexcept;
+std::string_view name_of(Minimize what) noexcept;
+
+/// Opacity and colour as piecewise linear functions of the value, constant beyond the end points.
+struct Transfer {
+    struct Point {
+        double value = 0, opacity = 0;         // opacity per `unit` of length, 0..1
+        std::array<double, 3> color{0, 0, 0};  // 0..1, not premultiplied
+    };
+    std::vector<Point> points;  // ascending values, at least one
+    double unit = 1;            // length that the opacities refer to [file unit]
+
+    /// Opacity (in [3]) and colour at a value.
+    std::array<double, 4> at(double value) const noexcept;
+};
+
+/// The eye of a perspective view, in screen space. Pixel (x, y) is the point (x, y, plane).
+struct Eye {
+    Vec3 at = Vec3::Zero();
+    double plane = 0;
+};
+
+/// Upper limits; absent: none.
+struct Budget {
+    std::optional<double> error;    // NRMSE
+    std::optional<double> seconds;  // all frames, from samples in memory to results in memory
+    std::optional<double> bytes;    // peak resident memory of the process
+    bool error_is_default = false;  // then it is a wish, not a demand
+};
+
+/// What someone wants: a job, its views, size and mode, and what it may cost.
+///
+/// Screen space: x right, y down [output samples], z away from the eye, in output samples of a warp
+/// and in units of the smallest input spacing for a picture; centres at integers.
+struct Request {
+    Job job = Job::render;
+    int axes = 3;                 // of the input
+    Extent input;                 // of the input [samples]
+    Vec3 spacing = Vec3::Ones();  // of the input [file unit]
+    Placement views;              // input index -> screen index, one map a view
+    int frames = 1;               // number of views
+    Extent screen;                // warp: the output; render: width, height, depth of all views
+    double unit = 1;              // one step in screen z of a picture [file unit]
+    std::optional<Eye> eye;       // absent: orthographic
+    Mode mode = Mode::mip;
+    Transfer transfer;  // of composite
+    double zero = 0;    // of xray: the value that adds nothing
+    std::array<double, 3> background{0, 0, 0};
+    double outside = 0;  // warp: value beyond the input
+    double miss = 0;     // mip: value of a ray that misses (least value of the data)
+    Field field = Field::spline;
+    std::optional<double> range;  // --range
+    Budget budget;
+    Minimize minimize = Minimize::time;
+    int threads = 1;
+
+    /// Extent of one result: the warped samples, or one picture.
+    Extent output() const noexcept {
+        return job == Job::warp ? screen : Extent{screen.x, screen.y, 1};
+    }
+    bool projective() const noexcept;  // some view has a last row other than 0 0 0 1
+};
+
+/// What is still to be done to bring samples placed like `from` to the screen: a map from their
+/// indices to screen indices (4x4; the last row differs from 0 0 0 1 only for 2D homographies).
+Mat4 residual(const Representation& from, const Request& want, int view);
+
+/// Samples of the input's kind in screen space, f32: what a warp leads to, for both jobs.
+Representation screen_scalar(const Representation& from, const Request& want);
+/// One f32 picture a view: one channel, or premultiplied red, green, blue, alpha for composite.
+Representation screen_picture(const Representation& from, const Request& want);
+/// Whether a vertex is what the request asks for.
+bool is_target(const Representation& here, const Request& want);
+
+}  // namespace edgewise

@@ -1,0 +1,218 @@
+#include "graph/transform_graph.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <fmt/format.h>
+#include <unordered_map>
+
+#include "graph/errors.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr std::size_t kMostVertices = 4096;
+
+/// All values that an offer of an edge is asked with: the tried ones, but a demanded value wherever
+/// a demand fixes one.
+std::vector<Parameters> combinations(const Transition& edge, const Demand* demanded) {
+    std::vector<Parameters> all{{}};
+    for (const auto& [key, domain] : edge.parameters) {
+        std::vector<Value> values = domain.tried;
+        if (demanded && demanded->with.contains(key)) values = {demanded->with.all().at(key)};
+        std::vector<Parameters> longer;
+        for (const Parameters& shorter : all)
+            for (const Value& value : values) {
+                longer.push_back(shorter);
+                longer.back().set(key, value);
+            }
+        all = std::move(longer);
+    }
+    return all;
+}
+
+class Expansion {
+ public:
+    Expansion(const Catalogue& catalogue, const Ask& ask, const Demands& demands)
+        : catalogue_(catalogue), ask_(ask), demands_(demands), accepted_(catalogue.size()) {
+        reasons_.resize(catalogue.size());
+    }
+
+    TransformGraph span(const std::vector<Source>& sources) {
+        for (std::size_t i = 0; i < sources.size(); ++i) {
+            const auto at = find_or_add(sources[i].what, 0, -1);
+            graph_[at].source = static_cast<int>(i);
+        }
+        while (!waiting_.empty()) {
+            const auto at = waiting_.front();
+            waiting_.pop_front();
+            leave(at);
+        }
+        return finish();
+    }
+
+ private:
+    using At = Graph::vertex_descriptor;
+
+    void leave(At at) {
+        const std::string kind = graph_[at].what.kind();
+        for (std::size_t i = 0; i < catalogue_.size(); ++i) {
+            const Transition& edge = catalogue_[i];
+            const bool fits = std::any_of(edge.joins.begin(), edge.joins.end(),
+                                          [&](const auto& join) { return join.first == kind; });
+            if (!fits || out_of_order(graph_[at], static_cast<int>(i))) continue;
+            for (const Parameters& with : combinations(edge, next_demand(edge, graph_[at])))
+                follow(at, static_cast<int>(i), with);
+        }
+    }
+
+    /// In object space edges apply in the order of the catalogue, each at most once: without this
+    /// rule preparations that commute would multiply the paths.
+    static bool out_of_order(const Vertex& from, int edge) { return edge <= from.prepared; }
+
+    const Demand* next_demand(const Transition& edge, const Vertex& from) const {
+        if (from.demanded == static_cast<int>(demands_.via.size())) return nullptr;
+        const Demand& next = demands_.via[from.demanded];
+        return next.names(edge) ? &next : nullptr;
+    }
+
+    void follow(At at, int place, const Parameters& with) {
+        const Transition& edge = catalogue_[place];
+        for (const Demand& without : demands_.without)
+            if (without.fits(edge, with)) {
+                reasons_[place] = "forbidden by the request";
+                return;
+            }
+        Offer offer = edge.offer(graph_[at].what, ask_, with);
+        if (!offer.refused.empty()) {
+            if (reasons_[place].empty()) reasons_[place] = offer.refused;
+            return;
+        }
+        offer.with = with;
+        accepted_[place] = true;
+        const Demand* next = next_demand(edge, graph_[at]);
+        const int demanded = graph_[at].demanded + (next && next->fits(edge, with));
+        const bool prepares = offer.from.space == "object" && offer.to.space == "object";
+        const At to = find_or_add(offer.to, demanded, prepares ? place : -1);
+        boost::add_edge(at, to, Arc{place, std::move(offer)}, graph_);
+    }
+
+    At find_or_add(const Representation& what, int demanded, int prepared) {
+        std::string key = what.key();
+        key += fmt::format("|{}|{}", demanded, prepared);
+        const auto [found, fresh] = known_.try_emplace(std::move(key), At{});
+        if (!fresh) return found->second;
+        if (boost::num_vertices(graph_) == kMostVertices)
+            throw RequestError(fmt::format(
+                "the request spans more than {} vertices; forbid an edge", kMostVertices));
+        const bool target =
+            demanded == static_cast<int>(demands_.via.size()) && is_target(what, ask_.want);
+        found->second = boost::add_vertex(Vertex{what, demanded, prepared, -1, target}, graph_);
+        waiting_.push_back(found->second);
+        return found->second;
+    }
+
+    TransformGraph finish() const {
+        const std::vector<char> kept = reaches_target();
+        TransformGraph spanned;
+        std::vector<At> renamed(kept.size());
+        for (At at = 0; at < kept.size(); ++at) {
+            if (!kept[at]) continue;
+            renamed[at] = boost::add_vertex(graph_[at], spanned.graph);
+            if (graph_[at].source >= 0) spanned.sources.push_back(renamed[at]);
+            if (graph_[at].target) spanned.targets.push_back(renamed[at]);
+        }
+        for (const auto arc : boost::make_iterator_range(boost::edges(graph_))) {
+            const At from = boost::source(arc, graph_), to = boost::target(arc, graph_);
+            if (kept[from] && kept[to])
+                boost::add_edge(renamed[from], renamed[to], graph_[arc], spanned.graph);
+        }
+        for (std::size_t i = 0; i < catalogue_.size(); ++i)
+            if (!accepted_[i]) spanned.refused.push_back({catalogue_[i].name, reason(i)});
+        return spanned;
+    }
+
+    std::vector<char> reaches_target() const {
+        std::vector<char> kept(boost::num_vertices(graph_));
+        std::vector<At> open;
+        for (const At at : boost::make_iterator_range(boost::vertices(graph_)))
+            if (graph_[at].target) open.push_back(at), kept[at] = 1;
+        while (!open.empty()) {
+            const At at = open.back();
+            open.pop_back();
+            for (const auto arc : boost::make_iterator_range(boost::in_edges(at, graph_))) {
+                const At from = boost::source(arc, graph_);
+                if (!kept[from]) open.push_back(from), kept[from] = 1;
+            }
+        }
+        return kept;
+    }
+
+    /// Its own reason, or that of the edges that would have made what it reads.
+    std::string reason(std::size_t place) const {
+        if (!reasons_[place].empty()) return reasons_[place];
+        const Transition& edge = catalogue_[place];
+        for (const auto& [from, to] : edge.joins)
+            for (std::size_t i = 0; i < catalogue_.size(); ++i)
+                for (const auto& join : catalogue_[i].joins)
+                    if (join.second == from && !accepted_[i] && !reasons_[i].empty())
+                        return fmt::format("nothing makes its {}: {}: {}", from, catalogue_[i].name,
+                                           reasons_[i]);
+        return fmt::format("nothing makes its {}", edge.joins.empty() ? "" : edge.joins[0].first);
+    }
+
+    const Catalogue& catalogue_;
+    const Ask& ask_;
+    const Demands& demands_;
+    Graph graph_;
+    std::deque<At> waiting_;
+    std::unordered_map<std::string, At> known_;
+    std::vector<char> accepted_;
+    std::vector<std::string> reasons_;
+};
+
+}  // namespace
+
+bool Demand::fits(const Transition& edge, const Parameters& chosen) const {
+    if (!names(edge)) return false;
+    return std::all_of(with.all().begin(), with.all().end(), [&](const auto& entry) {
+        const auto found = chosen.all().find(entry.first);
+        return found != chosen.all().end() && found->second == entry.second;
+    });
+}
+
+Demand demand_of(const std::string& text, const Catalogue& catalogue) {
+    Demand demand{.name = text.substr(0, text.find('/'))};
+    const auto named = std::find_if(catalogue.begin(), catalogue.end(),
+                                    [&](const Transition& edge) { return demand.names(edge); });
+    if (named == catalogue.end()) {
+        std::vector<std::string> names;
+        for (const Transition& edge : catalogue) names.push_back(edge.name);
+        throw RequestError(
+            fmt::format("no edge is called '{}'; known: {}", demand.name, fmt::join(names, ", ")));
+    }
+    for (std::size_t slash = text.find('/'); slash != std::string::npos;) {
+        const std::size_t next = text.find('/', slash + 1);
+        const std::string pair = text.substr(slash + 1, next - slash - 1);
+        slash = next;
+        const std::size_t equals = pair.find('=');
+        if (equals == std::string::npos)
+            throw RequestError(fmt::format("'{}' in '{}': expected key=value", pair, text));
+        const std::string key = pair.substr(0, equals);
+        const auto domain = named->parameters.find(key);
+        if (demand.name != named->name || domain == named->parameters.end()) {
+            std::vector<std::string> keys;
+            for (const auto& entry : named->parameters) keys.push_back(entry.first);
+            throw RequestError(fmt::format("'{}' has no parameter '{}'; known: {}", demand.name,
+                                           key, fmt::join(keys, ", ")));
+        }
+        demand.with.set(key, domain->second.parse(demand.name, key, pair.substr(equals + 1)));
+    }
+    return demand;
+}
+
+TransformGraph expand(const Catalogue& catalogue, const Ask& ask,
+                      const std::vector<Source>& sources, const Demands& demands) {
+    return Expansion(catalogue, ask, demands).span(sources);
+}
+
+}  // namespace edgewise

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "graph/cost.hpp"
+#include "graph/data.hpp"
+#include "graph/errors.hpp"
+#include "graph/parameters.hpp"
+#include "graph/request.hpp"
+#include "graph/scene.hpp"
+
+namespace edgewise {
+
+/// What an edge is asked about: all five answers see both.
+struct Ask {
+    const Request& want;
+    const Scene& scene;
+};
+
+/// Where an edge leads from a representation, or why it does not apply.
+struct Offer {
+    Representation from = {}, to = {};
+    Parameters with = {};
+    std::string refused = {};  // the reason, with the number that broke the limit
+
+    static Offer no(std::string reason) { return {.refused = std::move(reason)}; }
+};
+
+/// How a step may be cut into regions.
+struct Partition {
+    /// whole: not at all (it threads itself inside); output: each region of the output is computed
+    /// alone; input: each region of the input gives a part, and parts are merged.
+    enum Kind { whole, output, input } kind = whole;
+    /// Least extent of a region; regions are cut from extents alone, never from threads or memory.
+    Extent leaf = {};
+    /// output: the box of the input that a region of the output needs, halo included.
+    std::function<Region(const Region& out, int view)> reads = {};
+    /// input: joins the part of a later region to that of an earlier one; associative.
+    std::function<void(Data& into, const Data& from)> merge = {};
+};
+
+/// What a running step may use.
+struct Context {
+    std::pmr::memory_resource* memory = nullptr;  // the only source of scratch
+    const std::atomic<bool>* stop = nullptr;      // set: return soon, by Cancelled
+    int view = 0;                                 // which view's output is made
+
+    bool stopped() const noexcept { return stop && stop->load(std::memory_order_relaxed); }
+    /// Called once a row or tile. @throws Cancelled
+    void poll() const {
+        if (stopped()) throw Cancelled();
+    }
+};
+
+/// What an edge keeps, and property tests sweep.
+enum class Law {
+    identity,      // no geometry: the samples themselves
+    constant,      // a constant stays constant
+    linear,        // a sum of inputs gives the sum of outputs
+    whole_shift,   // a shift by whole samples is a copy
+    quarter_turn,  // four quarter turns give the input back
+    bijection,     // every sample of the input is sent to exactly one place
+};
+
+/// An edge: a name, what it declares, and five answers. A value: no base class, no registration.
+struct Transition {
+    std::string name = {};    // "family.edge"
+    std::string source = {};  // where algorithm and counts come from
+    /// Kinds that it goes between ("object/scalar"), without a request. The planner asks for an
+    /// offer only where the first fits.
+    std::vector<std::pair<std::string, std::string>> joins = {};
+    std::map<std::string, Domain> parameters = {};
+    std::vector<Law> laws = {};
+
+    /// Where it leads, or why not. Cheap: decide before copying.
+    std::function<Offer(const Representation& from, const Ask&, const Parameters& with)> offer = {};
+    /// One run, one view.
+    std::function<Work(const Offer&, const Ask&, int view)> work = {};
+    std::function<Error(const Offer&, const Ask&)> error = [](const Offer&, const Ask&) {
+        return Error{};
+    };
+    std::function<Partition(const Offer&, const Ask&)> parts = [](const Offer&, const Ask&) {
+        return Partition{};
+    };
+    /// Writes one region of `out` (Partition::output), or all of it from one region of `in`
+    /// (Partition::input), or all (Partition::whole; the region is then the output's extent).
+    /// The samples of out are allocated, not initialised. @throws Cancelled, std::bad_alloc,
+    /// RunError
+    std::function<void(const Offer&, const Ask&, const Data& in, Data& out, const Region&,
+                       Context&)>
+        run = {};
+
+    std::string family() const { return name.substr(0, name.find('.')); }
+};
+
+/// All edges that a planner may use; the order breaks ties, and is the order of preparations.
+using Catalogue = std::vector<Transition>;
+
+}  // namespace edgewise
