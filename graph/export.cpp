@@ -6,7 +6,7 @@
 namespace edgewise {
 namespace {
 
-std::string quoted(const std::string& text) {
+std::string dot_string(const std::string& text) {
     std::string safe = "\"";
     for (char c : text) {
         if (c == '"' || c == '\\') safe += '\\';
@@ -32,12 +32,12 @@ std::string to_dot(const TransformGraph& spanned, const Catalogue& catalogue, co
     std::string dot = kHeader;
     const Graph& graph = spanned.graph;
     for (const auto at : boost::make_iterator_range(boost::vertices(graph)))
-        dot += fmt::format("  v{} [label={}{}];\n", at, quoted(graph[at].what.text()),
+        dot += fmt::format("  v{} [label={}{}];\n", at, dot_string(graph[at].what.text()),
                            kind_of_vertex(graph[at]));
     for (const auto arc : boost::make_iterator_range(boost::edges(graph))) {
         std::string label = catalogue[graph[arc].edge].name + graph[arc].offer.with.text();
-        std::string text = quoted(label);
-        if (cost) text = quoted(label + "\n" + cost(graph[arc]));
+        std::string text = dot_string(label);
+        if (cost) text = dot_string(label + "\n" + cost(graph[arc]));
         for (std::size_t at; (at = text.find('\n')) != std::string::npos;)
             text.replace(at, 1, "\\n");
         dot += fmt::format("  v{} -> v{} [label={}];\n", boost::source(arc, graph),
@@ -77,8 +77,8 @@ std::string to_dot(const Catalogue& catalogue) {
     std::string dot = kHeader;
     for (const Transition& edge : catalogue)
         for (const auto& [from, to] : edge.joins)
-            dot += fmt::format("  {} -> {} [label={}];\n", quoted(from), quoted(to),
-                               quoted(edge.name));
+            dot += fmt::format("  {} -> {} [label={}];\n", dot_string(from), dot_string(to),
+                               dot_string(edge.name));
     return dot + "}\n";
 }
 

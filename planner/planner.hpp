@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "graph/transform_graph.hpp"
+#include "planner/profile.hpp"
+
+namespace edgewise {
+
+struct PlanOptions {
+    Demands demands;
+    /// Bytes that stay whatever the path: loaded samples, waiting results, what verifying needs.
+    double pinned = 0;
+    /// Bytes that the process already holds and paths do not count: code, libraries.
+    double resident = 0;
+    /// Replaces costs by seeded random ones, so that tests run paths that would never win.
+    std::optional<std::uint64_t> random_costs;
+};
+
+/// What a planner answers: a plan or none, and why.
+struct Answer {
+    std::optional<Plan> plan;
+    std::vector<Plan> front;    // no path is better in seconds, bytes and error; fastest first
+    std::vector<Plan> nearest;  // where no plan fits: the closest on either side of the budget
+    std::vector<Refusal> refused;
+    std::vector<std::string> warnings;
+    std::string problem;          // why there is no plan
+    int vertices = 0, edges = 0;  // of the transform graph
+    double seconds = 0;           // that planning took
+};
+
+/// The cheapest path from any of the sources to the request, within its budget.
+/// The choice is made for the profile's processors and does not depend on Request::threads, unless
+/// those would break a budget in time or memory; the predictions are for these threads.
+/// @throws RequestError where a demand makes no sense
+Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
+            const Profile& profile, const PlanOptions& options = {});
+
+/// The label at the end of an edge (DESIGN: the label). `step` is for one view's work and all runs.
+struct StepCost {
+    Work work;           // mean over the views asked
+    double seconds = 0;  // all runs
+    double scratch = 0;  // bytes
+    Error error;
+};
+StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,
+                 int threads);
+Label extend(const Label& label, const Offer& offer, const StepCost& cost, double pinned);
+
+/// All simple paths of a spanned graph as plans, each label worked out edge by edge: what tests and
+/// charts hold the search against. At most `limit` of them.
+std::vector<Plan> all_paths(const TransformGraph& spanned, const Catalogue& catalogue,
+                            const Ask& ask, const std::vector<Source>& sources,
+                            const Profile& profile, const PlanOptions& options, std::size_t limit);
+
+}  // namespace edgewise

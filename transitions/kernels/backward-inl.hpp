@@ -1,0 +1,437 @@
+// Vector code of the backward warp, compiled once a target (Highway's foreach_target).
+// No pragma once: the guard toggles, so that every target sees the text once.
+#if defined(EDGEWISE_BACKWARD_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef EDGEWISE_BACKWARD_INL
+#undef EDGEWISE_BACKWARD_INL
+#else
+#define EDGEWISE_BACKWARD_INL
+#endif
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "hwy/highway.h"
+#include "transitions/kernels/backward_rows.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace edgewise::kernels {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, kBlock>;
+using Ints = hn::RebindToSigned<Floats>;
+using VF = hn::Vec<Floats>;
+using VI = hn::Vec<Ints>;
+
+/// A 32-bit word at base + offset bytes; narrow samples that follow the first come with it.
+HWY_INLINE VI gather_words(const std::uint8_t* base, VI offset) {
+    return hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(base), offset);
+}
+
+/// The k-th sample of type T within little-endian words.
+template <class T, int k>
+HWY_INLINE VF sample_in(VI words) {
+    constexpr int kBits = 8 * sizeof(T);
+    const Ints di;
+    if constexpr (std::is_signed_v<T>) {
+        return hn::ConvertTo(
+            Floats(), hn::ShiftRight<32 - kBits>(hn::ShiftLeft<32 - kBits - k * kBits>(words)));
+    } else {
+        const VI mask = hn::Set(di, (1 << kBits) - 1);
+        return hn::ConvertTo(Floats(), hn::And(hn::ShiftRight<k * kBits>(words), mask));
+    }
+}
+
+/// One sample at each offset.
+template <class T>
+HWY_INLINE VF gather_one(const std::uint8_t* base, VI offset) {
+    if constexpr (std::is_same_v<T, float>) {
+        return hn::GatherOffset(Floats(), reinterpret_cast<const float*>(base), offset);
+    } else {
+        return sample_in<T, 0>(gather_words(base, offset));
+    }
+}
+
+struct Pair {
+    VF first, second;
+};
+
+/// A sample and its successor in memory: half as many gathered elements as one by one.
+template <class T>
+HWY_INLINE Pair gather_pair(const std::uint8_t* base, VI offset) {
+    if constexpr (std::is_same_v<T, float>) {
+#if HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SCALAR
+        return {gather_one<T>(base, offset), gather_one<T>(base + sizeof(T), offset)};
+#else
+        const Floats d;
+        const hn::RepartitionToWide<Ints> wide;
+        const auto* words = reinterpret_cast<const std::int64_t*>(base);
+        const hn::Half<Ints> half;
+        const auto low =
+            hn::GatherOffset(wide, words, hn::PromoteTo(wide, hn::LowerHalf(half, offset)));
+        const auto high =
+            hn::GatherOffset(wide, words, hn::PromoteTo(wide, hn::UpperHalf(half, offset)));
+        return {hn::ConcatEven(d, hn::BitCast(d, high), hn::BitCast(d, low)),
+                hn::ConcatOdd(d, hn::BitCast(d, high), hn::BitCast(d, low))};
+#endif
+    } else {
+        const VI words = gather_words(base, offset);
+        return {sample_in<T, 0>(words), sample_in<T, 1>(words)};
+    }
+}
+
+/// a + f (b - a) (EQ 14). Where f is 0 the sample itself: not 0 * NaN, and -0 keeps its sign.
+template <class T>
+HWY_INLINE VF between(VF a, VF b, VF f) {
+    const VF blend = hn::MulAdd(f, hn::Sub(b, a), a);
+    if constexpr (!std::is_same_v<T, float>) return blend;
+    return hn::IfThenElse(hn::Eq(f, hn::Zero(Floats())), a, blend);
+}
+
+/// Weights of the cubic B-spline for the taps at cell-1 .. cell+2.
+struct CubicWeights {
+    VF w[4];
+};
+
+HWY_INLINE CubicWeights cubic_weights(VF f) {
+    const Floats d;
+    const VF sixth = hn::Set(d, 1.0f / 6), half = hn::Set(d, 0.5f), centre = hn::Set(d, 2.0f / 3);
+    const VF one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
+    const VF g = hn::Sub(one, f), ff = hn::Mul(f, f), gg = hn::Mul(g, g);
+    CubicWeights weights;
+    weights.w[0] = hn::Mul(hn::Mul(gg, g), sixth);
+    weights.w[1] = hn::NegMulAdd(hn::Mul(ff, half), hn::Sub(two, f), centre);
+    weights.w[2] = hn::NegMulAdd(hn::Mul(gg, half), hn::Add(one, f), centre);
+    weights.w[3] = hn::Mul(hn::Mul(ff, f), sixth);
+    return weights;
+}
+
+/// Positions of a vector of columns: cells counted from the block's origin, and fractions in [0, 1).
+template <int kAxes>
+struct Places {
+    VI cell[kAxes];
+    VF fraction[kAxes];
+};
+
+/// Block origins: cell of column 0 and its fraction in units of 2^-23.
+struct Origin {
+    std::array<std::int64_t, 3> cell{};
+    std::array<std::int32_t, 3> fraction{};
+};
+
+template <int kAxes>
+HWY_INLINE Origin origin_of(const std::array<std::int64_t, 3>& fixed) {
+    Origin origin;
+    for (int a = 0; a < kAxes; ++a) {
+        const std::int64_t rounded = (fixed[a] + (std::int64_t{1} << 16)) >> 17;
+        origin.cell[a] = rounded >> 23;
+        origin.fraction[a] = std::int32_t(rounded & 0x7fffff);
+    }
+    return origin;
+}
+
+template <int kAxes>
+HWY_INLINE Places<kAxes> places_at(const BackwardPlan& plan, const Origin& origin, int lane) {
+    const Ints di;
+    const Floats d;
+    const VI mask = hn::Set(di, 0x7fffff), exponent = hn::Set(di, 0x3f800000);
+    Places<kAxes> places;
+    for (int a = 0; a < kAxes; ++a) {
+        const VI t = hn::Add(hn::Set(di, origin.fraction[a]),
+                             hn::Load(di, plan.lane[a].data() + lane));
+        places.cell[a] = hn::ShiftRight<23>(t);
+        // The 23 bits become the fraction of a float in [1, 2): no rounding, no conversion.
+        const VI bits = hn::Or(hn::And(t, mask), exponent);
+        places.fraction[a] = hn::Sub(hn::BitCast(d, bits), hn::Set(d, 1.0f));
+    }
+    return places;
+}
+
+/// Reconstruction where all taps exist. `base` points at the origin's sample.
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
+HWY_INLINE VF inner_value(const BackwardPlan& plan, const std::uint8_t* base,
+                          const Places<kAxes>& at) {
+    const Ints di;
+    VI offset = hn::Mul(at.cell[1], hn::Set(di, std::int32_t(plan.stride[1])));
+    if constexpr (kAxes == 3)
+        offset = hn::Add(offset, hn::Mul(at.cell[2], hn::Set(di, std::int32_t(plan.stride[2]))));
+    if constexpr (kNeighbours && sizeof(T) == 1) {
+        offset = hn::Add(offset, at.cell[0]);
+    } else if constexpr (kNeighbours) {
+        offset = hn::Add(offset, hn::ShiftLeft<sizeof(T) / 2>(at.cell[0]));
+    } else {
+        offset = hn::Add(offset, hn::Mul(at.cell[0], hn::Set(di, std::int32_t(plan.stride[0]))));
+    }
+    if constexpr (kHold == Hold::zoh) return gather_one<T>(base, offset);
+    const auto pair = [&](const std::uint8_t* row) HWY_ATTR {
+        if constexpr (kNeighbours) return gather_pair<T>(row, offset);
+        return Pair{gather_one<T>(row, offset), gather_one<T>(row + plan.stride[0], offset)};
+    };
+    if constexpr (kHold == Hold::foh) {
+        const auto line = [&](const std::uint8_t* row) HWY_ATTR {
+            const Pair taps = pair(row);
+            return between<T>(taps.first, taps.second, at.fraction[0]);
+        };
+        const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
+            const VF low = line(slice), high = line(slice + plan.stride[1]);
+            return between<T>(low, high, at.fraction[1]);
+        };
+        if constexpr (kAxes == 2) {
+            return plane(base);
+        } else {
+            const VF low = plane(base), high = plane(base + plan.stride[2]);
+            return between<T>(low, high, at.fraction[2]);
+        }
+    } else {
+        const CubicWeights wx = cubic_weights(at.fraction[0]), wy = cubic_weights(at.fraction[1]);
+        const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
+            VF sum = hn::Zero(Floats());
+            for (int j = 0; j < 4; ++j) {
+                const std::uint8_t* row = slice + (j - 1) * plan.stride[1];
+                const Pair left = pair(row - plan.stride[0]), right = pair(row + plan.stride[0]);
+                VF line = hn::Mul(wx.w[0], left.first);
+                line = hn::MulAdd(wx.w[1], left.second, line);
+                line = hn::MulAdd(wx.w[2], right.first, line);
+                line = hn::MulAdd(wx.w[3], right.second, line);
+                sum = hn::MulAdd(wy.w[j], line, sum);
+            }
+            return sum;
+        };
+        if constexpr (kAxes == 2) {
+            return plane(base);
+        } else {
+            const CubicWeights wz = cubic_weights(at.fraction[2]);
+            VF sum = hn::Zero(Floats());
+            for (int k = 0; k < 4; ++k)
+                sum = hn::MulAdd(wz.w[k], plane(base + (k - 1) * plan.stride[2]), sum);
+            return sum;
+        }
+    }
+}
+
+/// Clamps to the outermost centres: cells in low..high, and the fraction 0 at and beyond both ends.
+HWY_INLINE void clamp_place(VI& cell, VF& fraction, VI low, VI high) {
+    const Floats d;
+    const VI before_last = hn::Sub(high, hn::Set(Ints(), 1));
+    const auto beyond = hn::Or(hn::Lt(cell, low), hn::Gt(cell, before_last));
+    fraction = hn::IfThenZeroElse(hn::RebindMask(d, beyond), fraction);
+    cell = hn::Min(hn::Max(cell, low), high);
+}
+
+/// Whole-sample mirror for taps at most three samples outside; axes of 1 and 2 samples included.
+HWY_INLINE VI mirror_lanes(VI index, VI low, VI high) {
+    index = hn::Add(low, hn::Abs(hn::Sub(index, low)));
+    index = hn::Sub(high, hn::Abs(hn::Sub(high, index)));
+    index = hn::Add(low, hn::Abs(hn::Sub(index, low)));
+    return hn::Min(hn::Max(index, low), high);
+}
+
+/// Taps of one axis near a border: byte offsets from `base`, and weights (cubic) or the fraction.
+template <Hold kHold>
+struct BorderTaps {
+    static constexpr int kCount = kHold == Hold::zoh ? 1 : kHold == Hold::foh ? 2 : 4;
+    VI offset[kCount];
+    VF weight[kCount];
+
+    HWY_INLINE BorderTaps(VI cell, VF fraction, VI low, VI high, VI stride) {
+        const Ints di;
+        if constexpr (kHold == Hold::zoh) {
+            offset[0] = hn::Mul(hn::Min(hn::Max(cell, low), high), stride);
+            weight[0] = fraction;
+        } else {
+            clamp_place(cell, fraction, low, high);
+            if constexpr (kHold == Hold::foh) {
+                offset[0] = hn::Mul(cell, stride);
+                offset[1] = hn::Mul(hn::Min(hn::Add(cell, hn::Set(di, 1)), high), stride);
+                weight[0] = weight[1] = fraction;
+            } else {
+                const CubicWeights cubic = cubic_weights(fraction);
+                for (int i = 0; i < 4; ++i) {
+                    const VI index = hn::Add(cell, hn::Set(di, i - 1));
+                    offset[i] = hn::Mul(mirror_lanes(index, low, high), stride);
+                    weight[i] = cubic.w[i];
+                }
+            }
+        }
+    }
+};
+
+/// Joins the values of one axis' taps.
+template <class T, Hold kHold, class Value>
+HWY_INLINE VF join(const BorderTaps<kHold>& taps, const Value& value) {
+    if constexpr (kHold == Hold::zoh) {
+        return value(0);
+    } else if constexpr (kHold == Hold::foh) {
+        const VF first = value(0), second = value(1);
+        return between<T>(first, second, taps.weight[0]);
+    } else {
+        VF sum = hn::Mul(taps.weight[0], value(0));
+        for (int i = 1; i < 4; ++i) sum = hn::MulAdd(taps.weight[i], value(i), sum);
+        return sum;
+    }
+}
+
+/// Reconstruction with the border rule. `corner` is the cell of `base`; cells count from there.
+template <class T, Hold kHold, int kAxes>
+HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
+                           const std::array<std::int64_t, 3>& corner, const Places<kAxes>& at) {
+    const Ints di;
+    const auto taps = [&](int a) HWY_ATTR {
+        return BorderTaps<kHold>(at.cell[a], at.fraction[a],
+                                 hn::Set(di, std::int32_t(-corner[a])),
+                                 hn::Set(di, std::int32_t(plan.extent[a] - 1 - corner[a])),
+                                 hn::Set(di, std::int32_t(plan.stride[a])));
+    };
+    const BorderTaps<kHold> x = taps(0), y = taps(1);
+    const auto plane = [&](VI slice) HWY_ATTR {
+        return join<T>(y, [&](int j) HWY_ATTR {
+            const VI row = hn::Add(slice, y.offset[j]);
+            return join<T>(x, [&](int i) HWY_ATTR {
+                return gather_one<T>(base, hn::Add(row, x.offset[i]));
+            });
+        });
+    };
+    if constexpr (kAxes == 2) {
+        return plane(hn::Zero(di));
+    } else {
+        const BorderTaps<kHold> z = taps(2);
+        return join<T>(z, [&](int k) HWY_ATTR { return plane(z.offset[k]); });
+    }
+}
+
+HWY_INLINE VF mapped_value(const BackwardPlan& plan, VF value) {
+    if (!plan.mapped) return value;
+    const Floats d;
+    return hn::MulAdd(value, hn::Set(d, plan.slope), hn::Set(d, plan.offset));
+}
+
+/// Sixteen columns, all of them seen and away from borders, to sixteen floats.
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
+HWY_INLINE void inner_block(const BackwardPlan& plan, const Origin& origin, int channel,
+                            float* out) {
+    const Floats d;
+    const std::uint8_t* base = plan.input.as<std::uint8_t>() + channel * sizeof(T);
+    for (int a = 0; a < kAxes; ++a) base += origin.cell[a] * plan.stride[a];
+    for (int lane = 0; lane < kBlock; lane += int(hn::Lanes(d))) {
+        const auto at = places_at<kAxes>(plan, origin, lane);
+        const VF value = inner_value<T, kHold, kAxes, kNeighbours>(plan, base, at);
+        hn::StoreU(mapped_value(plan, value), d, out + lane);
+    }
+}
+
+/// Sixteen columns of which some see the input; what the others get is of no use.
+template <class T, Hold kHold, int kAxes>
+HWY_NOINLINE void border_block(const BackwardPlan& plan, const Origin& origin, int channel,
+                               float* out) {
+    const Floats d;
+    const Ints di;
+    const std::uint8_t* base = plan.input.as<std::uint8_t>() + channel * sizeof(T);
+    // Lanes count from a sample that exists, so that their 32-bit offsets stay small.
+    std::array<std::int64_t, 3> corner{}, shift{};
+    for (int a = 0; a < kAxes; ++a) {
+        corner[a] = std::clamp<std::int64_t>(origin.cell[a], 0, plan.extent[a] - 1);
+        shift[a] = origin.cell[a] - corner[a];
+        base += corner[a] * plan.stride[a];
+    }
+    for (int lane = 0; lane < kBlock; lane += int(hn::Lanes(d))) {
+        auto at = places_at<kAxes>(plan, origin, lane);
+        for (int a = 0; a < kAxes; ++a)
+            at.cell[a] = hn::Add(at.cell[a], hn::Set(di, std::int32_t(shift[a])));
+        const VF value = border_value<T, kHold, kAxes>(plan, base, corner, at);
+        hn::StoreU(mapped_value(plan, value), d, out + lane);
+    }
+}
+
+/// The seen columns of one row.
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
+HWY_INLINE void seen_columns(const BackwardPlan& plan, const std::array<double, 3>& start,
+                             const RowSpans& spans, float* row) {
+    constexpr std::int64_t kHalf = kHold == Hold::zoh ? std::int64_t{1} << 39 : 0;
+    const int channels = kNeighbours ? 1 : plan.input.channels;
+    const Span seen = spans.seen;
+    std::int64_t block = seen.begin & ~std::int64_t{kBlock - 1};
+    while (block < seen.end) {
+        const std::int64_t chunk = block & ~std::int64_t{kChunk - 1};
+        std::array<std::int64_t, 3> fixed{};
+        for (int a = 0; a < kAxes; ++a) {
+            const double place = start[a] + double(chunk) * plan.map[4 * a];
+            fixed[a] = std::int64_t(place * kFixedOne) + kHalf;
+            fixed[a] += (block - chunk) / kBlock * plan.step16[a];
+        }
+        const std::int64_t stop = std::min<std::int64_t>(chunk + kChunk, seen.end);
+        for (; block < stop; block += kBlock) {
+            const Origin origin = origin_of<kAxes>(fixed);
+            for (int a = 0; a < kAxes; ++a) fixed[a] += plan.step16[a];
+            const bool inner = spans.inner.holds(block, block + kBlock);
+            if (kNeighbours && inner) {
+                inner_block<T, kHold, kAxes, kNeighbours>(plan, origin, 0, row + block);
+                continue;
+            }
+            alignas(64) float values[kBlock];
+            const std::int64_t first = std::max(block, seen.begin);
+            const std::int64_t last = std::min(block + kBlock, seen.end);
+            for (int c = 0; c < channels; ++c) {
+                if (inner)
+                    inner_block<T, kHold, kAxes, kNeighbours>(plan, origin, c, values);
+                else
+                    border_block<T, kHold, kAxes>(plan, origin, c, values);
+                for (std::int64_t x = first; x < last; ++x)
+                    row[x * channels + c] = values[x - block];
+            }
+        }
+    }
+}
+
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
+void warp_region(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
+    const Span columns{region.begin[0], region.end[0]};
+    const Sight sight = sight_of(plan, region);
+    for (std::int64_t z = region.begin[2]; z < region.end[2]; ++z)
+        for (std::int64_t y = region.begin[1]; y < region.end[1]; ++y) {
+            float* row = row_of(plan, output, y, z);
+            if (sight == Sight::outside) {
+                fill_columns(plan, row, columns.begin, columns.end);
+                continue;
+            }
+            const auto start = row_start(plan, y, z);
+            RowSpans spans{columns, columns};
+            if (sight == Sight::mixed) spans = spans_of(plan, start, columns);
+            fill_columns(plan, row, columns.begin, spans.seen.begin);
+            fill_columns(plan, row, spans.seen.end, columns.end);
+            seen_columns<T, kHold, kAxes, kNeighbours>(plan, start, spans, row);
+        }
+}
+
+template <class T, int kAxes, bool kNeighbours>
+void warp_typed(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
+    if (plan.hold == Hold::zoh)
+        return warp_region<T, Hold::zoh, kAxes, kNeighbours>(plan, output, region);
+    if (plan.hold == Hold::foh)
+        return warp_region<T, Hold::foh, kAxes, kNeighbours>(plan, output, region);
+    if constexpr (std::is_same_v<T, float>)
+        warp_region<T, Hold::bspline3, kAxes, kNeighbours>(plan, output, region);
+}
+
+/// Calls `use(T{})` with the stored type.
+template <class Use>
+void with_type(Type type, const Use& use) {
+    switch (type) {
+        case Type::u8:
+            return use(std::uint8_t{});
+        case Type::i8:
+            return use(std::int8_t{});
+        case Type::u16:
+            return use(std::uint16_t{});
+        case Type::i16:
+            return use(std::int16_t{});
+        default:
+            return use(float{});
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace edgewise::kernels
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,138 @@
+#include "transitions/kernels/backward.hpp"
+
+#include <cmath>
+
+#include "transitions/kernels/backward_rows.hpp"
+#include "transitions/kernels/backward_scalar.hpp"
+
+namespace edgewise::kernels {
+namespace {
+
+double snapped(double value, double tolerance) {
+    const double whole = std::floor(value + 0.5);
+    return std::abs(value - whole) <= tolerance ? whole : value;
+}
+
+/// cos(90 degrees) is 6e-17: without snapping, quarter turns and shifts would interpolate.
+Affine snapped(Affine map) {
+    for (int row = 0; row < 3; ++row) {
+        for (int k = 0; k < 3; ++k) map[4 * row + k] = snapped(map[4 * row + k], 1e-12);
+        map[4 * row + 3] = snapped(map[4 * row + 3], 1e-9);
+    }
+    return map;
+}
+
+BackwardPlan common_plan(const Grid& input, Hold hold, float outside) {
+    BackwardPlan plan;
+    plan.input = input;
+    plan.hold = hold;
+    plan.axes = input.extent.z == 1 ? 2 : 3;
+    plan.mapped = !input.values.identity();
+    plan.slope = float(input.values.slope);
+    plan.offset = float(input.values.offset);
+    plan.outside = outside;
+    plan.extent = {input.extent.x, input.extent.y, input.extent.z};
+    plan.stride[0] = std::int64_t(bytes_of(input.type)) * input.channels;
+    plan.stride[1] = plan.stride[0] * input.extent.x;
+    plan.stride[2] = plan.stride[1] * input.extent.y;
+    return plan;
+}
+
+bool has_lanes(const BackwardPlan& plan) {
+    constexpr std::int64_t kLongest = 1 << 22;  // 24.40 fixed point, with room for one chunk
+    for (int a = 0; a < plan.axes; ++a)
+        if (plan.extent[a] > kLongest) return false;
+    if (plan.axes == 3 && plan.input.channels > 1) return false;
+    switch (plan.input.type) {
+        case Type::f32:
+            return true;
+        case Type::u8:
+        case Type::i8:
+        case Type::u16:
+        case Type::i16:
+            return plan.hold != Hold::bspline3;
+        default:
+            return false;
+    }
+}
+
+constexpr double kGreatestOffset = 2147483647.0;  // bytes that a lane's 32-bit offset can bridge
+
+/// Lanes hold 9 bits of whole samples from the block's origin, and offsets of 32 bits.
+bool lanes_reach(const BackwardPlan& plan) {
+    double reach = 0;
+    for (int a = 0; a < plan.axes; ++a) {
+        const double step = std::abs(plan.map[4 * a]);
+        if (!(step <= 14)) return false;
+        // Taps lie at most three samples from the cell.
+        reach += (kBlock * step + 4) * double(plan.stride[a]);
+    }
+    return reach < kGreatestOffset;
+}
+
+template <class T>
+constexpr auto scalar_of() {
+    return &backward_scalar<T>;
+}
+
+using Scalar = void (*)(const BackwardPlan&, const WarpOutput&, const Region&);
+
+Scalar scalar_path(Type type) {
+    switch (type) {
+        case Type::u8:
+            return scalar_of<std::uint8_t>();
+        case Type::i8:
+            return scalar_of<std::int8_t>();
+        case Type::u16:
+            return scalar_of<std::uint16_t>();
+        case Type::i16:
+            return scalar_of<std::int16_t>();
+        case Type::u32:
+            return scalar_of<std::uint32_t>();
+        case Type::i32:
+            return scalar_of<std::int32_t>();
+        case Type::f16:
+            return scalar_of<Half>();
+        case Type::f64:
+            return scalar_of<double>();
+        default:
+            return scalar_of<float>();
+    }
+}
+
+}  // namespace
+
+BackwardWarp::BackwardWarp(const Grid& input, const Affine& to_input, Hold hold, float outside)
+    : plan_(common_plan(input, hold, outside)) {
+    plan_.map = snapped(to_input);
+    plan_.vector = has_lanes(plan_) && lanes_reach(plan_);
+    if (!plan_.vector) return;
+    for (int a = 0; a < plan_.axes; ++a) {
+        const double step = plan_.map[4 * a];
+        plan_.step16[a] = std::int64_t(std::floor(kBlock * step * kFixedOne + 0.5));
+        for (int lane = 0; lane < kBlock; ++lane)
+            plan_.lane[a][lane] = std::int32_t(std::floor(lane * step * 8388608.0 + 0.5));
+    }
+}
+
+BackwardWarp::BackwardWarp(const Grid& input, const Homography& to_input, Hold hold, float outside)
+    : plan_(common_plan(input, hold, outside)) {
+    plan_.homography = to_input;
+    plan_.projective = true;
+    const double bytes = double(plan_.stride[1]) * double(plan_.extent[1]);
+    plan_.vector = has_lanes(plan_) && bytes < kGreatestOffset;
+}
+
+void BackwardWarp::operator()(const WarpOutput& output, const Region& region) const noexcept {
+    if (region.empty()) return;
+    if (!plan_.vector) return scalar_path(plan_.input.type)(plan_, output, region);
+    if (plan_.axes == 2) return backward_2d_simd(plan_, output, region);
+    backward_3d_simd(plan_, output, region);
+}
+
+Extent preferred_tile(const Extent& output) noexcept {
+    if (output.z == 1) return {128, 64, 1};
+    return {64, 16, 16};
+}
+
+}  // namespace edgewise::kernels
