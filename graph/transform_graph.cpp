@@ -93,7 +93,7 @@ class Expansion {
         const int demanded = graph_[at].demanded + (next && next->fits(edge, with));
         const bool prepares = offer.from.space == "object" && offer.to.space == "object";
         const At to = find_or_add(offer.to, demanded, prepares ? place : -1);
-        boost::add_edge(at, to, Arc{place, std::move(offer)}, graph_);
+        boost::add_edge(at, to, Arc{place, 0, std::move(offer)}, graph_);
     }
 
     At find_or_add(const Representation& what, int demanded, int prepared) {
@@ -123,8 +123,10 @@ class Expansion {
         }
         for (const auto arc : boost::make_iterator_range(boost::edges(graph_))) {
             const At from = boost::source(arc, graph_), to = boost::target(arc, graph_);
-            if (kept[from] && kept[to])
+            if (!kept[from] || !kept[to]) continue;
+            const auto added =
                 boost::add_edge(renamed[from], renamed[to], graph_[arc], spanned.graph);
+            spanned.graph[added.first].index = boost::num_edges(spanned.graph) - 1;
         }
         for (std::size_t i = 0; i < catalogue_.size(); ++i)
             if (!accepted_[i]) spanned.refused.push_back({catalogue_[i].name, reason(i)});

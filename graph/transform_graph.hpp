@@ -46,7 +46,8 @@ struct Vertex {
 
 /// An edge of the transform graph: one offer of one transition.
 struct Arc {
-    int edge = 0;  // place in the catalogue
+    int edge = 0;           // place in the catalogue
+    std::size_t index = 0;  // among the edges of the graph
     Offer offer;
 };
 

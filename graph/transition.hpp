@@ -47,10 +47,14 @@ struct Partition {
 /// What a running step may use.
 struct Context {
     std::pmr::memory_resource* memory = nullptr;  // the only source of scratch
-    const std::atomic<bool>* stop = nullptr;      // set: return soon, by Cancelled
+    const std::atomic<bool>* stop = nullptr;      // set by the user: return soon, by Cancelled
+    const std::atomic<bool>* failed = nullptr;    // set by a node that failed: likewise
     int view = 0;                                 // which view's output is made
 
-    bool stopped() const noexcept { return stop && stop->load(std::memory_order_relaxed); }
+    bool stopped() const noexcept {
+        return (stop && stop->load(std::memory_order_relaxed)) ||
+               (failed && failed->load(std::memory_order_relaxed));
+    }
     /// Called once a row or tile. @throws Cancelled
     void poll() const {
         if (stopped()) throw Cancelled();

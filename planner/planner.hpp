@@ -39,19 +39,8 @@ struct Answer {
 Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
             const Profile& profile, const PlanOptions& options = {});
 
-/// The label at the end of an edge (DESIGN: the label). `step` is for one view's work and all runs.
-struct StepCost {
-    Work work;           // mean over the views asked
-    double seconds = 0;  // all runs
-    double scratch = 0;  // bytes
-    Error error;
-};
-StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,
-                 int threads);
-Label extend(const Label& label, const Offer& offer, const StepCost& cost, double pinned);
-
 /// All simple paths of a spanned graph as plans, each label worked out edge by edge: what tests and
-/// charts hold the search against. At most `limit` of them.
+/// charts hold the search against. The first `limit` of them in depth-first order.
 std::vector<Plan> all_paths(const TransformGraph& spanned, const Catalogue& catalogue,
                             const Ask& ask, const std::vector<Source>& sources,
                             const Profile& profile, const PlanOptions& options, std::size_t limit);

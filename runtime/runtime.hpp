@@ -3,37 +3,14 @@
 #include <atomic>
 #include <functional>
 #include <memory>
-#include <memory_resource>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "graph/plan.hpp"
+#include "runtime/memory_budget.hpp"
 
 namespace edgewise {
-
-/// A memory resource that counts and refuses: all samples and scratch of a run come from one.
-/// Large blocks are mapped and kept for reuse while the limit allows, since the first touch of a
-/// page costs more than a trilinear pass reads.
-class MemoryBudget : public std::pmr::memory_resource {
- public:
-    explicit MemoryBudget(std::size_t limit);
-    ~MemoryBudget() override;
-    std::size_t used() const noexcept;
-    std::size_t peak() const noexcept;
-    std::size_t limit() const noexcept;
-    /// Gives back what is kept for reuse.
-    void trim() noexcept;
-
- private:
-    void* do_allocate(std::size_t bytes, std::size_t alignment) override;
-    void do_deallocate(void* block, std::size_t bytes, std::size_t alignment) override;
-    bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
-        return this == &other;
-    }
-    struct State;
-    std::unique_ptr<State> state_;
-};
 
 /// One node that ran: for traces and for the times of steps.
 struct Ran {
@@ -65,8 +42,10 @@ struct Outcome {
     std::vector<std::string> steps;     // that really ran
 };
 
-/// Called once a frame, never two at a time; the data is gone afterwards.
-using Deliver = std::function<void(int frame, const Data& result)>;
+/// Called once a frame, in no particular order, never two at a time. Whoever keeps the result keeps
+/// its bytes: they must be pinned in the plan. What it throws is a failure that no other plan
+/// mends.
+using Deliver = std::function<void(int frame, std::shared_ptr<const Data> result)>;
 
 /// Runs a plan as a flow graph in lanes: the set-up is one, every frame is one.
 /// @throws Cancelled where stopped; the first failure where no other plan exists

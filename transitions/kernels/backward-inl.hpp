@@ -82,11 +82,14 @@ HWY_INLINE Pair gather_pair(const std::uint8_t* base, VI offset) {
 }
 
 /// a + f (b - a) (EQ 14). Where f is 0 the sample itself: not 0 * NaN, and -0 keeps its sign.
-template <class T>
+/// Border cells also have f = 1, where this formula would be off by a rounding.
+template <class T, bool kBorder>
 HWY_INLINE VF between(VF a, VF b, VF f) {
-    const VF blend = hn::MulAdd(f, hn::Sub(b, a), a);
+    const Floats d;
+    VF blend = hn::MulAdd(f, hn::Sub(b, a), a);
     if constexpr (!std::is_same_v<T, float>) return blend;
-    return hn::IfThenElse(hn::Eq(f, hn::Zero(Floats())), a, blend);
+    if constexpr (kBorder) blend = hn::IfThenElse(hn::Eq(f, hn::Set(d, 1.0f)), b, blend);
+    return hn::IfThenElse(hn::Eq(f, hn::Zero(d)), a, blend);
 }
 
 /// Weights of the cubic B-spline for the taps at cell-1 .. cell+2.
@@ -107,7 +110,8 @@ HWY_INLINE CubicWeights cubic_weights(VF f) {
     return weights;
 }
 
-/// Positions of a vector of columns: cells counted from the block's origin, and fractions in [0, 1).
+/// Positions of a vector of columns: cells counted from the block's origin, and fractions in [0,
+/// 1).
 template <int kAxes>
 struct Places {
     VI cell[kAxes];
@@ -138,8 +142,8 @@ HWY_INLINE Places<kAxes> places_at(const BackwardPlan& plan, const Origin& origi
     const VI mask = hn::Set(di, 0x7fffff), exponent = hn::Set(di, 0x3f800000);
     Places<kAxes> places;
     for (int a = 0; a < kAxes; ++a) {
-        const VI t = hn::Add(hn::Set(di, origin.fraction[a]),
-                             hn::Load(di, plan.lane[a].data() + lane));
+        const VI t =
+            hn::Add(hn::Set(di, origin.fraction[a]), hn::Load(di, plan.lane[a].data() + lane));
         places.cell[a] = hn::ShiftRight<23>(t);
         // The 23 bits become the fraction of a float in [1, 2): no rounding, no conversion.
         const VI bits = hn::Or(hn::And(t, mask), exponent);
@@ -148,75 +152,90 @@ HWY_INLINE Places<kAxes> places_at(const BackwardPlan& plan, const Origin& origi
     return places;
 }
 
-/// Reconstruction where all taps exist. `base` points at the origin's sample.
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
-HWY_INLINE VF inner_value(const BackwardPlan& plan, const std::uint8_t* base,
-                          const Places<kAxes>& at) {
+/// Byte offsets of the cells from `base`.
+template <class T, int kAxes, bool kNeighbours>
+HWY_INLINE VI offsets_of(const BackwardPlan& plan, const Places<kAxes>& at) {
     const Ints di;
     VI offset = hn::Mul(at.cell[1], hn::Set(di, std::int32_t(plan.stride[1])));
     if constexpr (kAxes == 3)
         offset = hn::Add(offset, hn::Mul(at.cell[2], hn::Set(di, std::int32_t(plan.stride[2]))));
-    if constexpr (kNeighbours && sizeof(T) == 1) {
-        offset = hn::Add(offset, at.cell[0]);
-    } else if constexpr (kNeighbours) {
-        offset = hn::Add(offset, hn::ShiftLeft<sizeof(T) / 2>(at.cell[0]));
-    } else {
-        offset = hn::Add(offset, hn::Mul(at.cell[0], hn::Set(di, std::int32_t(plan.stride[0]))));
-    }
-    if constexpr (kHold == Hold::zoh) return gather_one<T>(base, offset);
-    const auto pair = [&](const std::uint8_t* row) HWY_ATTR {
-        if constexpr (kNeighbours) return gather_pair<T>(row, offset);
-        return Pair{gather_one<T>(row, offset), gather_one<T>(row + plan.stride[0], offset)};
+    if constexpr (!kNeighbours)
+        return hn::Add(offset, hn::Mul(at.cell[0], hn::Set(di, std::int32_t(plan.stride[0]))));
+    return hn::Add(offset, hn::ShiftLeft<sizeof(T) / 2>(at.cell[0]));
+}
+
+/// Bilinear or trilinear value of cells whose upper neighbours exist (or have the fraction 0).
+template <class T, int kAxes, bool kNeighbours, bool kBorder>
+HWY_INLINE VF linear_value(const BackwardPlan& plan, const std::uint8_t* base, VI offset,
+                           const Places<kAxes>& at) {
+    const auto line = [&](const std::uint8_t* row) HWY_ATTR {
+        if constexpr (kNeighbours) {
+            const Pair taps = gather_pair<T>(row, offset);
+            return between<T, kBorder>(taps.first, taps.second, at.fraction[0]);
+        } else {
+            const VF first = gather_one<T>(row, offset);
+            const VF second = gather_one<T>(row + plan.next[0], offset);
+            return between<T, kBorder>(first, second, at.fraction[0]);
+        }
     };
-    if constexpr (kHold == Hold::foh) {
-        const auto line = [&](const std::uint8_t* row) HWY_ATTR {
-            const Pair taps = pair(row);
-            return between<T>(taps.first, taps.second, at.fraction[0]);
-        };
-        const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
-            const VF low = line(slice), high = line(slice + plan.stride[1]);
-            return between<T>(low, high, at.fraction[1]);
-        };
-        if constexpr (kAxes == 2) {
-            return plane(base);
-        } else {
-            const VF low = plane(base), high = plane(base + plan.stride[2]);
-            return between<T>(low, high, at.fraction[2]);
-        }
+    const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
+        const VF low = line(slice), high = line(slice + plan.next[1]);
+        return between<T, kBorder>(low, high, at.fraction[1]);
+    };
+    if constexpr (kAxes == 2) {
+        return plane(base);
     } else {
-        const CubicWeights wx = cubic_weights(at.fraction[0]), wy = cubic_weights(at.fraction[1]);
-        const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
-            VF sum = hn::Zero(Floats());
-            for (int j = 0; j < 4; ++j) {
-                const std::uint8_t* row = slice + (j - 1) * plan.stride[1];
-                const Pair left = pair(row - plan.stride[0]), right = pair(row + plan.stride[0]);
-                VF line = hn::Mul(wx.w[0], left.first);
-                line = hn::MulAdd(wx.w[1], left.second, line);
-                line = hn::MulAdd(wx.w[2], right.first, line);
-                line = hn::MulAdd(wx.w[3], right.second, line);
-                sum = hn::MulAdd(wy.w[j], line, sum);
-            }
-            return sum;
-        };
-        if constexpr (kAxes == 2) {
-            return plane(base);
-        } else {
-            const CubicWeights wz = cubic_weights(at.fraction[2]);
-            VF sum = hn::Zero(Floats());
-            for (int k = 0; k < 4; ++k)
-                sum = hn::MulAdd(wz.w[k], plane(base + (k - 1) * plan.stride[2]), sum);
-            return sum;
-        }
+        const VF low = plane(base), high = plane(base + plan.next[2]);
+        return between<T, kBorder>(low, high, at.fraction[2]);
     }
 }
 
-/// Clamps to the outermost centres: cells in low..high, and the fraction 0 at and beyond both ends.
-HWY_INLINE void clamp_place(VI& cell, VF& fraction, VI low, VI high) {
-    const Floats d;
-    const VI before_last = hn::Sub(high, hn::Set(Ints(), 1));
-    const auto beyond = hn::Or(hn::Lt(cell, low), hn::Gt(cell, before_last));
-    fraction = hn::IfThenZeroElse(hn::RebindMask(d, beyond), fraction);
-    cell = hn::Min(hn::Max(cell, low), high);
+/// Cubic B-spline value where all taps exist.
+template <int kAxes, bool kNeighbours>
+HWY_INLINE VF cubic_value(const BackwardPlan& plan, const std::uint8_t* base, VI offset,
+                          const Places<kAxes>& at) {
+    const CubicWeights wx = cubic_weights(at.fraction[0]), wy = cubic_weights(at.fraction[1]);
+    const auto pair = [&](const std::uint8_t* row) HWY_ATTR {
+        if constexpr (kNeighbours) return gather_pair<float>(row, offset);
+        return Pair{gather_one<float>(row, offset),
+                    gather_one<float>(row + plan.stride[0], offset)};
+    };
+    const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
+        VF sum = hn::Zero(Floats());
+        for (int j = 0; j < 4; ++j) {
+            const std::uint8_t* row = slice + (j - 1) * plan.stride[1];
+            const Pair left = pair(row - plan.stride[0]), right = pair(row + plan.stride[0]);
+            VF line = hn::Mul(wx.w[0], left.first);
+            line = hn::MulAdd(wx.w[1], left.second, line);
+            line = hn::MulAdd(wx.w[2], right.first, line);
+            line = hn::MulAdd(wx.w[3], right.second, line);
+            sum = hn::MulAdd(wy.w[j], line, sum);
+        }
+        return sum;
+    };
+    if constexpr (kAxes == 2) {
+        return plane(base);
+    } else {
+        const CubicWeights wz = cubic_weights(at.fraction[2]);
+        VF sum = hn::Zero(Floats());
+        for (int k = 0; k < 4; ++k)
+            sum = hn::MulAdd(wz.w[k], plane(base + (k - 1) * plan.stride[2]), sum);
+        return sum;
+    }
+}
+
+/// Reconstruction where all taps exist. `base` points at the origin's sample.
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
+HWY_INLINE VF inner_value(const BackwardPlan& plan, const std::uint8_t* base,
+                          const Places<kAxes>& at) {
+    const VI offset = offsets_of<T, kAxes, kNeighbours>(plan, at);
+    if constexpr (kHold == Hold::zoh) {
+        return gather_one<T>(base, offset);
+    } else if constexpr (kHold == Hold::foh) {
+        return linear_value<T, kAxes, kNeighbours, false>(plan, base, offset, at);
+    } else {
+        return cubic_value<kAxes, kNeighbours>(plan, base, offset, at);
+    }
 }
 
 /// Whole-sample mirror for taps at most three samples outside; axes of 1 and 2 samples included.
@@ -227,76 +246,80 @@ HWY_INLINE VI mirror_lanes(VI index, VI low, VI high) {
     return hn::Min(hn::Max(index, low), high);
 }
 
-/// Taps of one axis near a border: byte offsets from `base`, and weights (cubic) or the fraction.
-template <Hold kHold>
-struct BorderTaps {
-    static constexpr int kCount = kHold == Hold::zoh ? 1 : kHold == Hold::foh ? 2 : 4;
-    VI offset[kCount];
-    VF weight[kCount];
+/// The four mirrored taps of one axis near a border: byte offsets from `base`, and weights.
+struct MirroredTaps {
+    VI offset[4];
+    CubicWeights weights;
 
-    HWY_INLINE BorderTaps(VI cell, VF fraction, VI low, VI high, VI stride) {
-        const Ints di;
-        if constexpr (kHold == Hold::zoh) {
-            offset[0] = hn::Mul(hn::Min(hn::Max(cell, low), high), stride);
-            weight[0] = fraction;
-        } else {
-            clamp_place(cell, fraction, low, high);
-            if constexpr (kHold == Hold::foh) {
-                offset[0] = hn::Mul(cell, stride);
-                offset[1] = hn::Mul(hn::Min(hn::Add(cell, hn::Set(di, 1)), high), stride);
-                weight[0] = weight[1] = fraction;
-            } else {
-                const CubicWeights cubic = cubic_weights(fraction);
-                for (int i = 0; i < 4; ++i) {
-                    const VI index = hn::Add(cell, hn::Set(di, i - 1));
-                    offset[i] = hn::Mul(mirror_lanes(index, low, high), stride);
-                    weight[i] = cubic.w[i];
-                }
-            }
+    HWY_INLINE MirroredTaps(VI cell, VF fraction, VI low, VI high, VI stride)
+        : weights(cubic_weights(fraction)) {
+        for (int i = 0; i < 4; ++i) {
+            const VI index = hn::Add(cell, hn::Set(Ints(), i - 1));
+            offset[i] = hn::Mul(mirror_lanes(index, low, high), stride);
         }
+    }
+
+    template <class Value>
+    HWY_INLINE VF join(const Value& value) const {
+        VF sum = hn::Mul(weights.w[0], value(offset[0]));
+        for (int i = 1; i < 4; ++i) sum = hn::MulAdd(weights.w[i], value(offset[i]), sum);
+        return sum;
     }
 };
 
-/// Joins the values of one axis' taps.
-template <class T, Hold kHold, class Value>
-HWY_INLINE VF join(const BorderTaps<kHold>& taps, const Value& value) {
-    if constexpr (kHold == Hold::zoh) {
-        return value(0);
-    } else if constexpr (kHold == Hold::foh) {
-        const VF first = value(0), second = value(1);
-        return between<T>(first, second, taps.weight[0]);
-    } else {
-        VF sum = hn::Mul(taps.weight[0], value(0));
-        for (int i = 1; i < 4; ++i) sum = hn::MulAdd(taps.weight[i], value(i), sum);
-        return sum;
-    }
+/// Clamps cells to low..high; the fraction becomes 0 below and `beyond` above.
+HWY_INLINE void clamp_place(VI& cell, VF& fraction, VI low, VI high, VF beyond) {
+    const Floats d;
+    fraction = hn::IfThenZeroElse(hn::RebindMask(d, hn::Lt(cell, low)), fraction);
+    fraction = hn::IfThenElse(hn::RebindMask(d, hn::Gt(cell, high)), beyond, fraction);
+    cell = hn::Min(hn::Max(cell, low), high);
 }
 
 /// Reconstruction with the border rule. `corner` is the cell of `base`; cells count from there.
-template <class T, Hold kHold, int kAxes>
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
 HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
-                           const std::array<std::int64_t, 3>& corner, const Places<kAxes>& at) {
+                           const std::array<std::int64_t, 3>& corner, Places<kAxes> at) {
     const Ints di;
-    const auto taps = [&](int a) HWY_ATTR {
-        return BorderTaps<kHold>(at.cell[a], at.fraction[a],
-                                 hn::Set(di, std::int32_t(-corner[a])),
-                                 hn::Set(di, std::int32_t(plan.extent[a] - 1 - corner[a])),
-                                 hn::Set(di, std::int32_t(plan.stride[a])));
-    };
-    const BorderTaps<kHold> x = taps(0), y = taps(1);
-    const auto plane = [&](VI slice) HWY_ATTR {
-        return join<T>(y, [&](int j) HWY_ATTR {
-            const VI row = hn::Add(slice, y.offset[j]);
-            return join<T>(x, [&](int i) HWY_ATTR {
-                return gather_one<T>(base, hn::Add(row, x.offset[i]));
-            });
-        });
-    };
-    if constexpr (kAxes == 2) {
-        return plane(hn::Zero(di));
+    const VF one = hn::Set(Floats(), 1.0f);
+    VI low[kAxes], high[kAxes];
+    for (int a = 0; a < kAxes; ++a) {
+        low[a] = hn::Set(di, std::int32_t(-corner[a]));
+        high[a] = hn::Set(di, std::int32_t(plan.extent[a] - 1 - corner[a]));
+    }
+    if constexpr (kHold == Hold::zoh) {
+        for (int a = 0; a < kAxes; ++a) at.cell[a] = hn::Min(hn::Max(at.cell[a], low[a]), high[a]);
+        return gather_one<T>(base, offsets_of<T, kAxes, kNeighbours>(plan, at));
+    } else if constexpr (kHold == Hold::foh) {
+        // The last centre is the far end of the last cell, so that both taps exist.
+        for (int a = 0; a < kAxes; ++a) {
+            const bool thin = plan.extent[a] == 1;
+            if (thin) at.fraction[a] = hn::Zero(Floats());
+            clamp_place(at.cell[a], at.fraction[a], low[a],
+                        thin ? high[a] : hn::Sub(high[a], hn::Set(di, 1)),
+                        thin ? hn::Zero(Floats()) : one);
+        }
+        const VI offset = offsets_of<T, kAxes, kNeighbours>(plan, at);
+        return linear_value<T, kAxes, kNeighbours, true>(plan, base, offset, at);
     } else {
-        const BorderTaps<kHold> z = taps(2);
-        return join<T>(z, [&](int k) HWY_ATTR { return plane(z.offset[k]); });
+        for (int a = 0; a < kAxes; ++a)
+            clamp_place(at.cell[a], at.fraction[a], low[a], hn::Sub(high[a], hn::Set(di, 1)), one);
+        const auto taps = [&](int a) HWY_ATTR {
+            return MirroredTaps(at.cell[a], at.fraction[a], low[a], high[a],
+                                hn::Set(di, std::int32_t(plan.stride[a])));
+        };
+        const MirroredTaps x = taps(0), y = taps(1);
+        const auto plane = [&](VI slice) HWY_ATTR {
+            return y.join([&](VI row) HWY_ATTR {
+                const VI line = hn::Add(slice, row);
+                return x.join([&](VI column)
+                                  HWY_ATTR { return gather_one<T>(base, hn::Add(line, column)); });
+            });
+        };
+        if constexpr (kAxes == 2) {
+            return plane(hn::Zero(di));
+        } else {
+            return taps(2).join(plane);
+        }
     }
 }
 
@@ -321,7 +344,7 @@ HWY_INLINE void inner_block(const BackwardPlan& plan, const Origin& origin, int 
 }
 
 /// Sixteen columns of which some see the input; what the others get is of no use.
-template <class T, Hold kHold, int kAxes>
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
 HWY_NOINLINE void border_block(const BackwardPlan& plan, const Origin& origin, int channel,
                                float* out) {
     const Floats d;
@@ -338,7 +361,7 @@ HWY_NOINLINE void border_block(const BackwardPlan& plan, const Origin& origin, i
         auto at = places_at<kAxes>(plan, origin, lane);
         for (int a = 0; a < kAxes; ++a)
             at.cell[a] = hn::Add(at.cell[a], hn::Set(di, std::int32_t(shift[a])));
-        const VF value = border_value<T, kHold, kAxes>(plan, base, corner, at);
+        const VF value = border_value<T, kHold, kAxes, kNeighbours>(plan, base, corner, at);
         hn::StoreU(mapped_value(plan, value), d, out + lane);
     }
 }
@@ -375,7 +398,7 @@ HWY_INLINE void seen_columns(const BackwardPlan& plan, const std::array<double, 
                 if (inner)
                     inner_block<T, kHold, kAxes, kNeighbours>(plan, origin, c, values);
                 else
-                    border_block<T, kHold, kAxes>(plan, origin, c, values);
+                    border_block<T, kHold, kAxes, kNeighbours>(plan, origin, c, values);
                 for (std::int64_t x = first; x < last; ++x)
                     row[x * channels + c] = values[x - block];
             }

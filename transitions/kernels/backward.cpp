@@ -35,6 +35,7 @@ BackwardPlan common_plan(const Grid& input, Hold hold, float outside) {
     plan.stride[0] = std::int64_t(bytes_of(input.type)) * input.channels;
     plan.stride[1] = plan.stride[0] * input.extent.x;
     plan.stride[2] = plan.stride[1] * input.extent.y;
+    for (int a = 0; a < 3; ++a) plan.next[a] = plan.extent[a] > 1 ? plan.stride[a] : 0;
     return plan;
 }
 
@@ -109,6 +110,7 @@ BackwardWarp::BackwardWarp(const Grid& input, const Affine& to_input, Hold hold,
     if (!plan_.vector) return;
     for (int a = 0; a < plan_.axes; ++a) {
         const double step = plan_.map[4 * a];
+        plan_.inverse[a] = step == 0 ? 0 : 1 / step;
         plan_.step16[a] = std::int64_t(std::floor(kBlock * step * kFixedOne + 0.5));
         for (int lane = 0; lane < kBlock; ++lane)
             plan_.lane[a][lane] = std::int32_t(std::floor(lane * step * 8388608.0 + 0.5));

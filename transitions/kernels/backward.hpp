@@ -14,32 +14,38 @@ struct WarpOutput {
     Region held;  // the box of output indices that lies in `samples`, x fastest
 };
 
-/// An output index -> input index map of images that is not affine: rows of a 3x3 matrix, row-major.
+/// An output index -> input index map of images that is not affine: rows of a 3x3 matrix,
+/// row-major.
 using Homography = std::array<double, 9>;
 
 /// What a warp does with every row, prepared once. Fields are for the kernels alone.
 struct BackwardPlan {
     Grid input;
     Hold hold = Hold::foh;
-    int axes = 3;                           // 2: an image, whose z coordinate is ignored
-    Affine map{};                           // output index -> input index, snapped
-    Homography homography{};                // used where `projective`
+    int axes = 3;             // 2: an image, whose z coordinate is ignored
+    Affine map{};             // output index -> input index, snapped
+    Homography homography{};  // used where `projective`
     bool projective = false;
-    bool vector = false;                    // false: the scalar path, for what lanes cannot count
-    bool mapped = false;                    // the value map is not the identity
+    bool vector = false;  // false: the scalar path, for what lanes cannot count
+    bool mapped = false;  // the value map is not the identity
     float slope = 1, offset = 0, outside = 0;
-    std::array<std::int64_t, 3> extent{};   // samples
-    std::array<std::int64_t, 3> stride{};   // bytes from one sample to the next
-    std::array<std::int64_t, 3> step16{};   // 16 columns farther along the output row, 24.40 fixed point
+    std::array<std::int64_t, 3> extent{};  // samples
+    std::array<std::int64_t, 3> stride{};  // bytes from one sample to the next
+    std::array<std::int64_t, 3> next{};    // the same, 0 along an axis of one sample
+    std::array<double, 3> inverse{};       // 1 / column step; 0 for a step of 0
+    std::array<std::int64_t, 3>
+        step16{};  // 16 columns farther along the output row, 24.40 fixed point
     alignas(64) std::array<std::array<std::int32_t, 16>, 3> lane{};  // lane * column step, 9.23
 };
 
 /// Backward warp: every output sample is reconstructed at its place in the input (inverse map).
 /// Frames  indices with centres at integers, output and input; no threads, no allocation, no errors
-/// Border  a point belongs to the input up to half a sample beyond the outermost centres (1e-9 slack);
+/// Border  a point belongs to the input up to half a sample beyond the outermost centres (1e-9
+/// slack);
 ///         there the nearest sample continues; farther out the output is `outside`
 /// Holds   zoh floor(p + 1/2); foh; bspline3 on f32 coefficients (spline_prefilter), mirrored taps
-/// Exact   identity, whole-sample shifts and quarter turns copy bytes for zoh and foh: entries of the
+/// Exact   identity, whole-sample shifts and quarter turns copy bytes for zoh and foh: entries of
+/// the
 ///         map within 1e-12 of an integer, translations within 1e-9, are taken as that integer
 /// Places  positions are right to 2^-22 sample whatever the row length: each 64 columns start from
 ///         f64, and lanes count in fixed point; so a value does not depend on the region either
@@ -47,9 +53,9 @@ struct BackwardPlan {
 ///         beyond 14 samples and volumes with several channels take a scalar path in f64
 /// Source  [W93] FIGURE 26 and 27
 class BackwardWarp {
-   public:
-    /// `input` must stay alive. Values are mapped (slope, offset) after reconstruction; `outside` is
-    /// in mapped values.
+ public:
+    /// `input` must stay alive. Values are mapped (slope, offset) after reconstruction; `outside`
+    /// is in mapped values.
     BackwardWarp(const Grid& input, const Affine& to_input, Hold hold, float outside);
     /// Images only: the input index is (u/w, v/w), and w <= 0 is outside.
     BackwardWarp(const Grid& input, const Homography& to_input, Hold hold, float outside);
@@ -57,7 +63,7 @@ class BackwardWarp {
     /// Fills `region` (within output.held).
     void operator()(const WarpOutput& output, const Region& region) const noexcept;
 
-   private:
+ private:
     BackwardPlan plan_;
 };
 

@@ -8,46 +8,58 @@ HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels {
 namespace HWY_NAMESPACE {
 
-/// Sixteen positions of a projective row, in f64: a quotient cannot be continued from its neighbour.
+/// Sixteen positions of a projective row, in f64: a quotient cannot be continued from its
+/// neighbour.
 struct ProjectedBlock {
     alignas(64) std::array<std::array<std::int32_t, kBlock>, 2> cell;
     alignas(64) std::array<std::array<float, kBlock>, 2> fraction;
-    std::array<bool, kBlock> seen;
+    alignas(64) std::array<std::int32_t, kBlock> seen;  // 1 or 0
     bool any = false;
 };
 
-ProjectedBlock project(const BackwardPlan& plan, std::int64_t x, std::int64_t y) {
+HWY_INLINE void project(const BackwardPlan& plan, std::int64_t x, std::int64_t y,
+                        ProjectedBlock& block) {
+    const hn::CappedTag<double, kBlock> d;
+    const hn::Rebind<float, decltype(d)> narrow;
+    const hn::Rebind<std::int32_t, decltype(d)> whole;
     const Homography& h = plan.homography;
-    const Range seen[2] = {seen_range(plan.extent[0]), seen_range(plan.extent[1])};
-    const double shift = plan.hold == Hold::zoh ? 0.5 : 0;
-    const double u = h[1] * double(y) + h[2], v = h[4] * double(y) + h[5];
-    const double w0 = h[7] * double(y) + h[8];
-    ProjectedBlock block;
-    for (int lane = 0; lane < kBlock; ++lane) {
-        const double column = double(x + lane), w = h[6] * column + w0;
-        const double place[2] = {(h[0] * column + u) / w, (h[3] * column + v) / w};
-        bool inside = w > 0;
-        for (int a = 0; a < 2; ++a)
-            inside = inside && place[a] >= seen[a].low && place[a] <= seen[a].high;
+    const auto shift = hn::Set(d, plan.hold == Hold::zoh ? 0.5 : 0.0);
+    block.any = false;
+    for (int lane = 0; lane < kBlock; lane += int(hn::Lanes(d))) {
+        const auto column = hn::Iota(d, double(x + lane));
+        const auto form = [&](int row) HWY_ATTR {
+            const double rest = h[3 * row + 1] * double(y) + h[3 * row + 2];
+            return hn::MulAdd(hn::Set(d, h[3 * row]), column, hn::Set(d, rest));
+        };
+        const auto w = form(2);
+        auto seen = hn::Gt(w, hn::Zero(d));
+        const decltype(w) place[2] = {hn::Div(form(0), w), hn::Div(form(1), w)};
         for (int a = 0; a < 2; ++a) {
-            const double p = inside ? place[a] + shift : 0;
-            const double cell = std::floor(p);
-            block.cell[a][lane] = std::int32_t(cell);
-            block.fraction[a][lane] = float(p - cell);
+            const Range range = seen_range(plan.extent[a]);
+            seen = hn::And(seen, hn::And(hn::Ge(place[a], hn::Set(d, range.low)),
+                                         hn::Le(place[a], hn::Set(d, range.high))));
         }
-        block.seen[lane] = inside;
-        block.any = block.any || inside;
+        for (int a = 0; a < 2; ++a) {
+            const auto p = hn::IfThenElseZero(seen, hn::Add(place[a], shift));
+            const auto cell = hn::Floor(p);
+            hn::StoreU(hn::DemoteTo(whole, cell), whole, block.cell[a].data() + lane);
+            hn::StoreU(hn::DemoteTo(narrow, hn::Sub(p, cell)), narrow,
+                       block.fraction[a].data() + lane);
+        }
+        hn::StoreU(hn::DemoteTo(whole, hn::IfThenElseZero(seen, hn::Set(d, 1.0))), whole,
+                   block.seen.data() + lane);
+        block.any = block.any || !hn::AllFalse(d, seen);
     }
-    return block;
 }
 
-template <class T, Hold kHold>
+template <class T, Hold kHold, bool kNeighbours>
 void projective_row(const BackwardPlan& plan, std::int64_t y, Span columns, float* row) {
     const Floats d;
     const Ints di;
     const int channels = plan.input.channels;
+    ProjectedBlock block;
     for (std::int64_t x = columns.begin; x < columns.end; x += kBlock) {
-        const ProjectedBlock block = project(plan, x, y);
+        project(plan, x, y, block);
         const std::int64_t count = std::min<std::int64_t>(kBlock, columns.end - x);
         if (!block.any) {
             fill_columns(plan, row, x, x + count);
@@ -55,44 +67,48 @@ void projective_row(const BackwardPlan& plan, std::int64_t y, Span columns, floa
         }
         for (int c = 0; c < channels; ++c) {
             alignas(64) float values[kBlock];
+            const auto* base = plan.input.as<std::uint8_t>() + c * sizeof(T);
             for (int lane = 0; lane < kBlock; lane += int(hn::Lanes(d))) {
                 Places<2> at;
                 for (int a = 0; a < 2; ++a) {
                     at.cell[a] = hn::Load(di, block.cell[a].data() + lane);
                     at.fraction[a] = hn::Load(d, block.fraction[a].data() + lane);
                 }
-                const auto* base = plan.input.as<std::uint8_t>() + c * sizeof(T);
-                const VF value = border_value<T, kHold, 2>(plan, base, {0, 0, 0}, at);
-                hn::Store(mapped_value(plan, value), d, values + lane);
+                const VF value = border_value<T, kHold, 2, kNeighbours>(plan, base, {0, 0, 0}, at);
+                const auto seen = hn::Gt(hn::Load(di, block.seen.data() + lane), hn::Zero(di));
+                hn::Store(hn::IfThenElse(hn::RebindMask(d, seen), mapped_value(plan, value),
+                                         hn::Set(d, plan.outside)),
+                          d, values + lane);
             }
-            for (std::int64_t k = 0; k < count; ++k)
-                row[(x + k) * channels + c] = block.seen[k] ? values[k] : plan.outside;
+            for (std::int64_t k = 0; k < count; ++k) row[(x + k) * channels + c] = values[k];
         }
     }
 }
 
-template <class T, Hold kHold>
+template <class T, Hold kHold, bool kNeighbours>
 void projective_region(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
     for (std::int64_t z = region.begin[2]; z < region.end[2]; ++z)
         for (std::int64_t y = region.begin[1]; y < region.end[1]; ++y)
-            projective_row<T, kHold>(plan, y, {region.begin[0], region.end[0]},
-                                     row_of(plan, output, y, z));
+            projective_row<T, kHold, kNeighbours>(plan, y, {region.begin[0], region.end[0]},
+                                                  row_of(plan, output, y, z));
 }
 
-template <class T>
-void projective_typed(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
-    if (plan.hold == Hold::zoh) return projective_region<T, Hold::zoh>(plan, output, region);
-    if (plan.hold == Hold::foh) return projective_region<T, Hold::foh>(plan, output, region);
+template <class T, bool kNeighbours>
+void image_typed(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
+    if (!plan.projective) return warp_typed<T, 2, kNeighbours>(plan, output, region);
+    if (plan.hold == Hold::zoh)
+        return projective_region<T, Hold::zoh, kNeighbours>(plan, output, region);
+    if (plan.hold == Hold::foh)
+        return projective_region<T, Hold::foh, kNeighbours>(plan, output, region);
     if constexpr (std::is_same_v<T, float>)
-        projective_region<T, Hold::bspline3>(plan, output, region);
+        projective_region<T, Hold::bspline3, kNeighbours>(plan, output, region);
 }
 
 void warp_image(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
     with_type(plan.input.type, [&](auto sample) {
         using T = decltype(sample);
-        if (plan.projective) return projective_typed<T>(plan, output, region);
-        if (plan.input.channels == 1) return warp_typed<T, 2, true>(plan, output, region);
-        warp_typed<T, 2, false>(plan, output, region);
+        if (plan.input.channels == 1) return image_typed<T, true>(plan, output, region);
+        image_typed<T, false>(plan, output, region);
     });
 }
 

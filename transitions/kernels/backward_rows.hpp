@@ -23,22 +23,28 @@ inline constexpr int kChunk = 64;                     // columns that share one 
 struct Span {
     std::int64_t begin = 0, end = 0;
 
-    bool holds(std::int64_t first, std::int64_t last) const { return begin <= first && last <= end; }
+    bool holds(std::int64_t first, std::int64_t last) const {
+        return begin <= first && last <= end;
+    }
 };
 
 /// The part of `within` where low <= start + x * step <= high. Independent of how rows are cut.
-inline Span span_between(double start, double step, double low, double high, Span within) {
-    if (step == 0) {
+/// `inverse` is 1 / step, 0 for a step of 0.
+inline Span span_between(double start, double inverse, double low, double high, Span within) {
+    if (inverse == 0) {
         if (start >= low && start <= high) return within;
         return {within.begin, within.begin};
     }
-    double first = (low - start) / step, last = (high - start) / step;
-    if (first > last) std::swap(first, last);
+    const double one = (low - start) * inverse, other = (high - start) * inverse;
     const double from = double(within.begin), to = double(within.end);
+    // Columns are not negative, so a conversion rounds down; std::ceil would be a call a row.
+    const double first = std::min(std::max(std::min(one, other), from), to);
+    const double last = std::min(std::max(std::max(one, other), from - 1), to - 1);
     Span span;
-    span.begin = std::int64_t(std::ceil(std::clamp(first, from, to)));
-    span.end = last < from ? within.begin : std::int64_t(std::floor(std::min(last, to))) + 1;
-    span.end = std::clamp(span.end, span.begin, within.end);
+    span.begin = std::int64_t(first);
+    span.begin += double(span.begin) < first;
+    span.end = std::int64_t(last + 1);
+    span.end = std::max(span.end, span.begin);
     return span;
 }
 
@@ -99,11 +105,11 @@ inline RowSpans spans_of(const BackwardPlan& plan, const std::array<double, 3>& 
                          Span columns) {
     RowSpans spans{columns, columns};
     for (int a = 0; a < plan.axes; ++a) {
-        const double step = plan.map[4 * a];
+        const double inverse = plan.inverse[a];
         const Range seen = seen_range(plan.extent[a]);
         const Range inner = inner_range(plan.extent[a], plan.hold);
-        spans.seen = span_between(start[a], step, seen.low, seen.high, spans.seen);
-        spans.inner = span_between(start[a], step, inner.low, inner.high, spans.inner);
+        spans.seen = span_between(start[a], inverse, seen.low, seen.high, spans.seen);
+        spans.inner = span_between(start[a], inverse, inner.low, inner.high, spans.inner);
     }
     return spans;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
-// The backward warp one sample at a time in f64: for types, steps and channels without vector lanes.
+// The backward warp one sample at a time in f64: for types, steps and channels without vector
+// lanes.
 
 #include <algorithm>
 #include <array>
@@ -18,8 +19,8 @@ struct Half {
 
     operator double() const noexcept {
         const int exponent = bits >> 10 & 31, fraction = bits & 1023;
-        double value = exponent == 0 ? std::ldexp(fraction, -24)
-                                     : std::ldexp(fraction + 1024, exponent - 25);
+        double value =
+            exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25);
         if (exponent == 31) value = fraction ? std::nan("") : HUGE_VAL;
         return bits & 0x8000 ? -value : value;
     }

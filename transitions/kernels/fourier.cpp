@@ -56,11 +56,11 @@ void Fourier::Destroy::operator()(fftwf_plan_s* plan) const {
 }
 
 Fourier Fourier::along_lines(std::int64_t n, std::int64_t lines, bool inverse) {
-    const int length = static_cast<int>(n), stride = static_cast<int>(lines);
+    const int length = static_cast<int>(n), count = static_cast<int>(lines);
     const std::lock_guard lock(planner_lock());
     const Blank<fftwf_complex> tile(n * lines);
-    return Fourier(fftwf_plan_many_dft(1, &length, stride, tile.data, nullptr, stride, 1, tile.data,
-                                       nullptr, stride, 1, inverse ? FFTW_BACKWARD : FFTW_FORWARD,
+    return Fourier(fftwf_plan_many_dft(1, &length, count, tile.data, nullptr, 1, length, tile.data,
+                                       nullptr, 1, length, inverse ? FFTW_BACKWARD : FFTW_FORWARD,
                                        FFTW_ESTIMATE));
 }
 

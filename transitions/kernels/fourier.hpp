@@ -11,7 +11,7 @@ namespace edgewise::kernels {
 using Complex = std::complex<float>;
 
 /// Smallest length >= n that is a multiple of `multiple` (1, 2 or 4) with no prime factor above 7:
-/// lengths that FFTW has hard-coded steps for.
+/// lengths that FFTW has hard-coded steps for
 std::int64_t good_length(std::int64_t n, std::int64_t multiple = 1);
 
 /// Operations of a complex transform of length n: 5 n log2 n, FFTW's convention; a real one takes
@@ -23,8 +23,8 @@ double fourier_operations(std::int64_t n) noexcept;
 /// lock. Threads share a plan and run it on arrays of their own.
 class Fourier {
  public:
-    /// Complex lines in place, `lines` of them side by side: sample i of line l is tile[i * lines +
-    /// l]. Tiles lie aligned to 64 bytes.
+    /// Complex lines in place, one behind the other: sample i of line l is tile[l * n + i]. Tiles
+    /// lie aligned to 64 bytes.
     static Fourier along_lines(std::int64_t n, std::int64_t lines, bool inverse);
     /// n real samples -> n / 2 + 1 complex ones; the input is kept. Both aligned to 64 bytes.
     static Fourier real_row(std::int64_t n);

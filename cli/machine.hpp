@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "planner/profile.hpp"
+
+namespace edgewise::cli {
+
+/// Cores that this process may use: its affinity and the limit of its control group.
+int usable_cores();
+/// Bytes that the machine, or this process's control group, has free.
+double free_memory();
+/// Resident bytes now, and the most so far.
+double resident_now();
+double resident_peak();
+/// The processor's name, "" where the system does not say.
+std::string cpu_name();
+
+/// $XDG_CONFIG_HOME/edgewise, ~/.config/edgewise, or "" where there is no home.
+std::string config_folder();
+
+/// --machine FILE|NAME, else EDGEWISE_MACHINE, else the profile that `calibrate` left for this
+/// processor, else the built-in one.
+/// @throws InputError for a file, RequestError for a name that is not there
+Profile chosen_profile(const std::optional<std::string>& machine);
+
+/// From now on the process cannot allocate beyond `bytes` of data more than it has: libraries get
+/// std::bad_alloc where they would break a memory budget.
+void fence_memory(double bytes);
+
+}  // namespace edgewise::cli

@@ -1,0 +1,86 @@
+#include "planner/cost.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace edgewise {
+namespace {
+
+constexpr int kViewsAsked = 8;  // of a long turntable; the mean stands for all
+
+Work mean_work(const Transition& edge, const Offer& offer, const Ask& ask) {
+    const int runs = offer.to.runs(), asked = std::min(runs, kViewsAsked);
+    Work mean;
+    for (int i = 0; i < asked; ++i) {
+        const int variant = static_cast<int>(static_cast<std::int64_t>(i) * runs / asked);
+        const Work work = edge.work(offer, ask, offer.to.placed.first_view(variant));
+        mean.operations += work.operations / asked;
+        mean.streamed += work.streamed / asked;
+        mean.gathers += work.gathers / asked;
+        mean.local += work.local / asked;
+        mean.global += work.global / asked;
+        mean.scratch = std::max(mean.scratch, work.scratch);
+        mean.workspace = std::max(mean.workspace, work.workspace);
+    }
+    return mean;
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014): spreads the bits of a hash.
+double unit_random(std::uint64_t state) {
+    state += 0x9e3779b97f4a7c15;
+    state = (state ^ (state >> 30)) * 0xbf58476d1ce4e5b9;
+    state = (state ^ (state >> 27)) * 0x94d049bb133111eb;
+    state ^= state >> 31;
+    return static_cast<double>((state >> 11) + 1) * 0x1p-53;
+}
+
+}  // namespace
+
+StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,
+                 int threads) {
+    StepCost cost;
+    cost.work = mean_work(edge, offer, ask);
+
+    cost.seconds =
+        offer.to.runs() * profile.seconds(edge.name + offer.with.text(), cost.work, threads);
+    cost.scratch = cost.work.scratch * threads + cost.work.workspace;
+    cost.error = edge.error(offer, ask);
+    return cost;
+}
+
+void randomise(StepCost& cost, const Transition& edge, const Offer& offer, std::uint64_t seed) {
+    std::uint64_t hash = 1469598103934665603u ^ seed;  // FNV-1a
+    for (unsigned char c : edge.name + offer.with.text() + offer.to.text())
+        hash = (hash ^ c) * 1099511628211u;
+    cost.seconds = unit_random(hash);
+}
+
+Label extend(const Label& label, const Offer& offer, const StepCost& cost, bool from_source,
+             double pinned) {
+    const double input = from_source ? 0 : offer.from.bytes();
+    const bool kept = offer.to.runs() > offer.from.runs();  // the next views need the input again
+    Label next = label;
+    next.seconds += cost.seconds;
+    next.held += kept ? input : 0;
+    next.peak = std::max(label.peak,
+                         pinned + next.held + (kept ? 0 : input) + offer.to.bytes() + cost.scratch);
+    next.bias = cost.error.gain * label.bias + cost.error.bias;
+    next.noise = std::hypot(cost.error.noise_gain * label.noise, cost.error.noise);
+    next.known = label.known && cost.error.known;
+    return next;
+}
+
+bool dominates(const Label& a, const Label& b) noexcept {
+    // Equality must count as dominance: with "<", equal labels are all kept and every tie doubles
+    // the work. Held bytes and noise count too: a later step may turn them into the peak or the
+    // error that decides. An unknown error compares only with itself.
+    return a.known == b.known && a.seconds <= b.seconds && a.peak <= b.peak && a.held <= b.held &&
+           a.bias <= b.bias && a.noise <= b.noise;
+}
+
+bool before(const Label& a, const Label& b) noexcept {
+    return std::tie(a.seconds, a.peak, a.held, a.bias, a.noise, b.known) <
+           std::tie(b.seconds, b.peak, b.held, b.bias, b.noise, a.known);
+}
+
+}  // namespace edgewise

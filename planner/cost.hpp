@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "graph/plan.hpp"
+#include "planner/profile.hpp"
+
+namespace edgewise {
+
+/// What one arc of the transform graph costs for all views of a request.
+struct StepCost {
+    Work work;           // one run: the mean of at most eight views
+    double seconds = 0;  // all runs
+    double scratch = 0;  // bytes beside input and output
+    Error error;
+};
+
+/// @param threads  that share one run
+StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,
+                 int threads);
+
+/// The same with seconds replaced by a number in (0, 1] that hangs on the edge, its parameters and
+/// the seed alone: so ordinary tests run paths that would never win (FFTW's idea).
+void randomise(StepCost& cost, const Transition& edge, const Offer& offer, std::uint64_t seed);
+
+/// The label behind an edge.
+/// @param from_source  the input is a source, whose bytes the caller has counted as pinned
+/// @param pinned       bytes that stay whatever the path
+Label extend(const Label& label, const Offer& offer, const StepCost& cost, bool from_source,
+             double pinned);
+
+/// Whether a path with label a makes one with label b superfluous, whatever edges follow.
+bool dominates(const Label& a, const Label& b) noexcept;
+
+/// Lexicographic over all resources: a total order that makes answers repeatable.
+bool before(const Label& a, const Label& b) noexcept;
+
+}  // namespace edgewise

@@ -1,0 +1,248 @@
+#include "planner/planner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <fmt/format.h>
+#include <functional>
+#include <limits>
+
+#include "planner/search.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr double kThin =
+    0.01;  // plans of the front closer than this in all three are reported once
+
+std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& catalogue,
+                            const Ask& ask, const Profile& profile, int threads,
+                            const PlanOptions& options) {
+    std::vector<StepCost> costs(boost::num_edges(spanned.graph));
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
+        const Arc& what = spanned.graph[arc];
+        StepCost& cost = costs[what.index];
+        cost = cost_of(catalogue[what.edge], what.offer, ask, profile, threads);
+        if (options.random_costs)
+            randomise(cost, catalogue[what.edge], what.offer, *options.random_costs);
+    }
+    return costs;
+}
+
+Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogue, const Ask& ask,
+             double resident) {
+    const Graph& graph = priced.spanned.graph;
+    Plan plan;
+    plan.source = graph[route.source].what;
+    Label label = priced.start(route.source);
+    for (const auto arc : route.arcs) {
+        const Arc& what = graph[arc];
+        const StepCost& cost = priced.cost(arc);
+        Label unlimited = label;
+        unlimited.peak = 0;
+        const double peak = priced.step(unlimited, arc).peak;
+        label = priced.step(label, arc);
+        plan.steps.push_back({&catalogue[what.edge],
+                              what.offer,
+                              cost.work,
+                              cost.seconds,
+                              cost.scratch,
+                              label,
+                              {cost.seconds, peak, label.error() / ask.scene.range, label.known}});
+    }
+    // A plan without steps still holds what it was given.
+    label.peak = std::max(label.peak, priced.pinned);
+    plan.label = label;
+    plan.predicted = {label.seconds, resident + label.peak, label.error() / ask.scene.range,
+                      label.known};
+    return plan;
+}
+
+bool within(const std::optional<double>& limit, double value) { return !limit || value <= *limit; }
+
+bool accurate_enough(const Plan& plan, const Budget& budget) {
+    if (!budget.error) return true;
+    return plan.predicted.known && plan.predicted.error <= *budget.error;
+}
+bool fast_enough(const Plan& plan, const Budget& budget) {
+    return within(budget.seconds, plan.predicted.seconds);
+}
+bool small_enough(const Plan& plan, const Budget& budget) {
+    return within(budget.bytes, plan.predicted.bytes);
+}
+bool feasible(const Plan& plan, const Budget& budget) {
+    return accurate_enough(plan, budget) && fast_enough(plan, budget) && small_enough(plan, budget);
+}
+
+/// What is minimised; an unknown error is worse than any known one.
+double objective(const Plan& plan, Minimize what) {
+    switch (what) {
+        case Minimize::time:
+            return plan.predicted.seconds;
+        case Minimize::memory:
+            return plan.predicted.bytes;
+        case Minimize::error:
+            break;
+    }
+    return plan.predicted.known ? plan.predicted.error : std::numeric_limits<double>::infinity();
+}
+
+/// The best of the plans that pass; ties go to the faster, then to the earlier.
+const Plan* best(const std::vector<Plan>& plans, Minimize what,
+                 const std::function<bool(std::size_t)>& passes) {
+    const Plan* chosen = nullptr;
+    for (std::size_t i = 0; i < plans.size(); ++i) {
+        if (!passes(i)) continue;
+        const Plan& plan = plans[i];
+        if (!chosen || objective(plan, what) < objective(*chosen, what) ||
+            (objective(plan, what) == objective(*chosen, what) &&
+             plan.predicted.seconds < chosen->predicted.seconds))
+            chosen = &plan;
+    }
+    return chosen;
+}
+
+bool close(double a, double b) {
+    return std::abs(a - b) <= kThin * std::max(std::abs(a), std::abs(b));
+}
+
+/// Plans that no other beats in seconds, bytes and error, fastest first.
+std::vector<Plan> reported_front(std::vector<Plan> plans) {
+    std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
+        return a.predicted.seconds < b.predicted.seconds;
+    });
+    std::vector<Plan> front;
+    for (Plan& plan : plans) {
+        const bool superfluous = std::any_of(front.begin(), front.end(), [&](const Plan& other) {
+            const Predicted &a = other.predicted, &b = plan.predicted;
+            if (a.known != b.known) return false;
+            const bool beaten = a.bytes <= b.bytes && a.error <= b.error;
+            return beaten || (close(a.seconds, b.seconds) && close(a.bytes, b.bytes) &&
+                              close(a.error, b.error));
+        });
+        if (!superfluous) front.push_back(std::move(plan));
+    }
+    return front;
+}
+
+/// For each budget, the plan that keeps the others and misses it by least; then the plans at the
+/// ends, so that there is always one on either side.
+std::vector<Plan> nearest_plans(const std::vector<Plan>& plans, const Budget& budget) {
+    std::vector<Plan> nearest;
+    const auto add = [&](const Plan* plan) {
+        if (plan && std::none_of(nearest.begin(), nearest.end(),
+                                 [&](const Plan& other) { return other.texts() == plan->texts(); }))
+            nearest.push_back(*plan);
+    };
+    const auto at = [&](std::size_t i) -> const Plan& { return plans[i]; };
+    if (budget.error)
+        add(best(plans, Minimize::error, [&](std::size_t i) {
+            return fast_enough(at(i), budget) && small_enough(at(i), budget);
+        }));
+    if (budget.seconds)
+        add(best(plans, Minimize::time, [&](std::size_t i) {
+            return accurate_enough(at(i), budget) && small_enough(at(i), budget);
+        }));
+    if (budget.bytes)
+        add(best(plans, Minimize::memory, [&](std::size_t i) {
+            return accurate_enough(at(i), budget) && fast_enough(at(i), budget);
+        }));
+    const auto any = [](std::size_t) { return true; };
+    add(best(plans, Minimize::time, any));
+    if (budget.error) add(best(plans, Minimize::error, any));
+    if (budget.bytes) add(best(plans, Minimize::memory, any));
+    return nearest;
+}
+
+std::string missed(const Budget& budget) {
+    std::vector<std::string> set;
+    if (budget.error && !budget.error_is_default)
+        set.push_back(fmt::format("an error of {:.3g}", *budget.error));
+    if (budget.seconds) set.push_back(fmt::format("{:.3g} s", *budget.seconds));
+    if (budget.bytes) set.push_back(fmt::format("{:.0f} MiB", *budget.bytes / 0x1p20));
+    return fmt::format("no plan keeps to {}", fmt::join(set, " and "));
+}
+
+/// Chooses among all plans. `choice` is costed for the profile's processors, `real` for the threads
+/// given: the first decides, so that the answer does not depend on threads; the second must keep
+/// the budgets as well.
+void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<Plan>& real,
+            const Request& want) {
+    Budget budget = want.budget;
+    const auto pick = [&](const Budget& limits, Minimize what) -> const Plan* {
+        const Plan* chosen = best(choice, what, [&](std::size_t i) {
+            return feasible(choice[i], limits) && feasible(real[i], limits);
+        });
+        if (!chosen)  // the profile's processors may be slower than the threads given
+            chosen = best(choice, what, [&](std::size_t i) { return feasible(real[i], limits); });
+        return chosen ? &real[static_cast<std::size_t>(chosen - choice.data())] : nullptr;
+    };
+    const Plan* chosen = pick(budget, want.minimize);
+    if (!chosen && budget.error_is_default) {
+        budget.error.reset();
+        chosen = pick(budget, Minimize::error);
+        if (chosen)
+            answer.warnings.push_back(fmt::format(
+                "no plan is expected to reach the default error of {:.3g}; taking the most "
+                "accurate one{}",
+                *want.budget.error,
+                chosen->predicted.known ? fmt::format(" ({:.3g})", chosen->predicted.error) : ""));
+    }
+    if (chosen) {
+        answer.plan = *chosen;
+        return;
+    }
+    answer.nearest = nearest_plans(real, want.budget);
+    answer.problem = real.empty() ? "no path of edges leads from the input to what is asked for"
+                                  : missed(want.budget);
+}
+
+}  // namespace
+
+Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
+            const Profile& profile, const PlanOptions& options) {
+    const auto begin = std::chrono::steady_clock::now();
+    Answer answer;
+    const TransformGraph spanned = expand(catalogue, ask, sources, options.demands);
+    answer.vertices = static_cast<int>(boost::num_vertices(spanned.graph));
+    answer.edges = static_cast<int>(boost::num_edges(spanned.graph));
+    answer.refused = spanned.refused;
+
+    Priced priced{spanned, sources, {}, options.pinned};
+    priced.costs = price(spanned, catalogue, ask, profile, profile.processors, options);
+    const Budget& budget = ask.want.budget;
+    const bool unbounded = !budget.error && !budget.seconds && !budget.bytes;
+    std::vector<Route> routes = pareto_routes(priced);
+    if (unbounded && ask.want.minimize == Minimize::time) {
+        // Without a budget the least time is a plain shortest path, found first and alone decisive.
+        std::vector<Route> fastest = fastest_route(priced);
+        routes.insert(routes.begin(), fastest.begin(), fastest.end());
+    }
+    const auto plans = [&](int threads) {
+        priced.costs = price(spanned, catalogue, ask, profile, threads, options);
+        std::vector<Plan> all;
+        for (const Route& route : routes)
+            all.push_back(plan_of(route, priced, catalogue, ask, options.resident));
+        return all;
+    };
+    const std::vector<Plan> choice = plans(profile.processors);
+    const std::vector<Plan> real =
+        ask.want.threads == profile.processors ? choice : plans(ask.want.threads);
+    choose(answer, choice, real, ask.want);
+    answer.front = reported_front(real);
+    answer.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return answer;
+}
+
+std::vector<Plan> all_paths(const TransformGraph& spanned, const Catalogue& catalogue,
+                            const Ask& ask, const std::vector<Source>& sources,
+                            const Profile& profile, const PlanOptions& options, std::size_t limit) {
+    Priced priced{spanned, sources, {}, options.pinned};
+    priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
+    std::vector<Plan> plans;
+    for (const Route& route : simple_routes(priced, limit))
+        plans.push_back(plan_of(route, priced, catalogue, ask, options.resident));
+    return plans;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "graph/transform_graph.hpp"
+#include "planner/cost.hpp"
+
+namespace edgewise {
+
+/// A path as the arcs of the transform graph that it takes, in order. Empty: a source is a target.
+struct Route {
+    Graph::vertex_descriptor source{};
+    std::vector<Graph::edge_descriptor> arcs;
+    Label label;
+};
+
+/// The transform graph with a cost on every arc: what searches walk.
+struct Priced {
+    const TransformGraph& spanned;
+    const std::vector<Source>& sources;
+    std::vector<StepCost> costs;  // by edge_index
+    double pinned = 0;
+
+    const StepCost& cost(Graph::edge_descriptor arc) const;
+    Label start(Graph::vertex_descriptor source) const;
+    Label step(const Label& label, Graph::edge_descriptor arc) const;
+};
+
+/// All routes that no other dominates, in the order of `before` (label-setting:
+/// boost::r_c_shortest_paths, all-Pareto overload).
+std::vector<Route> pareto_routes(const Priced& priced);
+
+/// The route of least seconds (Dijkstra), or none. Peak and error are no sums along edges, so it
+/// serves only where no budget bounds them.
+std::vector<Route> fastest_route(const Priced& priced);
+
+/// Every simple route, depth first; at most `limit`.
+std::vector<Route> simple_routes(const Priced& priced, std::size_t limit);
+
+}  // namespace edgewise

@@ -1,0 +1,109 @@
+#include "runtime/memory_budget.hpp"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <new>
+#include <sys/mman.h>
+
+namespace edgewise {
+namespace {
+
+constexpr std::size_t kMapped = std::size_t{1}
+                                << 20;  // from here on blocks are mapped, not malloced
+constexpr std::size_t kHugePage = std::size_t{2} << 20;
+constexpr std::size_t kPage = 4096;
+
+std::size_t mapped_size(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
+
+void* map_block(std::size_t bytes) {
+    void* block = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (block == MAP_FAILED) throw std::bad_alloc();
+    if (bytes >= 2 * kHugePage) madvise(block, bytes, MADV_HUGEPAGE);  // a wish, not a need
+    return block;
+}
+
+}  // namespace
+
+struct MemoryBudget::State {
+    std::mutex mutex;
+    std::size_t limit = 0, used = 0, kept = 0, peak = 0;
+    std::multimap<std::size_t, void*> spare;  // mapped blocks that wait for reuse, by size
+
+    void drop_spare() {
+        for (const auto& [bytes, block] : spare) munmap(block, bytes);
+        spare.clear();
+        kept = 0;
+    }
+    /// Counts bytes, or throws; the caller holds the mutex.
+    void count(std::size_t bytes) {
+        if (bytes > limit || used > limit - bytes) throw std::bad_alloc();
+        if (used + kept + bytes > limit) drop_spare();
+        used += bytes;
+        peak = std::max(peak, used + kept);
+    }
+};
+
+MemoryBudget::MemoryBudget(std::size_t limit) : state_(std::make_unique<State>()) {
+    state_->limit = limit;
+}
+MemoryBudget::~MemoryBudget() { state_->drop_spare(); }
+
+std::size_t MemoryBudget::used() const noexcept {
+    const std::lock_guard lock(state_->mutex);
+    return state_->used;
+}
+std::size_t MemoryBudget::peak() const noexcept {
+    const std::lock_guard lock(state_->mutex);
+    return state_->peak;
+}
+std::size_t MemoryBudget::limit() const noexcept { return state_->limit; }
+
+void MemoryBudget::trim() noexcept {
+    const std::lock_guard lock(state_->mutex);
+    state_->drop_spare();
+}
+
+void* MemoryBudget::do_allocate(std::size_t bytes, std::size_t alignment) {
+    const std::lock_guard lock(state_->mutex);
+    if (bytes < kMapped) {
+        state_->count(bytes);
+        void* block = ::operator new(bytes, std::align_val_t(alignment), std::nothrow);
+        if (!block) {
+            state_->used -= bytes;
+            throw std::bad_alloc();
+        }
+        return block;
+    }
+    const std::size_t size = mapped_size(bytes);
+    const auto exact = state_->spare.find(size);  // frames of one request ask for equal sizes
+    if (exact != state_->spare.end()) {
+        void* block = exact->second;
+        state_->spare.erase(exact);
+        state_->kept -= size;
+        state_->used += size;
+        return block;
+    }
+    state_->count(size);
+    try {
+        return map_block(size);
+    } catch (const std::bad_alloc&) {
+        state_->used -= size;
+        throw;
+    }
+}
+
+void MemoryBudget::do_deallocate(void* block, std::size_t bytes, std::size_t alignment) {
+    const std::lock_guard lock(state_->mutex);
+    if (bytes < kMapped) {
+        state_->used -= bytes;
+        ::operator delete(block, std::align_val_t(alignment));
+        return;
+    }
+    const std::size_t size = mapped_size(bytes);
+    state_->used -= size;
+    state_->kept += size;
+    state_->spare.emplace(size, block);
+}
+
+}  // namespace edgewise

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <memory_resource>
+
+namespace edgewise {
+
+/// A memory resource that counts and refuses: all samples and scratch of a run come from one.
+/// Large blocks are mapped and kept for reuse while the limit allows, since the first touch of a
+/// page costs more than a trilinear pass reads.
+class MemoryBudget : public std::pmr::memory_resource {
+ public:
+    explicit MemoryBudget(std::size_t limit);
+    ~MemoryBudget() override;
+    std::size_t used() const noexcept;
+    std::size_t peak() const noexcept;
+    std::size_t limit() const noexcept;
+    /// Gives back what is kept for reuse.
+    void trim() noexcept;
+
+ private:
+    void* do_allocate(std::size_t bytes, std::size_t alignment) override;
+    void do_deallocate(void* block, std::size_t bytes, std::size_t alignment) override;
+    bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
+        return this == &other;
+    }
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace edgewise

@@ -1,0 +1,497 @@
+#include "transitions/kernels/ray_cast.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace edgewise::kernels {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Samples with what a kernel may fetch behind them.
+template <class T>
+struct Volume {
+    Extent extent;
+    std::vector<T> samples;
+
+    explicit Volume(const Extent& n) : extent(n), samples(n.samples() + kSlack) {}
+    T& at(std::int64_t x, std::int64_t y, std::int64_t z) {
+        return samples[(z * extent.y + y) * extent.x + x];
+    }
+    Grid grid(Type type, ValueMap values = {}) const {
+        return {samples.data(), type, extent, 1, values};
+    }
+};
+
+template <class T>
+Volume<T> random_volume(const Extent& n, double low, double high, unsigned seed) {
+    Volume<T> volume(n);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> value(low, high);
+    for (std::int64_t i = 0; i < n.samples(); ++i)
+        volume.samples[i] = static_cast<T>(value(random));
+    return volume;
+}
+
+using Vector = std::array<double, 3>;
+Vector operator+(Vector a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+Vector operator*(double f, const Vector& a) { return {f * a[0], f * a[1], f * a[2]}; }
+
+/// Rays along z turned by two angles about the middle of a volume, as many units as samples.
+Rays turned(const Extent& n, double about_x, double about_y, double pixels) {
+    const double cx = std::cos(about_x), sx = std::sin(about_x);
+    const double cy = std::cos(about_y), sy = std::sin(about_y);
+    const Vector right{cy, sy * sx, sy * cx}, down{0, cx, -sx}, away{-sy, cy * sx, cy * cx};
+    const Vector middle{0.5 * (n.x - 1), 0.5 * (n.y - 1), 0.5 * (n.z - 1)};
+    Rays rays;
+    rays.origin.x = right;
+    rays.origin.y = down;
+    rays.direction.base = away;
+    rays.origin.base = middle + (-0.5 * (pixels - 1)) * (right + down) + (-40.3) * away;
+    return rays;
+}
+
+/// Rays from an eye before the volume, through pixels of a plane in its middle.
+Rays from_eye(const Extent& n, double pixels, double distance) {
+    const Rays parallel = turned(n, 0.3, -0.2, pixels);
+    const Vector away = parallel.direction.base;
+    const Vector middle{0.5 * (n.x - 1), 0.5 * (n.y - 1), 0.5 * (n.z - 1)};
+    Rays rays;
+    rays.start = 0;
+    rays.origin.base = middle + (-distance) * away;
+    rays.direction.x = parallel.origin.x;
+    rays.direction.y = parallel.origin.y;
+    rays.direction.base = distance * away +
+                          (-0.5 * (pixels - 1)) * (rays.direction.x + rays.direction.y);
+    const double corner = -0.5 * (pixels - 1);
+    rays.measure = {.base = {corner, corner, distance}, .x = {1, 0, 0}, .y = {0, 1, 0}};
+    return rays;
+}
+
+// ---- the reference: one ray, one sample after the other, in f64 ----
+
+double stored(const Grid& g, std::int64_t x, std::int64_t y, std::int64_t z) {
+    const std::int64_t i = (z * g.extent.y + y) * g.extent.x + x;
+    switch (g.type) {
+        case Type::u8: return g.as<std::uint8_t>()[i];
+        case Type::i8: return g.as<std::int8_t>()[i];
+        case Type::u16: return g.as<std::uint16_t>()[i];
+        case Type::i16: return g.as<std::int16_t>()[i];
+        case Type::i32: return g.as<std::int32_t>()[i];
+        case Type::f64: return g.as<double>()[i];
+        default: return g.as<float>()[i];
+    }
+}
+
+std::int64_t mirrored(std::int64_t i, std::int64_t n) {
+    if (n == 1) return 0;
+    const std::int64_t period = 2 * (n - 1);
+    i = ((i % period) + period) % period;
+    return i < n ? i : period - i;
+}
+
+double weight(Hold hold, double distance) {
+    const double a = std::abs(distance);
+    if (hold == Hold::foh) return a < 1 ? 1 - a : 0;
+    if (a < 1) return 2.0 / 3 - a * a + 0.5 * a * a * a;
+    return a < 2 ? (2 - a) * (2 - a) * (2 - a) / 6 : 0;
+}
+
+double sampled(const Grid& g, Hold hold, Vector p) {
+    for (int axis = 0; axis < 3; ++axis)
+        p[axis] = std::clamp(p[axis], 0.0, static_cast<double>(g.extent[axis] - 1));
+    if (hold == Hold::zoh)
+        return stored(g, static_cast<std::int64_t>(std::floor(p[0] + 0.5)),
+                      static_cast<std::int64_t>(std::floor(p[1] + 0.5)),
+                      static_cast<std::int64_t>(std::floor(p[2] + 0.5)));
+    double sum = 0;
+    std::int64_t at[3];
+    for (int axis = 0; axis < 3; ++axis) at[axis] = static_cast<std::int64_t>(std::floor(p[axis]));
+    for (std::int64_t k = at[2] - 1; k <= at[2] + 2; ++k)
+        for (std::int64_t j = at[1] - 1; j <= at[1] + 2; ++j)
+            for (std::int64_t i = at[0] - 1; i <= at[0] + 2; ++i) {
+                const double w = weight(hold, p[0] - i) * weight(hold, p[1] - j) *
+                                 weight(hold, p[2] - k);
+                if (w != 0)
+                    sum += w * stored(g, mirrored(i, g.extent.x), mirrored(j, g.extent.y),
+                                      mirrored(k, g.extent.z));
+            }
+    return sum;
+}
+
+struct Interval {
+    double low = -kInfinity, high = kInfinity;
+};
+
+Interval chord(const RayCast& cast, const Vector& origin, const Vector& direction) {
+    Interval in{cast.rays.start, kInfinity};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double from = -0.5 - origin[axis];
+        const double to = static_cast<double>(cast.volume.extent[axis]) - 0.5 - origin[axis];
+        if (direction[axis] == 0) {
+            if (from > 0 || to < 0) in.high = -kInfinity;
+            continue;
+        }
+        in.low = std::max(in.low, std::min(from / direction[axis], to / direction[axis]));
+        in.high = std::min(in.high, std::max(from / direction[axis], to / direction[axis]));
+    }
+    return in;
+}
+
+std::array<double, 4> transfer(const std::vector<OpticsPoint>& points, double value) {
+    const auto mixed = [](const OpticsPoint& a, const OpticsPoint& b, double f) {
+        std::array<double, 4> v;
+        for (int c = 0; c < 3; ++c) v[c] = a.color[c] + f * (b.color[c] - a.color[c]);
+        v[3] = a.opacity + f * (b.opacity - a.opacity);
+        return v;
+    };
+    if (value <= points.front().value) return mixed(points.front(), points.front(), 0);
+    for (std::size_t i = 1; i < points.size(); ++i)
+        if (value <= points[i].value)
+            return mixed(points[i - 1], points[i],
+                         (value - points[i - 1].value) / (points[i].value - points[i - 1].value));
+    return mixed(points.back(), points.back(), 0);
+}
+
+std::array<double, 4> reference(const RayCast& cast, const std::vector<OpticsPoint>& points,
+                                double unit, double px, double py) {
+    const Vector measure = cast.rays.measure.at(px, py);
+    const Vector origin = cast.rays.origin.at(px, py);
+    const Vector direction = 1 / std::sqrt(measure[0] * measure[0] + measure[1] * measure[1] +
+                                           measure[2] * measure[2]) *
+                             cast.rays.direction.at(px, py);
+    const Interval in = chord(cast, origin, direction);
+    double largest = -kInfinity, sum = 0, length = 0, left = 1;
+    std::array<double, 4> light{};
+    if (in.low < in.high)
+        for (double k = std::floor(in.low / cast.step); k * cast.step < in.high; ++k) {
+            const double from = std::max(in.low, k * cast.step);
+            const double to = std::min(in.high, (k + 1) * cast.step);
+            if (!(from < to)) continue;
+            const double value = cast.volume.values(
+                sampled(cast.volume, cast.hold, origin + 0.5 * (from + to) * direction));
+            if (!std::isfinite(value)) continue;
+            largest = std::max(largest, value);
+            sum += (to - from) * value;
+            length += to - from;
+            if (points.empty()) continue;
+            const auto at = transfer(points, value);
+            const double opacity = 1 - std::pow(1 - at[3], (to - from) / unit);
+            for (int c = 0; c < 3; ++c) light[c] += left * opacity * at[c];
+            left *= 1 - opacity;
+        }
+    switch (cast.rule) {
+        case Combine::max: return {length > 0 ? largest : cast.miss};
+        case Combine::sum: return {(sum - cast.zero * length) * cast.unit};
+        case Combine::mean: return {length > 0 ? sum / length : cast.miss};
+        case Combine::over: break;
+    }
+    light[3] = 1 - left;
+    return light;
+}
+
+/// Casts a square picture and compares every pixel with the reference.
+void expect_like_reference(const RayCast& cast, const std::vector<OpticsPoint>& points,
+                           double unit, int pixels, double tolerance) {
+    const int channels = cast.rule == Combine::over ? 4 : 1;
+    std::vector<float> picture(pixels * pixels * channels, -77.0f);
+    ray_cast(cast, 0, 0, pixels, pixels, picture.data(), pixels * channels);
+    double worst = 0;
+    for (int y = 0; y < pixels; ++y)
+        for (int x = 0; x < pixels; ++x) {
+            const auto want = reference(cast, points, unit, x, y);
+            for (int c = 0; c < channels; ++c)
+                worst = std::max(worst, std::abs(picture[(y * pixels + x) * channels + c] -
+                                                 want[c]));
+        }
+    EXPECT_LE(worst, tolerance) << "rule " << static_cast<int>(cast.rule) << " hold "
+                                << static_cast<int>(cast.hold);
+}
+
+const std::vector<OpticsPoint> kColors = {{20, 0, {1, 0, 0}},
+                                          {90, 0.3, {0.2, 0.8, 0}},
+                                          {91, 0.05, {0.2, 0.8, 1}},
+                                          {200, 0.6, {1, 1, 0.5}}};
+const std::vector<OpticsPoint> kGrey = {{0, 0, {0, 0, 0}}, {255, 0.05, {1, 1, 1}}};
+
+/// Positions in f32 are off by at most kDrift; a value by that times the largest slope, which for
+/// samples in [0, 255] and any hold is below 3 axes x 255. Weights of 14 bits add 255 / 2^15.
+constexpr double kDrift = 1e-5;
+constexpr double kValueTolerance = 3 * 255 * kDrift + 255.0 / 32768 * 3;
+
+template <class T>
+void all_rules(const Volume<T>& volume, Type type, ValueMap values, Hold hold, const Rays& rays,
+               int pixels) {
+    for (const double step : {1.0, 0.5, 0.37})
+        for (const Combine rule : {Combine::max, Combine::sum, Combine::mean, Combine::over}) {
+            const Optics optics = optics_of(kColors, 0.8, values);
+            RayCast cast{.volume = volume.grid(type, values), .hold = hold, .rule = rule,
+                         .rays = rays, .step = step, .unit = 0.7, .zero = 3, .miss = -5,
+                         .optics = &optics};
+            // A nearest sample changes at once where rounding moves a position across a border.
+            // The steepest stretch of kColors turns an error of 1 into 0.25 of opacity.
+            const double length = 60;
+            const double tolerance = rule == Combine::sum    ? kValueTolerance * length
+                                     : rule == Combine::over ? 0.25 * kValueTolerance * 4
+                                                             : kValueTolerance;
+            expect_like_reference(cast, kColors, 0.8, pixels, tolerance);
+        }
+}
+
+TEST(RayCast, EveryFastTypeEqualsTheReference) {
+    const Extent n{21, 17, 26};
+    const Rays rays = turned(n, 0.4, -0.7, 29);
+    for (const Hold hold : {Hold::foh, Hold::bspline3}) {
+        all_rules(random_volume<std::uint8_t>(n, 0, 256, 1), Type::u8, {}, hold, rays, 29);
+        all_rules(random_volume<std::int8_t>(n, -128, 128, 2), Type::i8, {1, 100}, hold, rays, 29);
+        all_rules(random_volume<std::uint16_t>(n, 0, 65536, 3), Type::u16, {1 / 257.0, 0}, hold,
+                  rays, 29);
+        all_rules(random_volume<std::int16_t>(n, -32768, 32768, 4), Type::i16, {-1 / 257.0, 128},
+                  hold, rays, 29);
+        all_rules(random_volume<float>(n, 0, 255, 5), Type::f32, {}, hold, rays, 29);
+        all_rules(random_volume<std::int32_t>(n, 0, 255, 6), Type::i32, {}, hold, rays, 29);
+        all_rules(random_volume<double>(n, 0, 255, 7), Type::f64, {2, -3}, hold, rays, 29);
+    }
+}
+
+TEST(RayCast, NearestSamplesEqualTheReference) {
+    // A position that rounding moves across a border would show as a whole sample, so the planes of
+    // this volume change along z only, and rays meet them away from the borders.
+    const Extent n{12, 10, 14};
+    Volume<std::uint8_t> volume(n);
+    for (std::int64_t z = 0; z < n.z; ++z)
+        for (std::int64_t y = 0; y < n.y; ++y)
+            for (std::int64_t x = 0; x < n.x; ++x)
+                volume.at(x, y, z) = static_cast<std::uint8_t>(17 * x + 5 * y + 11 * z);
+    Rays rays;
+    rays.origin = {.base = {0.123, -0.211, -3.217}, .x = {1, 0, 0}, .y = {0, 1, 0}};
+    rays.direction.base = {0, 0, 1};
+    all_rules(volume, Type::u8, {}, Hold::zoh, rays, 14);
+}
+
+TEST(RayCast, PerspectiveEqualsTheReference) {
+    const Extent n{21, 17, 26};
+    for (const double distance : {45.0, 3.0}) {  // before the volume, and inside it
+        const Rays rays = from_eye(n, 29, distance);
+        all_rules(random_volume<std::uint8_t>(n, 0, 256, 8), Type::u8, {}, Hold::foh, rays, 29);
+        all_rules(random_volume<float>(n, 0, 255, 9), Type::f32, {}, Hold::bspline3, rays, 29);
+    }
+}
+
+TEST(RayCast, ThinVolumesEqualTheReference) {
+    for (const Extent& n : {Extent{1, 1, 1}, Extent{9, 7, 1}, Extent{1, 8, 8}, Extent{8, 1, 5},
+                            Extent{2, 2, 2}, Extent{1, 1, 9}})
+        for (const double turn : {0.0, 0.5, 1.5707963267948966}) {
+            const Rays rays = turned(n, turn, 0.2 * turn, 13);
+            for (const Hold hold : {Hold::foh, Hold::bspline3}) {
+                all_rules(random_volume<std::uint8_t>(n, 0, 256, 10), Type::u8, {}, hold, rays, 13);
+                all_rules(random_volume<float>(n, 0, 255, 11), Type::f32, {}, hold, rays, 13);
+            }
+        }
+}
+
+TEST(RayCast, AnyDirectionWithZeroComponentsHitsEachFaceOnce) {
+    const Extent n{5, 6, 7};
+    auto volume = random_volume<float>(n, 0, 255, 12);
+    for (const double zero : {0.0, -0.0})
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double sign : {1.0, -1.0})
+                for (const double corner : {-0.5, 0.0, -0.25}) {
+                    Rays rays;
+                    rays.direction.base = {zero, zero, zero};
+                    rays.direction.base[axis] = sign;
+                    rays.origin.base = {corner, corner, corner};
+                    rays.origin.x[(axis + 1) % 3] = 1;
+                    rays.origin.y[(axis + 2) % 3] = 1;
+                    RayCast cast{.volume = volume.grid(Type::f32), .hold = Hold::foh,
+                                 .rule = Combine::sum, .rays = rays};
+                    expect_like_reference(cast, {}, 1, 9, 255 * 7 * 1e-6);
+                    cast.rule = Combine::max;
+                    cast.miss = -3;
+                    expect_like_reference(cast, {}, 1, 9, 255 * 1e-6);
+                }
+}
+
+TEST(RayCast, VoxelsOnTheLatticeAreCopied) {
+    // Cells from the volume's front face on: samples at 0, 1, 2 ... are the voxels themselves.
+    const Extent n{16, 9, 1};
+    auto volume = random_volume<float>(n, -1e6, 1e6, 13);
+    Rays rays;
+    rays.origin = {.base = {0, 0, -0.5}, .x = {1, 0, 0}, .y = {0, 1, 0}};
+    rays.direction.base = {0, 0, 1};
+    for (const Hold hold : {Hold::zoh, Hold::foh}) {
+        const RayCast cast{.volume = volume.grid(Type::f32), .hold = hold, .rays = rays};
+        std::vector<float> picture(16 * 9);
+        ray_cast(cast, 0, 0, 16, 9, picture.data(), 16);
+        EXPECT_EQ(0, std::memcmp(picture.data(), volume.samples.data(), 16 * 9 * sizeof(float)));
+    }
+}
+
+TEST(RayCast, ConstantVolumeIntegratesToItsChord) {
+    const Extent n{40, 300, 40};
+    Volume<float> volume(n);
+    std::fill(volume.samples.begin(), volume.samples.end(), 0.1f);
+    for (const double step : {1.0, 0.25, 3.7}) {
+        RayCast cast{.volume = volume.grid(Type::f32), .hold = Hold::foh, .rule = Combine::sum,
+                     .rays = turned(n, 1.5, 0.3, 32), .step = step, .unit = 2};
+        std::vector<float> picture(32 * 32);
+        ray_cast(cast, 0, 0, 32, 32, picture.data(), 32);
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 32; ++x) {
+                const Interval in =
+                    chord(cast, cast.rays.origin.at(x, y), cast.rays.direction.at(x, y));
+                const double want = std::max(0.0, in.high - in.low) * 0.1f * 2;
+                // Sums of 32 cells, then of blocks: some 40 roundings of 6e-8.
+                EXPECT_NEAR(picture[y * 32 + x], want, 2.4e-6 * want + 1e-9);
+            }
+        cast.rule = Combine::mean;
+        ray_cast(cast, 0, 0, 32, 32, picture.data(), 32);
+        EXPECT_NEAR(picture[16 * 32 + 16], 0.1f, 2.4e-7);
+    }
+}
+
+TEST(RayCast, HomogeneousSlabKeepsItsTransparencyAtAnyStep) {
+    const double opacity = 0.4, thickness = 4;
+    Volume<std::uint8_t> volume({3, 3, 4});
+    std::fill(volume.samples.begin(), volume.samples.end(), std::uint8_t{9});
+    const std::vector<OpticsPoint> points = {{0, opacity, {1, 0.5, 0.25}}};
+    const Optics optics = optics_of(points, 1, {});
+    Rays rays;
+    rays.origin = {.base = {0, 0, -7.77}, .x = {1, 0, 0}, .y = {0, 1, 0}};
+    rays.direction.base = {0, 0, 1};
+    for (const double step : {1.0, 0.5, 0.25, 0.125, 0.3, 2.5, 4.0}) {
+        const RayCast cast{.volume = volume.grid(Type::u8), .rule = Combine::over, .rays = rays,
+                           .step = step, .optics = &optics};
+        float pixel[4];
+        ray_cast(cast, 1, 1, 1, 1, pixel, 4);
+        // Transparencies of pieces multiply to 0.6^4 (EQ 63), and the light of a medium that emits
+        // 1 is what is not let through (S22).
+        const double light = 1 - std::pow(1 - opacity, thickness);
+        EXPECT_NEAR(pixel[3], light, 1e-6) << step;
+        EXPECT_NEAR(pixel[0], light, 1e-6) << step;
+        EXPECT_NEAR(pixel[2], 0.25 * light, 1e-6) << step;
+    }
+}
+
+TEST(RayCast, OpaqueAndNearlyTransparentMediaKeepTheirLimits) {
+    Volume<std::uint8_t> volume({2, 2, 64});
+    Rays rays;
+    rays.origin = {.base = {0, 0, -2}, .x = {1, 0, 0}, .y = {0, 1, 0}};
+    rays.direction.base = {0, 0, 1};
+    for (const double opacity : {1.0, 1e-7, 1e-4}) {
+        const std::vector<OpticsPoint> points = {{0, opacity, {1, 1, 1}}};
+        const Optics optics = optics_of(points, 1, {});
+        const RayCast cast{.volume = volume.grid(Type::u8), .rule = Combine::over, .rays = rays,
+                           .step = 0.125, .optics = &optics};
+        float pixel[4];
+        ray_cast(cast, 0, 0, 1, 1, pixel, 4);
+        const double want = -std::expm1(64 * std::log1p(-opacity));
+        // Light is a sum of 512 parts that keep 24 bits each; transparency loses up to 2^-25 a part.
+        EXPECT_NEAR(pixel[0], want, 512 * want * 6e-8);
+        EXPECT_NEAR(pixel[3], want, 512 * 3e-8);
+    }
+}
+
+TEST(RayCast, NotFiniteSamplesCountAsOutside) {
+    const Extent n{9, 9, 9};
+    auto volume = random_volume<float>(n, 1, 255, 14);
+    const float bad[] = {std::numeric_limits<float>::quiet_NaN(),
+                         std::numeric_limits<float>::infinity(),
+                         -std::numeric_limits<float>::infinity()};
+    for (int i = 0; i < 3; ++i) volume.at(2 + i, 4, 3 + i) = bad[i];
+    for (const Hold hold : {Hold::foh, Hold::bspline3})
+        all_rules(volume, Type::f32, {}, hold, turned(n, 0.35, 0.1, 15), 15);
+
+    std::fill(volume.samples.begin(), volume.samples.end(), bad[0]);
+    RayCast cast{.volume = volume.grid(Type::f32), .rays = turned(n, 0.35, 0.1, 15), .miss = 42};
+    float pixel = 0;
+    ray_cast(cast, 7, 7, 1, 1, &pixel, 1);
+    EXPECT_EQ(pixel, 42);
+    cast.rule = Combine::sum;
+    ray_cast(cast, 7, 7, 1, 1, &pixel, 1);
+    EXPECT_EQ(pixel, 0);
+}
+
+TEST(RayCast, TilesShowNowhere) {
+    const Extent n{40, 50, 30};
+    const auto volume = random_volume<std::uint16_t>(n, 0, 65535, 15);
+    const std::vector<OpticsPoint> points = {{0, 0, {0, 0, 0}}, {65535, 0.9, {1, 1, 1}}};
+    const Optics optics = optics_of(points, 1, {});
+    for (const Rays& rays : {turned(n, 0.6, 0.4, 61), from_eye(n, 61, 70)})
+        for (const Combine rule : {Combine::max, Combine::sum, Combine::over}) {
+            const RayCast cast{.volume = volume.grid(Type::u16), .rule = rule, .rays = rays,
+                               .step = 0.5, .optics = &optics, .bound = 1.0 / 1024};
+            const int channels = rule == Combine::over ? 4 : 1;
+            std::vector<float> whole(61 * 61 * channels), tiles(whole.size());
+            ray_cast(cast, 0, 0, 61, 61, whole.data(), 61 * channels);
+            for (int y = 0; y < 61; y += 7)
+                for (int x = 0; x < 61; x += 5)
+                    ray_cast(cast, x, y, std::min(5, 61 - x), std::min(7, 61 - y),
+                             tiles.data() + (y * 61 + x) * channels, 61 * channels);
+            EXPECT_EQ(0, std::memcmp(whole.data(), tiles.data(), whole.size() * sizeof(float)));
+        }
+}
+
+TEST(RayCast, EarlyTerminationStaysWithinItsBound) {
+    const Extent n{30, 30, 60};
+    const auto volume = random_volume<std::uint8_t>(n, 0, 256, 16);
+    const Optics optics = optics_of(kColors, 1, {});
+    RayCast cast{.volume = volume.grid(Type::u8), .rule = Combine::over,
+                 .rays = turned(n, 0.2, 0.3, 40), .step = 0.5, .optics = &optics};
+    std::vector<float> full(40 * 40 * 4), ended(full.size());
+    ray_cast(cast, 0, 0, 40, 40, full.data(), 160);
+    for (const double bound : {0.05, 1e-3, 1e-6}) {
+        cast.bound = bound;
+        ray_cast(cast, 0, 0, 40, 40, ended.data(), 160);
+        for (std::size_t i = 0; i < full.size(); ++i)
+            ASSERT_LE(std::abs(full[i] - ended[i]), bound + 1e-6);
+    }
+}
+
+/// A volume that is mostly empty, with small bright and narrow-band spots, some at brick borders.
+Volume<float> spotted(const Extent& n) {
+    Volume<float> volume(n);
+    std::mt19937 random(17);
+    for (int spot = 0; spot < 60; ++spot)
+        volume.at(random() % n.x, random() % n.y, random() % n.z) = 40.0f + 7 * spot;
+    volume.at(7, 8, 12) = std::numeric_limits<float>::quiet_NaN();
+    volume.at(8, 8, 12) = std::numeric_limits<float>::infinity();
+    return volume;
+}
+
+TEST(RayCast, BricksChangeNoByte) {
+    const Extent n{45, 38, 51};
+    const auto volume = spotted(n);
+    // Opaque in a narrow band only: values at both ends of a brick's range are transparent.
+    const std::vector<OpticsPoint> points = {
+        {30, 0, {1, 1, 1}}, {31, 0.5, {1, 0, 1}}, {32, 0, {1, 1, 1}}};
+    for (const ValueMap& values : {ValueMap{}, ValueMap{-1, 60}})
+        for (const Hold hold : {Hold::zoh, Hold::foh, Hold::bspline3})
+            for (const double step : {1.0, 0.21, 2.9})
+                for (const Rays& rays : {turned(n, 0.6, 0.4, 64), turned(n, 0, 0, 64),
+                                         from_eye(n, 64, 55)})
+                    for (const Combine rule : {Combine::max, Combine::over}) {
+                        const Optics optics = optics_of(points, 1, values);
+                        RayCast cast{.volume = volume.grid(Type::f32, values), .hold = hold,
+                                     .rule = rule, .rays = rays, .step = step, .optics = &optics};
+                        const int channels = rule == Combine::over ? 4 : 1;
+                        std::vector<float> plain(64 * 64 * channels), skipped(plain.size());
+                        ray_cast(cast, 0, 0, 64, 64, plain.data(), 64 * channels);
+                        const Bricks bricks =
+                            bricks_of(cast.volume, rule == Combine::over ? &optics : nullptr);
+                        cast.bricks = &bricks;
+                        ray_cast(cast, 0, 0, 64, 64, skipped.data(), 64 * channels);
+                        ASSERT_EQ(0, std::memcmp(plain.data(), skipped.data(),
+                                                 plain.size() * sizeof(float)))
+                            << static_cast<int>(hold) << ' ' << step;
+                    }
+}
+
+}  // namespace
+}  // namespace edgewise::kernels

@@ -1,0 +1,186 @@
+#include "transitions/kernels/axis_permutation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace edgewise::kernels {
+namespace {
+
+constexpr double kExactEntry = 1e-12, kExactShift = 1e-9;
+constexpr std::int64_t kTile = 32;  // 32 x 32 samples of 8 bytes, read and written: half an L1
+
+/// One copy, with the strides of the input along the axes of the output [bytes].
+struct Copy {
+    const std::byte* in;                 // the sample that goes to out (0, 0, 0), inside or not
+    std::array<std::int64_t, 3> stride;  // of the input, for one step along each output axis
+    std::byte* out;
+    Extent out_extent;
+    std::size_t sample_bytes;
+    const std::byte* outside;
+    Region filled;  // the part of the output region that has an input
+
+    const std::byte* source(std::int64_t x, std::int64_t y, std::int64_t z) const noexcept {
+        return in + x * stride[0] + y * stride[1] + z * stride[2];
+    }
+    std::byte* target(std::int64_t x, std::int64_t y, std::int64_t z) const noexcept {
+        return out + ((z * out_extent.y + y) * out_extent.x + x) * std::int64_t(sample_bytes);
+    }
+};
+
+template <std::size_t size>
+void copy_row(const Copy& copy, std::int64_t begin, std::int64_t end, std::int64_t y,
+              std::int64_t z) {
+    const std::byte* from = copy.source(begin, y, z);
+    std::byte* to = copy.target(begin, y, z);
+    for (std::int64_t x = begin; x < end; ++x, from += copy.stride[0], to += size)
+        std::memcpy(to, from, size);
+}
+
+/// The output's x and `along` (1 or 2) go through small squares, so that the lines of the cache
+/// that a column of the input touches are used up before they leave it.
+template <std::size_t size>
+void copy_squares(const Copy& copy, int along) {
+    const Region& part = copy.filled;
+    const int other = 3 - along;
+    for (std::int64_t o = part.begin[other]; o < part.end[other]; ++o)
+        for (std::int64_t a0 = part.begin[along]; a0 < part.end[along]; a0 += kTile)
+            for (std::int64_t x0 = part.begin[0]; x0 < part.end[0]; x0 += kTile) {
+                const std::int64_t a1 = std::min(a0 + kTile, part.end[along]);
+                const std::int64_t x1 = std::min(x0 + kTile, part.end[0]);
+                for (std::int64_t a = a0; a < a1; ++a)
+                    along == 1 ? copy_row<size>(copy, x0, x1, a, o)
+                               : copy_row<size>(copy, x0, x1, o, a);
+            }
+}
+
+template <std::size_t size>
+void copy_filled(const Copy& copy) {
+    const Region& part = copy.filled;
+    for (int along = 1; along < 3; ++along)
+        if (std::abs(copy.stride[along]) == std::int64_t(copy.sample_bytes))
+            return copy_squares<size>(copy, along);
+    for (std::int64_t z = part.begin[2]; z < part.end[2]; ++z)
+        for (std::int64_t y = part.begin[1]; y < part.end[1]; ++y) {
+            if (copy.stride[0] == std::int64_t(size))
+                std::memcpy(copy.target(part.begin[0], y, z), copy.source(part.begin[0], y, z),
+                            size * (part.end[0] - part.begin[0]));
+            else
+                copy_row<size>(copy, part.begin[0], part.end[0], y, z);
+        }
+}
+
+/// Sizes that no kernel was made for: colour in odd types.
+void copy_any_size(const Copy& copy) {
+    const Region& part = copy.filled;
+    for (std::int64_t z = part.begin[2]; z < part.end[2]; ++z)
+        for (std::int64_t y = part.begin[1]; y < part.end[1]; ++y)
+            for (std::int64_t x = part.begin[0]; x < part.end[0]; ++x)
+                std::memcpy(copy.target(x, y, z), copy.source(x, y, z), copy.sample_bytes);
+}
+
+void fill(const Copy& copy, std::int64_t begin, std::int64_t end, std::int64_t y, std::int64_t z) {
+    for (std::int64_t x = begin; x < end; ++x)
+        std::memcpy(copy.target(x, y, z), copy.outside, copy.sample_bytes);
+}
+
+void fill_outside(const Copy& copy, const Region& region) {
+    const Region& part = copy.filled;
+    for (std::int64_t z = region.begin[2]; z < region.end[2]; ++z)
+        for (std::int64_t y = region.begin[1]; y < region.end[1]; ++y) {
+            const bool row_has_input = !part.empty() && z >= part.begin[2] && z < part.end[2] &&
+                                       y >= part.begin[1] && y < part.end[1];
+            if (row_has_input) {
+                fill(copy, region.begin[0], part.begin[0], y, z);
+                fill(copy, part.end[0], region.end[0], y, z);
+            } else {
+                fill(copy, region.begin[0], region.end[0], y, z);
+            }
+        }
+}
+
+}  // namespace
+
+std::optional<AxisPermutation> axis_permutation(const Affine& map) noexcept {
+    AxisPermutation found;
+    std::array<bool, 3> used{false, false, false};
+    for (int row = 0; row < 3; ++row) {
+        int column = 0;
+        for (int c = 1; c < 3; ++c)
+            if (std::abs(map[4 * row + c]) > std::abs(map[4 * row + column])) column = c;
+        for (int c = 0; c < 3; ++c) {
+            const double expected = c == column ? 1 : 0;
+            if (!(std::abs(std::abs(map[4 * row + c]) - expected) <= kExactEntry)) return {};
+        }
+        const double shift = std::round(map[4 * row + 3]);
+        if (used[column] || !(std::abs(map[4 * row + 3] - shift) <= kExactShift)) return {};
+        if (std::abs(shift) > 1e15) return {};  // an index must stay exact
+        used[column] = true;
+        found.from[row] = column;
+        found.sign[row] = map[4 * row + column] < 0 ? -1 : 1;
+        found.shift[row] = std::int64_t(shift);
+    }
+    return found;
+}
+
+Affine affine_of(const AxisPermutation& permutation) noexcept {
+    Affine map{};
+    for (int row = 0; row < 3; ++row) {
+        map[4 * row + permutation.from[row]] = permutation.sign[row];
+        map[4 * row + 3] = double(permutation.shift[row]);
+    }
+    return map;
+}
+
+AxisPermutation into_place(AxisPermutation permutation, const Extent& in) noexcept {
+    for (int i = 0; i < 3; ++i)
+        permutation.shift[i] = permutation.sign[i] > 0 ? 0 : in[permutation.from[i]] - 1;
+    return permutation;
+}
+
+Extent permuted_extent(const AxisPermutation& permutation, const Extent& in) noexcept {
+    return {in[permutation.from[0]], in[permutation.from[1]], in[permutation.from[2]]};
+}
+
+void copy_permuted(const void* in, const Extent& in_extent, std::size_t sample_bytes,
+                   const AxisPermutation& permutation, const void* outside, void* out,
+                   const Extent& out_extent, const Region& region) {
+    const auto bytes = std::int64_t(sample_bytes);
+    const std::array<std::int64_t, 3> strides = {bytes, bytes * in_extent.x,
+                                                 bytes * in_extent.x * in_extent.y};
+    Copy copy{.in = static_cast<const std::byte*>(in),
+              .stride = {},
+              .out = static_cast<std::byte*>(out),
+              .out_extent = out_extent,
+              .sample_bytes = sample_bytes,
+              .outside = static_cast<const std::byte*>(outside),
+              .filled = {}};
+    for (int i = 0; i < 3; ++i) {
+        const std::int64_t n = in_extent[permutation.from[i]], shift = permutation.shift[i];
+        const bool forward = permutation.sign[i] > 0;
+        copy.stride[i] = permutation.sign[i] * strides[permutation.from[i]];
+        copy.in -= shift * copy.stride[i];
+        // in = sign (out - shift) lies in [0, n) for these out:
+        const std::int64_t first = forward ? shift : shift - n + 1;
+        copy.filled.begin[i] = std::clamp(first, region.begin[i], region.end[i]);
+        copy.filled.end[i] = std::clamp(first + n, region.begin[i], region.end[i]);
+    }
+    fill_outside(copy, region);
+    if (copy.filled.empty()) return;
+    switch (sample_bytes) {
+        case 1:
+            return copy_filled<1>(copy);
+        case 2:
+            return copy_filled<2>(copy);
+        case 3:
+            return copy_filled<3>(copy);
+        case 4:
+            return copy_filled<4>(copy);
+        case 8:
+            return copy_filled<8>(copy);
+        default:
+            return copy_any_size(copy);
+    }
+}
+
+}  // namespace edgewise::kernels

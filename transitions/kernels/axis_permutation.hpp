@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "graph/samples.hpp"
+#include "transitions/kernels/grid.hpp"
+
+namespace edgewise::kernels {
+
+/// One of the 48 signed permutations of the axes and a shift by whole samples:
+///     out[i] = sign[i] * in[from[i]] + shift[i]
+struct AxisPermutation {
+    std::array<int, 3> from{0, 1, 2};
+    std::array<int, 3> sign{1, 1, 1};
+    std::array<std::int64_t, 3> shift{0, 0, 0};
+
+    friend bool operator==(const AxisPermutation&, const AxisPermutation&) = default;
+};
+
+/// The signed permutation and shift that a map is: entries within 1e-12, translation within 1e-9 of
+/// integers; nothing where it is none.
+std::optional<AxisPermutation> axis_permutation(const Affine& map) noexcept;
+
+/// The map of a signed permutation.
+Affine affine_of(const AxisPermutation& permutation) noexcept;
+
+/// The signed permutation that fits the extent into itself: shifts such that out starts at 0.
+AxisPermutation into_place(AxisPermutation permutation, const Extent& in) noexcept;
+
+/// Extent of the input behind the permutation.
+Extent permuted_extent(const AxisPermutation& permutation, const Extent& in) noexcept;
+
+/// Copies the samples of a region of the output, byte for byte; `outside` where there is no input.
+/// Regions may be copied at the same time; regions of whole rows of some 32 y or more are quickest.
+/// @param in       [in_extent] samples of sample_bytes bytes each (all channels together)
+/// @param out      [out_extent] samples of the same size
+/// @param outside  sample_bytes bytes
+void copy_permuted(const void* in, const Extent& in_extent, std::size_t sample_bytes,
+                   const AxisPermutation& permutation, const void* outside, void* out,
+                   const Extent& out_extent, const Region& region);
+
+}  // namespace edgewise::kernels

@@ -1,0 +1,168 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <vector>
+
+#include "transitions/kernels/ray_cast.hpp"
+#include "transitions/kernels/scalar_load.hpp"
+
+namespace edgewise::kernels {
+namespace {
+
+constexpr std::int64_t kSide = 1 << Bricks::kShift;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+struct Span {
+    float low = kInfinity, high = -kInfinity;
+
+    void add(float value) noexcept {
+        if (value < low) low = value;
+        if (value > high) high = value;
+    }
+};
+
+/// The largest opacity that a value between two stored numbers has.
+float largest_opacity(const Optics& optics, const Span& span) {
+    if (span.low > span.high) return 0;  // nothing finite
+    const auto at = [&](float value) {
+        float opacity = optics.opacity;
+        for (const OpticsRamp& ramp : optics.ramps)
+            opacity +=
+                ramp.opacity * std::clamp((value - ramp.start) * ramp.inverse_width, 0.0f, 1.0f);
+        return opacity;
+    };
+    float largest = std::max(at(span.low), at(span.high));
+    for (const OpticsRamp& ramp : optics.ramps) {
+        const float end = ramp.start + 1 / ramp.inverse_width;
+        for (const float knot : {ramp.start, end})
+            if (knot > span.low && knot < span.high) largest = std::max(largest, at(knot));
+    }
+    // Interpolated samples round: what is transparent by less than that is not skipped.
+    return largest > 0 ? largest : 0;
+}
+
+/// Least and greatest finite sample of every 4^3 brick of one line of bricks. First across rows,
+/// element by element, then along them: the first part is most of the work, and a plain loop.
+template <class T>
+class LineOfBricks {
+ public:
+    explicit LineOfBricks(std::int64_t n) : low_(n), high_(n) {}
+
+    void clear() {
+        std::fill(low_.begin(), low_.end(), kGreatest);
+        std::fill(high_.begin(), high_.end(), kLeast);
+    }
+    void add(const T* row) {
+        const std::int64_t n = static_cast<std::int64_t>(low_.size());
+        T* low = low_.data();
+        T* high = high_.data();
+        for (std::int64_t x = 0; x < n; ++x) {
+            // Infinity counts as nothing; comparisons with NaN are false.
+            const T v = row[x];
+            low[x] = v < low[x] && v >= kLeast ? v : low[x];
+            high[x] = v > high[x] && v <= kGreatest ? v : high[x];
+        }
+    }
+    Span span(std::int64_t brick) const {
+        Span span;
+        const std::int64_t n = static_cast<std::int64_t>(low_.size());
+        for (std::int64_t x = brick * kSide; x < std::min((brick + 1) * kSide, n); ++x)
+            if (low_[x] <= high_[x])
+                span.add(static_cast<float>(low_[x])), span.add(static_cast<float>(high_[x]));
+        return span;
+    }
+
+ private:
+    static constexpr T kLeast = std::numeric_limits<T>::lowest();
+    static constexpr T kGreatest = std::numeric_limits<T>::max();
+    std::vector<T> low_, high_;
+};
+
+/// Any other type, read through f32.
+struct Loaded {};
+
+template <class T>
+void layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
+            Bricks& bricks) {
+    constexpr bool kLoaded = std::is_same_v<T, Loaded>;
+    const Extent& n = volume.extent;
+    LineOfBricks<std::conditional_t<kLoaded, float, T>> line(n.x);
+    std::vector<float> loaded(kLoaded ? static_cast<std::size_t>(n.x) : 0);
+    const ScalarLoad load = scalar_load(volume.type);
+    const auto row = [&](std::int64_t start) {
+        if constexpr (kLoaded) {
+            for (std::int64_t x = 0; x < n.x; ++x) loaded[x] = load(volume.samples, start + x);
+            return loaded.data();
+        } else {
+            return volume.as<T>() + start;
+        }
+    };
+    for (std::int64_t k = begin; k < end; ++k)
+        for (std::int64_t j = 0; j < bricks.extent.y; ++j) {
+            line.clear();
+            for (std::int64_t z = k * kSide; z < std::min((k + 1) * kSide, n.z); ++z)
+                for (std::int64_t y = j * kSide; y < std::min((j + 1) * kSide, n.y); ++y)
+                    line.add(row((z * n.y + y) * n.x));
+            float* level = bricks.level.data() + (k * bricks.extent.y + j) * bricks.extent.x;
+            for (std::int64_t i = 0; i < bricks.extent.x; ++i) {
+                const Span span = line.span(i);
+                level[i] = optics                    ? largest_opacity(*optics, span)
+                           : volume.values.slope < 0 ? -span.low
+                                                     : span.high;
+            }
+        }
+}
+
+}  // namespace
+
+void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
+                  Bricks& bricks) {
+    switch (volume.type) {
+        case Type::u8:
+            return layers<std::uint8_t>(volume, optics, begin, end, bricks);
+        case Type::i8:
+            return layers<std::int8_t>(volume, optics, begin, end, bricks);
+        case Type::u16:
+            return layers<std::uint16_t>(volume, optics, begin, end, bricks);
+        case Type::i16:
+            return layers<std::int16_t>(volume, optics, begin, end, bricks);
+        case Type::f32:
+            return layers<float>(volume, optics, begin, end, bricks);
+        default:
+            return layers<Loaded>(volume, optics, begin, end, bricks);
+    }
+}
+
+void spread_bricks(Bricks& bricks) {
+    // Along each axis in turn, the largest of three: runs of `stride` levels move together.
+    const Extent& n = bricks.extent;
+    std::int64_t stride = 1;
+    for (int axis = 0; axis < 3; stride *= n[axis++]) {
+        const std::int64_t count = n[axis];
+        std::vector<float> before(static_cast<std::size_t>(stride)), old(before);
+        for (std::int64_t start = 0; start < n.samples(); start += stride * count) {
+            float* level = bricks.level.data() + start;
+            std::copy_n(level, stride, before.data());
+            for (std::int64_t i = 0; i < count; ++i, level += stride) {
+                const float* after = i + 1 < count ? level + stride : level;
+                std::copy_n(level, stride, old.data());
+                for (std::int64_t r = 0; r < stride; ++r)
+                    level[r] = std::max(std::max(before[r], old[r]), after[r]);
+                before.swap(old);
+            }
+        }
+    }
+}
+
+Bricks bricks_of(const Grid& volume, const Optics* optics) {
+    Bricks bricks;
+    for (int axis = 0; axis < 3; ++axis)
+        bricks.extent[axis] = (volume.extent[axis] + kSide - 1) / kSide;
+    bricks.level.resize(static_cast<std::size_t>(bricks.extent.samples()));
+    brick_layers(volume, optics, 0, bricks.extent.z, bricks);
+    spread_bricks(bricks);
+    return bricks;
+}
+
+}  // namespace edgewise::kernels

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "transitions/kernels/grid.hpp"
+#include "transitions/kernels/optics.hpp"
+
+namespace edgewise::kernels {
+
+/// What becomes of the samples along a ray: the largest, the integral, the mean, or front-to-back
+/// compositing.
+enum class Combine { max, sum, mean, over };
+
+/// Pixel (px, py) -> a ray of input indices: origin + t / length * direction, where every vector is
+/// base + px * x + py * y. t is a length in units; `length` is the Euclidean norm of `measure`.
+/// Parallel rays: direction and measure do not depend on the pixel. Perspective: origin is the eye
+/// for every pixel, direction leads from it to the pixel, measure is the same vector in units.
+struct Rays {
+    struct Field {
+        std::array<double, 3> base{0, 0, 0}, x{0, 0, 0}, y{0, 0, 0};
+
+        std::array<double, 3> at(double px, double py) const noexcept {
+            return {base[0] + px * x[0] + py * y[0], base[1] + px * x[1] + py * y[1],
+                    base[2] + px * x[2] + py * y[2]};
+        }
+    };
+    Field origin, direction, measure{.base = {0, 0, 1}, .x = {}, .y = {}};
+    double start = -std::numeric_limits<double>::infinity();  // nothing before this t (0: the eye)
+};
+
+/// The largest sample (of max) or the largest opacity (of over) around each brick of 4^3 samples,
+/// so that stretches of rays that cannot matter are left out. The bytes of a picture do not change.
+struct Bricks {
+    static constexpr int kShift = 2;
+    Extent extent;             // bricks along each axis
+    std::vector<float> level;  // of a brick and its 26 neighbours; stored numbers, negated where
+                               // the slope is negative, so that the largest always matters
+};
+
+/// One picture by casting rays through a volume.
+///
+/// Sample cells lie at k step <= t < (k + 1) step for all integers k, the same for every brick,
+/// tile and rank. The volume is a box that reaches half a spacing beyond the outermost centres;
+/// there the nearest sample continues. Each cell is sampled at the middle of what of it lies inside
+/// the box and weighs that length: whole cells at (k + 1/2) step (the midpoint rule), the two end
+/// cells less. Constants and linear functions of t are thus integrated exactly, and every ray that
+/// meets the box has a sample, however thin the box is. Samples that are not finite count as
+/// outside.
+struct RayCast {
+    Grid volume;  // one channel; with Hold::bspline3 f32 coefficients, mirrored at the ends
+    Hold hold = Hold::foh;
+    Combine rule = Combine::max;
+    Rays rays;
+    double step = 1;                 // [t]
+    double unit = 1;                 // one t, in the file's unit; of sum
+    double zero = 0;                 // of sum: the value that adds nothing
+    double miss = 0;                 // of max and mean: a ray that meets no sample
+    const Optics* optics = nullptr;  // of over
+    double bound = 0;  // of over: a ray ends where less than this transparency is left; the result
+                       // differs by at most bound x the largest emission or background
+    const Bricks* bricks = nullptr;
+};
+
+/// Fills width x height pixels, from pixel (x, y) on. Single-threaded; no allocation; each pixel
+/// depends on nothing but its ray.
+/// @param out         first pixel: 1 float a pixel; of over 4: premultiplied r, g, b, opacity
+/// @param row_floats  floats from one row of out to the next
+void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+              std::int64_t height, float* out, std::ptrdiff_t row_floats);
+
+/// Brick levels of z-layers [begin, end) of bricks, without their neighbours. Layers may be made in
+/// parallel; spread_bricks then joins neighbours.
+/// @param optics  of over, else null
+void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
+                  Bricks& bricks);
+void spread_bricks(Bricks& bricks);
+/// Both, serially. Bricks see f32 coefficients as well: B-spline weights are positive and sum to 1.
+Bricks bricks_of(const Grid& volume, const Optics* optics);
+
+}  // namespace edgewise::kernels

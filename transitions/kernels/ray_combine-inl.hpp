@@ -1,0 +1,219 @@
+// What becomes of the samples along rays, a vector of rays at a time. Compiled once a target.
+#if defined(EDGEWISE_RAY_COMBINE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef EDGEWISE_RAY_COMBINE_INL
+#undef EDGEWISE_RAY_COMBINE_INL
+#else
+#define EDGEWISE_RAY_COMBINE_INL
+#endif
+
+#include <cmath>
+#include <limits>
+
+#include "hwy/contrib/math/math-inl.h"
+#include "hwy/highway.h"
+#include "transitions/kernels/ray_cast.hpp"
+#include "transitions/kernels/ray_samplers-inl.hpp"
+
+// Every rule has: add (a whole cell), add_part (a weighted cell, some lanes outside), alive
+// (whether any lane still needs samples), needs (given the largest level ahead), Lanewise (the
+// results). kFinite: stored numbers of integer types, which need no test for NaN and infinity.
+
+HWY_BEFORE_NAMESPACE();
+namespace edgewise::kernels::HWY_NAMESPACE {
+
+HWY_INLINE MF is_finite(VF v) {
+    return hn::Le(hn::Abs(v), hn::Set(DF(), std::numeric_limits<float>::max()));
+}
+
+/// The largest value: of stored numbers, the smallest where the slope is negative.
+template <bool kFinite>
+class MaxSum {
+ public:
+    static constexpr int kChannels = 1;
+    static constexpr bool kSkips = true, kAnyOrder = true;
+
+    explicit MaxSum(const RayCast& cast)
+        : best_(hn::Set(DF(), -std::numeric_limits<float>::infinity())),
+          sign_(hn::Set(DF(), cast.volume.values.slope < 0 ? -0.0f : 0.0f)) {}
+
+    HWY_INLINE void add(VF value, int) {
+        const VF larger = hn::Max(best_, hn::Xor(value, sign_));
+        best_ = kFinite ? larger : hn::IfThenElse(is_finite(value), larger, best_);
+    }
+    HWY_INLINE void add_part(VF value, VF, MF outside, int cell) {
+        const VF before = best_;
+        add(value, cell);
+        best_ = hn::IfThenElse(outside, before, best_);
+    }
+    HWY_INLINE bool alive() const { return true; }
+    HWY_INLINE bool needs(VF level) const { return !hn::AllFalse(DF(), hn::Gt(level, best_)); }
+
+    struct Lanewise {
+        HWY_ALIGN float best[kLanes];
+
+        explicit Lanewise(const MaxSum& sum) { hn::Store(sum.best_, DF(), best); }
+        void write(const RayCast& cast, int lane, bool hit, double, float* out) const {
+            const ValueMap& values = cast.volume.values;
+            const bool any = hit && std::isfinite(best[lane]);
+            const double stored = values.slope < 0 ? -best[lane] : best[lane];
+            *out = static_cast<float>(any ? values(stored) : cast.miss);
+        }
+    };
+
+ private:
+    VF best_, sign_;
+};
+
+/// Integral and mean: the sum of weighted stored numbers, and where some may not be finite, the sum
+/// of the weights of those that are.
+template <bool kFinite>
+class LineSum {
+ public:
+    static constexpr int kChannels = 1;
+    static constexpr bool kSkips = false, kAnyOrder = false;
+    static constexpr int kBlock = 32;  // cells summed before they join the total: rounding then
+                                       // grows with the number of blocks, not of cells
+
+    explicit LineSum(const RayCast&) : total_(hn::Zero(DF())), block_(total_), length_(total_) {}
+
+    HWY_INLINE void add(VF value, int cell) {
+        close_block(cell);
+        if constexpr (kFinite) {
+            block_ = hn::Add(block_, value);
+        } else {
+            const MF finite = is_finite(value);
+            block_ = hn::Add(block_, hn::IfThenElseZero(finite, value));
+            length_ = hn::Add(length_, hn::IfThenElseZero(finite, hn::Set(DF(), 1.0f)));
+        }
+    }
+    HWY_INLINE void add_part(VF value, VF weight, MF outside, int cell) {
+        close_block(cell);
+        weight = hn::IfThenZeroElse(outside, weight);
+        const MF finite = is_finite(value);
+        block_ = hn::MulAdd(weight, hn::IfThenElseZero(finite, value), block_);
+        length_ = hn::Add(length_, hn::IfThenElseZero(finite, weight));
+    }
+    HWY_INLINE bool alive() const { return true; }
+    HWY_INLINE bool needs(VF) const { return true; }
+
+    struct Lanewise {
+        HWY_ALIGN float total[kLanes], block[kLanes], length[kLanes];
+
+        explicit Lanewise(const LineSum& sum) {
+            hn::Store(sum.total_, DF(), total);
+            hn::Store(sum.block_, DF(), block);
+            hn::Store(sum.length_, DF(), length);
+        }
+        void write(const RayCast& cast, int lane, bool hit, double inside, float* out) const {
+            const bool mean = cast.rule == Combine::mean;
+            const double weight = kFinite ? inside : length[lane];
+            if (!hit || weight <= 0) {
+                *out = mean ? static_cast<float>(cast.miss) : 0.0f;
+                return;
+            }
+            const ValueMap& values = cast.volume.values;
+            const double sum = static_cast<double>(total[lane]) + block[lane];
+            const double average = values(sum / weight);
+            *out = static_cast<float>(
+                mean ? average : (average - cast.zero) * weight * cast.step * cast.unit);
+        }
+    };
+
+ private:
+    /// Blocks end at the same cells for every ray, whoever its neighbours in the packet are.
+    HWY_INLINE void close_block(int cell) {
+        if ((cell & (kBlock - 1)) != 0) return;
+        total_ = hn::Add(total_, block_);
+        block_ = hn::Zero(DF());
+    }
+    VF total_, block_, length_;
+};
+
+/// Front-to-back compositing; kColors = 1 where red, green and blue are one.
+template <bool kFinite, int kColors>
+class OverSum {
+ public:
+    static constexpr int kChannels = 4;
+    static constexpr bool kSkips = true, kAnyOrder = false;
+
+    explicit OverSum(const RayCast& cast)
+        : optics_(*cast.optics),
+          left_(hn::Set(DF(), 1.0f)),
+          bound_(hn::Set(DF(), static_cast<float>(cast.bound))),
+          power_(static_cast<float>(cast.step / cast.optics->unit)),
+          exact_(cast.step == cast.optics->unit) {
+        for (int c = 0; c < kColors; ++c) light_[c] = hn::Zero(DF());
+    }
+
+    HWY_INLINE void add(VF value, int) {
+        VF color[kColors], opacity = look_up(value, color);
+        if (!exact_) opacity = corrected(opacity, hn::Set(DF(), power_));
+        composite(value, color, opacity);
+    }
+    HWY_INLINE void add_part(VF value, VF weight, MF outside, int) {
+        VF color[kColors], opacity = look_up(value, color);
+        opacity = corrected(opacity, hn::Mul(weight, hn::Set(DF(), power_)));
+        composite(value, color, hn::IfThenZeroElse(outside, opacity));
+    }
+    HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), hn::Gt(left_, hn::Zero(DF()))); }
+    HWY_INLINE bool needs(VF level) const {
+        return !hn::AllFalse(DF(), hn::Gt(hn::Min(level, left_), hn::Zero(DF())));
+    }
+
+    struct Lanewise {
+        HWY_ALIGN float light[kColors][kLanes], left[kLanes];
+
+        explicit Lanewise(const OverSum& sum) {
+            for (int c = 0; c < kColors; ++c) hn::Store(sum.light_[c], DF(), light[c]);
+            hn::Store(sum.left_, DF(), left);
+        }
+        void write(const RayCast&, int lane, bool hit, double, float* out) const {
+            for (int c = 0; c < 3; ++c) out[c] = hit ? light[c % kColors][lane] : 0.0f;
+            out[3] = hit ? 1.0f - left[lane] : 0.0f;
+        }
+    };
+
+ private:
+    HWY_INLINE VF look_up(VF value, VF color[kColors]) const {
+        const DF d;
+        const VF zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+        VF opacity = hn::Set(d, optics_.opacity);
+        for (int c = 0; c < kColors; ++c) color[c] = hn::Set(d, optics_.color[c]);
+        for (const OpticsRamp& ramp : optics_.ramps) {
+            const VF along =
+                hn::Mul(hn::Sub(value, hn::Set(d, ramp.start)), hn::Set(d, ramp.inverse_width));
+            const VF part = hn::Min(hn::Max(along, zero), one);
+            opacity = hn::MulAdd(part, hn::Set(d, ramp.opacity), opacity);
+            for (int c = 0; c < kColors; ++c)
+                color[c] = hn::MulAdd(part, hn::Set(d, ramp.color[c]), color[c]);
+        }
+        return hn::Min(hn::Max(opacity, zero), one);
+    }
+    /// 1 - (1 - a)^power, without cancellation for small a (S21).
+    static HWY_NOINLINE VF corrected(VF opacity, VF power) {
+        const DF d;
+        const VF one = hn::Set(d, 1.0f);
+        const MF opaque = hn::Ge(opacity, one);
+        const VF below = hn::IfThenZeroElse(opaque, opacity);
+        const VF light = hn::Neg(hn::Expm1(d, hn::Mul(power, hn::Log1p(d, hn::Neg(below)))));
+        return hn::IfThenElse(opaque, one, light);
+    }
+    HWY_INLINE void composite(VF value, const VF color[kColors], VF opacity) {
+        if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
+        const VF caught = hn::Mul(left_, opacity);
+        for (int c = 0; c < kColors; ++c) light_[c] = hn::MulAdd(caught, color[c], light_[c]);
+        left_ = hn::Sub(left_, caught);
+        // A ray ends by itself, never because its packet does: tiles must not show.
+        left_ = hn::IfThenElseZero(hn::Ge(left_, bound_), left_);
+    }
+
+    const Optics& optics_;
+    VF light_[kColors], left_, bound_;
+    float power_;
+    bool exact_;
+};
+
+}  // namespace edgewise::kernels::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,121 @@
+#include "transitions/store/geometry.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "transitions/store/text.hpp"
+
+namespace edgewise::store {
+namespace {
+// A direction matrix of unit columns spans at least this: axes 0.06 degrees from a common plane are
+// a mistake, not a geometry.
+constexpr double kLeastDeterminant = 1e-3;
+constexpr double kOneAxis = 1e-6;
+}  // namespace
+
+double dot(const Vector& a, const Vector& b) noexcept {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+double length(const Vector& v) noexcept { return std::sqrt(dot(v, v)); }
+Vector cross(const Vector& a, const Vector& b) noexcept {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double determinant(const std::array<Vector, 3>& columns) noexcept {
+    return dot(cross(columns[0], columns[1]), columns[2]);
+}
+
+void check_spacing(const Header& header, const std::string& field) {
+    for (double step : header.spacing)
+        if (!(std::isfinite(step) && step > 0))
+            refuse(header.file, fmt::format("field '{}': spacing {} is not a positive number", field,
+                                            step));
+    for (double at : header.origin)
+        if (!std::isfinite(at))
+            refuse(header.file, fmt::format("field '{}': origin {} is not finite", field, at));
+}
+
+void take_steps(Header& header, const std::array<Vector, 3>& steps, const std::string& field) {
+    for (int axis = 0; axis < 3; ++axis) {
+        for (double entry : steps[axis])
+            if (!std::isfinite(entry))
+                refuse(header.file, fmt::format("field '{}' holds {}", field, entry));
+        header.spacing[axis] = length(steps[axis]);
+        if (!(header.spacing[axis] > 0) || !std::isfinite(header.spacing[axis]))
+            refuse(header.file, fmt::format("field '{}': axis {} has length {}", field, axis,
+                                            header.spacing[axis]));
+        for (int row = 0; row < 3; ++row)
+            header.direction[axis][row] = steps[axis][row] / header.spacing[axis];
+    }
+    if (std::abs(determinant(header.direction)) < kLeastDeterminant)
+        refuse(header.file, fmt::format("field '{}': the axes lie in one plane (determinant {:.3g})",
+                                        field, determinant(header.direction)));
+}
+
+void flip_xy(Header& header) noexcept {
+    for (int row = 0; row < 2; ++row) {
+        header.origin[row] = 0 - header.origin[row];
+        for (Vector& column : header.direction) column[row] = 0 - column[row];
+    }
+}
+
+bool is_identity(const std::array<Vector, 3>& direction) noexcept {
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row)
+            if (std::abs(direction[column][row] - (row == column)) > kOneAxis) return false;
+    return true;
+}
+
+std::string letters_of(const std::array<Vector, 3>& direction) {
+    // Each anatomical axis is used once, the clearest match first, so oblique scans get three letters.
+    std::string letters = "???";
+    bool column_done[3] = {}, row_done[3] = {};
+    for (int round = 0; round < 3; ++round) {
+        int column = -1, row = -1;
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r)
+                if (!column_done[c] && !row_done[r] &&
+                    (column < 0 ||
+                     std::abs(direction[c][r]) > std::abs(direction[column][row]) + kOneAxis))
+                    column = c, row = r;
+        column_done[column] = row_done[row] = true;
+        letters[static_cast<std::size_t>(column)] = (direction[column][row] > 0 ? "LPS" : "RAI")[row];
+    }
+    return letters;
+}
+
+std::optional<std::array<Vector, 3>> direction_of(const std::string& letters) {
+    if (letters.size() != 3) return std::nullopt;
+    std::array<Vector, 3> direction{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const char letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letters[axis])));
+        const auto plus = std::string_view("LPS").find(letter);
+        const auto minus = std::string_view("RAI").find(letter);
+        if (plus == std::string_view::npos && minus == std::string_view::npos) return std::nullopt;
+        direction[axis][std::min(plus, minus)] = plus < 3 ? 1 : -1;
+    }
+    if (std::abs(determinant(direction)) < 0.5) return std::nullopt;
+    return direction;
+}
+
+double millimetres(std::string_view unit) noexcept {
+    struct Row {
+        std::string_view name;
+        double factor;
+    };
+    constexpr Row kUnits[] = {{"mm", 1},         {"millimeter", 1}, {"millimetre", 1},
+                              {"um", 1e-3},      {"\xc2\xb5m", 1e-3}, {"micron", 1e-3},
+                              {"micrometer", 1e-3}, {"cm", 10},     {"m", 1000}, {"nm", 1e-6}};
+    for (const Row& row : kUnits)
+        if (row.name == unit) return row.factor;
+    return 0;
+}
+
+void to_millimetres(Header& header, double factor) noexcept {
+    header.unit = "mm";
+    for (double& step : header.spacing) step *= factor;
+    for (double& at : header.origin) at *= factor;
+}
+
+}  // namespace edgewise::store

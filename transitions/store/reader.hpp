@@ -1,0 +1,100 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "transitions/store/file.hpp"
+#include "transitions/store/store.hpp"
+
+namespace edgewise::store {
+
+class Reader {
+ public:
+    virtual ~Reader() = default;
+    /// Fills `into` as read_samples promises; `pick` has been checked.
+    virtual void read(const Header&, const Selection& pick, std::span<std::byte> into,
+                      std::vector<std::string>& warnings) const = 0;
+};
+
+/// One axis of the samples as a file stores them.
+struct Axis {
+    enum Kind { x, y, z, channel, time } kind;
+    std::int64_t size;
+};
+
+/// Plain samples in one or several files: all that most volume formats are behind their header.
+struct Stored {
+    struct Piece {
+        std::string path;
+        std::uint64_t offset = 0;  // of the first byte; of compressed data: of the stream
+    };
+    enum class Encoding { raw, gzip, zlib, text };
+    std::vector<Piece> pieces;  // each holds an equal part, one after another
+    Encoding encoding = Encoding::raw;
+    std::uint64_t skip = 0;  // bytes to drop after decompression, in every piece
+    bool big_endian = false;
+    Type type = Type::u8;
+    std::vector<Axis> axes;  // fastest first
+
+    std::int64_t numbers() const noexcept;
+};
+
+/// Fills the header's extent, channels and times from the axes.
+/// @throws InputError a size below 1, products that overflow, files too short for them
+void take_axes(Header&, const Stored&);
+/// Checks that every piece is there and long enough. A file that holds more is no error.
+void check_pieces(const std::string& file, const Stored&);
+std::shared_ptr<const Reader> stored_reader(Stored);
+
+/// Puts numbers that arrive in the order of `stored.axes` where they belong in memory: swaps
+/// bytes, converts to the loaded type, keeps what is selected.
+void scatter(const Stored&, const Selection&, Stream&, const std::string& file,
+             std::span<std::byte> into, std::vector<std::string>& warnings);
+
+/// Counts the values that do not survive the conversion to f32.
+struct Rounding {
+    std::int64_t rounded = 0, beyond = 0;
+    /// `count` numbers of a wider type, native byte order, to f32; f16 too.
+    void convert(Type from, const std::byte* source, std::int64_t count, std::byte* into,
+                 std::int64_t stride);
+    void tell(const std::string& file, Type from, std::vector<std::string>& warnings) const;
+};
+float half_to_float(std::uint16_t half) noexcept;
+std::uint16_t float_to_half(float value) noexcept;
+void swap_bytes(std::byte* data, std::size_t width, std::int64_t count) noexcept;
+
+// One function a format; each fills header.reader. Sources of other kinds are told apart in
+// store.cpp. Every one throws InputError for what it cannot read.
+Header inspect_nifti(const std::string& path);
+Header inspect_nrrd(const std::string& path);
+Header inspect_metaimage(const std::string& path);
+Header inspect_vtk(const std::string& path);
+Header inspect_vti(const std::string& path);
+Header inspect_json(const std::string& path);
+Header inspect_raw(const std::string& source);  // raw:FILE:WxHxD:TYPE...
+Header inspect_dicom(const std::string& path, const Selection&);  // file or folder
+Header inspect_png(const std::string& path);
+Header inspect_jpeg(const std::string& path);
+Header inspect_tiff(const std::string& path);
+Header inspect_exr(const std::string& path);
+Header inspect_stack(const std::string& folder, const std::vector<std::string>& pictures);
+Header inspect_by_itk(const std::string& path);
+Header inspect_by_oiio(const std::string& path);
+bool is_dicom(const std::string& path);
+
+void write_nifti(Replacement&, const Header&, const void* samples);
+void write_nrrd(Replacement&, const Header&, const void* samples);
+void write_metaimage(Replacement&, const Header&, const void* samples);
+void write_png(Replacement&, const Header&, const void* samples);
+void write_jpeg(Replacement&, const Header&, const void* samples, int quality);
+void write_tiff(Replacement&, const Header&, const void* samples);
+void write_exr(Replacement&, const Header&, const void* samples);
+
+inline std::span<const std::byte> samples_of(const Header& what, const void* samples) {
+    return {static_cast<const std::byte*>(samples),
+            static_cast<std::size_t>(what.extent.samples()) *
+                static_cast<std::size_t>(what.channels) * bytes_of(what.type)};
+}
+
+}  // namespace edgewise::store

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <memory_resource>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "graph/data.hpp"
+#include "graph/samples.hpp"
+
+namespace edgewise::store {
+
+using Vector = std::array<double, 3>;
+using Bytes = std::vector<std::byte>;
+
+/// What the last channel of a picture means. Straight: colour is not multiplied by it.
+enum class Alpha { none, straight, premultiplied };
+
+/// How the samples of one opened file are fetched; known to the formats only.
+class Reader;
+
+/// All that a file says, but for its samples. Also the description of what `write` writes.
+struct Header {
+    std::string file;    // as it was given
+    std::string format;  // "NIfTI", "PNG" ...
+    bool volume = true;  // two axes: image; three: volume, also with one plane
+    Extent extent;       // after EXIF orientation
+    int channels = 1;    // of one sample, together in memory
+    int times = 1;
+    Type type = Type::u8;  // as stored
+    ValueMap values;
+    Vector spacing{1, 1, 1}, origin{0, 0, 0};  // [unit]; origin: centre of the first sample
+    /// Columns: where x, y and z point, unit vectors. In LPS (x to the left, y to the back, z up)
+    /// where the file is anatomical, else in the file's own space.
+    std::array<Vector, 3> direction{Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, 1}};
+    std::string unit;         // "mm", or "" where the file has none
+    bool anatomical = false;  // the file says how it lies in the body
+    std::string orientation;  // "RAS": x to the right, y to the front, z up; "" if not anatomical
+    bool labels = false;      // the file says that it holds labels
+    Alpha alpha = Alpha::none;
+    Bytes exif, icc;                                        // TIFF block of EXIF; ICC profile
+    std::vector<std::pair<std::string, Bytes>> png_chunks;  // colour chunks of a PNG, kept as found
+    std::size_t reading_bytes = 1 << 20;  // memory that reading takes beside the samples, about
+    std::vector<std::string> warnings;
+    std::shared_ptr<const Reader> reader;
+};
+
+/// What to take from a source that holds more than one volume or image.
+struct Selection {
+    std::optional<std::string> series;  // UID of a DICOM series, or its number from 0
+    std::optional<int> time, channel;   // from 0
+    std::string orient;                 // "RAS" ...: overrides what the file says
+    std::size_t memory_limit = 0;       // for samples and reading, bytes; 0: no limit
+};
+
+/// One DICOM series of a folder.
+struct Series {
+    std::string uid, text;  // text: modality, description
+    int files = 0;
+};
+
+/// Describes a source: a file, a folder with one DICOM series or one stack of pictures, or
+/// `raw:FILE:WxHxD:TYPE[:little|big][:offset]`. Reads headers only.
+/// @throws InputError   missing, malformed or not supported: file, what was wrong, at which field
+/// @throws RequestError several series and none selected (with their list), bad `raw:` or --orient
+Header inspect(const std::string& source, const Selection& = {});
+
+/// The series of a folder in the order of `--series N`; empty where it holds no DICOM.
+std::vector<Series> list_series(const std::string& source);
+
+/// Type of the samples in memory: f64, 32-bit integers and f16 are computed in f32.
+Type loaded_type(Type stored) noexcept;
+/// Channels in memory: 1 where the selection names one.
+int loaded_channels(const Header&, const Selection&) noexcept;
+/// Bytes that `read_samples` fills.
+/// @throws InputError   more than Selection::memory_limit, with the size
+/// @throws RequestError several time points and none selected, or one that is not there
+std::size_t loaded_bytes(const Header&, const Selection&);
+
+/// Reads the samples: x fastest, then y, then z, channels of one sample together, native byte
+/// order, loaded_type(header.type), values not applied.
+/// @param bytes   loaded_bytes(header, selection)
+/// @return warnings (values that f32 cannot hold, data behind the end)
+/// @throws InputError
+std::vector<std::string> read_samples(const Header&, const Selection&, void* into,
+                                      std::size_t bytes);
+
+struct Loaded {
+    Header header;  // channels and type as in memory, one time point, warnings of both
+    Array samples;
+};
+/// inspect and read_samples at once. @throws std::bad_alloc where the resource's limit is reached
+Loaded load(const std::string& source, const Selection&, std::pmr::memory_resource* from);
+
+struct WriteOptions {
+    int quality = 95;  // of JPEG, 1..100
+};
+
+/// Writes samples (x fastest, channels together, native byte order, `what.type`) in the format of
+/// the path's ending, under a name beside it that is renamed when whole: the old file stays until
+/// then, and stays where anything fails. No dates inside: equal input gives equal bytes.
+/// @throws RequestError a format that cannot hold this (see Format)
+/// @throws RunError     disk full, folder that cannot be written
+void write(const std::string& path, const Header& what, const void* samples,
+           const WriteOptions& = {});
+
+/// A file format, as `list formats` shows it and the command asks before any work.
+struct Format {
+    std::string name;
+    std::vector<std::string> endings;  // lower case, with the dot; the first is the usual one
+    bool reads = false, writes = false;
+    std::vector<Type> types;  // that can be written
+    bool images = false, volumes = false;
+    int channels = 4;         // at most
+    bool values = false;      // can say that value = slope * stored + offset
+    std::string note;
+};
+const std::vector<Format>& formats();
+/// The format of a path's ending (the longest that fits), or none.
+const Format* format_of(std::string_view path);
+/// Why a format cannot hold this, or "".
+std::string cannot_write(const Format&, const Header& what);
+
+}  // namespace edgewise::store

@@ -1,0 +1,330 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstring>
+#include <fmt/format.h>
+
+#include "transitions/store/reader.hpp"
+#include "transitions/store/text.hpp"
+
+namespace edgewise::store {
+namespace {
+
+constexpr std::int64_t kChunkNumbers = 1 << 13;
+
+/// Where numbers along one stored axis go. Merged axes count as one.
+struct Walk {
+    std::int64_t size, stride;     // stride: in numbers of the output; 0: only `only` is kept
+    std::int64_t only = -1;
+};
+
+std::vector<Walk> walk_of(const Stored& stored, const Selection& pick, const Extent& extent,
+                          int channels) {
+    const std::array<std::int64_t, 3> strides{channels, channels * extent.x,
+                                              channels * extent.x * extent.y};
+    std::vector<Walk> walk;
+    for (const Axis& axis : stored.axes) {
+        if (axis.size == 1) continue;
+        Walk next{axis.size, 0};
+        if (axis.kind <= Axis::z)
+            next.stride = strides[axis.kind];
+        else if (axis.kind == Axis::time)
+            next.only = pick.time.value_or(0);
+        else if (pick.channel)
+            next.only = *pick.channel;
+        else
+            next.stride = 1;
+        if (!walk.empty() && next.only < 0 && walk.back().only < 0 &&
+            next.stride == walk.back().stride * walk.back().size)
+            walk.back().size *= next.size;
+        else
+            walk.push_back(next);
+    }
+    if (walk.empty()) walk.push_back({1, 1});
+    return walk;
+}
+
+class Scatter {
+ public:
+    Scatter(const Stored& stored, Stream& stream, const std::string& file,
+            std::span<std::byte> into)
+        : stored_(stored),
+          stream_(stream),
+          file_(file),
+          into_(into),
+          width_(bytes_of(stored.type)),
+          out_width_(bytes_of(loaded_type(stored.type))),
+          swaps_(stored.big_endian && width_ > 1) {}
+
+    void run(const std::vector<Walk>& walk) { axis(walk, walk.size() - 1, 0); }
+    void tell(std::vector<std::string>& warnings) const {
+        rounding_.tell(file_, stored_.type, warnings);
+    }
+
+ private:
+    void axis(const std::vector<Walk>& walk, std::size_t index, std::int64_t to) {
+        const Walk& here = walk[index];
+        if (index == 0 && here.only < 0) return numbers(here, to);
+        std::int64_t inner = 1;
+        for (std::size_t i = 0; i < index; ++i) inner *= walk[i].size;
+        if (here.only < 0) {
+            for (std::int64_t i = 0; i < here.size; ++i)
+                axis(walk, index - 1, to + i * here.stride);
+            return;
+        }
+        skip(here.only * inner);
+        if (index == 0)
+            numbers({1, 1}, to);
+        else
+            axis(walk, index - 1, to);
+        skip((here.size - here.only - 1) * inner);
+    }
+
+    void skip(std::int64_t count) {
+        if (count > 0) stream_.skip(static_cast<std::uint64_t>(count) * width_);
+    }
+
+    /// One run of numbers; where nothing changes it goes straight to its place.
+    void numbers(const Walk& run, std::int64_t to) {
+        std::byte* place = into_.data() + static_cast<std::size_t>(to) * out_width_;
+        const bool converts = loaded_type(stored_.type) != stored_.type;
+        if (run.stride == 1 && !converts) {
+            read_all(stream_, {place, static_cast<std::size_t>(run.size) * width_}, file_);
+            if (swaps_) swap_bytes(place, width_, run.size);
+            return;
+        }
+        for (std::int64_t done = 0; done < run.size; done += kChunkNumbers) {
+            const std::int64_t count = std::min(kChunkNumbers, run.size - done);
+            read_all(stream_, {chunk_.data(), static_cast<std::size_t>(count) * width_}, file_);
+            if (swaps_) swap_bytes(chunk_.data(), width_, count);
+            std::byte* target = place + static_cast<std::size_t>(done * run.stride) * out_width_;
+            if (converts)
+                rounding_.convert(stored_.type, chunk_.data(), count, target, run.stride);
+            else
+                for (std::int64_t i = 0; i < count; ++i)
+                    std::memcpy(target + static_cast<std::size_t>(i * run.stride) * width_,
+                                chunk_.data() + static_cast<std::size_t>(i) * width_, width_);
+        }
+    }
+
+    const Stored& stored_;
+    Stream& stream_;
+    const std::string& file_;
+    std::span<std::byte> into_;
+    std::size_t width_, out_width_;
+    bool swaps_;
+    Rounding rounding_;
+    std::vector<std::byte> chunk_ = std::vector<std::byte>(kChunkNumbers * 8);
+};
+
+/// Numbers written as text, as the bytes of native numbers.
+class TextStream : public Stream {
+ public:
+    TextStream(std::unique_ptr<Stream> from, Type type, std::string file)
+        : from_(std::move(from)), type_(type), file_(std::move(file)) {}
+
+    std::size_t read(std::span<std::byte> into) override {
+        const std::size_t width = bytes_of(type_);
+        std::size_t done = 0;
+        for (; done + width <= into.size(); done += width) {
+            const std::string word = next();
+            if (word.empty()) break;
+            const auto value = to_double(word);
+            if (!value) refuse(file_, "data hold '" + shown(word) + "', expected a number");
+            put(*value, into.data() + done);
+        }
+        return done;
+    }
+
+ private:
+    std::string next() {
+        std::string word;
+        for (;;) {
+            if (at_ == end_) {
+                end_ = from_->read(std::as_writable_bytes(std::span(buffer_)));
+                at_ = 0;
+                if (end_ == 0) return word;
+            }
+            const char c = buffer_[at_++];
+            const bool blank = c == ' ' || c == ',' || (c >= '\t' && c <= '\r');
+            if (!blank) word += c;
+            if (blank && !word.empty()) return word;
+            if (word.size() > 400) refuse(file_, "data hold a word of more than 400 letters");
+        }
+    }
+    template <class T>
+    void put_as(double value, std::byte* to) {
+        const T stored = static_cast<T>(value);
+        std::memcpy(to, &stored, sizeof stored);
+    }
+    void put(double value, std::byte* to) {
+        const auto [low, high] = limits_of(type_);
+        if (is_integer(type_) && !(value >= low && value <= high))
+            refuse(file_, fmt::format("data hold {}, which {} cannot", value, name_of(type_)));
+        switch (type_) {
+            case Type::u8: return put_as<std::uint8_t>(value, to);
+            case Type::i8: return put_as<std::int8_t>(value, to);
+            case Type::u16: return put_as<std::uint16_t>(value, to);
+            case Type::i16: return put_as<std::int16_t>(value, to);
+            case Type::u32: return put_as<std::uint32_t>(value, to);
+            case Type::i32: return put_as<std::int32_t>(value, to);
+            case Type::f64: return put_as<double>(value, to);
+            default:
+                // Beyond f32 a cast would be undefined; infinity is what IEEE rounding gives.
+                if (value > high || value < low)
+                    value = value > 0 ? std::numeric_limits<double>::infinity()
+                                      : -std::numeric_limits<double>::infinity();
+                return put_as<float>(value, to);
+        }
+    }
+
+    std::unique_ptr<Stream> from_;
+    Type type_;
+    std::string file_;
+    std::array<char, 1 << 14> buffer_;
+    std::size_t at_ = 0, end_ = 0;
+};
+
+Wrapping wrapping_of(Stored::Encoding encoding) {
+    return encoding == Stored::Encoding::gzip   ? Wrapping::gzip
+           : encoding == Stored::Encoding::zlib ? Wrapping::zlib
+                                                : Wrapping::none;
+}
+
+/// All pieces, one after another, each checked to its end.
+class PieceStream : public Stream {
+ public:
+    PieceStream(const Stored& stored, std::vector<std::string>& warnings)
+        : stored_(stored),
+          warnings_(warnings),
+          piece_bytes_(static_cast<std::uint64_t>(stored.numbers()) * bytes_of(stored.type) /
+                       stored.pieces.size()) {}
+
+    std::size_t read(std::span<std::byte> into) override {
+        std::size_t done = 0;
+        while (done < into.size()) {
+            if (left_ == 0 && !next()) break;
+            const auto part = static_cast<std::size_t>(
+                std::min<std::uint64_t>(left_, into.size() - done));
+            const std::size_t got = current_->read(into.subspan(done, part));
+            if (got < part)
+                refuse(path_, fmt::format("short data: expected {} bytes, got {}", piece_bytes_,
+                                          piece_bytes_ - left_ + got));
+            done += got;
+            left_ -= got;
+            if (left_ == 0) finish();
+        }
+        return done;
+    }
+    void skip(std::uint64_t bytes) override {
+        while (bytes > 0 && (left_ > 0 || next())) {
+            const auto part = std::min(left_, bytes);
+            current_->skip(part);
+            bytes -= part;
+            left_ -= part;
+            if (left_ == 0) finish();
+        }
+    }
+
+ private:
+    bool next() {
+        if (index_ == stored_.pieces.size()) return false;
+        const auto& piece = stored_.pieces[index_++];
+        path_ = piece.path;
+        const auto file = std::make_shared<const File>(piece.path);
+        current_ = open_stream(file, piece.offset, file->size(), wrapping_of(stored_.encoding));
+        if (stored_.skip > 0) current_->skip(stored_.skip);
+        if (stored_.encoding == Stored::Encoding::text)
+            current_ = std::make_unique<TextStream>(std::move(current_), stored_.type, path_);
+        left_ = piece_bytes_;
+        return true;
+    }
+    void finish() {
+        if (wrapping_of(stored_.encoding) == Wrapping::none) return;
+        if (std::string warning = check_end(*current_, path_); !warning.empty())
+            warnings_.push_back(std::move(warning));
+    }
+
+    const Stored& stored_;
+    std::vector<std::string>& warnings_;
+    std::uint64_t piece_bytes_, left_ = 0;
+    std::size_t index_ = 0;
+    std::string path_;
+    std::unique_ptr<Stream> current_;
+};
+
+class StoredReader : public Reader {
+ public:
+    explicit StoredReader(Stored stored) : stored_(std::move(stored)) {}
+    void read(const Header& header, const Selection& pick, std::span<std::byte> into,
+              std::vector<std::string>& warnings) const override {
+        PieceStream stream(stored_, warnings);
+        scatter(stored_, pick, stream, header.file, into, warnings);
+    }
+
+ private:
+    Stored stored_;
+};
+
+}  // namespace
+
+std::int64_t Stored::numbers() const noexcept {
+    std::int64_t count = 1;
+    for (const Axis& axis : axes) count *= axis.size;
+    return count;
+}
+
+void take_axes(Header& header, const Stored& stored) {
+    std::int64_t count = static_cast<std::int64_t>(bytes_of(stored.type));
+    constexpr const char* kNames[] = {"x", "y", "z", "channels", "times"};
+    for (const Axis& axis : stored.axes) {
+        if (axis.size < 1)
+            refuse(header.file, fmt::format("size of {} is {}, expected 1 or more",
+                                            kNames[axis.kind], axis.size));
+        count = product(header.file, count, axis.size);
+        if (axis.kind >= Axis::channel && axis.size > (1 << 20))
+            refuse(header.file, fmt::format("{} {} are not supported", axis.size, kNames[axis.kind]));
+        if (axis.kind <= Axis::z) header.extent[axis.kind] = axis.size;
+        if (axis.kind == Axis::channel) header.channels = static_cast<int>(axis.size);
+        if (axis.kind == Axis::time) header.times = static_cast<int>(axis.size);
+    }
+    header.type = stored.type;
+}
+
+void check_pieces(const std::string& file, const Stored& stored) {
+    const auto bytes = stored.numbers() * static_cast<std::int64_t>(bytes_of(stored.type));
+    const auto count = static_cast<std::int64_t>(stored.pieces.size());
+    if (count == 0 || stored.numbers() % count != 0)
+        refuse(file, fmt::format("{} samples do not divide into {} data files", stored.numbers(),
+                                 count));
+    for (const auto& piece : stored.pieces) {
+        const File data(piece.path);
+        const std::int64_t there = data.size() > piece.offset
+                                       ? static_cast<std::int64_t>(data.size() - piece.offset)
+                                       : 0;
+        std::int64_t least = bytes / count;
+        if (stored.encoding == Stored::Encoding::text) least = stored.numbers() / count * 2 - 1;
+        if (wrapping_of(stored.encoding) != Wrapping::none) least = least / kDeflateRatio + 1;
+        if (there < least)
+            refuse(piece.path == file ? file : file + ": " + piece.path,
+                   fmt::format("short data: expected {}{} bytes from byte {}, found {}",
+                               least == bytes / count ? "" : "at least ", least, piece.offset,
+                               there));
+    }
+}
+
+std::shared_ptr<const Reader> stored_reader(Stored stored) {
+    return std::make_shared<const StoredReader>(std::move(stored));
+}
+
+void scatter(const Stored& stored, const Selection& pick, Stream& stream, const std::string& file,
+             std::span<std::byte> into, std::vector<std::string>& warnings) {
+    Header shape;
+    shape.file = file;
+    take_axes(shape, stored);
+    Scatter scatter(stored, stream, file, into);
+    scatter.run(walk_of(stored, pick, shape.extent, loaded_channels(shape, pick)));
+    scatter.tell(warnings);
+}
+
+}  // namespace edgewise::store
