@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <memory_resource>
+
+#include "graph/data.hpp"
+
+namespace edgewise {
+
+/// The pole of the cubic B-spline's prefilter: what is m samples away counts |pole|^m.
+inline constexpr double kSplinePole = -0.26794919243112270647;  // sqrt(3) - 2
+
+/// Whole-sample mirror, as often as needed: ... 2 1 | 0 1 ... n-1 | n-2 ...
+std::int64_t mirrored_index(std::int64_t index, std::int64_t n) noexcept;
+
+/// The cubic B-spline through the samples of a box, ready to be sampled anywhere in that box.
+///
+/// The samples in the box and a margin around it are prefiltered (Unser 1999; mirror at the ends).
+/// Where the margin ends at a face of the data the coefficients are those of the whole data; where
+/// it is cut they are off by |pole|^margin of the difference between neighbours: 2e-14 for 24
+/// samples, 4e-4 for 6. Values that are not finite are replaced by the last finite one of their row.
+template <class Real>
+class SplineBlock {
+ public:
+    /// @param cells  the positions that will be asked for, floor(p) within it on every axis
+    SplineBlock(const Data& data, const Region& cells, int margin,
+                std::pmr::memory_resource* memory);
+
+    /// All channels at p [input index], which is within [0, n-1] and `cells`.
+    void at(const Vec3& p, double* values) const noexcept;
+
+    /// Bytes of a block; an upper bound, as faces cut it.
+    static double bytes(const Extent& cells, int margin, int axes, int channels) noexcept;
+
+ private:
+    void load(const Data& data);
+    void prefilter();
+    void mirror_pads();
+
+    Region held_;             // samples with coefficients, pads not counted
+    Extent padded_;           // one sample before, two behind on each axis of more than one sample
+    std::array<int, 3> pad_;  // before
+    int channels_;
+    Array coefficients_;  // [channel][z][y][x], padded
+    Real* first_;         // coefficients_
+};
+
+extern template class SplineBlock<float>;
+extern template class SplineBlock<double>;
+
+}  // namespace edgewise
