@@ -1,0 +1,315 @@
+#!/usr/bin/python3
+"""edgewise against what a user would pick instead, one thread each, in one program run.
+
+Every round times the peer and edgewise one after the other; the ratio is taken round by round and its median is
+reported, so that a drifting machine hurts both alike. Accuracy is measured in the same run against f64 references
+that share no code with either side. Usage: EDGEWISE=build/release/bin/edgewise xvfb-run -a benchmarks/side_by_side.py [JOB ...]
+"""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+import scipy.ndimage
+
+EDGEWISE = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
+ROUNDS = 5
+SIDE = 256
+WORK = pathlib.Path(tempfile.mkdtemp(prefix="edgewise-bench-"))
+os.environ["OMP_NUM_THREADS"] = "1"
+
+
+def edgewise(*arguments):
+    """Runs the command and returns its report."""
+    done = subprocess.run([EDGEWISE, *map(str, arguments), "--threads", "1", "--json", "-", "--quiet"],
+                          capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"edgewise {' '.join(map(str, arguments))}: exit {done.returncode}: {done.stderr}")
+    return json.loads(done.stdout)
+
+
+def seconds_of(*arguments, repeat=7):
+    return float(np.median(edgewise(*arguments, "--repeat", repeat)["measured"]["seconds"]))
+
+
+def median_time(call, count):
+    call()
+    times = []
+    for _ in range(count):
+        start = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - start)
+    return float(np.median(times))
+
+
+def write_nrrd(path, samples):
+    names = {"uint8": "uint8", "float32": "float"}
+    sizes = " ".join(map(str, samples.shape[::-1]))
+    spacings = " ".join("1" for _ in samples.shape)
+    header = (f"NRRD0004\ntype: {names[samples.dtype.name]}\ndimension: {samples.ndim}\nsizes: {sizes}\n"
+              f"spacings: {spacings}\nendian: little\nencoding: raw\n\n")
+    pathlib.Path(path).write_bytes(header.encode() + samples.tobytes())
+
+
+def read_nrrd(path):
+    header, data = pathlib.Path(path).read_bytes().split(b"\n\n", 1)
+    fields = dict(line.split(": ", 1) for line in header.decode().splitlines() if ": " in line)
+    types = {"float": "<f4", "uint8": "u1", "unsigned char": "u1"}
+    if fields["encoding"] in ("gzip", "gz"):
+        import zlib
+        data = zlib.decompress(data, 47)
+    shape = [int(n) for n in fields["sizes"].split()][::-1]
+    return np.frombuffer(data, types[fields["type"]], int(np.prod(shape))).reshape(shape)
+
+
+def rotation(x, y, z):
+    """EQ 37: Rz Ry Rx, degrees."""
+    x, y, z = np.radians([x, y, z])
+    cx, sx, cy, sy, cz, sz = np.cos(x), np.sin(x), np.cos(y), np.sin(y), np.cos(z), np.sin(z)
+    return (np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]) @ np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+            @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]]))
+
+
+def sample_linear(samples, matrix, inside_by=1):
+    """f64 linear interpolation at the inverse of a rotation about the centre, and where it is well inside."""
+    shape = np.array(samples.shape)[::-1]
+    centre = (shape - 1) / 2
+    at = np.indices(samples.shape)[::-1].reshape(len(shape), -1) - centre[:, None]
+    at = matrix.T @ at + centre[:, None]
+    inside = ((at >= inside_by) & (at <= (shape - 1 - inside_by)[:, None])).all(0).reshape(samples.shape)
+    values = scipy.ndimage.map_coordinates(samples.astype("f8"), at[::-1], order=1, mode="nearest")
+    return values.reshape(samples.shape), inside
+
+
+def largest(output, reference, inside, span):
+    return float(np.abs(output.astype("f8") - reference)[inside].max() / span)
+
+
+def volume():
+    """A ball with a grating inside: smooth, of full 8-bit range."""
+    z, y, x = (np.mgrid[0:SIDE, 0:SIDE, 0:SIDE] / SIDE - 0.5).astype("f4")
+    r = np.sqrt(x * x + y * y + z * z)
+    grating = 1 + 0.3 * np.sin(45 * x) * np.sin(45 * y) * np.sin(45 * z)
+    return (np.clip(0.48 - r, 0, 0.5) * 420 * grating).clip(0, 255).astype("u1")
+
+
+def pair(peer, ours):
+    """Median seconds of both and the median of the ratios, interleaved."""
+    rows = []
+    for _ in range(ROUNDS):
+        theirs = peer()
+        rows.append((theirs, ours()))
+    rows = np.array(rows)
+    return np.median(rows[:, 0]), np.median(rows[:, 1]), np.median(rows[:, 0] / rows[:, 1])
+
+
+def warp_2d():
+    import cv2
+    cv2.setNumThreads(1)
+    image = (np.random.default_rng(1).random((2048, 2048)) * 255).astype("f4")
+    write_nrrd(WORK / "image.nrrd", image)
+    turn = cv2.getRotationMatrix2D((1023.5, 1023.5), -30, 1)
+    arguments = ["warp", WORK / "image.nrrd", "-o", WORK / "turned.nrrd", "--rotate", "30", "--via",
+                 "warp.backward/filter=foh", "--max-error", "1"]
+    times = pair(lambda: median_time(lambda: cv2.warpAffine(image, turn, (2048, 2048), flags=cv2.INTER_LINEAR), 7),
+                 lambda: seconds_of(*arguments))
+    angle = np.radians(30)
+    matrix = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    exact, inside = sample_linear(image, matrix)
+    theirs = cv2.warpAffine(image, turn, (2048, 2048), flags=cv2.INTER_LINEAR)
+    return ("2D f32 2048x2048, 30 degrees, linear", "OpenCV warpAffine", 4, times,
+            largest(theirs, exact, inside, 255), largest(read_nrrd(WORK / "turned.nrrd"), exact, inside, 255))
+
+
+def vtk_image(samples):
+    import vtk
+    from vtkmodules.util import numpy_support
+    vtk.vtkMultiThreader.SetGlobalMaximumNumberOfThreads(1)
+    vtk.vtkSMPTools.Initialize(1)
+    image = vtk.vtkImageData()
+    image.SetDimensions(*samples.shape[::-1])
+    image.GetPointData().SetScalars(numpy_support.numpy_to_vtk(samples.ravel(), deep=1))
+    return image
+
+
+def warp_3d():
+    import vtk
+    from vtkmodules.util import numpy_support
+    samples = volume()
+    write_nrrd(WORK / "volume.nrrd", samples)
+    reslice, turn, centre = vtk.vtkImageReslice(), vtk.vtkTransform(), (SIDE - 1) / 2
+    matrix = rotation(30, 30, 30)
+    homogeneous = np.eye(4)
+    homogeneous[:3, :3] = matrix.T  # reslicing asks where an output sample comes from
+    turn.Translate(centre, centre, centre)
+    turn.Concatenate(homogeneous.ravel().tolist())
+    turn.Translate(-centre, -centre, -centre)
+    reslice.SetInputData(vtk_image(samples))
+    reslice.SetResliceTransform(turn)
+    reslice.SetInterpolationModeToLinear()
+    reslice.SetOutputExtent(0, SIDE - 1, 0, SIDE - 1, 0, SIDE - 1)
+    reslice.SetOutputSpacing(1, 1, 1)
+    reslice.SetOutputOrigin(0, 0, 0)
+    reslice.SetNumberOfThreads(1)
+    arguments = ["warp", WORK / "volume.nrrd", "-o", WORK / "turned3.nrrd", "--rotate", "30,30,30", "--via",
+                 "warp.backward/filter=foh", "--max-error", "1"]
+    times = pair(lambda: median_time(lambda: (reslice.Modified(), reslice.Update()), 3),
+                 lambda: seconds_of(*arguments))
+    exact, inside = sample_linear(samples, matrix)
+    theirs = numpy_support.vtk_to_numpy(reslice.GetOutput().GetPointData().GetScalars()).reshape(samples.shape)
+    return ("3D u8 256^3, 30,30,30 degrees, linear", "vtkImageReslice", 5, times,
+            largest(theirs, exact, inside, 255), largest(read_nrrd(WORK / "turned3.nrrd"), exact, inside, 255))
+
+
+def vtk_view(samples, mode):
+    """A window of SIDE^2 pixels of one voxel each, rays one voxel a step, and its camera."""
+    import vtk
+    mapper = vtk.vtkFixedPointVolumeRayCastMapper()
+    mapper.SetInputData(vtk_image(samples))
+    mapper.SetNumberOfThreads(1)
+    mapper.SetAutoAdjustSampleDistances(0)
+    mapper.SetImageSampleDistance(1)
+    mapper.SetSampleDistance(1)
+    mapper.SetInteractiveSampleDistance(1)
+    (mapper.SetBlendModeToMaximumIntensity if mode == "mip" else mapper.SetBlendModeToComposite)()
+    opacity, colour = vtk.vtkPiecewiseFunction(), vtk.vtkColorTransferFunction()
+    opacity.AddPoint(0, 1 if mode == "mip" else 0)
+    opacity.AddPoint(255, 1 if mode == "mip" else 0.05)
+    colour.AddRGBPoint(0, 0, 0, 0)
+    colour.AddRGBPoint(255, 1, 1, 1)
+    look = vtk.vtkVolumeProperty()
+    look.SetScalarOpacity(opacity)
+    look.SetColor(colour)
+    look.SetInterpolationTypeToLinear()
+    look.ShadeOff()
+    actor = vtk.vtkVolume()
+    actor.SetMapper(mapper)
+    actor.SetProperty(look)
+    renderer, window = vtk.vtkRenderer(), vtk.vtkRenderWindow()
+    renderer.AddVolume(actor)
+    window.SetOffScreenRendering(1)
+    window.SetSize(SIDE, SIDE)
+    window.AddRenderer(renderer)
+    window.SetDesiredUpdateRate(1e-4)
+    camera = renderer.GetActiveCamera()
+    camera.ParallelProjectionOn()
+    renderer.ResetCamera()
+    camera.Azimuth(30)
+    camera.Elevation(20)
+    camera.SetParallelScale(SIDE / 2)
+    renderer.ResetCameraClippingRange()
+    window.Render()
+    return window, camera, renderer
+
+
+def vtk_pixels(window):
+    import vtk
+    from vtkmodules.util import numpy_support
+    grab = vtk.vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.Update()
+    pixels = numpy_support.vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
+    return pixels.reshape(SIDE, SIDE, -1)[:, :, 0].astype("f8")
+
+
+def exact_mip(samples, camera):
+    """The largest trilinear value along each of the camera's rays, eight samples a voxel, f64."""
+    focal = np.array(camera.GetFocalPoint())
+    along = np.array(camera.GetDirectionOfProjection())
+    right = np.cross(along, camera.GetViewUp())
+    right /= np.linalg.norm(right)
+    up = np.cross(right, along)
+    steps = (np.arange(SIDE) - (SIDE - 1) / 2) * (2 * camera.GetParallelScale() / SIDE)
+    rows = np.arange(0, SIDE, 8)
+    start = focal + steps[rows][:, None, None] * up + steps[None, :, None] * right
+    result = np.zeros(start.shape[:2])
+    for t in np.arange(-0.9 * SIDE, 0.9 * SIDE, 1 / 8):
+        at = (start + t * along).reshape(-1, 3).T[::-1]
+        value = scipy.ndimage.map_coordinates(samples.astype("f4"), at, order=1, mode="constant", output="f8")
+        np.maximum(result, value.reshape(result.shape), out=result)
+    return rows, result
+
+
+def cast(mode, peer_error):
+    samples = volume()
+    write_nrrd(WORK / "volume.nrrd", samples)
+    window, camera, _ = vtk_view(samples, mode)
+    theirs = None
+    if peer_error:
+        rows, exact = exact_mip(samples, camera)
+        theirs = float(np.sqrt(np.mean((vtk_pixels(window)[rows] - exact) ** 2)) / np.ptp(exact))
+
+    def turn():
+        camera.Azimuth(0.01)
+        window.Render()
+
+    (WORK / "transfer.json").write_text(json.dumps({"points": [
+        {"value": 0, "opacity": 0, "color": [0, 0, 0]}, {"value": 255, "opacity": 0.05, "color": [1, 1, 1]}]}))
+    arguments = ["render", WORK / "volume.nrrd", "-o", WORK / "picture.png", "--mode", mode, "--rotate", "20,30,0",
+                 "--size", "256x256", "--spacing", 1, "--via", "project.ray_cast/filter=foh/step=1", "--max-error", "1",
+                 "--reference", "linear"]
+    if mode == "composite":
+        arguments += ["--transfer", WORK / "transfer.json"]
+    times = pair(lambda: median_time(turn, 5), lambda: seconds_of(*arguments))
+    ours = edgewise(*arguments, "--verify")["measured"]["error"]["nrmse"]
+    return (f"{mode} u8 256^3 -> 256^2, linear, step 1", "vtkFixedPointVolumeRayCastMapper", 5, times, theirs, ours)
+
+
+def shear_warp():
+    write_nrrd(WORK / "volume.nrrd", volume())
+    request = ["render", WORK / "volume.nrrd", "-o", WORK / "picture.png", "--rotate", "20,30,0", "--size", "256x256",
+               "--spacing", 1, "--max-error", "1"]
+    cast_it = request + ["--via", "project.ray_cast/filter=foh/step=1"]
+    shear_it = request + ["--via", "project.shear_warp"]
+    times = pair(lambda: seconds_of(*cast_it), lambda: seconds_of(*shear_it))
+    errors = [edgewise(*r, "--verify")["measured"]["error"]["nrmse"] for r in (cast_it, shear_it)]
+    return ("mip u8 256^3 -> 256^2, shear-warp", "own ray cast, step 1", 3, times, *errors)
+
+
+def xray():
+    ball = WORK / "ball.mha"
+    subprocess.run(["plastimatch", "synth", "--pattern", "sphere", "--output", ball, "--dim", "256 256 256", "--spacing",
+                    "1 1 1", "--origin", "-127.5 -127.5 -127.5", "--radius", "100 100 100", "--foreground", "1000",
+                    "--background", "0"], check=True, capture_output=True)
+
+    def drr():
+        done = subprocess.run(["plastimatch", "drr", "-t", "raw", "-N", "10", "-a", "8", "-i", "uniform", "--sad", "10000",
+                               "--sid", "10100", "-r", "256 256", "-z", "256 256", "-O", str(WORK / "drr_"), ball],
+                              check=True, capture_output=True, text=True).stdout
+        return float(next(line for line in done.splitlines() if line.startswith("Total time")).split()[2]) / 8
+
+    def request(views):
+        return ["render", ball, "-o", WORK / "xray_%03d.png", "--mode", "xray", "--turntable", views, "--size", "256x256",
+                "--spacing", 1, "--max-error", ".02", "--via", "spectrum.slice"]
+
+    times = pair(drr, lambda: (seconds_of(*request(40), repeat=3) - seconds_of(*request(8), repeat=3)) / 32)
+    ours = edgewise(*request(8), "--verify")["measured"]["error"]["nrmse"]
+    return ("X-ray 256^2 of 256^3, spectrum in memory", "plastimatch drr, uniform", 5, times, None, ours)
+
+
+JOBS = {"warp2d": warp_2d, "warp3d": warp_3d, "mip": lambda: cast("mip", True),
+        "composite": lambda: cast("composite", False), "shear_warp": shear_warp, "xray": xray}
+
+
+def main():
+    print("| job | peer | peer [ms] | edgewise [ms] | ratio | goal | error of the peer | error of edgewise |")
+    print("|---|---|---|---|---|---|---|---|")
+    short = []
+    for name in sys.argv[1:] or JOBS:
+        job, peer, goal, (theirs, ours, ratio), peer_error, our_error = JOBS[name]()
+        error = "not measured" if peer_error is None else f"{peer_error:.2g}"
+        print(f"| {job} | {peer} | {theirs * 1e3:.1f} | {ours * 1e3:.1f} | {ratio:.1f} | {goal} | {error} | "
+              f"{our_error:.2g} |", flush=True)
+        if ratio < goal:
+            short.append(name)
+    if short:
+        sys.exit("below the goal: " + ", ".join(short))
+
+
+if __name__ == "__main__":
+    main()
