@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <fmt/format.h>
+#include <string_view>
 #include <unordered_map>
 
 #include "graph/errors.hpp"
@@ -39,7 +40,9 @@ class Expansion {
 
     TransformGraph span(const std::vector<Source>& sources) {
         for (std::size_t i = 0; i < sources.size(); ++i) {
-            const auto at = find_or_add(sources[i].what, 0, -1);
+            // A vertex of its own, even where an edge leads to the same representation: what lies
+            // there already costs no bytes and starts with a label of its own.
+            const auto at = find_or_add(sources[i].what, 0, -1, static_cast<int>(i));
             graph_[at].source = static_cast<int>(i);
         }
         while (!waiting_.empty()) {
@@ -57,16 +60,24 @@ class Expansion {
         const std::string kind = graph_[at].what.kind();
         for (std::size_t i = 0; i < catalogue_.size(); ++i) {
             const Transition& edge = catalogue_[i];
-            const bool fits = std::any_of(edge.joins.begin(), edge.joins.end(),
-                                          [&](const auto& join) { return join.first == kind; });
-            if (!fits || out_of_order(graph_[at], static_cast<int>(i))) continue;
+            const bool fits =
+                std::any_of(edge.joins.begin(), edge.joins.end(), [&](const auto& join) {
+                    return join.first == kind && !(prepares(join.first, join.second) &&
+                                                   out_of_order(graph_[at], static_cast<int>(i)));
+                });
+            if (!fits) continue;
             for (const Parameters& with : combinations(edge, next_demand(edge, graph_[at])))
                 follow(at, static_cast<int>(i), with);
         }
     }
 
-    /// In object space edges apply in the order of the catalogue, each at most once: without this
-    /// rule preparations that commute would multiply the paths.
+    /// A preparation leads from object space to object space.
+    static bool prepares(std::string_view from, std::string_view to) {
+        return from.starts_with("object/") && to.starts_with("object/");
+    }
+
+    /// Preparations apply in the order of the catalogue, each at most once: without this rule those
+    /// that commute would multiply the paths.
     static bool out_of_order(const Vertex& from, int edge) { return edge <= from.prepared; }
 
     const Demand* next_demand(const Transition& edge, const Vertex& from) const {
@@ -91,14 +102,15 @@ class Expansion {
         accepted_[place] = true;
         const Demand* next = next_demand(edge, graph_[at]);
         const int demanded = graph_[at].demanded + (next && next->fits(edge, with));
-        const bool prepares = offer.from.space == "object" && offer.to.space == "object";
-        const At to = find_or_add(offer.to, demanded, prepares ? place : -1);
+        const bool prepared = offer.from.space == "object" && offer.to.space == "object";
+        if (prepared && out_of_order(graph_[at], place)) return;  // not what its joins declare
+        const At to = find_or_add(offer.to, demanded, prepared ? place : -1);
         boost::add_edge(at, to, Arc{place, 0, std::move(offer)}, graph_);
     }
 
-    At find_or_add(const Representation& what, int demanded, int prepared) {
+    At find_or_add(const Representation& what, int demanded, int prepared, int source = -1) {
         std::string key = what.key();
-        key += fmt::format("|{}|{}", demanded, prepared);
+        key += fmt::format("|{}|{}|{}", demanded, prepared, source);
         const auto [found, fresh] = known_.try_emplace(std::move(key), At{});
         if (!fresh) return found->second;
         if (boost::num_vertices(graph_) == kMostVertices)

@@ -102,6 +102,12 @@ struct Transition {
     std::string family() const { return name.substr(0, name.find('.')); }
 };
 
+/// Regions of a step; cut from extents and leaf alone, so that bytes never depend on threads.
+std::vector<Region> regions_of(const Partition& parts, const Offer& offer);
+/// Bytes of the parts that are merged, beside the output itself: with Partition::input every region
+/// but the first has one. Planner and runtime count them; Work does not.
+double part_bytes(const Partition& parts, const Offer& offer);
+
 /// All edges that a planner may use; the order breaks ties, and is the order of preparations.
 using Catalogue = std::vector<Transition>;
 

@@ -1,6 +1,8 @@
 #include "planner/cost.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
 #include <tuple>
 
 namespace edgewise {
@@ -43,8 +45,15 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
 
     cost.seconds =
         offer.to.runs() * profile.seconds(edge.name + offer.with.text(), cost.work, threads);
-    cost.scratch = cost.work.scratch * threads + cost.work.workspace;
+    cost.scratch = cost.work.scratch * threads + cost.work.workspace +
+                   part_bytes(edge.parts(offer, ask), offer);
     cost.error = edge.error(offer, ask);
+    // One number that is none, or a negative one, would let the search go round a cycle for ever.
+    const Error& e = cost.error;
+    for (const double number : {cost.seconds, cost.scratch, e.gain, e.noise_gain, e.bias, e.noise})
+        if (!std::isfinite(number) || number < 0)
+            throw RequestError(fmt::format("edge {}{} is priced {}; expected a finite number >= 0",
+                                           edge.name, offer.with.text(), number));
     return cost;
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <functional>
 #include <limits>
+#include <tuple>
 
 #include "planner/search.hpp"
 
@@ -86,7 +87,8 @@ double objective(const Plan& plan, Minimize what) {
     return plan.predicted.known ? plan.predicted.error : std::numeric_limits<double>::infinity();
 }
 
-/// The best of the plans that pass; ties go to the faster, then to the earlier.
+/// The best of the plans that pass; ties go to the faster, then the smaller, then the more
+/// accurate.
 const Plan* best(const std::vector<Plan>& plans, Minimize what,
                  const std::function<bool(std::size_t)>& passes) {
     const Plan* chosen = nullptr;
@@ -95,7 +97,7 @@ const Plan* best(const std::vector<Plan>& plans, Minimize what,
         const Plan& plan = plans[i];
         if (!chosen || objective(plan, what) < objective(*chosen, what) ||
             (objective(plan, what) == objective(*chosen, what) &&
-             plan.predicted.seconds < chosen->predicted.seconds))
+             before(plan.label, chosen->label)))
             chosen = &plan;
     }
     return chosen;
@@ -107,9 +109,12 @@ bool close(double a, double b) {
 
 /// Plans that no other beats in seconds, bytes and error, fastest first.
 std::vector<Plan> reported_front(std::vector<Plan> plans) {
-    std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
-        return a.predicted.seconds < b.predicted.seconds;
-    });
+    // A plan that beats another comes before it, also where they tie in some of the three.
+    const auto rank = [](const Plan& plan) {
+        return std::tuple(plan.predicted.seconds, plan.predicted.bytes, plan.predicted.error);
+    };
+    std::stable_sort(plans.begin(), plans.end(),
+                     [&](const Plan& a, const Plan& b) { return rank(a) < rank(b); });
     std::vector<Plan> front;
     for (Plan& plan : plans) {
         const bool superfluous = std::any_of(front.begin(), front.end(), [&](const Plan& other) {

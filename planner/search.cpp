@@ -30,12 +30,11 @@ struct Search {
     SearchGraph graph;
     At from, to;
 
-    explicit Search(const Priced& priced) {
+    explicit Search(const Priced& priced)
+        : graph(boost::num_vertices(priced.spanned.graph) + 2),
+          from(boost::num_vertices(graph) - 2),
+          to(boost::num_vertices(graph) - 1) {
         const Graph& spanned = priced.spanned.graph;
-        const std::size_t count = boost::num_vertices(spanned);
-        graph = SearchGraph(count + 2);
-        from = count;
-        to = count + 1;
         for (const At source : priced.spanned.sources)
             add(from, source, {.source = source, .seconds = priced.start(source).seconds});
         for (const ArcOf arc : boost::make_iterator_range(boost::edges(spanned)))

@@ -145,9 +145,13 @@ class Flow {
     void guarded(int step, Body body) {
         if (halted()) return;
         try {
-            body();
-        } catch (const Cancelled&) {
+            // Isolated: while it waits for its own tiles, a thread must not pick up another node,
+            // whose scratch would come on top of this one's, or which would ask for a lock that
+            // this one holds.
+            tbb::this_task_arena::isolate(body);
+        } catch (const Cancelled& cancelled) {
             // It noticed the flag that another node, or the user, has set.
+            if (!halted()) fail(step, cancelled.what());
         } catch (const std::bad_alloc&) {
             fail(step, "out of memory within the budget");
         } catch (const std::exception& error) {
@@ -192,11 +196,7 @@ class Flow {
             Data& out = r > 0 && in_parts(task) ? product.parts[r - 1] : *product.data;
             Context context{options_.memory, options_.stop, &failed_, task.view};
             Ran ran{task.step, task.view, r, 0, now() - start_, 0};
-            // Isolated: while it waits for its own tiles, a thread must not pick up another lane's
-            // step, whose scratch would come on top of this one's.
-            tbb::this_task_arena::isolate([&] {
-                step.by->run(step.offer, ask_, input_of(task), out, task.regions[r], context);
-            });
+            step.by->run(step.offer, ask_, input_of(task), out, task.regions[r], context);
             context.poll();  // a step that returned early has not done its work
             ran.end = now() - start_;
             ran.thread = tbb::this_task_arena::current_thread_index();
@@ -218,7 +218,8 @@ class Flow {
         Product& product = products_[at];
         guarded(task.step, [&] { merge(task, product); });
         if (!halted()) product.whole = true;
-        if (task.input >= 0) release(task.input);
+        // After a failure what is whole stays: another plan may start with it.
+        if (task.input >= 0 && !halted()) release(task.input);
         for (const int frame : task.frames) guarded(-1, [&] { hand_over(frame, product.data); });
         if (product.readers == 0) product.data.reset();
         leave_lane(task.lane);
@@ -261,7 +262,7 @@ class Flow {
             reserved_ -= schedule_.lanes[lane].bytes;
             for (const int at : schedule_.lanes[lane].tasks) {
                 if (!products_[at].data) continue;  // else other lanes still read it
-                products_[at].reserved = plan_.steps[schedule_.tasks[at].step].offer.to.bytes();
+                products_[at].reserved = held_bytes(plan_.steps[schedule_.tasks[at].step].offer.to);
                 reserved_ += products_[at].reserved;
             }
         }

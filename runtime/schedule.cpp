@@ -6,9 +6,8 @@
 namespace edgewise {
 namespace {
 
-/// A node should not be shorter than 100 us; leaves are the edge's word for that, and more regions
-/// than this bring nothing on the processors of one machine.
-constexpr std::int64_t kMostRegions = 16;
+/// What an allocation may take beyond the bytes of its samples: slack behind them, whole pages.
+constexpr double kAround = 4096 + kArraySlack;
 
 const Representation& vertex(const Plan& plan, int place) {
     return place == 0 ? plan.source : plan.steps[place - 1].offer.to;
@@ -35,33 +34,17 @@ void count_bytes(Schedule& schedule, const Plan& plan) {
             const Step& step = plan.steps[task.step];
             const bool reads_own = task.input >= 0 && !schedule.tasks[task.input].shared &&
                                    schedule.tasks[task.input].lane == task.lane;
-            lane.bytes = std::max(lane.bytes, kept + (reads_own ? step.offer.from.bytes() : 0) +
-                                                  step.offer.to.bytes() + step.scratch);
-            if (task.shared) kept += step.offer.to.bytes();
+            const double made = held_bytes(step.offer.to);
+            const double read = reads_own ? held_bytes(step.offer.from) : 0;
+            lane.bytes = std::max(lane.bytes, kept + read + made + step.scratch);
+            if (task.shared) kept += made;
         }
     }
 }
 
 }  // namespace
 
-std::vector<Region> regions_of(const Step& step, const Ask& ask) {
-    const Partition parts = step.by->parts(step.offer, ask);
-    const Extent extent =
-        parts.kind == Partition::input ? step.offer.from.extent : step.offer.to.extent;
-    const Region all = Region::all(extent);
-    const int axis = extent.z > 1 ? 2 : 1;  // the slowest, so that regions are contiguous
-    if (parts.kind == Partition::whole || parts.leaf[axis] < 1 || parts.leaf == Extent{})
-        return {all};
-    const std::int64_t leaves = (extent[axis] + parts.leaf[axis] - 1) / parts.leaf[axis];
-    const std::int64_t each = parts.leaf[axis] * ((leaves + kMostRegions - 1) / kMostRegions);
-    std::vector<Region> regions;
-    for (std::int64_t begin = 0; begin < extent[axis]; begin += each) {
-        regions.push_back(all);
-        regions.back().begin[axis] = begin;
-        regions.back().end[axis] = std::min(begin + each, extent[axis]);
-    }
-    return regions;
-}
+double held_bytes(const Representation& what) { return what.bytes() + kAround; }
 
 Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& frames) {
     Schedule result;
@@ -82,13 +65,15 @@ Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& fram
             const auto [found, fresh] =
                 made.try_emplace({step, variant}, static_cast<int>(result.tasks.size()));
             if (fresh) {
-                const bool once = set_up && to.runs() == 1;
+                const bool follows_set_up = input < 0 || result.tasks[input].lane == 0;
+                const bool once = set_up && to.runs() == 1 && follows_set_up;
                 if (!once && lane < 0) {
                     lane = static_cast<int>(result.lanes.size());
                     result.lanes.emplace_back();
                 }
                 Task task{step, variant, frame, once ? 0 : lane, input, 0, {}, {}, false};
-                task.regions = regions_of(plan.steps[step], ask);
+                const Step& by = plan.steps[step];
+                task.regions = regions_of(by.by->parts(by.offer, ask), by.offer);
                 result.lanes[task.lane].tasks.push_back(found->second);
                 if (input >= 0) {
                     Task& from = result.tasks[input];

@@ -36,7 +36,7 @@ struct Schedule {
 /// @param frames  that are still to be made
 Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& frames);
 
-/// Regions of a step; cut from extents and leaf alone, so that bytes never depend on threads.
-std::vector<Region> regions_of(const Step& step, const Ask& ask);
+/// Bytes that one copy takes from the memory budget, with what stands around its samples.
+double held_bytes(const Representation& what);
 
 }  // namespace edgewise

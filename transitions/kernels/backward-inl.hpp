@@ -24,9 +24,22 @@ using Ints = hn::RebindToSigned<Floats>;
 using VF = hn::Vec<Floats>;
 using VI = hn::Vec<Ints>;
 
+// Highway's gathers leave the destination undefined, and with AVX-512 g++ then reuses the register of
+// the gather before: each waits for the last, at twice the time. A zeroed destination cuts the chain.
+#undef EDGEWISE_ZEROED_GATHERS
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+#define EDGEWISE_ZEROED_GATHERS 1
+#else
+#define EDGEWISE_ZEROED_GATHERS 0
+#endif
+
 /// A 32-bit word at base + offset bytes; narrow samples that follow the first come with it.
 HWY_INLINE VI gather_words(const std::uint8_t* base, VI offset) {
+#if EDGEWISE_ZEROED_GATHERS
+    return VI{_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, offset.raw, base, 1)};
+#else
     return hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(base), offset);
+#endif
 }
 
 /// The k-th sample of type T within little-endian words.
@@ -47,7 +60,7 @@ HWY_INLINE VF sample_in(VI words) {
 template <class T>
 HWY_INLINE VF gather_one(const std::uint8_t* base, VI offset) {
     if constexpr (std::is_same_v<T, float>) {
-        return hn::GatherOffset(Floats(), reinterpret_cast<const float*>(base), offset);
+        return hn::BitCast(Floats(), gather_words(base, offset));
     } else {
         return sample_in<T, 0>(gather_words(base, offset));
     }
@@ -63,6 +76,15 @@ HWY_INLINE Pair gather_pair(const std::uint8_t* base, VI offset) {
     if constexpr (std::is_same_v<T, float>) {
 #if HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SCALAR
         return {gather_one<T>(base, offset), gather_one<T>(base + sizeof(T), offset)};
+#elif EDGEWISE_ZEROED_GATHERS
+        const Floats d;
+        const __m512i zero = _mm512_setzero_si512();
+        const __m256i first = _mm512_castsi512_si256(offset.raw);
+        const __m256i second = _mm512_extracti64x4_epi64(offset.raw, 1);
+        const VI low{_mm512_mask_i32gather_epi64(zero, 0xff, first, base, 1)};
+        const VI high{_mm512_mask_i32gather_epi64(zero, 0xff, second, base, 1)};
+        return {hn::ConcatEven(d, hn::BitCast(d, high), hn::BitCast(d, low)),
+                hn::ConcatOdd(d, hn::BitCast(d, high), hn::BitCast(d, low))};
 #else
         const Floats d;
         const hn::RepartitionToWide<Ints> wide;
@@ -118,32 +140,87 @@ struct Places {
     VF fraction[kAxes];
 };
 
-/// Block origins: cell of column 0 and its fraction in units of 2^-23.
-struct Origin {
-    std::array<std::int64_t, 3> cell{};
-    std::array<std::int32_t, 3> fraction{};
+/// Rows that are prepared together, so that the f64 arithmetic of row starts fills vectors too:
+/// sixteen rows of up to eight blocks of one slice.
+struct Batch {
+    static constexpr int kRows = 16, kBlocks = 8;
+    alignas(64) std::int64_t offset[kBlocks][kRows];  // bytes from sample 0 to the origin's cell
+    alignas(64) std::int32_t cell[3][kBlocks][kRows];
+    alignas(64) std::int32_t fraction[3][kBlocks][kRows];  // of the origin, in units of 2^-23
+    alignas(64) double start[3][kRows];                    // position of column 0
+    alignas(64) double seen[2][kRows], inner[2][kRows];    // first and last column, not rounded
 };
 
-template <int kAxes>
-HWY_INLINE Origin origin_of(const std::array<std::int64_t, 3>& fixed) {
-    Origin origin;
-    for (int a = 0; a < kAxes; ++a) {
-        const std::int64_t rounded = (fixed[a] + (std::int64_t{1} << 16)) >> 17;
-        origin.cell[a] = rounded >> 23;
-        origin.fraction[a] = std::int32_t(rounded & 0x7fffff);
+/// Intersects the columns of each row with low <= start + x * step <= high.
+HWY_INLINE void cut_columns(const double* start, double inverse, Range range,
+                            double (&columns)[2][Batch::kRows]) {
+    constexpr double kNone = 1e300;
+    for (int r = 0; r < Batch::kRows; ++r) {
+        const double one = (range.low - start[r]) * inverse;
+        const double other = (range.high - start[r]) * inverse;
+        const bool never = inverse == 0 && (start[r] < range.low || start[r] > range.high);
+        const double first = inverse == 0 ? (never ? kNone : -kNone) : std::min(one, other);
+        const double last = inverse == 0 ? (never ? -kNone : kNone) : std::max(one, other);
+        columns[0][r] = std::max(columns[0][r], first);
+        columns[1][r] = std::min(columns[1][r], last);
     }
-    return origin;
+}
+
+/// Row starts, and which columns see the input: numbers that do not depend on the region.
+template <int kAxes>
+HWY_INLINE void start_rows(const BackwardPlan& plan, std::int64_t y, std::int64_t z, Span columns,
+                           bool cut, Batch& batch) {
+    for (int r = 0; r < Batch::kRows; ++r) {
+        batch.seen[0][r] = batch.inner[0][r] = double(columns.begin);
+        batch.seen[1][r] = batch.inner[1][r] = double(columns.end - 1);
+    }
+    for (int a = 0; a < kAxes; ++a) {
+        const double* m = &plan.map[4 * a];
+        for (int r = 0; r < Batch::kRows; ++r)
+            batch.start[a][r] = m[1] * double(y + r) + m[2] * double(z) + m[3];
+        if (!cut) continue;
+        const std::int64_t n = plan.extent[a];
+        cut_columns(batch.start[a], plan.inverse[a], seen_range(n), batch.seen);
+        cut_columns(batch.start[a], plan.inverse[a], inner_range(n, plan.hold), batch.inner);
+    }
+}
+
+/// Origins of the blocks from column x (a multiple of kBlock) on.
+template <Hold kHold, int kAxes>
+HWY_INLINE void place_blocks(const BackwardPlan& plan, std::int64_t x, int blocks, Batch& batch) {
+    constexpr std::int64_t kHalf = kHold == Hold::zoh ? std::int64_t{1} << 39 : 0;
+    constexpr double kFarthest = 1 << 22;  // keeps blocks that see nothing convertible
+    for (int b = 0; b < blocks; ++b) {
+        const std::int64_t column = x + b * kBlock, chunk = column & ~std::int64_t{kChunk - 1};
+        for (int a = 0; a < kAxes; ++a) {
+            const double along = double(chunk) * plan.map[4 * a];
+            // 2^16 rounds to the 23 bits that lanes keep.
+            const std::int64_t rest =
+                (column - chunk) / kBlock * plan.step16[a] + kHalf + (std::int64_t{1} << 16);
+            for (int r = 0; r < Batch::kRows; ++r) {
+                const double place =
+                    std::min(std::max(batch.start[a][r] + along, -kFarthest), kFarthest);
+                const std::int64_t fixed = (std::int64_t(place * kFixedOne) + rest) >> 17;
+                const std::int64_t cell = fixed >> 23;
+                batch.cell[a][b][r] = std::int32_t(cell);
+                batch.fraction[a][b][r] = std::int32_t(fixed & 0x7fffff);
+                const std::int64_t before = a == 0 ? 0 : batch.offset[b][r];
+                batch.offset[b][r] = before + cell * plan.stride[a];
+            }
+        }
+    }
 }
 
 template <int kAxes>
-HWY_INLINE Places<kAxes> places_at(const BackwardPlan& plan, const Origin& origin, int lane) {
+HWY_INLINE Places<kAxes> places_at(const BackwardPlan& plan, const Batch& batch, int b, int r,
+                                   int lane) {
     const Ints di;
     const Floats d;
     const VI mask = hn::Set(di, 0x7fffff), exponent = hn::Set(di, 0x3f800000);
     Places<kAxes> places;
     for (int a = 0; a < kAxes; ++a) {
-        const VI t =
-            hn::Add(hn::Set(di, origin.fraction[a]), hn::Load(di, plan.lane[a].data() + lane));
+        const VI t = hn::Add(hn::Set(di, batch.fraction[a][b][r]),
+                             hn::Load(di, plan.lane[a].data() + lane));
         places.cell[a] = hn::ShiftRight<23>(t);
         // The 23 bits become the fraction of a float in [1, 2): no rounding, no conversion.
         const VI bits = hn::Or(hn::And(t, mask), exponent);
@@ -331,13 +408,13 @@ HWY_INLINE VF mapped_value(const BackwardPlan& plan, VF value) {
 
 /// Sixteen columns, all of them seen and away from borders, to sixteen floats.
 template <class T, Hold kHold, int kAxes, bool kNeighbours>
-HWY_INLINE void inner_block(const BackwardPlan& plan, const Origin& origin, int channel,
-                            float* out) {
+HWY_INLINE void inner_block(const BackwardPlan& plan, const Batch& batch, int b, int r,
+                            int channel, float* out) {
     const Floats d;
-    const std::uint8_t* base = plan.input.as<std::uint8_t>() + channel * sizeof(T);
-    for (int a = 0; a < kAxes; ++a) base += origin.cell[a] * plan.stride[a];
+    const std::uint8_t* base =
+        plan.input.as<std::uint8_t>() + batch.offset[b][r] + channel * int(sizeof(T));
     for (int lane = 0; lane < kBlock; lane += int(hn::Lanes(d))) {
-        const auto at = places_at<kAxes>(plan, origin, lane);
+        const auto at = places_at<kAxes>(plan, batch, b, r, lane);
         const VF value = inner_value<T, kHold, kAxes, kNeighbours>(plan, base, at);
         hn::StoreU(mapped_value(plan, value), d, out + lane);
     }
@@ -345,20 +422,21 @@ HWY_INLINE void inner_block(const BackwardPlan& plan, const Origin& origin, int 
 
 /// Sixteen columns of which some see the input; what the others get is of no use.
 template <class T, Hold kHold, int kAxes, bool kNeighbours>
-HWY_NOINLINE void border_block(const BackwardPlan& plan, const Origin& origin, int channel,
-                               float* out) {
+HWY_INLINE void border_block(const BackwardPlan& plan, const Batch& batch, int b, int r,
+                             int channel, float* out) {
     const Floats d;
     const Ints di;
-    const std::uint8_t* base = plan.input.as<std::uint8_t>() + channel * sizeof(T);
+    const std::uint8_t* base = plan.input.as<std::uint8_t>() + channel * int(sizeof(T));
     // Lanes count from a sample that exists, so that their 32-bit offsets stay small.
     std::array<std::int64_t, 3> corner{}, shift{};
     for (int a = 0; a < kAxes; ++a) {
-        corner[a] = std::clamp<std::int64_t>(origin.cell[a], 0, plan.extent[a] - 1);
-        shift[a] = origin.cell[a] - corner[a];
+        const std::int64_t cell = batch.cell[a][b][r];
+        corner[a] = std::min(std::max<std::int64_t>(cell, 0), plan.extent[a] - 1);
+        shift[a] = cell - corner[a];
         base += corner[a] * plan.stride[a];
     }
     for (int lane = 0; lane < kBlock; lane += int(hn::Lanes(d))) {
-        auto at = places_at<kAxes>(plan, origin, lane);
+        auto at = places_at<kAxes>(plan, batch, b, r, lane);
         for (int a = 0; a < kAxes; ++a)
             at.cell[a] = hn::Add(at.cell[a], hn::Set(di, std::int32_t(shift[a])));
         const VF value = border_value<T, kHold, kAxes, kNeighbours>(plan, base, corner, at);
@@ -366,63 +444,90 @@ HWY_NOINLINE void border_block(const BackwardPlan& plan, const Origin& origin, i
     }
 }
 
-/// The seen columns of one row.
+/// The columns of block b that lie in `seen` but not all of which are inner, channels interleaved.
 template <class T, Hold kHold, int kAxes, bool kNeighbours>
-HWY_INLINE void seen_columns(const BackwardPlan& plan, const std::array<double, 3>& start,
-                             const RowSpans& spans, float* row) {
-    constexpr std::int64_t kHalf = kHold == Hold::zoh ? std::int64_t{1} << 39 : 0;
+HWY_NOINLINE void part_block(const BackwardPlan& plan, const Batch& batch, int b, int r, Span seen,
+                             bool inner, float* out) {
     const int channels = kNeighbours ? 1 : plan.input.channels;
-    const Span seen = spans.seen;
-    std::int64_t block = seen.begin & ~std::int64_t{kBlock - 1};
-    while (block < seen.end) {
-        const std::int64_t chunk = block & ~std::int64_t{kChunk - 1};
-        std::array<std::int64_t, 3> fixed{};
-        for (int a = 0; a < kAxes; ++a) {
-            const double place = start[a] + double(chunk) * plan.map[4 * a];
-            fixed[a] = std::int64_t(place * kFixedOne) + kHalf;
-            fixed[a] += (block - chunk) / kBlock * plan.step16[a];
+    alignas(64) float values[kBlock];
+    for (int c = 0; c < channels; ++c) {
+        if (inner)
+            inner_block<T, kHold, kAxes, kNeighbours>(plan, batch, b, r, c, values);
+        else
+            border_block<T, kHold, kAxes, kNeighbours>(plan, batch, b, r, c, values);
+        for (std::int64_t x = seen.begin; x < seen.end; ++x) out[x * channels + c] = values[x];
+    }
+}
+
+/// First and last column, not rounded, as a span within `within`. Columns are not negative, so the
+/// conversions round down; std::ceil would be a call where there is no SSE4.
+HWY_INLINE Span whole_columns(double first, double last, Span within) {
+    first = std::min(first, double(within.end));
+    last = std::max(last, double(within.begin) - 1);
+    Span span{std::int64_t(first), std::int64_t(last + 1)};
+    span.begin += double(span.begin) < first;
+    span.end = std::max(span.end, span.begin);
+    return span;
+}
+
+/// One row of a batch whose blocks begin at column x.
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
+HWY_INLINE void warp_row(const BackwardPlan& plan, const Batch& batch, int r, std::int64_t x,
+                         Span columns, float* row) {
+    const Span seen = whole_columns(batch.seen[0][r], batch.seen[1][r], columns);
+    const Span inner = whole_columns(batch.inner[0][r], batch.inner[1][r], columns);
+    fill_columns(plan, row, columns.begin, seen.begin);
+    fill_columns(plan, row, seen.end, columns.end);
+    for (int b = int((seen.begin - x) / kBlock); x + b * kBlock < seen.end; ++b) {
+        const std::int64_t column = x + b * kBlock;
+        const bool whole = inner.holds(column, column + kBlock);
+        if (kNeighbours && whole) {
+            inner_block<T, kHold, kAxes, kNeighbours>(plan, batch, b, r, 0, row + column);
+            continue;
         }
-        const std::int64_t stop = std::min<std::int64_t>(chunk + kChunk, seen.end);
-        for (; block < stop; block += kBlock) {
-            const Origin origin = origin_of<kAxes>(fixed);
-            for (int a = 0; a < kAxes; ++a) fixed[a] += plan.step16[a];
-            const bool inner = spans.inner.holds(block, block + kBlock);
-            if (kNeighbours && inner) {
-                inner_block<T, kHold, kAxes, kNeighbours>(plan, origin, 0, row + block);
-                continue;
-            }
-            alignas(64) float values[kBlock];
-            const std::int64_t first = std::max(block, seen.begin);
-            const std::int64_t last = std::min(block + kBlock, seen.end);
-            for (int c = 0; c < channels; ++c) {
-                if (inner)
-                    inner_block<T, kHold, kAxes, kNeighbours>(plan, origin, c, values);
-                else
-                    border_block<T, kHold, kAxes, kNeighbours>(plan, origin, c, values);
-                for (std::int64_t x = first; x < last; ++x)
-                    row[x * channels + c] = values[x - block];
-            }
-        }
+        const Span part{std::max(seen.begin - column, std::int64_t{0}),
+                        std::min<std::int64_t>(seen.end - column, kBlock)};
+        part_block<T, kHold, kAxes, kNeighbours>(plan, batch, b, r, part, whole,
+                                                 row + column * plan.input.channels);
     }
 }
 
 template <class T, Hold kHold, int kAxes, bool kNeighbours>
+void warp_batch(const BackwardPlan& plan, const WarpOutput& output, std::int64_t z, Span rows,
+                Span columns, bool cut) {
+    Batch batch;
+    const std::int64_t x = columns.begin & ~std::int64_t{kBlock - 1};
+    const int blocks = int((columns.end - x + kBlock - 1) / kBlock);
+    start_rows<kAxes>(plan, rows.begin, z, columns, cut, batch);
+    place_blocks<kHold, kAxes>(plan, x, blocks, batch);
+    for (std::int64_t y = rows.begin; y < rows.end; ++y)
+        warp_row<T, kHold, kAxes, kNeighbours>(plan, batch, int(y - rows.begin), x, columns,
+                                               row_of(plan, output, y, z));
+}
+
+/// The end of the run of `size` (a power of two, counted from 0) that holds `from`, within `end`.
+HWY_INLINE std::int64_t end_of_run(std::int64_t from, std::int64_t size, std::int64_t end) {
+    return std::min((from & ~(size - 1)) + size, end);
+}
+
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
 void warp_region(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
-    const Span columns{region.begin[0], region.end[0]};
+    constexpr std::int64_t kColumns = Batch::kBlocks * kBlock;
     const Sight sight = sight_of(plan, region);
     for (std::int64_t z = region.begin[2]; z < region.end[2]; ++z)
-        for (std::int64_t y = region.begin[1]; y < region.end[1]; ++y) {
-            float* row = row_of(plan, output, y, z);
+        for (std::int64_t y = region.begin[1]; y < region.end[1]; y += Batch::kRows) {
+            const Span rows{y, std::min(y + Batch::kRows, region.end[1])};
             if (sight == Sight::outside) {
-                fill_columns(plan, row, columns.begin, columns.end);
+                for (std::int64_t row = y; row < rows.end; ++row)
+                    fill_columns(plan, row_of(plan, output, row, z), region.begin[0],
+                                 region.end[0]);
                 continue;
             }
-            const auto start = row_start(plan, y, z);
-            RowSpans spans{columns, columns};
-            if (sight == Sight::mixed) spans = spans_of(plan, start, columns);
-            fill_columns(plan, row, columns.begin, spans.seen.begin);
-            fill_columns(plan, row, spans.seen.end, columns.end);
-            seen_columns<T, kHold, kAxes, kNeighbours>(plan, start, spans, row);
+            for (std::int64_t x = region.begin[0], end = x; x < region.end[0]; x = end) {
+                end = end_of_run(x, kColumns, region.end[0]);
+                warp_batch<T, kHold, kAxes, kNeighbours>(plan, output, z, rows, {x, end},
+                                                         sight == Sight::mixed);
+            }
         }
 }
 

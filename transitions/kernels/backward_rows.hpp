@@ -28,26 +28,6 @@ struct Span {
     }
 };
 
-/// The part of `within` where low <= start + x * step <= high. Independent of how rows are cut.
-/// `inverse` is 1 / step, 0 for a step of 0.
-inline Span span_between(double start, double inverse, double low, double high, Span within) {
-    if (inverse == 0) {
-        if (start >= low && start <= high) return within;
-        return {within.begin, within.begin};
-    }
-    const double one = (low - start) * inverse, other = (high - start) * inverse;
-    const double from = double(within.begin), to = double(within.end);
-    // Columns are not negative, so a conversion rounds down; std::ceil would be a call a row.
-    const double first = std::min(std::max(std::min(one, other), from), to);
-    const double last = std::min(std::max(std::max(one, other), from - 1), to - 1);
-    Span span;
-    span.begin = std::int64_t(first);
-    span.begin += double(span.begin) < first;
-    span.end = std::int64_t(last + 1);
-    span.end = std::max(span.end, span.begin);
-    return span;
-}
-
 /// Positions along an axis that belong to the input, and those whose taps need no border rule.
 struct Range {
     double low, high;
@@ -62,16 +42,6 @@ inline Range inner_range(std::int64_t n, Hold hold) {
     if (hold == Hold::zoh) return {-0.5 + kFaceMargin, last + 0.5 - kFaceMargin};
     const double reach = hold == Hold::foh ? 0 : 1;
     return {reach + kFaceMargin, last - reach - kFaceMargin};
-}
-
-/// Position of column 0 of the output row (y, z).
-inline std::array<double, 3> row_start(const BackwardPlan& plan, std::int64_t y, std::int64_t z) {
-    std::array<double, 3> start{};
-    for (int a = 0; a < plan.axes; ++a) {
-        const double* m = &plan.map[4 * a];
-        start[a] = m[1] * double(y) + m[2] * double(z) + m[3];
-    }
-    return start;
 }
 
 /// Whether a whole region lies inside the ranges, outside the input, or across a border.
@@ -94,24 +64,6 @@ inline Sight sight_of(const BackwardPlan& plan, const Region& region) {
         if (low < taps.low + kFaceMargin || high > taps.high - kFaceMargin) inner = false;
     }
     return inner ? Sight::inner : Sight::mixed;
-}
-
-/// Columns of one row that see the input, and those among them without border rules.
-struct RowSpans {
-    Span seen, inner;
-};
-
-inline RowSpans spans_of(const BackwardPlan& plan, const std::array<double, 3>& start,
-                         Span columns) {
-    RowSpans spans{columns, columns};
-    for (int a = 0; a < plan.axes; ++a) {
-        const double inverse = plan.inverse[a];
-        const Range seen = seen_range(plan.extent[a]);
-        const Range inner = inner_range(plan.extent[a], plan.hold);
-        spans.seen = span_between(start[a], inverse, seen.low, seen.high, spans.seen);
-        spans.inner = span_between(start[a], inverse, inner.low, inner.high, spans.inner);
-    }
-    return spans;
 }
 
 /// First number of the output row (y, z), as if column 0 were held.

@@ -54,7 +54,7 @@ struct RayCast {
     Grid volume;  // one channel; with Hold::bspline3 f32 coefficients, mirrored at the ends
     Hold hold = Hold::foh;
     Combine rule = Combine::max;
-    Rays rays;
+    Rays rays = {};
     double step = 1;                 // [t]
     double unit = 1;                 // one t, in the file's unit; of sum
     double zero = 0;                 // of sum: the value that adds nothing

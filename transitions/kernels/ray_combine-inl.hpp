@@ -9,8 +9,8 @@
 #include <cmath>
 #include <limits>
 
-#include "hwy/contrib/math/math-inl.h"
 #include "hwy/highway.h"
+#include "transitions/kernels/optics-inl.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_samplers-inl.hpp"
 
@@ -20,10 +20,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::HWY_NAMESPACE {
-
-HWY_INLINE MF is_finite(VF v) {
-    return hn::Le(hn::Abs(v), hn::Set(DF(), std::numeric_limits<float>::max()));
-}
+namespace {  // other kernels have names of their own in this namespace
 
 /// The largest value: of stored numbers, the smallest where the slope is negative.
 template <bool kFinite>
@@ -112,7 +109,8 @@ class LineSum {
                 return;
             }
             const ValueMap& values = cast.volume.values;
-            const double sum = static_cast<double>(total[lane]) + block[lane];
+            // In f32, as if the block had been closed: its end may lie beyond this ray's cells.
+            const float sum = total[lane] + block[lane];
             const double average = values(sum / weight);
             *out = static_cast<float>(
                 mean ? average : (average - cast.zero) * weight * cast.step * cast.unit);
@@ -146,12 +144,12 @@ class OverSum {
     }
 
     HWY_INLINE void add(VF value, int) {
-        VF color[kColors], opacity = look_up(value, color);
+        VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
         if (!exact_) opacity = corrected(opacity, hn::Set(DF(), power_));
         composite(value, color, opacity);
     }
     HWY_INLINE void add_part(VF value, VF weight, MF outside, int) {
-        VF color[kColors], opacity = look_up(value, color);
+        VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
         opacity = corrected(opacity, hn::Mul(weight, hn::Set(DF(), power_)));
         composite(value, color, hn::IfThenZeroElse(outside, opacity));
     }
@@ -174,30 +172,6 @@ class OverSum {
     };
 
  private:
-    HWY_INLINE VF look_up(VF value, VF color[kColors]) const {
-        const DF d;
-        const VF zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-        VF opacity = hn::Set(d, optics_.opacity);
-        for (int c = 0; c < kColors; ++c) color[c] = hn::Set(d, optics_.color[c]);
-        for (const OpticsRamp& ramp : optics_.ramps) {
-            const VF along =
-                hn::Mul(hn::Sub(value, hn::Set(d, ramp.start)), hn::Set(d, ramp.inverse_width));
-            const VF part = hn::Min(hn::Max(along, zero), one);
-            opacity = hn::MulAdd(part, hn::Set(d, ramp.opacity), opacity);
-            for (int c = 0; c < kColors; ++c)
-                color[c] = hn::MulAdd(part, hn::Set(d, ramp.color[c]), color[c]);
-        }
-        return hn::Min(hn::Max(opacity, zero), one);
-    }
-    /// 1 - (1 - a)^power, without cancellation for small a (S21).
-    static HWY_NOINLINE VF corrected(VF opacity, VF power) {
-        const DF d;
-        const VF one = hn::Set(d, 1.0f);
-        const MF opaque = hn::Ge(opacity, one);
-        const VF below = hn::IfThenZeroElse(opaque, opacity);
-        const VF light = hn::Neg(hn::Expm1(d, hn::Mul(power, hn::Log1p(d, hn::Neg(below)))));
-        return hn::IfThenElse(opaque, one, light);
-    }
     HWY_INLINE void composite(VF value, const VF color[kColors], VF opacity) {
         if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
         const VF caught = hn::Mul(left_, opacity);
@@ -213,6 +187,7 @@ class OverSum {
     bool exact_;
 };
 
+}  // namespace
 }  // namespace edgewise::kernels::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -23,8 +23,9 @@ struct RayPath {
 
 /// Clips [low, high] to where o + t d lies within [from, to]. A ray in a face counts as inside.
 inline void clip(double o, double d, double from, double to, double& low, double& high) noexcept {
-    if (d == 0) {  // also -0: the quotients below would be 0/0 for an origin in a face
-        if (o < from || o > to) high = low;
+    // No slab at all, or a ray along it (also -0), where the quotients below might be 0/0.
+    if (from > to || d == 0) {
+        if (from > to || o < from || o > to) high = low;
         return;
     }
     const double a = (from - o) / d, b = (to - o) / d;

@@ -11,19 +11,12 @@
 
 #include "hwy/highway.h"
 #include "transitions/kernels/grid.hpp"
+#include "transitions/kernels/optics-inl.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-using DF = hn::CappedTag<float, 16>;
-using DI = hn::RebindToSigned<DF>;
-using VF = hn::Vec<DF>;
-using VI = hn::Vec<DI>;
-using MF = hn::Mask<DF>;
-inline constexpr std::size_t kLanes = hn::MaxLanes(DF());
+namespace {  // other kernels have names of their own in this namespace
 
 /// Truncation without Highway's mending of overflow, which positions inside a volume never have.
 HWY_INLINE VI truncated(VF v) {
@@ -166,9 +159,6 @@ class Walked {
     ScalarLoad load_;
     std::int64_t nx_, ny_;
 };
-
-/// a + f (b - a)
-HWY_INLINE VF between(VF a, VF b, VF f) { return hn::MulAdd(f, hn::Sub(b, a), a); }
 
 /// Nearest sample, ties upwards.
 template <class Read>
@@ -344,6 +334,7 @@ class SplineSampler {
     Bounds bounds_;
 };
 
+}  // namespace
 }  // namespace edgewise::kernels::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

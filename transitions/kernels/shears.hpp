@@ -81,4 +81,11 @@ inline std::array<double, 3> object_site(const ShearChain& chain,
     return x;
 }
 
+/// |T^-1 M x - x| <= half the sum of |(E_1^-1 ... E_k^-1) u_axis(k)| over the shears E_k, because
+/// each rounding is off by at most half. Along the axes of object space [voxel].
+std::array<double, 3> displacement_bound(const ShearChain& chain) noexcept;
+
+/// |M x - T x|, the same roundings seen from screen space [voxel].
+std::array<double, 3> screen_displacement_bound(const ShearChain& chain) noexcept;
+
 }  // namespace edgewise::kernels

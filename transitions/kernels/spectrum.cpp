@@ -162,7 +162,7 @@ SpectrumShape::SpectrumShape(const Extent& volume_, const KaiserBessel& window_)
     }
 }
 
-Extent SpectrumShape::stored() const noexcept {
+Extent SpectrumShape::stored_of(const Extent& period) noexcept {
     return {period.x / 2 + 1 + kColumnsBefore + kColumnsAfter, period.y, period.z};
 }
 

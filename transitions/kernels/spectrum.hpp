@@ -25,13 +25,13 @@ struct SpectrumShape {
     /// Periods of at least padding x extent with small prime factors.
     SpectrumShape(const Extent& volume, const KaiserBessel& window);
     /// Complex samples: {period.x / 2 + 1 and the repeated columns, period.y, period.z}.
-    Extent stored() const noexcept;
-    /// The period of a stored spectrum.
+    Extent stored() const noexcept { return stored_of(period); }
+    static Extent stored_of(const Extent& period) noexcept;
+    /// The inverse of stored_of.
     static Extent period_of(const Extent& stored) noexcept;
-    static std::array<std::int64_t, 3> origin_of(const Extent& volume) noexcept {
+    std::array<std::int64_t, 3> origin() const noexcept {
         return {volume.x / 2, volume.y / 2, volume.z / 2};
     }
-    std::array<std::int64_t, 3> origin() const noexcept { return origin_of(volume); }
 };
 
 /// The spectrum of (value - subtract), divided beforehand by the window's transform.

@@ -34,12 +34,12 @@ void columns_of_slice(const Complex* slice, const Extent& period, const Extent& 
 
 }  // namespace
 
-std::int64_t picture_period(std::int64_t extent, double from, double to) {
+std::int64_t picture_period(std::int64_t extent, double from, double to, std::int64_t multiple) {
     const double last = static_cast<double>(extent - 1);
-    if (to + kMargin < 0 || from - kMargin > last) return good_length(extent);  // nothing to see
+    if (to + kMargin < 0 || from - kMargin > last) return good_length(extent, multiple);  // nothing
     // Repeated one period earlier the volume ends before the picture; one later it begins after.
     const double least = std::max(to + kMargin, last - from + kMargin);
-    return good_length(std::max(extent, static_cast<std::int64_t>(std::ceil(least))));
+    return good_length(std::max(extent, static_cast<std::int64_t>(std::ceil(least))), multiple);
 }
 
 void picture_of_slice(const Complex* slice, const Extent& period, const Extent& picture, float* out,
@@ -63,8 +63,8 @@ void picture_of_slice(const Complex* slice, const Extent& period, const Extent& 
     });
 }
 
-double picture_workspace(const Extent& period) noexcept {
-    return static_cast<double>((period.x / 2 + 1) * period.y) * sizeof(Complex);
+double picture_workspace(const Extent& period, const Extent& picture) noexcept {
+    return static_cast<double>((period.x / 2 + 1) * picture.y) * sizeof(Complex);
 }
 
 double picture_scratch(const Extent& period) noexcept {

@@ -13,7 +13,8 @@ namespace edgewise::kernels {
 ///
 /// @param extent  of the picture
 /// @param from    where the volume begins and ends on the picture [pixel], `to` > `from`
-std::int64_t picture_period(std::int64_t extent, double from, double to);
+/// @return a multiple of `multiple` (1, 2 or 4) with small prime factors
+std::int64_t picture_period(std::int64_t extent, double from, double to, std::int64_t multiple = 1);
 
 /// The top left `picture` pixels of the inverse transform of a slice; not normalised.
 ///
@@ -25,7 +26,7 @@ void picture_of_slice(const Complex* slice, const Extent& period, const Extent& 
                       std::pmr::memory_resource* memory, const std::atomic<bool>* stop);
 
 /// Bytes of scratch: for all, and for each thread.
-double picture_workspace(const Extent& period) noexcept;
+double picture_workspace(const Extent& period, const Extent& picture) noexcept;
 double picture_scratch(const Extent& period) noexcept;
 double picture_operations(const Extent& period, const Extent& picture) noexcept;
 

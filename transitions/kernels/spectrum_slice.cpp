@@ -45,14 +45,11 @@ struct Plane {
     double scale;
 };
 
-Plane plane_of(const SliceView& view, const SpectrumShape& shape) {
+Plane plane_of(const SliceView& view) {
     const Affine& m = view.to_screen;
-    const auto origin = shape.origin();
-    const auto at = apply(m, static_cast<double>(origin[0]), static_cast<double>(origin[1]),
-                          static_cast<double>(origin[2]));
     const double det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
                        m[2] * (m[4] * m[9] - m[5] * m[8]);
-    Plane plane{{}, {}, at[0], at[1], view.scale * std::abs(det)};
+    Plane plane{{}, {}, m[3], m[7], view.scale * std::abs(det)};
     for (int axis = 0; axis < 3; ++axis) {
         plane.x[axis] = m[axis] / static_cast<double>(view.width);
         plane.y[axis] = m[4 + axis] / static_cast<double>(view.height);
@@ -202,27 +199,26 @@ double cutoff(Between between) noexcept {
     return between == Between::spline ? 0.75 : between == Between::linear ? 0.75 : 0.5;
 }
 
-void slice_of_spectrum(const Complex* spectrum, const SpectrumShape& shape, const SliceView& view,
-                       Complex* out, std::pmr::memory_resource* memory,
+void slice_of_spectrum(const Complex* spectrum, const Extent& period, const KaiserBessel& window,
+                       const SliceView& view, Complex* out, std::pmr::memory_resource* memory,
                        const std::atomic<bool>* stop) {
-    const Extent stored = shape.stored();
-    const int width = shape.window.width();
-    Block<std::ptrdiff_t> rows(shape.period.y + width, memory),
-        planes(shape.period.z + width, memory);
-    fill_offsets(shape.period.y, width, stored.x, rows.data());
-    fill_offsets(shape.period.z, width, stored.x * stored.y, planes.data());
-    const TapTable& table = TapTable::of(shape.window);
+    const Extent stored = SpectrumShape::stored_of(period);
+    const int width = window.width();
+    Block<std::ptrdiff_t> rows(period.y + width, memory), planes(period.z + width, memory);
+    fill_offsets(period.y, width, stored.x, rows.data());
+    fill_offsets(period.z, width, stored.x * stored.y, planes.data());
+    const TapTable& table = TapTable::of(window);
     const SpectrumView source{
         spectrum + SpectrumShape::kColumnsBefore,
-        {static_cast<std::uint64_t>(shape.period.x), static_cast<std::uint64_t>(shape.period.y),
-         static_cast<std::uint64_t>(shape.period.z)},
+        {static_cast<std::uint64_t>(period.x), static_cast<std::uint64_t>(period.y),
+         static_cast<std::uint64_t>(period.z)},
         rows.data(),
         planes.data(),
         width,
         table.taps.data(),
         table.pairs.data()};
 
-    const Plane plane = plane_of(view, shape);
+    const Plane plane = plane_of(view);
     const std::int64_t longest = longest_run(view), last = last_row(view);
     Block<Complex> turns(longest + 1, memory);
     for (std::int64_t k = 0; k < longest; ++k) turns[k] = turn(k, plane.at_x, view.width);
@@ -256,7 +252,12 @@ double slice_samples(const SliceView& view) noexcept {
 }
 
 double slice_scratch(const SliceView& view) noexcept {
-    return static_cast<double>(longest_run(view) + 1) * 2 * sizeof(Complex);
+    return static_cast<double>(longest_run(view) + 1) * sizeof(Complex);
+}
+
+double slice_workspace(const SliceView& view, const Extent& period) noexcept {
+    return slice_scratch(view) +
+           static_cast<double>(period.y + period.z + 16) * sizeof(std::ptrdiff_t);
 }
 
 }  // namespace edgewise::kernels

@@ -20,7 +20,8 @@ double cutoff(Between between) noexcept;
 
 /// A view: how object space maps to the picture, and what of its spectrum is wanted.
 struct SliceView {
-    /// Object space [voxel] -> screen space [pixel]; its third row only enters the scale.
+    /// Object space from the origin voxel on [voxel] -> screen space [pixel]; the third row only
+    /// enters the scale.
     Affine to_screen;
     /// Period of the picture [pixel]: that of the transform that makes it, at least its extent.
     std::int64_t width = 1, height = 1;
@@ -40,17 +41,18 @@ struct SliceView {
 /// phase puts the origin voxel where it falls on the picture. By the slice theorem this is the
 /// spectrum of the integral along screen z [value x pixel], whatever the affine map.
 ///
-/// @param spectrum  of spectrum_of_volume, with the same shape
+/// @param spectrum  of spectrum_of_volume, with this period and window
 /// @param out       view.stored() complex samples
 /// @param stop      set: returns soon, with `out` unfinished; may be null
 /// Bytes do not depend on the number of threads. Source: Bracewell 1956; [W93] 5.1
-void slice_of_spectrum(const Complex* spectrum, const SpectrumShape& shape, const SliceView& view,
-                       Complex* out, std::pmr::memory_resource* memory,
+void slice_of_spectrum(const Complex* spectrum, const Extent& period, const KaiserBessel& window,
+                       const SliceView& view, Complex* out, std::pmr::memory_resource* memory,
                        const std::atomic<bool>* stop);
 
 /// How many samples of the spectrum slice_of_spectrum interpolates.
 double slice_samples(const SliceView& view) noexcept;
-/// Bytes of scratch for each thread.
+/// Bytes of scratch: for each thread, and for all.
 double slice_scratch(const SliceView& view) noexcept;
+double slice_workspace(const SliceView& view, const Extent& period) noexcept;
 
 }  // namespace edgewise::kernels

@@ -11,8 +11,8 @@ namespace edgewise::store {
 namespace {
 
 template <class T>
-void convert_from(const std::byte* source, std::int64_t count, std::byte* into,
-                  std::int64_t stride, Rounding& rounding) {
+void convert_from(const std::byte* source, std::int64_t count, std::byte* into, std::int64_t stride,
+                  Rounding& rounding) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     for (std::int64_t i = 0; i < count; ++i) {
         T stored;
@@ -22,7 +22,8 @@ void convert_from(const std::byte* source, std::int64_t count, std::byte* into,
         // Half of the last place beyond the largest float still rounds to it; a cast of more than
         // that is undefined in C++ though not in IEEE 754.
         if (std::isfinite(value) && std::abs(value) > kLargest) {
-            result = std::copysign(std::numeric_limits<float>::infinity(), static_cast<float>(value > 0 ? 1 : -1));
+            result = std::copysign(std::numeric_limits<float>::infinity(),
+                                   static_cast<float>(value > 0 ? 1 : -1));
             ++rounding.beyond;
         } else {
             result = static_cast<float>(value);
@@ -68,7 +69,8 @@ std::uint16_t float_to_half(float value) noexcept {
     // Rounding to nearest even by adding half of the last kept place; a carry moves the exponent.
     const std::uint32_t magnitude = bits & 0x7fffffff;
     const std::uint32_t rounded = magnitude + 0xfff + (magnitude >> 13 & 1);
-    return static_cast<std::uint16_t>(sign | static_cast<std::uint16_t>((rounded >> 13) - (112 << 10)));
+    return static_cast<std::uint16_t>(sign |
+                                      static_cast<std::uint16_t>((rounded >> 13) - (112 << 10)));
 }
 
 void swap_bytes(std::byte* data, std::size_t width, std::int64_t count) noexcept {
@@ -97,11 +99,11 @@ void Rounding::convert(Type from, const std::byte* source, std::int64_t count, s
 
 void Rounding::tell(const std::string& file, Type from, std::vector<std::string>& warnings) const {
     if (rounded > 0)
-        warnings.push_back(fmt::format("{}: {} values of type {} were rounded to f32", file, rounded,
-                                       name_of(from)));
+        warnings.push_back(fmt::format("{}: {} values of type {} were rounded to f32", file,
+                                       rounded, name_of(from)));
     if (beyond > 0)
-        warnings.push_back(fmt::format("{}: {} values are beyond f32 and count as infinite", file,
-                                       beyond));
+        warnings.push_back(
+            fmt::format("{}: {} values are beyond f32 and count as infinite", file, beyond));
 }
 
 }  // namespace edgewise::store

@@ -1,16 +1,15 @@
 #include "transitions/store/file.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
 
 #include "graph/errors.hpp"
 #include "transitions/store/text.hpp"
@@ -143,6 +142,13 @@ void Stream::skip(std::uint64_t bytes) {
         if (got < part) throw InputError("data end too early");
         bytes -= got;
     }
+}
+
+std::size_t MemoryStream::read(std::span<std::byte> into) {
+    const std::size_t count = std::min(into.size(), left_.size());
+    std::copy_n(left_.begin(), count, into.begin());
+    left_ = left_.subspan(count);
+    return count;
 }
 
 void read_all(Stream& stream, std::span<std::byte> into, const std::string& file) {

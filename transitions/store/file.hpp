@@ -42,6 +42,15 @@ class Stream {
     virtual std::size_t read(std::span<std::byte> into) = 0;
     virtual void skip(std::uint64_t bytes);
 };
+/// Bytes that are in memory already.
+class MemoryStream : public Stream {
+ public:
+    explicit MemoryStream(std::span<const std::byte> bytes) : left_(bytes) {}
+    std::size_t read(std::span<std::byte> into) override;
+
+ private:
+    std::span<const std::byte> left_;
+};
 /// All of `into`. @throws InputError short data, with the count
 void read_all(Stream&, std::span<std::byte> into, const std::string& file);
 

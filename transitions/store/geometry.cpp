@@ -29,8 +29,8 @@ double determinant(const std::array<Vector, 3>& columns) noexcept {
 void check_spacing(const Header& header, const std::string& field) {
     for (double step : header.spacing)
         if (!(std::isfinite(step) && step > 0))
-            refuse(header.file, fmt::format("field '{}': spacing {} is not a positive number", field,
-                                            step));
+            refuse(header.file,
+                   fmt::format("field '{}': spacing {} is not a positive number", field, step));
     for (double at : header.origin)
         if (!std::isfinite(at))
             refuse(header.file, fmt::format("field '{}': origin {} is not finite", field, at));
@@ -49,8 +49,9 @@ void take_steps(Header& header, const std::array<Vector, 3>& steps, const std::s
             header.direction[axis][row] = steps[axis][row] / header.spacing[axis];
     }
     if (std::abs(determinant(header.direction)) < kLeastDeterminant)
-        refuse(header.file, fmt::format("field '{}': the axes lie in one plane (determinant {:.3g})",
-                                        field, determinant(header.direction)));
+        refuse(header.file,
+               fmt::format("field '{}': the axes lie in one plane (determinant {:.3g})", field,
+                           determinant(header.direction)));
 }
 
 void flip_xy(Header& header) noexcept {
@@ -68,7 +69,8 @@ bool is_identity(const std::array<Vector, 3>& direction) noexcept {
 }
 
 std::string letters_of(const std::array<Vector, 3>& direction) {
-    // Each anatomical axis is used once, the clearest match first, so oblique scans get three letters.
+    // Each anatomical axis is used once, the clearest match first, so oblique scans get three
+    // letters.
     std::string letters = "???";
     bool column_done[3] = {}, row_done[3] = {};
     for (int round = 0; round < 3; ++round) {
@@ -80,7 +82,8 @@ std::string letters_of(const std::array<Vector, 3>& direction) {
                      std::abs(direction[c][r]) > std::abs(direction[column][row]) + kOneAxis))
                     column = c, row = r;
         column_done[column] = row_done[row] = true;
-        letters[static_cast<std::size_t>(column)] = (direction[column][row] > 0 ? "LPS" : "RAI")[row];
+        letters[static_cast<std::size_t>(column)] =
+            (direction[column][row] > 0 ? "LPS" : "RAI")[row];
     }
     return letters;
 }
@@ -89,7 +92,8 @@ std::optional<std::array<Vector, 3>> direction_of(const std::string& letters) {
     if (letters.size() != 3) return std::nullopt;
     std::array<Vector, 3> direction{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const char letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letters[axis])));
+        const char letter =
+            static_cast<char>(std::toupper(static_cast<unsigned char>(letters[axis])));
         const auto plus = std::string_view("LPS").find(letter);
         const auto minus = std::string_view("RAI").find(letter);
         if (plus == std::string_view::npos && minus == std::string_view::npos) return std::nullopt;
@@ -104,9 +108,10 @@ double millimetres(std::string_view unit) noexcept {
         std::string_view name;
         double factor;
     };
-    constexpr Row kUnits[] = {{"mm", 1},         {"millimeter", 1}, {"millimetre", 1},
-                              {"um", 1e-3},      {"\xc2\xb5m", 1e-3}, {"micron", 1e-3},
-                              {"micrometer", 1e-3}, {"cm", 10},     {"m", 1000}, {"nm", 1e-6}};
+    constexpr Row kUnits[] = {
+        {"mm", 1},           {"millimeter", 1}, {"millimetre", 1},    {"um", 1e-3},
+        {"\xc2\xb5m", 1e-3}, {"micron", 1e-3},  {"micrometer", 1e-3}, {"cm", 10},
+        {"m", 1000},         {"nm", 1e-6}};
     for (const Row& row : kUnits)
         if (row.name == unit) return row.factor;
     return 0;

@@ -72,7 +72,7 @@ Header inspect_metaimage(const std::string& path);
 Header inspect_vtk(const std::string& path);
 Header inspect_vti(const std::string& path);
 Header inspect_json(const std::string& path);
-Header inspect_raw(const std::string& source);  // raw:FILE:WxHxD:TYPE...
+Header inspect_raw(const std::string& source);                    // raw:FILE:WxHxD:TYPE...
 Header inspect_dicom(const std::string& path, const Selection&);  // file or folder
 Header inspect_png(const std::string& path);
 Header inspect_jpeg(const std::string& path);

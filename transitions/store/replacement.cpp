@@ -1,13 +1,12 @@
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "graph/errors.hpp"
 #include "transitions/store/file.hpp"
@@ -19,8 +18,8 @@ namespace {
 std::string temporary_name(const std::string& path) {
     static std::atomic<unsigned> count{0};
     const std::filesystem::path target(path);
-    const std::string name = fmt::format(".{}.{}.{}.part", target.filename().string().substr(0, 200),
-                                         ::getpid(), count++);
+    const std::string name = fmt::format(
+        ".{}.{}.{}.part", target.filename().string().substr(0, 200), ::getpid(), count++);
     return (target.parent_path() / name).string();
 }
 

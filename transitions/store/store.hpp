@@ -116,14 +116,14 @@ struct Format {
     bool reads = false, writes = false;
     std::vector<Type> types;  // that can be written
     bool images = false, volumes = false;
-    int channels = 4;         // at most
-    bool values = false;      // can say that value = slope * stored + offset
+    int channels = 4;     // at most
+    bool values = false;  // can say that value = slope * stored + offset
     std::string note;
 };
 const std::vector<Format>& formats();
 /// The format of a path's ending (the longest that fits), or none.
 const Format* format_of(std::string_view path);
-/// Why a format cannot hold this, or "".
-std::string cannot_write(const Format&, const Header& what);
+/// Why a file of this name cannot hold this (by its ending, type, axes, channels), or "".
+std::string cannot_write(std::string_view path, const Header& what);
 
 }  // namespace edgewise::store

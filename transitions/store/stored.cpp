@@ -14,7 +14,7 @@ constexpr std::int64_t kChunkNumbers = 1 << 13;
 
 /// Where numbers along one stored axis go. Merged axes count as one.
 struct Walk {
-    std::int64_t size, stride;     // stride: in numbers of the output; 0: only `only` is kept
+    std::int64_t size, stride;  // stride: in numbers of the output; 0: only `only` is kept
     std::int64_t only = -1;
 };
 
@@ -162,13 +162,20 @@ class TextStream : public Stream {
         if (is_integer(type_) && !(value >= low && value <= high))
             refuse(file_, fmt::format("data hold {}, which {} cannot", value, name_of(type_)));
         switch (type_) {
-            case Type::u8: return put_as<std::uint8_t>(value, to);
-            case Type::i8: return put_as<std::int8_t>(value, to);
-            case Type::u16: return put_as<std::uint16_t>(value, to);
-            case Type::i16: return put_as<std::int16_t>(value, to);
-            case Type::u32: return put_as<std::uint32_t>(value, to);
-            case Type::i32: return put_as<std::int32_t>(value, to);
-            case Type::f64: return put_as<double>(value, to);
+            case Type::u8:
+                return put_as<std::uint8_t>(value, to);
+            case Type::i8:
+                return put_as<std::int8_t>(value, to);
+            case Type::u16:
+                return put_as<std::uint16_t>(value, to);
+            case Type::i16:
+                return put_as<std::int16_t>(value, to);
+            case Type::u32:
+                return put_as<std::uint32_t>(value, to);
+            case Type::i32:
+                return put_as<std::int32_t>(value, to);
+            case Type::f64:
+                return put_as<double>(value, to);
             default:
                 // Beyond f32 a cast would be undefined; infinity is what IEEE rounding gives.
                 if (value > high || value < low)
@@ -204,8 +211,8 @@ class PieceStream : public Stream {
         std::size_t done = 0;
         while (done < into.size()) {
             if (left_ == 0 && !next()) break;
-            const auto part = static_cast<std::size_t>(
-                std::min<std::uint64_t>(left_, into.size() - done));
+            const auto part =
+                static_cast<std::size_t>(std::min<std::uint64_t>(left_, into.size() - done));
             const std::size_t got = current_->read(into.subspan(done, part));
             if (got < part)
                 refuse(path_, fmt::format("short data: expected {} bytes, got {}", piece_bytes_,
@@ -283,7 +290,8 @@ void take_axes(Header& header, const Stored& stored) {
                                             kNames[axis.kind], axis.size));
         count = product(header.file, count, axis.size);
         if (axis.kind >= Axis::channel && axis.size > (1 << 20))
-            refuse(header.file, fmt::format("{} {} are not supported", axis.size, kNames[axis.kind]));
+            refuse(header.file,
+                   fmt::format("{} {} are not supported", axis.size, kNames[axis.kind]));
         if (axis.kind <= Axis::z) header.extent[axis.kind] = axis.size;
         if (axis.kind == Axis::channel) header.channels = static_cast<int>(axis.size);
         if (axis.kind == Axis::time) header.times = static_cast<int>(axis.size);
@@ -295,21 +303,20 @@ void check_pieces(const std::string& file, const Stored& stored) {
     const auto bytes = stored.numbers() * static_cast<std::int64_t>(bytes_of(stored.type));
     const auto count = static_cast<std::int64_t>(stored.pieces.size());
     if (count == 0 || stored.numbers() % count != 0)
-        refuse(file, fmt::format("{} samples do not divide into {} data files", stored.numbers(),
-                                 count));
+        refuse(file,
+               fmt::format("{} samples do not divide into {} data files", stored.numbers(), count));
     for (const auto& piece : stored.pieces) {
         const File data(piece.path);
-        const std::int64_t there = data.size() > piece.offset
-                                       ? static_cast<std::int64_t>(data.size() - piece.offset)
-                                       : 0;
+        const std::int64_t there =
+            data.size() > piece.offset ? static_cast<std::int64_t>(data.size() - piece.offset) : 0;
         std::int64_t least = bytes / count;
         if (stored.encoding == Stored::Encoding::text) least = stored.numbers() / count * 2 - 1;
         if (wrapping_of(stored.encoding) != Wrapping::none) least = least / kDeflateRatio + 1;
         if (there < least)
-            refuse(piece.path == file ? file : file + ": " + piece.path,
-                   fmt::format("short data: expected {}{} bytes from byte {}, found {}",
-                               least == bytes / count ? "" : "at least ", least, piece.offset,
-                               there));
+            refuse(
+                piece.path == file ? file : file + ": " + piece.path,
+                fmt::format("short data: expected {}{} bytes from byte {}, found {}",
+                            least == bytes / count ? "" : "at least ", least, piece.offset, there));
     }
 }
 

@@ -167,7 +167,7 @@ std::optional<ShearChain> best_of_three_shears(const Matrix& a, const Loose& loo
             chain.sign = candidate.sign;
             shear_two_axes(chain, b, p, q);
             if (misses(chain, a) > kProduct) continue;
-            chain.displacement = displacement_bound(chain);
+            chain.displacement = kernels::displacement_bound(chain);
             const double bound = chain.bound();
             // The nearest permutation (greatest trace) wins unless another one gains enough.
             const double nearer = trace > best_trace + kTie   ? kWorthAnotherTurn
@@ -247,39 +247,11 @@ std::optional<ShearChain> best_of_four_shears(const Matrix& a) {
             best_bound = bound;
         }
     }
-    if (best) best->displacement = displacement_bound(*best);
+    if (best) best->displacement = kernels::displacement_bound(*best);
     return best;
 }
 
 }  // namespace
-
-std::array<double, 3> displacement_bound(const ShearChain& chain) noexcept {
-    std::array<double, 3> sum{0, 0, 0};
-    for (int k = 0; k < chain.count; ++k) {
-        std::array<double, 3> v{0, 0, 0};
-        v[chain.shears[k].axis] = 1;
-        for (int j = k; j >= 0; --j) {
-            const Shear& shear = chain.shears[j];
-            v[shear.axis] -= shear.by[0] * v[0] + shear.by[1] * v[1] + shear.by[2] * v[2];
-        }
-        for (int i = 0; i < 3; ++i) sum[chain.from[i]] += 0.5 * std::abs(v[i]);
-    }
-    return sum;
-}
-
-std::array<double, 3> screen_displacement_bound(const ShearChain& chain) noexcept {
-    std::array<double, 3> sum{0, 0, 0};
-    for (int k = 0; k < chain.count; ++k) {
-        std::array<double, 3> v{0, 0, 0};
-        v[chain.shears[k].axis] = 1;
-        for (int j = k + 1; j < chain.count; ++j) {
-            const Shear& shear = chain.shears[j];
-            v[shear.axis] += shear.by[0] * v[0] + shear.by[1] * v[1] + shear.by[2] * v[2];
-        }
-        for (int i = 0; i < 3; ++i) sum[i] += 0.5 * std::abs(v[i]);
-    }
-    return sum;
-}
 
 std::optional<ShearChain> shear_chain(const Affine& t) {
     const Matrix a = {{{t[0], t[1], t[2]}, {t[4], t[5], t[6]}, {t[8], t[9], t[10]}}};
@@ -300,7 +272,8 @@ std::optional<ShearChain> shear_chain(const Affine& t) {
     if (!chain) chain = best_of_four_shears(a);
     if (!chain) return {};
     translate(*chain, translation);
-    chain->displacement = displacement_bound(*chain);  // a loose axis rounds too if it moves
+    chain->displacement =
+        kernels::displacement_bound(*chain);  // a loose axis rounds too if it moves
     return chain;
 }
 

@@ -22,11 +22,4 @@ namespace edgewise {
 /// one pass less than EQ 35 merged, whose displacement is larger)
 std::optional<kernels::ShearChain> shear_chain(const kernels::Affine& t);
 
-/// |T^-1 M x - x| <= half the sum of |(E_1^-1 ... E_k^-1) u_axis(k)| over the shears E_k, because
-/// each rounding is off by at most half. Along the axes of object space [voxel].
-std::array<double, 3> displacement_bound(const kernels::ShearChain& chain) noexcept;
-
-/// |M x - T x|, the same roundings seen from screen space [voxel].
-std::array<double, 3> screen_displacement_bound(const kernels::ShearChain& chain) noexcept;
-
 }  // namespace edgewise

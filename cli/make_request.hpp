@@ -1,0 +1,33 @@
+#pragma once
+
+#include "cli/input.hpp"
+#include "cli/options.hpp"
+#include "cli/request_options.hpp"
+#include "transitions/reference/statistics.hpp"
+#include "cli/tail.hpp"
+
+namespace edgewise::cli {
+
+/// All that can be said of a request before the input's samples are read. @throws RequestError
+struct Wish {
+    Request want;  // without geometry and without what hangs on the samples
+    std::optional<Window> window;
+    std::optional<std::size_t> verify;  // samples; 0: all
+    std::uint64_t seed = 1;
+    int repeat = 1, quality = 95;
+    std::optional<int> bits;
+    bool memory_given = false;  // --max-memory
+    store::Selection selection;
+};
+Wish wish_of(const JobOptions& options);
+
+/// Puts the geometry into the request. @throws RequestError, NoPlan
+Geometry take_geometry(Request& want, const JobOptions& options, const Input& input);
+
+/// Puts in what hangs on values: what a MIP's misses show, an X-ray's zero, a composite's ramp.
+/// A window of values or percentiles that became the ramp is taken from `wish`.
+/// @throws RequestError
+void take_values(Wish& wish, const JobOptions& options, const Data& data,
+                 const Statistics& statistics);
+
+}  // namespace edgewise::cli

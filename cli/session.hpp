@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "cli/input.hpp"
+#include "cli/make_request.hpp"
+#include "cli/messages.hpp"
+#include "cli/outputs.hpp"
+#include "cli/written.hpp"
+#include "planner/planner.hpp"
+#include "runtime/runtime.hpp"
+#include "transitions/reference/verify.hpp"
+
+namespace edgewise::cli {
+
+/// What a run turned out to take.
+struct Measured {
+    std::vector<double> seconds;       // one a repetition
+    std::vector<std::string> steps;    // that ran
+    std::vector<double> step_seconds;  // of the last repetition
+    double bytes = 0, write_seconds = 0;
+    bool kept = true;
+    std::optional<Verified> error;
+};
+
+/// One request on its way from the command line to files and report. What is not there yet when
+/// something fails is missing from the report.
+struct Session {
+    explicit Session(const JobOptions& typed) : options(typed) {}
+
+    const JobOptions& options;
+    Messages messages;
+    std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
+    double resident = 0;                   // bytes of the process beside `memory`
+    Wish wish;
+    std::optional<Outputs> outputs;
+    Profile profile;
+    Catalogue edges;
+    Demands demands;
+    std::optional<Input> input;
+    Geometry geometry;
+    Scene scene;
+    Written written;
+    PlanOptions plan_options;
+    std::optional<Answer> answer;
+    std::optional<Measured> measured;
+    std::vector<std::string> files;  // written
+
+    const Request& want() const noexcept { return wish.want; }
+    Ask ask() const noexcept { return {wish.want, scene}; }
+    /// Frames are written as they come; else they wait until all are there: the default window
+    /// needs the range of all.
+    bool writes_at_once() const noexcept;
+};
+
+/// Reads the options, the input and its scene, and asks the planner. @throws RequestError,
+/// InputError, NoPlan
+void prepare(Session& session);
+
+/// Runs the plan, verifies and writes. @throws Cancelled, RunError, std::bad_alloc
+void perform(Session& session);
+
+/// The plan and its alternatives as a table.
+std::string explanation_of(const Session& session);
+
+}  // namespace edgewise::cli

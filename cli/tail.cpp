@@ -1,0 +1,182 @@
+#include "cli/tail.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace edgewise::cli {
+namespace {
+
+constexpr std::size_t kLeaf = 1 << 16;  // samples
+
+/// Calls body with a value of the C++ type that stands for a written type.
+template <class Body>
+void with_type(Type type, Body&& body) {
+    switch (type) {
+        case Type::u8: return body(std::uint8_t{});
+        case Type::i8: return body(std::int8_t{});
+        case Type::u16: return body(std::uint16_t{});
+        case Type::i16: return body(std::int16_t{});
+        case Type::u32: return body(std::uint32_t{});
+        case Type::i32: return body(std::int32_t{});
+        case Type::f64: return body(double{});
+        default: return body(float{});
+    }
+}
+
+/// Rounded to the nearest number of the type, halves to even, clipped at its ends; NaN becomes the
+/// number nearest to 0.
+template <class T>
+T stored_as(double value) noexcept {
+    if constexpr (std::is_floating_point_v<T>) {
+        return static_cast<T>(value);
+    } else {
+        // Adding it pushes the fraction out of a double, which rounds halves to even; a call of
+        // nearbyint would be ten times as slow.
+        constexpr double kPush = 6755399441055744.0;  // 1.5 * 2^52
+        constexpr double kLow = std::numeric_limits<T>::min();
+        constexpr double kHigh = std::numeric_limits<T>::max();
+        if (std::isnan(value)) value = 0;
+        value = value < kLow ? kLow : value > kHigh ? kHigh : value;
+        return static_cast<T>((value + kPush) - kPush);
+    }
+}
+
+/// Premultiplied colour over the background; the alpha channel goes.
+std::array<double, 4> over(const float* in, const std::array<double, 3>& background) noexcept {
+    const double through = 1 - in[3];
+    return {in[0] + through * background[0], in[1] + through * background[1],
+            in[2] + through * background[2], 1};
+}
+
+/// Colours of one sample as they are written, before window and rounding.
+struct Colours {
+    const Tail& tail;
+    int in_channels;
+
+    std::array<double, 4> operator()(const float* in) const noexcept {
+        if (tail.over_background) return over(in, tail.background);
+        std::array<double, 4> out{};
+        for (int c = 0; c < std::min(in_channels, 4); ++c) out[c] = in[c];
+        if (tail.alpha == store::Alpha::straight) {
+            const int last = in_channels - 1;
+            const double alpha = in[last];
+            for (int c = 0; c < last; ++c) out[c] = alpha > 0 ? out[c] / alpha : 0;
+        }
+        return out;
+    }
+    bool is_alpha(int channel) const noexcept {
+        return tail.alpha != store::Alpha::none && channel == in_channels - 1;
+    }
+};
+
+template <class T>
+void convert(const Data& result, const Tail& tail, const Levels& levels, T* out) {
+    const Colours colours{tail, result.what.channels};
+    const bool view = tail.view;
+    const double full = view ? static_cast<double>(std::numeric_limits<T>::max()) : 1;
+    const double scale = view ? full / (levels.white - levels.black) : 1 / tail.values.slope;
+    const double zero = view ? levels.black : tail.values.offset;
+    const double opaque = view ? full : tail.alpha_unit;
+    const auto samples = static_cast<std::size_t>(result.what.samples());
+    const float* in = result.as<float>();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples, kLeaf), [&](const auto& part) {
+        if (result.what.channels == 1 && tail.values.slope == 1 && !view) {
+            for (std::size_t i = part.begin(); i != part.end(); ++i)
+                out[i] = stored_as<T>(in[i] - zero);
+            return;
+        }
+        for (std::size_t i = part.begin(); i != part.end(); ++i) {
+            const auto colour = colours(in + i * static_cast<std::size_t>(result.what.channels));
+            for (int c = 0; c < tail.channels; ++c) {
+                double value = (colour[c] - zero) * scale;
+                if (view) value = std::clamp(value, 0.0, full);
+                if (colours.is_alpha(c)) value = std::clamp(colour[c], 0.0, 1.0) * opaque;
+                out[i * static_cast<std::size_t>(tail.channels) + static_cast<std::size_t>(c)] =
+                    stored_as<T>(value);
+            }
+        }
+    });
+}
+
+/// Calls body(value) for every finite colour that is written, alpha left out.
+template <class Body>
+void for_each_value(std::span<const std::shared_ptr<const Data>> frames, const Tail& tail,
+                    Body body) {
+    for (const auto& frame : frames) {
+        const Colours colours{tail, frame->what.channels};
+        const float* in = frame->as<float>();
+        for (std::int64_t i = 0; i < frame->what.samples(); ++i) {
+            const auto colour = colours(in + i * frame->what.channels);
+            for (int c = 0; c < tail.channels; ++c)
+                if (!colours.is_alpha(c) && std::isfinite(colour[c])) body(colour[c]);
+        }
+    }
+}
+
+/// The value of a rank among all values within [low, high], by counting in ever finer bins: frames
+/// need not be copied to be sorted.
+double value_of_rank(std::span<const std::shared_ptr<const Data>> frames, const Tail& tail,
+                     double low, double high, double rank) {
+    constexpr int kBins = 4096;
+    for (int pass = 0; pass < 2 && low < high; ++pass) {
+        std::vector<std::int64_t> bins(kBins);
+        const double width = (high - low) / kBins;
+        if (!(width > 0)) break;
+        std::int64_t below = 0;
+        for_each_value(frames, tail, [&](double v) {
+            if (v < low) ++below;
+            else if (v <= high) ++bins[std::min(kBins - 1, static_cast<int>((v - low) / width))];
+        });
+        int bin = 0;
+        double counted = static_cast<double>(below);
+        while (bin < kBins - 1 && counted + static_cast<double>(bins[bin]) <= rank)
+            counted += static_cast<double>(bins[bin++]);
+        low += bin * width;
+        high = low + width;
+    }
+    return low;
+}
+
+}  // namespace
+
+Levels levels_of(std::span<const std::shared_ptr<const Data>> frames,
+                 const std::optional<Window>& window, const Tail& tail) {
+    Levels levels{0, 1};
+    if (window && window->values()) {
+        levels = {window->low.at, window->high.at};
+    } else {
+        double low = INFINITY, high = -INFINITY, count = 0;
+        for_each_value(frames, tail, [&](double v) {
+            low = std::min(low, v), high = std::max(high, v), ++count;
+        });
+        if (count > 0) levels = {low, high};
+        const auto end_of = [&](const WindowEnd& end) {
+            if (!end.percentile || count == 0) return end.at;
+            if (end.at == 0) return low;
+            if (end.at == 100) return high;
+            return value_of_rank(frames, tail, low, high, end.at / 100 * (count - 1));
+        };
+        if (window) levels = {end_of(window->low), end_of(window->high)};
+    }
+    // All of one value: it is black.
+    if (!(levels.black < levels.white))
+        levels.white = levels.black + std::max(1.0, std::abs(levels.black));
+    return levels;
+}
+
+Array finished(const Data& result, const Tail& tail, const Levels& levels,
+               std::pmr::memory_resource* memory) {
+    Array out(static_cast<std::size_t>(result.what.samples()) *
+                  static_cast<std::size_t>(tail.channels) * bytes_of(tail.type),
+              memory);
+    with_type(tail.type, [&](auto zero) {
+        convert(result, tail, levels, static_cast<decltype(zero)*>(out.data()));
+    });
+    return out;
+}
+
+}  // namespace edgewise::cli

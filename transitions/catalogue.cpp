@@ -1,0 +1,39 @@
+#include "transitions/catalogue.hpp"
+
+#include "transitions/filter/prefilter.hpp"
+#include "transitions/project/combine.hpp"
+#include "transitions/project/ray_cast.hpp"
+#include "transitions/project/shear_warp.hpp"
+#include "transitions/spectrum/forward.hpp"
+#include "transitions/spectrum/inverse.hpp"
+#include "transitions/spectrum/slice.hpp"
+#include "transitions/store/crop.hpp"
+#include "transitions/store/precision.hpp"
+#include "transitions/warp/axis_permutation.hpp"
+#include "transitions/warp/backward.hpp"
+#include "transitions/warp/permutation.hpp"
+#include "transitions/warp/shear.hpp"
+
+namespace edgewise {
+
+Catalogue catalogue() {
+    return {
+        // Preparations, in the order in which they apply: what is cropped away need not be converted.
+        crop(),
+        precision(),
+        spline_prefilter_edge(),
+        spectrum_forward(),
+        // To the screen. Exact copies first: they win ties.
+        axis_permutation_warp(),
+        backward_warp(),
+        permutation_warp(),
+        shear_warp_passes(),
+        combine(),
+        ray_cast(),
+        shear_warp(),
+        spectrum_slice(),
+        spectrum_inverse(),
+    };
+}
+
+}  // namespace edgewise

@@ -1,0 +1,118 @@
+// Combining planes of samples along z.
+#include <algorithm>
+#include <cstdint>
+
+#include "transitions/kernels/combine.hpp"
+#include "transitions/kernels/scalar_load.hpp"
+
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "transitions/kernels/combine_simd.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+#include "transitions/kernels/pixel_rules-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace edgewise::kernels::HWY_NAMESPACE {
+namespace {
+
+template <class T>
+struct Row {
+    const T* first;
+
+    HWY_INLINE VF at(std::int64_t i) const { return load_row(first + i); }
+};
+
+/// A row of a type without vector loads.
+struct LoadedRow {
+    const void* samples;
+    ScalarLoad load;
+    std::int64_t first, last;  // indices; behind the last one is nothing to convert
+
+    HWY_INLINE VF at(std::int64_t i) const {
+        HWY_ALIGN float values[kLanes];
+        for (std::size_t lane = 0; lane < kLanes; ++lane)
+            values[lane] = load(samples, std::min<std::int64_t>(first + i + lane, last));
+        return hn::Load(DF(), values);
+    }
+};
+
+struct Planes {
+    const Combining& with;
+    const Grid& volume;
+    std::int64_t x, y, width, height, begin, end;
+    const PixelSpans& spans;
+    const PixelStates& states;
+
+    template <class Rule, class Make>
+    void run_rows(const Make& row_at) const {
+        const Rule rule(with);
+        const bool sums = with.rule == Combine::sum || with.rule == Combine::mean;
+        for (std::int64_t z = begin; z < end; ++z)
+            for (std::int64_t r = 0; r < height; ++r) {
+                float* state = states.first + r * states.pitch;
+                add_parts(rule, row_at(((z * volume.extent.y) + y + r) * volume.extent.x + x), 0,
+                          width, static_cast<float>(z), spans.low + r * spans.pitch,
+                          spans.high + r * spans.pitch, state, states.plane);
+                if (sums && (z + 1) % kBlockPlanes == 0) close_block(state, states.plane, width);
+            }
+    }
+};
+
+template <class T>
+struct TypedPlanes {
+    const Planes& planes;
+
+    template <class Rule>
+    void run() const {
+        const T* samples = planes.volume.as<T>();
+        planes.run_rows<Rule>([samples](std::int64_t first) { return Row<T>{samples + first}; });
+    }
+};
+
+struct LoadedPlanes {
+    const Planes& planes;
+
+    template <class Rule>
+    void run() const {
+        const Grid& volume = planes.volume;
+        const ScalarLoad load = scalar_load(volume.type);
+        const std::int64_t last = volume.extent.samples() - 1;
+        planes.run_rows<Rule>([&](std::int64_t first) {
+            return LoadedRow{volume.samples, load, first, last};
+        });
+    }
+};
+
+void combine_on(const Combining& with, const Grid& volume, std::int64_t x, std::int64_t y,
+                std::int64_t width, std::int64_t height, std::int64_t begin, std::int64_t end,
+                const PixelSpans& spans, const PixelStates& states) {
+    const Planes planes{with, volume, x, y, width, height, begin, end, spans, states};
+    switch (volume.type) {
+        case Type::u8: return with_rule<true>(with, TypedPlanes<std::uint8_t>{planes});
+        case Type::i8: return with_rule<true>(with, TypedPlanes<std::int8_t>{planes});
+        case Type::u16: return with_rule<true>(with, TypedPlanes<std::uint16_t>{planes});
+        case Type::i16: return with_rule<true>(with, TypedPlanes<std::int16_t>{planes});
+        case Type::f32: return with_rule<false>(with, TypedPlanes<float>{planes});
+        default: return with_rule<false>(with, LoadedPlanes{planes});
+    }
+}
+
+}  // namespace
+}  // namespace edgewise::kernels::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace edgewise::kernels {
+
+HWY_EXPORT(combine_on);
+
+void combine(const Combining& with, const Grid& volume, std::int64_t x, std::int64_t y,
+             std::int64_t width, std::int64_t height, std::int64_t begin, std::int64_t end,
+             const PixelSpans& spans, const PixelStates& states) {
+    HWY_DYNAMIC_DISPATCH(combine_on)
+    (with, volume, x, y, width, height, begin, end, spans, states);
+}
+
+}  // namespace edgewise::kernels
+#endif

@@ -1,0 +1,234 @@
+// Shear-warp: slices are added to an intermediate image, with four constant weights each.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "transitions/kernels/scalar_load.hpp"
+#include "transitions/kernels/shear_warp.hpp"
+
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "transitions/kernels/shear_warp_simd.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+#include "transitions/kernels/pixel_rules-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace edgewise::kernels::HWY_NAMESPACE {
+namespace {
+
+/// Pixels of one row of the tile, all four taps inside: two rows of a slice, offset so that pixel
+/// i reads elements i and i + next. A tap of weight 0 is replaced by its neighbour: beyond the last
+/// row or column stands something else, and 0 x infinity is not 0.
+template <class T>
+struct BilinearRow {
+    const T* upper;
+    const T* lower;
+    std::int64_t next;
+    VF right, down;  // weights of the taps to the right and below
+
+    HWY_INLINE VF at(std::int64_t i) const {
+        return between(between(load_row(upper + i), load_row(upper + i + next), right),
+                       between(load_row(lower + i), load_row(lower + i + next), right), down);
+    }
+};
+
+template <class T>
+struct NearestRow {
+    const T* row;
+
+    HWY_INLINE VF at(std::int64_t i) const { return load_row(row + i); }
+};
+
+/// Pixels whose taps are clamped to the slice, or of types without vector loads: one by one.
+struct ClampedRow {
+    const Grid& volume;
+    ScalarLoad load;
+    Hold hold;
+    std::int64_t slice;
+    double x, y;  // of pixel 0 in the slice
+
+    HWY_NOINLINE VF at(std::int64_t i) const {
+        HWY_ALIGN float values[kLanes];
+        for (std::size_t lane = 0; lane < kLanes; ++lane)
+            values[lane] = value(x + static_cast<double>(i + static_cast<std::int64_t>(lane)));
+        return hn::Load(DF(), values);
+    }
+
+ private:
+    float value(double at_x) const {
+        const Extent& n = volume.extent;
+        const double u = std::clamp(at_x, 0.0, static_cast<double>(n.x - 1));
+        const double v = std::clamp(y, 0.0, static_cast<double>(n.y - 1));
+        if (hold == Hold::zoh) return tap(std::floor(u + 0.5), std::floor(v + 0.5));
+        const double i = std::floor(u), j = std::floor(v);
+        const float f = static_cast<float>(u - i), g = static_cast<float>(v - j);
+        const float upper = mixed(tap(i, j), tap(i + 1, j), f);
+        const float lower = mixed(tap(i, j + 1), tap(i + 1, j + 1), f);
+        return mixed(upper, lower, g);
+    }
+    static float mixed(float a, float b, float f) { return f > 0 ? a + f * (b - a) : a; }
+    float tap(double i, double j) const {
+        const Extent& n = volume.extent;
+        const std::int64_t ix = std::min(static_cast<std::int64_t>(i), n.x - 1);
+        const std::int64_t iy = std::min(static_cast<std::int64_t>(j), n.y - 1);
+        return load(volume.samples, (slice * n.y + iy) * n.x + ix);
+    }
+};
+
+/// A pixel in a face of the volume must not be lost to the rounding of its place.
+constexpr double kSlip = 1e-9;
+
+/// Whole pixels p with low <= p + offset <= high, cut to [0, width).
+struct Range {
+    std::int64_t begin, end;
+
+    Range(double low, double high, double offset, std::int64_t width)
+        : begin(std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ceil(low - offset)), 0,
+                                         width)),
+          end(std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(high - offset)) + 1,
+                                       begin, width)) {}
+};
+
+/// T = void: no vector loads.
+template <class T>
+struct Tile {
+    const ShearWarp& warp;
+    std::int64_t i, j, width, height;
+    const PixelSpans& spans;
+    const PixelStates& states;
+
+    template <class Rule>
+    void run() const {
+        const Rule rule(warp.with);
+        const bool sums = warp.with.rule == Combine::sum || warp.with.rule == Combine::mean;
+        const std::int64_t slices = warp.volume.extent.z;
+        for (std::int64_t n = 0; n < slices; ++n) {
+            const std::int64_t slice = warp.backwards ? slices - 1 - n : n;
+            const bool close = sums && (n + 1) % kBlockPlanes == 0;
+            for (std::int64_t row = 0; row < height; ++row) {
+                float* state = states.first + row * states.pitch;
+                add_row(rule, slice, row, state);
+                if (close) close_block(state, states.plane, width);
+            }
+        }
+    }
+
+ private:
+    template <class Rule>
+    HWY_INLINE void add_row(const Rule& rule, std::int64_t slice, std::int64_t row,
+                            float* state) const {
+        const Extent& n = warp.volume.extent;
+        const double k = static_cast<double>(slice);
+        const double x = static_cast<double>(i) + warp.x + k * warp.dx;
+        const double y = static_cast<double>(j + row) + warp.y + k * warp.dy;
+        const double right = static_cast<double>(n.x) - 0.5, below = static_cast<double>(n.y) - 0.5;
+        if (y < -0.5 - kSlip || y > below + kSlip) return;
+
+        const Range any(-0.5 - kSlip, right + kSlip, x, width);
+        const ClampedRow clamped{warp.volume, scalar_load(warp.volume.type), warp.hold, slice, x,
+                                 y};
+        Range taps(0, right - 0.5, x, width);
+        if (std::is_void_v<T> || y < 0 || y > below - 0.5) taps.end = taps.begin = any.begin;
+        parts(rule, clamped, slice, row, any.begin, taps.begin, state);
+        if constexpr (!std::is_void_v<T>)
+            if (taps.begin < taps.end) {
+                // Where neighbouring slices count too, a slice counts in full.
+                const double reach = std::abs(warp.dx), rise = std::abs(warp.dy);
+                Range whole(-0.5 + reach, right - reach, x, width);
+                whole.begin = std::clamp(whole.begin, taps.begin, taps.end);
+                whole.end = std::clamp(whole.end, whole.begin, taps.end);
+                if (y - rise < -0.5 || y + rise > below) whole.end = whole.begin;
+                vectors(rule, slice, row, x, y, taps, whole, state);
+            }
+        parts(rule, clamped, slice, row, taps.end, any.end, state);
+    }
+    template <class Rule, class Source>
+    HWY_INLINE void parts(const Rule& rule, const Source& source, std::int64_t slice,
+                          std::int64_t row, std::int64_t from, std::int64_t to,
+                          float* state) const {
+        if (from < to)
+            add_parts(rule, source, from, to, static_cast<float>(slice),
+                      spans.low + row * spans.pitch, spans.high + row * spans.pitch, state,
+                      states.plane);
+    }
+    template <class Rule>
+    HWY_INLINE void vectors(const Rule& rule, std::int64_t slice, std::int64_t row, double x,
+                            double y, const Range& taps, const Range& whole, float* state) const {
+        const auto all = [&](const auto& source) {
+            parts(rule, source, slice, row, taps.begin, whole.begin, state);
+            add_whole(rule, source, whole.begin, whole.end, state, states.plane);
+            parts(rule, source, slice, row, whole.end, taps.end, state);
+        };
+        const Extent& n = warp.volume.extent;
+        const T* samples = warp.volume.template as<T>() + slice * n.y * n.x;
+        if (warp.hold == Hold::zoh) {
+            const auto column = static_cast<std::int64_t>(std::floor(x + 0.5));
+            const auto line = static_cast<std::int64_t>(std::floor(y + 0.5));
+            all(NearestRow<T>{samples + line * n.x + column});
+            return;
+        }
+        const double left = std::floor(x), upper = std::floor(y);
+        const T* first = samples + static_cast<std::int64_t>(upper) * n.x +
+                         static_cast<std::int64_t>(left);
+        all(BilinearRow<T>{first, first + (y > upper ? n.x : 0), x > left ? 1 : 0,
+                           hn::Set(DF(), static_cast<float>(x - left)),
+                           hn::Set(DF(), static_cast<float>(y - upper))});
+    }
+};
+
+void shear_warp_on(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
+                   std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
+    const Combining& with = warp.with;
+    const auto call = [&]<class T, bool kFinite>() {
+        with_rule<kFinite>(with, Tile<T>{warp, i, j, width, height, spans, states});
+    };
+    switch (warp.volume.type) {
+        case Type::u8: return call.template operator()<std::uint8_t, true>();
+        case Type::i8: return call.template operator()<std::int8_t, true>();
+        case Type::u16: return call.template operator()<std::uint16_t, true>();
+        case Type::i16: return call.template operator()<std::int16_t, true>();
+        case Type::f32: return call.template operator()<float, false>();
+        default: return call.template operator()<void, false>();
+    }
+}
+
+}  // namespace
+}  // namespace edgewise::kernels::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace edgewise::kernels {
+
+HWY_EXPORT(shear_warp_on);
+
+void shear_warp(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
+                std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
+    HWY_DYNAMIC_DISPATCH(shear_warp_on)(warp, i, j, width, height, spans, states);
+}
+
+void shear_spans(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
+                 std::int64_t height, float* low, float* high, std::ptrdiff_t pitch) {
+    const Extent& n = warp.volume.extent;
+    const auto clip = [](double o, double d, std::int64_t count, double& from, double& to) {
+        const double first = -0.5, last = static_cast<double>(count) - 0.5;
+        if (d == 0) {
+            if (o < first || o > last) to = from - 1;
+            return;
+        }
+        const double a = (first - o) / d, b = (last - o) / d;
+        from = std::max(from, std::min(a, b));
+        to = std::min(to, std::max(a, b));
+    };
+    for (std::int64_t row = 0; row < height; ++row)
+        for (std::int64_t column = 0; column < width; ++column) {
+            double from = -0.5, to = static_cast<double>(n.z) - 0.5;
+            clip(static_cast<double>(i + column) + warp.x, warp.dx, n.x, from, to);
+            clip(static_cast<double>(j + row) + warp.y, warp.dy, n.y, from, to);
+            low[row * pitch + column] = static_cast<float>(from);
+            high[row * pitch + column] = static_cast<float>(to);
+        }
+}
+
+}  // namespace edgewise::kernels
+#endif

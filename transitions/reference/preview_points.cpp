@@ -1,0 +1,165 @@
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "transitions/reference/preview.hpp"
+#include "transitions/reference/preview_block.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr int kClusters = 160, kTries = 64;
+constexpr int kMethods = 4;  // the holds, and the assignment ("me")
+constexpr std::array<const char*, kMethods> kNames = {"field/zoh", "field/foh", "field/bspline3",
+                                                      "field/me"};
+
+/// A few neighbouring output samples, whose places in the input lie together.
+struct Cluster {
+    std::vector<OutputSample> samples;
+    std::array<double, kMethods> squares{};
+    double count = 0;
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+};
+
+Cluster cluster_at(const Reference& reference, const Extent& n, const OutputSample& corner) {
+    Cluster cluster;
+    const std::int64_t side = n.z > 1 ? 2 : 4;
+    for (std::int64_t k = 0; k < std::min(n.z, side); ++k)
+        for (std::int64_t j = 0; j < side; ++j)
+            for (std::int64_t i = 0; i < side; ++i) {
+                const OutputSample at{corner.view, corner.x + i, corner.y + j, corner.z + k};
+                if (at.x < n.x && at.y < n.y && at.z < n.z && reference.sees_input(at))
+                    cluster.samples.push_back(at);
+            }
+    return cluster;
+}
+
+/// Places spread evenly by the additive recurrence of the generalised golden ratio (Roberts 2018),
+/// of those that see the input.
+std::vector<Cluster> draw(const Request& want, const Reference& reference) {
+    constexpr std::array<double, 4> ratio = {0.8566749, 0.7338918, 0.6287067, 0.5385973};
+    const Extent n = want.output();
+    std::vector<Cluster> clusters;
+    for (int i = 0; i < kClusters * kTries && clusters.size() < kClusters; ++i) {
+        std::array<double, 4> u;
+        for (int axis = 0; axis < 4; ++axis)
+            u[axis] = std::fmod(0.5 + ratio[axis] * (i + 1), 1.0);
+        const auto place = [&](int axis) {
+            return static_cast<std::int64_t>(u[axis] * static_cast<double>(n[axis]));
+        };
+        const OutputSample at{static_cast<int>(u[3] * want.frames), place(0), place(1), place(2)};
+        if (reference.sees_input(at)) clusters.push_back(cluster_at(reference, n, at));
+    }
+    return clusters;
+}
+
+/// The output samples around an input sample, in the first view that shows it.
+std::vector<Cluster> around(const Request& want, const Reference& reference,
+                            const Extent& input, std::int64_t place) {
+    const Vec3 p(static_cast<double>(place % input.x), static_cast<double>(place / input.x % input.y),
+                 static_cast<double>(place / (input.x * input.y)));
+    const Extent n = want.output();
+    for (int view = 0; view < want.frames; ++view) {
+        const Eigen::Vector4d screen = want.views.at(view) * p.homogeneous();
+        OutputSample at{view, 0, 0, 0};
+        if (!(screen[3] > 0)) continue;
+        const Vec3 q = (screen.head<3>() / screen[3]).array().floor().matrix();
+        const auto fits = [&](int axis) {
+            return q[axis] >= -1 && q[axis] < static_cast<double>(n[axis]);
+        };
+        if (!fits(0) || !fits(1) || (want.axes == 3 && !fits(2))) continue;
+        at.x = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.x()));
+        at.y = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.y()));
+        if (want.axes == 3) at.z = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.z()));
+        Cluster cluster = cluster_at(reference, n, at);
+        if (!cluster.samples.empty()) return {cluster};
+    }
+    return {};
+}
+
+/// Whether every coordinate is a whole number: there all fields but a formula are their samples.
+bool on_a_sample(const Vec3& p, int axes) {
+    for (int axis = 0; axis < axes; ++axis)
+        if (std::abs(p[axis] - std::round(p[axis])) > 1e-9) return false;
+    return true;
+}
+
+void measure(const ReferenceField& field, const ViewGeometry& geometry, bool labels,
+             Cluster& cluster, std::pmr::memory_resource* memory) {
+    Region cells{{field.extent().x, field.extent().y, field.extent().z}, {0, 0, 0}};
+    std::vector<Vec3> places;
+    for (const OutputSample& sample : cluster.samples) {
+        places.push_back(*geometry.point(sample));
+        const Vec3 p = field.clamped(places.back());
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto cell = static_cast<std::int64_t>(std::floor(p[axis]));
+            cells.begin[axis] = std::min(cells.begin[axis], cell);
+            cells.end[axis] = std::max(cells.end[axis], cell + 1);
+        }
+    }
+    const PreviewBlock block(field, cells, memory);
+    const auto channels = static_cast<std::size_t>(field.samples().what.channels);
+    std::vector<double> expected(channels), got(channels);
+    for (const Vec3& place : places) {
+        Vec3 p = place;
+        const bool exact = on_a_sample(p, field.axes());
+        if (exact) p = p.array().round().matrix();
+        if (!block.reference(p, expected.data())) continue;
+        if (exact && field.kind() != Field::formula) block.hold(kZoh, p, expected.data());
+        for (double value : expected) {
+            cluster.low = std::min(cluster.low, value);
+            cluster.high = std::max(cluster.high, value);
+        }
+        ++cluster.count;
+        for (int method = 0; method < kMethods; ++method) {
+            if (method == kSpline + 1)
+                block.assigned(p, static_cast<std::uint64_t>(1e3 * place.sum()), got.data());
+            else if (exact) block.hold(kZoh, p, got.data());  // every hold copies here
+            else block.hold(static_cast<PreviewHold>(method), p, got.data());
+            double square = 0;
+            for (std::size_t c = 0; c < channels; ++c) {
+                const double d = got[c] - expected[c];
+                if (labels) square = std::max(square, d != 0 ? 1.0 : 0.0);
+                else square += std::isfinite(d) ? d * d / static_cast<double>(channels) : 0;
+            }
+            cluster.squares[method] += square;
+        }
+    }
+}
+
+}  // namespace
+
+Preview preview_points(const Request& want, const ReferenceField& field,
+                       const Statistics& statistics, std::pmr::memory_resource* memory) {
+    const Reference reference(want, field, memory);
+    const bool labels = field.kind() == Field::nearest;
+    std::vector<Cluster> clusters = draw(want, reference);
+    const std::size_t counted = clusters.size();
+    for (std::int64_t place : {statistics.lowest, statistics.highest})
+        for (Cluster& cluster : around(want, reference, field.extent(), place))
+            clusters.push_back(std::move(cluster));
+    tbb::parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t i) {
+        measure(field, reference.geometry(), labels, clusters[i], memory);
+    });
+
+    std::array<ErrorTally, kMethods> tallies;
+    Preview preview{.facts = {}, .low = std::numeric_limits<double>::infinity(),
+                    .high = -std::numeric_limits<double>::infinity()};
+    for (std::size_t i = 0; i < clusters.size(); ++i) {
+        preview.low = std::min(preview.low, clusters[i].low);
+        preview.high = std::max(preview.high, clusters[i].high);
+        for (int method = 0; method < kMethods && i < counted; ++method) {
+            tallies[method].add(clusters[i].squares[method], clusters[i].count);
+            tallies[method].close();
+        }
+    }
+    for (int method = 0; method < kMethods; ++method)
+        preview.facts[kNames[method]] = tallies[method].upper();
+    return preview;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,29 @@
+#include "transitions/reference/scene.hpp"
+
+#include "transitions/reference/preview.hpp"
+#include "transitions/reference/verify.hpp"
+
+namespace edgewise {
+
+Scene measure_scene(const Data& input, const Request& want, const Phantom* formula,
+                    std::pmr::memory_resource* memory) {
+    const Statistics statistics = statistics_of(input, memory);
+    Scene scene;
+    scene.low = statistics.low;
+    scene.high = statistics.high;
+    scene.mean = statistics.mean;
+    scene.commonest = statistics.commonest;
+    scene.non_finite = statistics.non_finite;
+    scene.occupied = statistics.occupied;
+    scene.occupied_fraction = statistics.occupied_fraction;
+
+    const ReferenceField field(input, want.field, formula);
+    Preview preview = want.job == Job::warp ? preview_points(want, field, statistics, memory)
+                                            : preview_rays(want, field, statistics, memory);
+    scene.facts = std::move(preview.facts);
+    const bool labels = want.job == Job::warp && want.field == Field::nearest;
+    scene.range = labels ? 1 : want.range.value_or(range_between(preview.low, preview.high));
+    return scene;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,233 @@
+#include "transitions/reference/verify.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <tuple>
+
+#include "transitions/reference/interval.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kExtremes = 32;     // places on either side
+constexpr std::int64_t kChunk = 1 << 16;  // output samples that are scanned at once
+constexpr std::int64_t kBox = 64;         // side of the boxes in which a whole warp is compared
+
+std::int64_t place_in(const Extent& n, const OutputSample& at) {
+    return at.x + n.x * (at.y + n.y * at.z);
+}
+
+OutputSample sample_at(const Extent& n, int view, std::int64_t place) {
+    return {view, place % n.x, place / n.x % n.y, place / (n.x * n.y)};
+}
+
+/// A label differs where f32 cannot tell the difference from rounding.
+bool differs(double a, double b) {
+    return !(std::abs(a - b) <= 1e-6 * std::max(1.0, std::abs(b)));
+}
+
+}  // namespace
+
+double range_between(double low, double high) noexcept {
+    if (!(low <= high)) return 1;
+    if (high > low) return high - low;
+    return low != 0 ? std::abs(low) : 1;
+}
+
+Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_t samples,
+                   std::uint64_t seed, std::pmr::memory_resource* memory)
+    : want_(want),
+      reference_(want, field, memory),
+      seed_(seed),
+      labels_(want.job == Job::warp && field.kind() == Field::nearest),
+      low_(kInfinity),
+      high_(-kInfinity) {
+    const double there = static_cast<double>(want.output().samples()) * want.frames;
+    all_ = samples <= 0 || static_cast<double>(samples) >= there;
+    if (!all_) draw(samples);
+}
+
+void Verifier::draw(std::int64_t samples) {
+    const Extent n = want_.output();
+    const double there = static_cast<double>(n.samples()) * want_.frames;
+    std::mt19937_64 bits(seed_);
+    // Where hardly any sample sees the input, what was found by then must do.
+    const std::int64_t tries = 256 * samples + 4'000'000;
+    for (std::int64_t i = 0; i < tries && static_cast<std::int64_t>(drawn_.size()) < samples; ++i) {
+        const auto place = static_cast<std::int64_t>(static_cast<double>(bits() >> 11) * 0x1p-53 *
+                                                     there);
+        const OutputSample at =
+            sample_at(n, static_cast<int>(place / n.samples()), place % n.samples());
+        if (reference_.sees_input(at)) drawn_.push_back(at);
+    }
+    const auto key = [](const OutputSample& at) { return std::tuple(at.view, at.z, at.y, at.x); };
+    std::sort(drawn_.begin(), drawn_.end(), [&](const OutputSample& a, const OutputSample& b) {
+        return key(a) < key(b);
+    });
+    delivered_.resize(drawn_.size() * static_cast<std::size_t>(reference_.channels()),
+                      std::numeric_limits<float>::quiet_NaN());
+}
+
+double Verifier::bytes(int threads) const noexcept {
+    const double all = all_ ? kBox * kBox * kBox * 128.0 : 0;
+    return all + static_cast<double>(drawn_.size()) * 128 + threads * reference_.bytes_a_thread();
+}
+
+void Verifier::frame(int frame, const Data& result) {
+    if (result.what.extent != want_.output() || result.what.type != Type::f32 ||
+        result.what.channels != reference_.channels())
+        throw std::invalid_argument("a result of another kind than the request's: " +
+                                    result.what.text());
+    if (all_) {
+        compare_all(frame, result);
+        return;
+    }
+    if (!labels_) find_extremes(frame, result);
+    const auto channels = static_cast<std::size_t>(reference_.channels());
+    const auto before = [](const OutputSample& at, int view) { return at.view < view; };
+    const auto begin = std::lower_bound(drawn_.begin(), drawn_.end(), frame, before);
+    for (auto at = begin; at != drawn_.end() && at->view == frame; ++at)
+        std::copy_n(result.as<float>() +
+                        static_cast<std::size_t>(place_in(result.what.extent, *at)) * channels,
+                    channels,
+                    delivered_.data() + static_cast<std::size_t>(at - drawn_.begin()) * channels);
+}
+
+/// Keeps the places of the largest and smallest values so far. Chunks are joined in order, and of
+/// equal values the first stays, so that threads do not show.
+void Verifier::find_extremes(int frame, const Data& result) {
+    const Extent n = result.what.extent;
+    const int channels = result.what.channels;
+    const std::int64_t chunks = (n.samples() + kChunk - 1) / kChunk;
+    std::vector<std::vector<Extreme>> large(static_cast<std::size_t>(chunks), largest_);
+    std::vector<std::vector<Extreme>> small(static_cast<std::size_t>(chunks), smallest_);
+    const auto larger = [](float a, float b) { return a > b; };
+    const auto smaller = [](float a, float b) { return a < b; };
+    const auto offer = [](std::vector<Extreme>& kept, const Extreme& next, auto beats) {
+        if (kept.size() == kExtremes && !beats(next.value, kept.back().value)) return;
+        const auto place = std::find_if(kept.begin(), kept.end(), [&](const Extreme& other) {
+            return beats(next.value, other.value);
+        });
+        kept.insert(place, next);
+        if (kept.size() > kExtremes) kept.pop_back();
+    };
+    const auto beaten = [](const std::vector<Extreme>& kept, float value, auto beats) {
+        return kept.size() < kExtremes || beats(value, kept.back().value);
+    };
+    tbb::parallel_for(std::int64_t{0}, chunks, [&](std::int64_t chunk) {
+        auto& most = large[static_cast<std::size_t>(chunk)];
+        auto& least = small[static_cast<std::size_t>(chunk)];
+        const std::int64_t end = std::min(n.samples(), (chunk + 1) * kChunk);
+        for (std::int64_t place = chunk * kChunk; place < end; ++place)
+            for (int c = 0; c < channels; ++c) {
+                const float value = result.as<float>()[place * channels + c];
+                const bool up = beaten(most, value, larger), down = beaten(least, value, smaller);
+                if (!(up || down) || !std::isfinite(value)) continue;
+                const OutputSample at = sample_at(n, frame, place);
+                if (!reference_.sees_input(at)) continue;
+                if (up) offer(most, {value, at}, larger);
+                if (down) offer(least, {value, at}, smaller);
+            }
+    });
+    // Chunks started from what was kept before, so that they see few candidates; each chunk's own
+    // finds are those of this frame.
+    for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
+        for (const Extreme& next : large[static_cast<std::size_t>(chunk)])
+            if (next.at.view == frame) offer(largest_, next, larger);
+        for (const Extreme& next : small[static_cast<std::size_t>(chunk)])
+            if (next.at.view == frame) offer(smallest_, next, smaller);
+    }
+}
+
+void Verifier::compare_all(int frame, const Data& result) {
+    const Extent n = result.what.extent;
+    const auto channels = static_cast<std::size_t>(result.what.channels);
+    // Boxes of a volume, bands of a picture: what lies together meets few tiles of the input.
+    const Extent box = n.z > 1 ? Extent{kBox, kBox, kBox} : Extent{n.x, 64, 1};
+    std::vector<OutputSample> samples;
+    std::vector<float> delivered;
+    for (std::int64_t z0 = 0; z0 < n.z; z0 += box.z)
+        for (std::int64_t y0 = 0; y0 < n.y; y0 += box.y)
+            for (std::int64_t x0 = 0; x0 < n.x; x0 += box.x) {
+                samples.clear();
+                delivered.clear();
+                for (std::int64_t z = z0; z < std::min(n.z, z0 + box.z); ++z)
+                    for (std::int64_t y = y0; y < std::min(n.y, y0 + box.y); ++y)
+                        for (std::int64_t x = x0; x < std::min(n.x, x0 + box.x); ++x) {
+                            const OutputSample at{frame, x, y, z};
+                            if (!reference_.sees_input(at)) continue;
+                            samples.push_back(at);
+                            const float* value =
+                                result.as<float>() +
+                                static_cast<std::size_t>(place_in(n, at)) * channels;
+                            delivered.insert(delivered.end(), value, value + channels);
+                        }
+                compare(samples, delivered);
+            }
+}
+
+void Verifier::take(const std::vector<double>& reference) {
+    for (double value : reference) {
+        if (!std::isfinite(value)) continue;
+        low_ = std::min(low_, value);
+        high_ = std::max(high_, value);
+    }
+}
+
+void Verifier::compare(std::span<const OutputSample> samples, std::span<const float> delivered) {
+    const auto channels = static_cast<std::size_t>(reference_.channels());
+    const std::vector<double> reference = reference_.values(samples);
+    take(reference);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const double* expected = reference.data() + i * channels;
+        if (std::isnan(expected[0])) continue;
+        if (want_.job == Job::warp &&
+            reference_.field().near_non_finite(*reference_.geometry().point(samples[i])))
+            continue;
+        double square = 0;
+        bool other = false;
+        for (std::size_t c = 0; c < channels; ++c) {
+            const double difference = std::abs(delivered[i * channels + c] - expected[c]);
+            const double counted = std::isfinite(difference) ? difference : kInfinity;
+            largest_difference_ = std::max(largest_difference_, counted);
+            square += counted * counted / static_cast<double>(channels);
+            other = other || differs(delivered[i * channels + c], expected[c]);
+        }
+        if (labels_) square = other ? 1 : 0;
+        sum_ += square;
+        ++compared_;
+        if (!all_) squares_.push_back(square);
+    }
+}
+
+Verified Verifier::finish() {
+    if (!all_) {
+        compare(drawn_, delivered_);
+        std::vector<OutputSample> extremes;
+        for (const Extreme& extreme : largest_) extremes.push_back(extreme.at);
+        for (const Extreme& extreme : smallest_) extremes.push_back(extreme.at);
+        take(reference_.values(extremes));
+    }
+    Verified verified;
+    verified.samples = compared_;
+    verified.max = largest_difference_;
+    verified.range = labels_ ? 1 : want_.range.value_or(range_between(low_, high_));
+    if (compared_ == 0) return verified;
+    const double root = std::sqrt(sum_ / static_cast<double>(compared_));
+    Interval interval{root, root};
+    if (!all_ && std::isfinite(root))
+        interval = labels_ ? root_share_interval(std::llround(sum_), compared_)
+                           : root_mean_interval(squares_, seed_);
+    verified.nrmse = root / verified.range;
+    verified.low = interval.low / verified.range;
+    verified.high = interval.high / verified.range;
+    return verified;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "transitions/reference/answer.hpp"
+
+namespace edgewise {
+
+/// The error of results against the reference, measured.
+struct Verified {
+    double nrmse = 0;          // labels: root of the share that differs
+    double low = 0, high = 0;  // 95 % interval of nrmse; without sampling both are nrmse
+    double max = 0;            // largest difference [value]
+    double range = 1;          // the difference that counts as 1 [value]
+    std::int64_t samples = 0;  // that were compared
+};
+
+/// The range that errors are divided by: of a constant its magnitude, or 1.
+double range_between(double low, double high) noexcept;
+
+/// Compares the frames of a request with the reference, one by one as they come.
+///
+/// Draws output samples at random over all frames, of those that see the input (with replacement),
+/// or takes them all. The reference range is that of the drawn samples joined with the reference at
+/// the 32 places where the results are largest and smallest: few draws alone would miss the bright
+/// voxel that sets the range of a MIP. Samples of a warp near a value that is not finite do not
+/// count. A result that is not finite where the reference is makes every number infinite.
+class Verifier {
+ public:
+    /// @param samples  how many to draw; 0 (or as many as there are): all
+    /// Request and field must stay alive.
+    Verifier(const Request& want, const ReferenceField& field, std::int64_t samples,
+             std::uint64_t seed, std::pmr::memory_resource* memory);
+
+    /// Takes one frame's result: f32, as edges deliver it. Once a frame, in any order, not at once.
+    /// @throws std::invalid_argument where extent, channels or type are not the request's
+    void frame(int frame, const Data& result);
+    /// After the last frame.
+    Verified finish();
+
+    /// Bytes needed beside samples and results, for a number of threads.
+    double bytes(int threads) const noexcept;
+
+ private:
+    struct Extreme {
+        float value;
+        OutputSample at;
+    };
+
+    void draw(std::int64_t samples);
+    void find_extremes(int frame, const Data& result);
+    void compare_all(int frame, const Data& result);
+    void compare(std::span<const OutputSample> samples, std::span<const float> delivered);
+    void take(const std::vector<double>& reference);
+
+    const Request& want_;
+    Reference reference_;
+    std::uint64_t seed_;
+    bool all_ = false, labels_ = false;
+    std::vector<OutputSample> drawn_;  // in order of frames
+    std::vector<float> delivered_;     // [drawn][channels]
+    std::vector<Extreme> largest_, smallest_;
+    std::vector<double> squares_;  // one a compared sample, unless all
+    double sum_ = 0, largest_difference_ = 0, low_, high_;
+    std::int64_t compared_ = 0;
+};
+
+}  // namespace edgewise

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "graph/request.hpp"
+
+namespace edgewise {
+
+/// One value (of all channels) of one result.
+struct OutputSample {
+    int view = 0;
+    std::int64_t x = 0, y = 0, z = 0;
+};
+
+/// A view ray within the box that the input fills: origin + t direction, low < t < high.
+struct RaySpan {
+    Vec3 origin, direction;  // input index; direction for one unit of length
+    double low = 0, high = 0;
+};
+
+/// Where the samples of results lie in the input, straight from the request's matrices.
+///
+/// Orthographic rays are the lines of constant screen x and y, and t is screen z. Perspective rays
+/// start at the eye (t = 0) and pass pixel (x, y) at (x, y, plane); t is a length in units. Screen x
+/// and y count output samples, z units: a sample is as many units wide as the rows of the view's
+/// matrix, taken per length in the input, say.
+class ViewGeometry {
+ public:
+    explicit ViewGeometry(const Request& want);
+
+    /// The input index that a warp's output sample shows; none where a homography has no such point.
+    std::optional<Vec3> point(const OutputSample& at) const;
+    /// The part of a pixel's ray inside the box; none where it misses.
+    std::optional<RaySpan> ray(const OutputSample& at) const { return ray(at.view, at.x, at.y); }
+    std::optional<RaySpan> ray(int view, double x, double y) const;
+
+ private:
+    const Request& want_;
+    std::vector<Mat4> to_input_;  // one a view
+    std::vector<Vec3> width_;     // of a step along screen x, y, z [unit], one a view
+};
+
+}  // namespace edgewise

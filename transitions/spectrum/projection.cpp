@@ -1,0 +1,87 @@
+#include "transitions/spectrum/projection.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "transitions/kernels/spectrum_picture.hpp"
+
+namespace edgewise {
+namespace {
+
+/// Where the box of the input begins and ends on the screen along x and y [pixel].
+struct Shadow {
+    std::array<double, 2> low{1e300, 1e300}, high{-1e300, -1e300};
+};
+
+Shadow shadow_of(const Mat4& view, const Extent& input) {
+    Shadow shadow;
+    for (int corner = 0; corner < 8; ++corner) {
+        Eigen::Vector4d at(0, 0, 0, 1);
+        for (int axis = 0; axis < 3; ++axis)
+            at[axis] = (corner >> axis & 1) ? static_cast<double>(input[axis]) - 0.5 : -0.5;
+        const Eigen::Vector4d seen = view * at;
+        for (int axis = 0; axis < 2; ++axis) {
+            shadow.low[axis] = std::min(shadow.low[axis], seen[axis]);
+            shadow.high[axis] = std::max(shadow.high[axis], seen[axis]);
+        }
+    }
+    return shadow;
+}
+
+}  // namespace
+
+const std::vector<kernels::KaiserBessel>& windows() {
+    static const std::vector<kernels::KaiserBessel> all = [] {
+        std::vector<kernels::KaiserBessel> made;
+        for (const int width : {4, 6})
+            for (const double padding : {1.25, 1.5, 2.})
+                if (kernels::KaiserBessel::known(width, padding)) made.emplace_back(width, padding);
+        return made;
+    }();
+    return all;
+}
+
+std::string window_facet(const kernels::KaiserBessel& window) {
+    return fmt::format("window{}x{}", window.width(), window.padding());
+}
+
+std::string spectrum_kind(const kernels::KaiserBessel& window) {
+    return "object/spectrum+" + window_facet(window);
+}
+
+kernels::KaiserBessel window_of(const Representation& spectrum) {
+    for (const kernels::KaiserBessel& window : windows())
+        if (spectrum.facets.contains(window_facet(window))) return window;
+    throw RunError("a spectrum does not say which window it was made for");
+}
+
+std::string no_projection(const Ask& ask) {
+    const Request& want = ask.want;
+    if (want.job != Job::render)
+        return "a warp wants samples; a slice of a spectrum is a projection";
+    if (want.mode != Mode::xray && want.mode != Mode::mean)
+        return fmt::format("{} does not commute with the Fourier slice theorem",
+                           name_of(want.mode));
+    if (want.eye) return "the Fourier slice theorem needs parallel rays, the view is perspective";
+    if (want.projective()) return "the Fourier slice theorem needs affine views";
+    if (want.field == Field::nearest)
+        return "labels have edges everywhere: their field is far from band-limited";
+    if (ask.scene.non_finite > 0)
+        return fmt::format("{} samples are not finite, a transform would spread them everywhere",
+                           ask.scene.non_finite);
+    return {};
+}
+
+Extent picture_period_of(const Request& want) {
+    Extent period{1, 1, 1};
+    for (int variant = 0; variant < want.views.different(); ++variant) {
+        const Shadow shadow = shadow_of(want.views.at(want.views.first_view(variant)), want.input);
+        for (int axis = 0; axis < 2; ++axis)
+            period[axis] = std::max(period[axis],
+                                    kernels::picture_period(want.screen[axis], shadow.low[axis],
+                                                            shadow.high[axis], axis == 0 ? 2 : 1));
+    }
+    return period;
+}
+
+}  // namespace edgewise

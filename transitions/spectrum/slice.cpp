@@ -1,0 +1,86 @@
+#include "transitions/spectrum/slice.hpp"
+
+#include <fmt/format.h>
+
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/spectrum_slice.hpp"
+#include "transitions/spectrum/projection.hpp"
+
+namespace edgewise {
+namespace {
+
+kernels::Between between(Field field) {
+    if (field == Field::linear) return kernels::Between::linear;
+    return field == Field::spline ? kernels::Between::spline : kernels::Between::band;
+}
+
+kernels::SliceView view_of(const Offer& offer, const Ask& ask, int view) {
+    const Extent& slice = offer.to.extent;
+    const double width = static_cast<double>(2 * (slice.x - 1));
+    return {.to_screen = kernels::affine_of(residual(offer.from, ask.want, view)),
+            .width = 2 * (slice.x - 1),
+            .height = slice.y,
+            .between = between(ask.want.field),
+            .folded = offer.with.word("band") == "volume",
+            .scale = ask.want.unit / (width * static_cast<double>(slice.y))};
+}
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (std::string reason = no_projection(ask); !reason.empty())
+        return Offer::no(std::move(reason));
+    const Extent period = picture_period_of(ask.want);
+    Offer offer{.from = from, .to = from, .with = with};
+    offer.to.space = "slice";
+    offer.to.facets.clear();
+    offer.to.axes = 2;
+    offer.to.extent = {period.x / 2 + 1, period.y, 1};
+    offer.to.placed = ask.want.views;
+    return offer;
+}
+
+Work work(const Offer& offer, const Ask& ask, int view) {
+    const kernels::SliceView slice = view_of(offer, ask, view);
+    const double samples = kernels::slice_samples(slice);
+    const double width = window_of(offer.from).width();
+    return {// Taps along x are pairs of f32; the sums along y and z come first, those along x last.
+            .operations = samples * (4 * width * (width * width + width + 1) + 12 * width + 60),
+            .streamed = 2 * offer.to.bytes(),
+            .gathers = samples * width * width,
+            .scratch = kernels::slice_scratch(slice),
+            .workspace = kernels::slice_workspace(
+                slice, kernels::SpectrumShape::period_of(offer.from.extent))};
+}
+
+Error error(const Offer& offer, const Ask& ask) {
+    return {.bias = (offer.with.word("band") == "volume" ? 0 : 0.1) * ask.scene.range};
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+         Context& context) {
+    kernels::slice_of_spectrum(in.as<kernels::Complex>(),
+                               kernels::SpectrumShape::period_of(in.what.extent),
+                               window_of(in.what), view_of(offer, ask, context.view),
+                               out.as<kernels::Complex>(), context.memory, context.stop);
+    context.poll();
+}
+
+}  // namespace
+
+Transition spectrum_slice() {
+    Transition edge;
+    edge.name = "spectrum.slice";
+    edge.source = "Bracewell 1956; Malzbender 1993; Wittenbrink 1993, 5.1";
+    for (const kernels::KaiserBessel& window : windows())
+        edge.joins.emplace_back(spectrum_kind(window), "slice/spectrum");
+    edge.parameters = {
+        {"band", one_of({"volume", "picture"},
+                        "frequencies: all of the volume's, or only the picture's own")}};
+    edge.laws = {Law::linear};
+    edge.offer = offer;
+    edge.work = work;
+    edge.error = error;
+    edge.run = run;
+    return edge;
+}
+
+}  // namespace edgewise

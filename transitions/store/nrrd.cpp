@@ -1,0 +1,379 @@
+// NRRD 1 to 5 (teem.sourceforge.net/nrrd/format.html): attached, detached, lists of data files.
+
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <map>
+
+#include "transitions/store/data_list.hpp"
+#include "transitions/store/geometry.hpp"
+#include "transitions/store/reader.hpp"
+#include "transitions/store/text.hpp"
+
+namespace edgewise::store {
+namespace {
+
+constexpr std::int64_t kMostAxes = 16;  // NRRD_DIM_MAX
+
+struct TypeName {
+    std::string_view name;
+    Type type;
+};
+constexpr TypeName kTypes[] = {{"signed char", Type::i8},
+                               {"int8", Type::i8},
+                               {"int8_t", Type::i8},
+                               {"char", Type::i8},
+                               {"uchar", Type::u8},
+                               {"unsigned char", Type::u8},
+                               {"uint8", Type::u8},
+                               {"uint8_t", Type::u8},
+                               {"short", Type::i16},
+                               {"short int", Type::i16},
+                               {"signed short", Type::i16},
+                               {"signed short int", Type::i16},
+                               {"int16", Type::i16},
+                               {"int16_t", Type::i16},
+                               {"ushort", Type::u16},
+                               {"unsigned short", Type::u16},
+                               {"unsigned short int", Type::u16},
+                               {"uint16", Type::u16},
+                               {"uint16_t", Type::u16},
+                               {"int", Type::i32},
+                               {"signed int", Type::i32},
+                               {"int32", Type::i32},
+                               {"int32_t", Type::i32},
+                               {"uint", Type::u32},
+                               {"unsigned int", Type::u32},
+                               {"uint32", Type::u32},
+                               {"uint32_t", Type::u32},
+                               {"float", Type::f32},
+                               {"double", Type::f64}};
+
+class Nrrd {
+ public:
+    explicit Nrrd(const std::string& path) : path_(path), file_(path) {
+        header_.file = path;
+        header_.format = "NRRD";
+    }
+
+    Header run() {
+        fields();
+        sample_type();
+        axes();
+        geometry();
+        data();
+        take_axes(header_, stored_);
+        header_.volume = spatial_ == 3;
+        check_skip();
+        check_pieces(path_, stored_);
+        header_.reader = stored_reader(std::move(stored_));
+        return std::move(header_);
+    }
+
+ private:
+    void fields() {
+        text_ = header_text(file_);
+        if (text_.lines.empty() || !text_.lines[0].starts_with("NRRD000"))
+            refuse(path_, "not NRRD: the first line is not 'NRRD000N'");
+        for (std::size_t i = 1; i < text_.lines.size(); ++i) {
+            const std::string_view line = text_.lines[i];
+            if (line.starts_with('#')) continue;
+            const auto colon = line.find(':');
+            if (colon == line.npos) {
+                if (fields_.contains("data file")) continue;  // a name of its LIST
+                refuse(path_, fmt::format("line {}: '{}' is no field", i + 1, shown(line)));
+            }
+            if (line.substr(colon).starts_with(":=")) {
+                if (line.starts_with("Segment0_")) header_.labels = true;  // a Slicer segmentation
+                continue;
+            }
+            std::string name = lower(trim(line.substr(0, colon)));
+            if (name == "datafile") name = "data file";
+            const std::string value(trim(line.substr(colon + 1)));
+            fields_[name == "centerings" ? "centers" : name] = value;
+            if (name == "data file" && value.starts_with("LIST")) {
+                list_begin_ = i + 1;
+                break;
+            }
+        }
+        if (!text_.terminated && !fields_.contains("data file"))
+            refuse(path_, "the header has no empty line at its end");
+    }
+    const std::string& need(const std::string& name) const {
+        const auto found = fields_.find(name);
+        if (found == fields_.end()) refuse(path_, "field '" + name + "' is missing");
+        return found->second;
+    }
+    std::string value(const std::string& name) const {
+        const auto found = fields_.find(name);
+        return found == fields_.end() ? "" : found->second;
+    }
+    std::int64_t count(const std::string& name, std::int64_t otherwise) const {
+        if (value(name).empty()) return otherwise;
+        const auto numbers = integers(path_, name, value(name));
+        if (numbers.size() != 1) refuse(path_, "field '" + name + "' is not one number");
+        return numbers[0];
+    }
+
+    void sample_type() {
+        std::string name;  // blanks between the words may be any
+        for (std::string_view word : words(lower(need("type"))))
+            name += (name.empty() ? "" : " ") + std::string(word);
+        for (const TypeName& row : kTypes)
+            if (row.name == name) {
+                stored_.type = row.type;
+                return;
+            }
+        refuse(path_, "field 'type' is '" + shown(name) + "': unknown or not supported");
+    }
+
+    void axes() {
+        dimension_ = count("dimension", -1);
+        if (dimension_ < 1 || dimension_ > kMostAxes)
+            refuse(path_,
+                   "field 'dimension' is '" + shown(need("dimension")) + "', expected 1 to 16");
+        sizes_ = integers(path_, "sizes", need("sizes"));
+        if (static_cast<std::int64_t>(sizes_.size()) != dimension_)
+            refuse(path_, fmt::format("field 'sizes' has {} entries, field 'dimension' says {}",
+                                      sizes_.size(), dimension_));
+        directions();
+        const auto kinds = words(value("kinds"));
+        if (!kinds.empty() && static_cast<std::int64_t>(kinds.size()) != dimension_)
+            refuse(path_, fmt::format("field 'kinds' has {} entries, expected {}", kinds.size(),
+                                      dimension_));
+        for (std::int64_t i = 0; i < dimension_; ++i) {
+            const auto index = static_cast<std::size_t>(i);
+            const std::string kind = kinds.empty() ? "???" : lower(kinds[index]);
+            const Axis::Kind what = kind_of(kind, index);
+            if (what <= Axis::z) space_axis_.push_back(index);
+            for (const Axis& other : stored_.axes)
+                if (other.kind == what && other.size > 1 && sizes_[index] > 1)
+                    refuse(path_, fmt::format("{} axes: more than three of space, one of time and "
+                                              "one of channels are not supported",
+                                              dimension_));
+            stored_.axes.push_back({what, sizes_[index]});
+            if (kind == "rgba-color") header_.alpha = Alpha::straight;
+        }
+        if (spatial_ < 1) refuse(path_, "has no axis of space");
+    }
+    Axis::Kind kind_of(const std::string& kind, std::size_t index) {
+        const bool unknown = kind == "???" || kind == "none";
+        bool space = kind == "domain" || kind == "space" || (unknown && spatial_ < 3);
+        if (unknown && !directions_.empty()) space = directions_[index].has_value();
+        if (space && spatial_ < 3) return static_cast<Axis::Kind>(spatial_++);
+        if (kind == "time" || space || (unknown && index == 3)) return Axis::time;
+        return Axis::channel;
+    }
+
+    void directions() {
+        if (value("space directions").empty()) return;
+        space_dimension();
+        std::string_view rest = fields_["space directions"];
+        while (!(rest = trim(rest)).empty()) {
+            if (rest.starts_with("none")) {
+                directions_.emplace_back();
+                rest.remove_prefix(4);
+                continue;
+            }
+            const auto end = rest.find(')');
+            if (!rest.starts_with('(') || end == rest.npos)
+                refuse(path_, "field 'space directions': '" + shown(rest) + "' is no vector");
+            directions_.push_back(vector(rest.substr(0, end + 1), "space directions"));
+            rest.remove_prefix(end + 1);
+        }
+        if (static_cast<std::int64_t>(directions_.size()) != dimension_)
+            refuse(path_, fmt::format("field 'space directions' has {} entries, expected {}",
+                                      directions_.size(), dimension_));
+    }
+    Vector vector(std::string_view text, const std::string& field) const {
+        text = trim(text);
+        if (!text.starts_with('(') || !text.ends_with(')'))
+            refuse(path_, "field '" + field + "': '" + shown(text) + "' is no vector");
+        Vector result{0, 0, 0};
+        const auto parts = split(text.substr(1, text.size() - 2), ',');
+        for (std::size_t i = 0; i < parts.size() && i < 3; ++i) {
+            const auto entry = to_double(parts[i]);
+            if (!entry)
+                refuse(path_, "field '" + field + "': '" + shown(parts[i]) + "' is no number");
+            result[i] = *entry;
+        }
+        if (parts.size() != space_dimension_ && !(parts.size() == 4 && space_dimension_ == 4))
+            refuse(path_, fmt::format("field '{}': a vector of {} entries, expected {}", field,
+                                      parts.size(), space_dimension_));
+        return result;
+    }
+    void space_dimension() {
+        const std::string space = lower(value("space"));
+        space_dimension_ = static_cast<std::size_t>(count("space dimension", 3));
+        if (space.ends_with("-time") || space == "rast" || space == "last" || space == "lpst")
+            space_dimension_ = 4;
+        if (space_dimension_ < 2 || space_dimension_ > 4)
+            refuse(path_, "field 'space dimension' is '" + shown(value("space dimension")) +
+                              "', expected 2 to 4");
+    }
+
+    void geometry() {
+        const std::string space = lower(value("space"));
+        const bool ras =
+            space.starts_with("right-anterior-superior") || space == "ras" || space == "rast";
+        const bool las =
+            space.starts_with("left-anterior-superior") || space == "las" || space == "last";
+        const bool lps =
+            space.starts_with("left-posterior-superior") || space == "lps" || space == "lpst";
+        if (directions_.empty())
+            spacings();
+        else
+            steps();
+        header_.anatomical = (ras || las || lps) && !directions_.empty();
+        units();
+        if (header_.anatomical && ras) flip_xy(header_);
+        if (header_.anatomical && las) {
+            header_.origin[1] = 0 - header_.origin[1];
+            for (Vector& column : header_.direction) column[1] = 0 - column[1];
+        }
+    }
+    void spacings() {
+        if (value("spacings").empty()) return;
+        const auto steps = doubles(path_, "spacings", value("spacings"));
+        if (static_cast<std::int64_t>(steps.size()) != dimension_)
+            refuse(path_, fmt::format("field 'spacings' has {} entries, expected {}", steps.size(),
+                                      dimension_));
+        for (std::size_t i = 0; i < space_axis_.size(); ++i) {
+            header_.spacing[i] = std::abs(steps[space_axis_[i]]);
+            if (!std::isnan(header_.spacing[i])) continue;
+            // NaN is how NRRD writes a spacing that is not known.
+            header_.warnings.push_back(fmt::format(
+                "{}: field 'spacings' does not know axis {}; taken as 1", path_, space_axis_[i]));
+            header_.spacing[i] = 1;
+        }
+        check_spacing(header_, "spacings");
+    }
+    void steps() {
+        std::array<Vector, 3> columns{Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, 1}};
+        for (std::size_t i = 0; i < space_axis_.size(); ++i)
+            if (const auto& step = directions_[space_axis_[i]]) columns[i] = *step;
+        if (spatial_ == 2) columns[2] = cross(columns[0], columns[1]);
+        if (spatial_ == 2) normalise(columns[2]);
+        take_steps(header_, columns, "space directions");
+        if (!value("space origin").empty())
+            header_.origin = vector(value("space origin"), "space origin");
+        check_spacing(header_, "space origin");
+    }
+    static void normalise(Vector& v) {
+        const double size = length(v);
+        for (double& entry : v) entry /= size;
+    }
+    void units() {
+        if (header_.anatomical) header_.unit = "mm";
+        const std::string text = value(directions_.empty() ? "units" : "space units");
+        const auto first = text.find('"'), end = text.find('"', first + 1);
+        if (first == text.npos || end == text.npos) return;
+        if (const double factor = millimetres(text.substr(first + 1, end - first - 1)); factor > 0)
+            to_millimetres(header_, factor);
+    }
+
+    void data() {
+        encoding();
+        stored_.big_endian = value("endian") == "big";
+        if (bytes_of(stored_.type) > 1 && stored_.encoding != Stored::Encoding::text &&
+            need("endian") != "little" && need("endian") != "big")
+            refuse(path_,
+                   "field 'endian' is '" + shown(value("endian")) + "', expected little or big");
+        if (!fields_.contains("data file")) {
+            stored_.pieces = {{path_, text_.end}};
+        } else {
+            for (const std::string& name : data_files()) stored_.pieces.push_back({name, 0});
+        }
+        skip_lines();
+        const std::int64_t skip = count("byte skip", 0);
+        if (skip < -1) refuse(path_, fmt::format("field 'byte skip' is {}", skip));
+        if (skip == -1 && stored_.encoding != Stored::Encoding::raw)
+            refuse(path_, "field 'byte skip' is -1, which only raw data allow");
+        for (auto& piece : stored_.pieces) {
+            if (skip == -1)
+                piece.offset = from_end(piece.path);
+            else if (stored_.encoding == Stored::Encoding::raw)
+                piece.offset += static_cast<std::uint64_t>(skip);
+        }
+        if (stored_.encoding == Stored::Encoding::gzip)
+            stored_.skip = static_cast<std::uint64_t>(skip);
+    }
+    std::uint64_t from_end(const std::string& piece) const {
+        std::int64_t bytes = static_cast<std::int64_t>(bytes_of(stored_.type));
+        for (std::int64_t size : sizes_) bytes = product(path_, bytes, size);
+        bytes /= static_cast<std::int64_t>(stored_.pieces.size());
+        const auto size = static_cast<std::int64_t>(File(piece).size());
+        if (bytes < 0 || bytes > size)
+            refuse(path_, fmt::format("short data: expected {} bytes, found {}", bytes, size));
+        return static_cast<std::uint64_t>(size - bytes);
+    }
+    void encoding() {
+        const std::string name = lower(need("encoding"));
+        if (name == "raw")
+            stored_.encoding = Stored::Encoding::raw;
+        else if (name == "gzip" || name == "gz")
+            stored_.encoding = Stored::Encoding::gzip;
+        else if (name == "text" || name == "txt" || name == "ascii")
+            stored_.encoding = Stored::Encoding::text;
+        else
+            refuse(path_, "field 'encoding' is '" + shown(name) + "': unknown or not supported");
+    }
+    std::vector<std::string> data_files() const {
+        const std::string& text = need("data file");
+        std::vector<std::string> files;
+        if (list_begin_ > 0) {
+            for (std::size_t i = list_begin_; i < text_.lines.size(); ++i)
+                if (!trim(text_.lines[i]).empty()) files.push_back(beside(path_, text_.lines[i]));
+            return files;
+        }
+        const auto parts = words(text);
+        if (parts.size() < 4 || parts[0].find('%') == std::string_view::npos)
+            return {beside(path_, text)};
+        const auto first = to_integer(parts[1]), last = to_integer(parts[2]),
+                   step = to_integer(parts[3]);
+        if (!first || !last || !step)
+            refuse(path_, "field 'data file': '" + shown(text) + "' is no numbered list");
+        return numbered_files(path_, parts[0], *first, *last, *step);
+    }
+    void skip_lines() {
+        const std::int64_t lines = count("line skip", 0);
+        if (lines < 0 || lines > 1000000)
+            refuse(path_, fmt::format("field 'line skip' is {}", lines));
+        for (auto& piece : stored_.pieces) {
+            if (lines == 0) return;
+            const File file(piece.path);
+            Bytes chunk(1 << 16);
+            for (std::int64_t left = lines; left > 0;) {
+                const std::size_t got = file.read_some(piece.offset, chunk);
+                if (got == 0) refuse(path_, "field 'line skip' leads beyond the end of the data");
+                std::size_t i = 0;
+                while (i < got && left > 0) left -= chunk[i++] == std::byte{'\n'};
+                piece.offset += i;
+            }
+        }
+    }
+    void check_skip() const {
+        for (const auto& piece : stored_.pieces)
+            if (piece.offset > File(piece.path).size())
+                refuse(path_, "field 'byte skip' leads beyond the end of the data");
+    }
+
+    std::string path_;
+    File file_;
+    HeaderText text_;
+    std::map<std::string, std::string> fields_;
+    std::size_t list_begin_ = 0, space_dimension_ = 3;
+    std::int64_t dimension_ = 0;
+    int spatial_ = 0;
+    std::vector<std::int64_t> sizes_;
+    std::vector<std::size_t> space_axis_;  // which NRRD axis is x, y, z
+    std::vector<std::optional<Vector>> directions_;
+    Header header_;
+    Stored stored_;
+};
+
+}  // namespace
+
+Header inspect_nrrd(const std::string& path) { return Nrrd(path).run(); }
+
+}  // namespace edgewise::store

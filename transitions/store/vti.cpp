@@ -1,0 +1,282 @@
+// VTK image data in XML (.vti) of one piece: ascii, base64 or appended; plain or in zlib blocks.
+
+#include <cstring>
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include "transitions/store/geometry.hpp"
+#include "transitions/store/reader.hpp"
+#include "transitions/store/text.hpp"
+#include "transitions/store/xml.hpp"
+
+namespace edgewise::store {
+namespace {
+
+constexpr std::pair<std::string_view, Type> kTypes[] = {
+    {"UInt8", Type::u8},   {"Int8", Type::i8},   {"UInt16", Type::u16},  {"Int16", Type::i16},
+    {"UInt32", Type::u32}, {"Int32", Type::i32}, {"Float32", Type::f32}, {"Float64", Type::f64}};
+constexpr std::uint64_t kLargestBlock = 256 << 20;
+
+/// Where and how the chosen array is written.
+struct Array {
+    enum class Form { ascii, base64, raw } form = Form::ascii;
+    std::uint64_t begin = 0, end = 0;
+    std::size_t header_width = 4;  // bytes of the numbers that count bytes
+    bool compressed = false;
+};
+
+/// The numbers in front of an array, in the file's byte order.
+std::uint64_t count_of(Stream& stream, const Array& array, bool big, const std::string& path) {
+    std::byte raw[8] = {};
+    read_all(stream, std::span(raw).first(array.header_width), path);
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < array.header_width; ++i)
+        value |= std::to_integer<std::uint64_t>(raw[i])
+                 << 8 * (big ? array.header_width - 1 - i : i);
+    return value;
+}
+
+/// Blocks that were compressed one by one (vtkZLibDataCompressor).
+class BlockStream : public Stream {
+ public:
+    BlockStream(std::unique_ptr<Stream> from, const Array& array, bool big, std::uint64_t expected,
+                std::string path)
+        : from_(std::move(from)), path_(std::move(path)) {
+        const std::uint64_t blocks = count_of(*from_, array, big, path_);
+        size_ = count_of(*from_, array, big, path_);
+        const std::uint64_t partial = count_of(*from_, array, big, path_);
+        last_ = partial ? partial : size_;
+        // Counts are believed only where they agree with the header's sizes and fit into the file.
+        if (blocks < 1 || size_ < 1 || size_ > kLargestBlock || last_ > size_ ||
+            blocks > expected || (blocks - 1) * size_ + last_ != expected ||
+            blocks > (array.end - array.begin) / 4)
+            refuse(path_, fmt::format(
+                              "compressed array of {} blocks of {} bytes, expected {} bytes in all",
+                              blocks, size_, expected));
+        for (std::uint64_t i = 0; i < blocks; ++i) {
+            packed_.push_back(count_of(*from_, array, big, path_));
+            if (packed_.back() > array.end - array.begin)
+                refuse(path_,
+                       fmt::format("block {} claims {} compressed bytes", i, packed_.back()));
+        }
+    }
+    std::size_t read(std::span<std::byte> into) override {
+        std::size_t done = 0;
+        while (done < into.size()) {
+            if (used_ == block_.size() && !unpack()) break;
+            const std::size_t part = std::min(into.size() - done, block_.size() - used_);
+            std::memcpy(into.data() + done, block_.data() + used_, part);
+            done += part;
+            used_ += part;
+        }
+        return done;
+    }
+
+ private:
+    bool unpack() {
+        if (index_ == packed_.size()) return false;
+        Bytes packed(packed_[index_]);
+        read_all(*from_, packed, path_);
+        block_.resize(++index_ == packed_.size() ? last_ : size_);
+        uLongf size = block_.size();
+        const int status = uncompress(reinterpret_cast<Bytef*>(block_.data()), &size,
+                                      reinterpret_cast<const Bytef*>(packed.data()), packed.size());
+        if (status != Z_OK || size != block_.size())
+            refuse(path_, fmt::format("compressed block {} is damaged", index_ - 1));
+        used_ = 0;
+        return true;
+    }
+
+    std::unique_ptr<Stream> from_;
+    std::string path_;
+    std::uint64_t size_ = 0, last_ = 0;
+    std::vector<std::uint64_t> packed_;
+    std::size_t index_ = 0, used_ = 0;
+    Bytes block_;
+};
+
+class VtiReader : public Reader {
+ public:
+    VtiReader(Stored stored, Array array) : stored_(std::move(stored)), array_(array) {}
+    void read(const Header& header, const Selection& pick, std::span<std::byte> into,
+              std::vector<std::string>& warnings) const override {
+        const auto file = std::make_shared<const File>(header.file);
+        const auto expected =
+            static_cast<std::uint64_t>(stored_.numbers()) * bytes_of(stored_.type);
+        auto stream = array_.form == Array::Form::base64
+                          ? base64_stream(file, array_.begin, array_.end)
+                          : open_stream(file, array_.begin, array_.end, Wrapping::none);
+        if (array_.compressed) {
+            stream = std::make_unique<BlockStream>(std::move(stream), array_, stored_.big_endian,
+                                                   expected, header.file);
+        } else if (const auto bytes = count_of(*stream, array_, stored_.big_endian, header.file);
+                   bytes != expected) {
+            refuse(header.file,
+                   fmt::format("the array claims {} bytes, expected {}", bytes, expected));
+        }
+        scatter(stored_, pick, *stream, header.file, into, warnings);
+    }
+
+ private:
+    Stored stored_;
+    Array array_;
+};
+
+class Vti {
+ public:
+    explicit Vti(const std::string& path)
+        : path_(path), file_(std::make_shared<const File>(path)), tags_(file_) {
+        header_.file = path;
+        header_.format = "VTI";
+    }
+
+    Header run() {
+        Tag tag;
+        while (!done_ && tags_.next(tag)) take(tag);
+        if (!found_) refuse(path_, root_ ? "no DataArray in PointData" : "not VTI: no tag VTKFile");
+        if (!done_) refuse(path_, "the AppendedData of its array are missing");
+        check_size();
+        if (array_.form == Array::Form::ascii) {
+            stored_.pieces = {{path_, array_.begin}};
+            stored_.encoding = Stored::Encoding::text;
+            check_pieces(path_, stored_);
+            header_.reader = stored_reader(std::move(stored_));
+        } else {
+            header_.reader = std::make_shared<const VtiReader>(std::move(stored_), array_);
+        }
+        return std::move(header_);
+    }
+
+ private:
+    void take(const Tag& tag) {
+        if (tag.name == "VTKFile" && !tag.closes) root(tag);
+        if (tag.name == "ImageData" && !tag.closes) image(tag);
+        if (tag.name == "Piece" && !tag.closes && tag.attribute("Extent", extent_) != extent_)
+            refuse(path_, "its Piece is not the whole: several pieces are not supported");
+        if (tag.name == "PointData") {
+            inside_ = !tag.closes && !tag.empty;
+            wanted_ = tag.attribute("Scalars");
+        }
+        if (tag.name == "DataArray" && !tag.closes && inside_ && !found_ &&
+            (wanted_.empty() || tag.attribute("Name") == wanted_))
+            array(tag);
+        if (tag.name == "AppendedData" && !tag.closes && found_) appended(tag);
+    }
+    void root(const Tag& tag) {
+        root_ = true;
+        if (tag.attribute("type") != "ImageData")
+            refuse(path_, "attribute 'type' is '" + shown(tag.attribute("type")) +
+                              "', expected ImageData");
+        stored_.big_endian = tag.attribute("byte_order") == "BigEndian";
+        array_.header_width = tag.attribute("header_type", "UInt32") == "UInt64" ? 8 : 4;
+        const std::string compressor = tag.attribute("compressor");
+        array_.compressed = compressor == "vtkZLibDataCompressor";
+        if (!compressor.empty() && !array_.compressed)
+            refuse(path_, "attribute 'compressor' is '" + shown(compressor) + "': not supported");
+    }
+    template <std::size_t N>
+    std::array<double, N> numbers(const Tag& tag, const std::string& name,
+                                  const std::string& otherwise) const {
+        const auto values = doubles(path_, name, tag.attribute(name, otherwise));
+        if (values.size() != N)
+            refuse(path_, fmt::format("attribute '{}' has {} entries, expected {}", name,
+                                      values.size(), N));
+        std::array<double, N> result;
+        std::copy(values.begin(), values.end(), result.begin());
+        return result;
+    }
+    void image(const Tag& tag) {
+        extent_ = tag.attribute("WholeExtent");
+        const auto bounds = integers(path_, "WholeExtent", extent_);
+        if (bounds.size() != 6)
+            refuse(path_, fmt::format("attribute 'WholeExtent' has {} entries, expected 6",
+                                      bounds.size()));
+        constexpr Axis::Kind kKinds[] = {Axis::x, Axis::y, Axis::z};
+        header_.spacing = numbers<3>(tag, "Spacing", "1 1 1");
+        header_.origin = numbers<3>(tag, "Origin", "0 0 0");
+        const auto matrix = numbers<9>(tag, "Direction", "1 0 0 0 1 0 0 0 1");
+        std::array<Vector, 3> steps;
+        check_spacing(header_, "Spacing");
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::int64_t low = bounds[2 * axis], high = bounds[2 * axis + 1];
+            if (low < -(1LL << 31) || high > (1LL << 31) || high < low)
+                refuse(path_, fmt::format("attribute 'WholeExtent' goes from {} to {}", low, high));
+            stored_.axes.push_back({kKinds[axis], high - low + 1});
+            for (std::size_t row = 0; row < 3; ++row)
+                steps[axis][row] = matrix[3 * row + axis] * header_.spacing[axis];
+        }
+        take_steps(header_, steps, "Direction");
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            for (std::size_t row = 0; row < 3; ++row)
+                header_.origin[row] += static_cast<double>(bounds[2 * axis]) * steps[axis][row];
+    }
+    void array(const Tag& tag) {
+        if (stored_.axes.empty()) refuse(path_, "tag ImageData is missing");
+        bool known = false;
+        for (const auto& [name, type] : kTypes)
+            if (tag.attribute("type") == name) stored_.type = type, known = true;
+        if (!known)
+            refuse(path_, "attribute 'type' is '" + shown(tag.attribute("type")) +
+                              "': unknown or not supported");
+        const auto channels = to_integer(tag.attribute("NumberOfComponents", "1")).value_or(0);
+        if (channels < 1 || channels > 4)
+            refuse(path_, "attribute 'NumberOfComponents' is not 1 to 4");
+        if (channels > 1) stored_.axes.insert(stored_.axes.begin(), {Axis::channel, channels});
+        take_axes(header_, stored_);
+        const std::string format = tag.attribute("format", "ascii");
+        array_.begin = tag.end;
+        found_ = true;
+        if (format == "appended") {
+            const auto offset = to_integer(tag.attribute("offset", "0"));
+            if (!offset || *offset < 0)
+                refuse(path_, "attribute 'offset' is '" + shown(tag.attribute("offset")) + "'");
+            offset_ = static_cast<std::uint64_t>(*offset);
+            return;
+        }
+        if (format != "ascii" && format != "binary")
+            refuse(path_, "attribute 'format' is '" + shown(format) +
+                              "', expected ascii, binary or appended");
+        array_.form = format == "ascii" ? Array::Form::ascii : Array::Form::base64;
+        array_.end = tags_.text_end(tag.end);
+        done_ = true;
+    }
+    /// The data start behind an underscore.
+    void appended(const Tag& tag) {
+        array_.form =
+            tag.attribute("encoding", "raw") == "base64" ? Array::Form::base64 : Array::Form::raw;
+        Bytes blank(4096);
+        blank.resize(file_->read_some(tag.end, blank));
+        std::size_t start = 0;
+        while (start < blank.size() && blank[start] != std::byte{'_'}) ++start;
+        if (start == blank.size()) refuse(path_, "AppendedData do not start with '_'");
+        array_.begin = tag.end + start + 1;
+        array_.end = file_->size();
+        if (offset_ > array_.end - array_.begin)
+            refuse(path_, "attribute 'offset' leads beyond the end of the file");
+        array_.begin += offset_;
+        done_ = true;
+    }
+    void check_size() const {
+        if (array_.form == Array::Form::ascii) return;
+        const std::int64_t expected =
+            stored_.numbers() * static_cast<std::int64_t>(bytes_of(stored_.type));
+        const std::int64_t there = static_cast<std::int64_t>(array_.end - array_.begin);
+        if (expected / (array_.compressed ? kDeflateRatio : 1) > there)
+            refuse(path_, fmt::format("short data: expected {} bytes, found {}", expected, there));
+    }
+
+    std::string path_, extent_, wanted_;
+    FilePointer file_;
+    TagReader tags_;
+    bool root_ = false, inside_ = false, found_ = false, done_ = false;
+    std::uint64_t offset_ = 0;
+    Header header_;
+    Stored stored_;
+    Array array_;
+};
+
+}  // namespace
+
+Header inspect_vti(const std::string& path) { return Vti(path).run(); }
+
+}  // namespace edgewise::store
