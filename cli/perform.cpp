@@ -40,7 +40,7 @@ class Performance {
 
     void run_all() {
         for (int i = 0; i < session_.wish.repeat; ++i) {
-            first_ = i == 0;
+            last_ = i + 1 == session_.wish.repeat;
             run_once();
             poll();
         }
@@ -84,7 +84,7 @@ class Performance {
         measured.steps = outcome.steps;
         measured.step_seconds = outcome.step_seconds;
         for (const std::string& warning : outcome.warnings) session_.messages.warning(warning);
-        if (!first_) return;
+        if (!last_) return;
         for (std::size_t i = 0; i < outcome.steps.size() && i < outcome.step_seconds.size(); ++i)
             session_.messages.step_done(outcome.steps[i], outcome.step_seconds[i]);
         if (session_.options.trace)
@@ -104,9 +104,10 @@ class Performance {
         return plan(session_.edges, session_.ask(), sources, session_.profile, options).plan;
     }
 
-    /// One frame's result, once a run.
+    /// One frame of a run; of several runs the last is kept, so that earlier ones leave no results
+    /// beside the next.
     void take(int frame, std::shared_ptr<const Data> result) {
-        if (!first_) return;
+        if (!last_) return;
         if (!session_.writes_at_once()) {
             if (writes_ || verifier_) frames_[static_cast<std::size_t>(frame)] = std::move(result);
             return;
@@ -183,7 +184,7 @@ class Performance {
     Session& session_;
     const Request& want_;
     const bool writes_;
-    bool first_ = true;
+    bool last_ = true;
     double delivering_ = 0;
     std::vector<std::shared_ptr<const Data>> frames_;
     std::vector<Demand> without_;

@@ -11,7 +11,7 @@ namespace edgewise::testing {
 /// Costs of one offer of a made-up edge; operations are seconds with unit_profile().
 struct ToyCost {
     double operations = 1, scratch = 0, workspace = 0;
-    Error error;
+    Error error = {};
 };
 
 /// A made-up edge between two vertices; more than one choice makes parallel arcs, "toy.e3/p=1".

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <boost/graph/r_c_shortest_paths.hpp>
 #include <gtest/gtest.h>
-#include <map>
+#include <set>
 
 #include "tests/planner/random_graph.hpp"
 
@@ -129,8 +129,8 @@ struct Checked {
     friend bool operator==(const Checked& a, const Checked& b) {
         return rounded(a.label) == rounded(b.label);
     }
-    friend bool operator<=(const Checked& a, const Checked& b) {
-        return better_or_equal(rounded(a.label), rounded(b.label));
+    friend bool operator<(const Checked& a, const Checked& b) {
+        return rounded(a.label) < rounded(b.label);
     }
 };
 

@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+
+#include "cli/session.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+constexpr std::size_t kMostPaths = 2000, kMostRows = 40;
+
+std::string seconds_text(double seconds) {
+    if (seconds < 1e-3) return fmt::format("{:.1f} us", seconds * 1e6);
+    if (seconds < 1) return fmt::format("{:.2f} ms", seconds * 1e3);
+    return fmt::format("{:.3f} s", seconds);
+}
+
+std::string bytes_text(double bytes) { return fmt::format("{:.1f} MiB", bytes / 0x1p20); }
+
+std::string error_text(const Predicted& predicted) {
+    if (!predicted.known) return "unknown";
+    const double decibels = -20 * std::log10(predicted.error);
+    if (!std::isfinite(decibels)) return fmt::format("{:.3g}", predicted.error);
+    return fmt::format("{:.3g} ({:.1f} dB)", predicted.error, decibels);
+}
+
+std::string path_text(const Plan& plan) {
+    return plan.steps.empty() ? "(the input itself)"
+                              : fmt::format("{}", fmt::join(plan.texts(), " > "));
+}
+
+std::string row(const std::string& mark, const Predicted& predicted, const std::string& path,
+                const std::string& why) {
+    return fmt::format("{:1} {:>11} {:>12} {:>19}  {}{}\n", mark, seconds_text(predicted.seconds),
+                       bytes_text(predicted.bytes), error_text(predicted), path,
+                       why.empty() ? "" : "  [" + why + "]");
+}
+
+/// Why a path was not taken: the budget that it breaks, else what the plan is better in.
+std::string why_not(const Predicted& other, const std::optional<Predicted>& chosen,
+                    const Request& want) {
+    const Budget& budget = want.budget;
+    if (budget.error && !other.known) return "its error is unknown";
+    if (budget.error && other.error > *budget.error)
+        return fmt::format("error above {:.3g}", *budget.error);
+    if (budget.seconds && other.seconds > *budget.seconds)
+        return "slower than " + seconds_text(*budget.seconds);
+    if (budget.bytes && other.bytes > *budget.bytes)
+        return "larger than " + bytes_text(*budget.bytes);
+    if (!chosen) return {};
+    switch (want.minimize) {
+        case Minimize::time:
+            if (other.seconds > chosen->seconds)
+                return fmt::format("{:.2f} times as slow", other.seconds / chosen->seconds);
+            break;
+        case Minimize::error:
+            if (other.error > chosen->error) return "less accurate";
+            break;
+        case Minimize::memory:
+            if (other.bytes > chosen->bytes) return "takes more memory";
+            break;
+    }
+    return "no better";
+}
+
+/// All paths, those of the front first.
+std::vector<Plan> paths_of(const Session& session) {
+    const std::vector<Source> sources{{session.input->data->what}};
+    const TransformGraph spanned =
+        expand(session.edges, session.ask(), sources, session.demands);
+    std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
+                                        session.profile, session.plan_options, kMostPaths);
+    std::set<std::string> front;
+    for (const Plan& plan : session.answer->front) front.insert(path_text(plan));
+    std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
+        return a.predicted.seconds < b.predicted.seconds;
+    });
+    std::stable_partition(plans.begin(), plans.end(),
+                          [&](const Plan& plan) { return front.contains(path_text(plan)); });
+    return plans;
+}
+
+std::string steps_text(const Plan& plan) {
+    std::string text;
+    for (const Step& step : plan.steps)
+        text += fmt::format("  {:>11} {:>12} {:>19}  {}{}\n    {} -> {}\n",
+                            seconds_text(step.predicted.seconds),
+                            bytes_text(step.predicted.bytes), error_text(step.predicted),
+                            step.text(), step.runs() > 1 ? fmt::format(" x {}", step.runs()) : "",
+                            step.offer.from.text(), step.offer.to.text());
+    return text;
+}
+
+std::string budget_text(const Request& want) {
+    const Budget& budget = want.budget;
+    std::vector<std::string> parts;
+    if (budget.error)
+        parts.push_back(fmt::format("error {:.3g}{}", *budget.error,
+                                    budget.error_is_default ? " (default)" : ""));
+    if (budget.seconds) parts.push_back("time " + seconds_text(*budget.seconds));
+    if (budget.bytes) parts.push_back("memory " + bytes_text(*budget.bytes));
+    return fmt::format("{}; least {}", fmt::join(parts, ", "), name_of(want.minimize));
+}
+
+}  // namespace
+
+std::string explanation_of(const Session& session) {
+    const Answer& answer = *session.answer;
+    const Request& want = session.want();
+    std::string text = fmt::format(
+        "{} {}: {} view{}, {} threads, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
+        "edges\n",
+        name_of(want.job), session.options.input, want.frames, want.frames > 1 ? "s" : "",
+        want.threads, session.profile.name, budget_text(want), seconds_text(answer.seconds),
+        answer.vertices, answer.edges);
+    std::optional<Predicted> chosen;
+    if (answer.plan) {
+        chosen = answer.plan->predicted;
+        text += "\nplan\n" + steps_text(*answer.plan) + row("=", *chosen, "all steps", "");
+    } else {
+        text += "\nno plan: " + answer.problem + "\n";
+    }
+    const std::vector<Plan> plans = paths_of(session);
+    text += fmt::format("\npaths ({}{}; > chosen, * on the front)\n", plans.size(),
+                        plans.size() == kMostPaths ? " and more" : "");
+    std::set<std::string> front;
+    for (const Plan& plan : answer.front) front.insert(path_text(plan));
+    for (std::size_t i = 0; i < plans.size() && i < kMostRows; ++i) {
+        const std::string path = path_text(plans[i]);
+        const bool is_plan = answer.plan && path == path_text(*answer.plan);
+        text += row(is_plan ? ">" : front.contains(path) ? "*" : "", plans[i].predicted, path,
+                    is_plan ? "" : why_not(plans[i].predicted, chosen, want));
+    }
+    if (plans.size() > kMostRows) text += fmt::format("  and {} more\n", plans.size() - kMostRows);
+    if (!answer.refused.empty()) text += "\nrefused\n";
+    for (const Refusal& refusal : answer.refused)
+        text += fmt::format("  {}: {}\n", refusal.transition, refusal.reason);
+    return text;
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,102 @@
+#include <fmt/format.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/outputs.hpp"
+#include "cli/report.hpp"
+#include "cli/request_options.hpp"
+#include "cli/session.hpp"
+#include "cli/verbs.hpp"
+#include "graph/errors.hpp"
+#include "planner/cost.hpp"
+#include "transitions/catalogue.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+struct GraphOptions {
+    std::optional<std::string> out;
+    JobOptions warp, render;
+};
+
+bool is_json(const std::optional<std::string>& out) { return out && out->ends_with(".json"); }
+
+void expect_ending(const std::optional<std::string>& out) {
+    if (!out || *out == "-") return;
+    if (!out->ends_with(".dot") && !is_json(out))
+        throw RequestError(fmt::format("-o {}: a graph is written as .dot or .json", *out));
+    expect_writable("-o", *out);
+}
+
+/// The graph of a request, with what its edges cost.
+std::string graph_of(Session& session, bool json) {
+    prepare_graph(session);
+    const TransformGraph spanned = expand(session.edges, session.ask(),
+                                          {{session.input->data->what}}, session.demands);
+    const auto cost = [&](const Arc& arc) {
+        return cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer, session.ask(),
+                       session.profile, session.want().threads);
+    };
+    if (!json)
+        return to_dot(spanned, session.edges, [&](const Arc& arc) {
+            const StepCost c = cost(arc);
+            return fmt::format("{:.3g} s, scratch {:.3g} MiB, error + {:.3g}", c.seconds,
+                               c.scratch / 0x1p20, std::hypot(c.error.bias, c.error.noise));
+        });
+    const auto entry = [&](const Arc& arc) -> nlohmann::json {
+        const StepCost c = cost(arc);
+        return {{"seconds", c.seconds},
+                {"scratch", c.scratch},
+                {"gain", c.error.gain},
+                {"noise_gain", c.error.noise_gain},
+                {"bias", c.error.known ? nlohmann::json(c.error.bias) : nlohmann::json()},
+                {"noise", c.error.known ? nlohmann::json(c.error.noise) : nlohmann::json()}};
+    };
+    return to_json(spanned, session.edges, entry).dump(2) + "\n";
+}
+
+std::string graph_without_request(bool json) {
+    const Catalogue edges = catalogue();
+    return json ? to_json(edges).dump(2) + "\n" : to_dot(edges);
+}
+
+int do_graph(const GraphOptions& options, const JobOptions* job) {
+    const auto body = [&] {
+        expect_ending(options.out);
+        std::string text;
+        if (job) {
+            Session session(*job);
+            text = graph_of(session, is_json(options.out));
+        } else {
+            text = graph_without_request(is_json(options.out));
+        }
+        write_text(options.out.value_or("-"), text);
+        return 0;
+    };
+    return guarded_with_json(job ? job->json : std::nullopt, body);
+}
+
+}  // namespace
+
+Verb add_graph(CLI::App& main) {
+    CLI::App* app = main.add_subcommand("graph", "the transform graph, of a request with its costs");
+    auto options = std::make_shared<GraphOptions>();
+    options->warp.job = Job::warp;
+    add_text(*app, "-o", options->out, "default: DOT to standard output")
+        ->type_name("FILE.dot|.json");
+    app->require_subcommand(0, 1);
+    CLI::App* warp = app->add_subcommand("warp", "of a warp");
+    CLI::App* render = app->add_subcommand("render", "of a render");
+    add_job_options(*warp, options->warp, OutNeeded::absent);
+    add_job_options(*render, options->render, OutNeeded::absent);
+    for (CLI::App* sub : {warp, render}) sub->fallthrough();
+    return {app, [options, warp, render] {
+                JobOptions* job = warp->parsed()     ? &options->warp
+                                  : render->parsed() ? &options->render
+                                                     : nullptr;
+                if (job) order_geometry(warp->parsed() ? *warp : *render, *job);
+                return do_graph(*options, job);
+            }};
+}
+
+}  // namespace edgewise::cli

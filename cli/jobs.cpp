@@ -1,0 +1,71 @@
+#include <cstdio>
+#include <fmt/format.h>
+#include <memory>
+
+#include "cli/outputs.hpp"
+#include "cli/report.hpp"
+#include "cli/request_options.hpp"
+#include "cli/session.hpp"
+#include "cli/verbs.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+/// Writes the explanation; beside a report on standard output it goes to standard error.
+void explain(const Session& session) {
+    const std::string text = explanation_of(session);
+    const bool json_there = session.options.json == "-";
+    std::fputs(text.c_str(), json_there ? stderr : stdout);
+}
+
+void report(const Session& session, bool with_run, const std::optional<Failure>& failure) {
+    if (session.options.json)
+        write_text(*session.options.json, text_of(report_of(session, with_run, failure)));
+}
+
+/// @param runs  else it is only planned, and explained
+int do_job(const JobOptions& options, bool runs) {
+    Session session(options);
+    return guarded(
+        [&] {
+            prepare(session);
+            if (options.explain || (!runs && options.json != "-")) explain(session);
+            if (runs) perform(session);
+            report(session, runs, {});
+            return 0;
+        },
+        [&](int code, const std::string& message) {
+            session.messages.end_progress();
+            if (session.answer && (options.explain || !runs) && session.input->data)
+                explain(session);
+            report(session, runs, Failure{code, message});
+        });
+}
+
+Verb add_job(CLI::App& parent, Job job, bool runs) {
+    CLI::App* app =
+        job == Job::warp
+            ? parent.add_subcommand("warp", "resample an image (2D) or a volume (3D)")
+            : parent.add_subcommand("render", "make pictures of a volume");
+    auto options = std::make_shared<JobOptions>();
+    options->job = job;
+    add_job_options(*app, *options, runs ? OutNeeded::yes : OutNeeded::no);
+    return {app, [app, options, runs] {
+                order_geometry(*app, *options);
+                return do_job(*options, runs);
+            }};
+}
+
+}  // namespace
+
+Verb add_warp(CLI::App& main) { return add_job(main, Job::warp, true); }
+Verb add_render(CLI::App& main) { return add_job(main, Job::render, true); }
+
+Verb add_plan(CLI::App& main) {
+    CLI::App* app = main.add_subcommand("plan", "a request, planned and explained but not run");
+    app->require_subcommand(1);
+    const Verb warp = add_job(*app, Job::warp, false), render = add_job(*app, Job::render, false);
+    return {app, [warp, render] { return warp.app->parsed() ? warp.run() : render.run(); }};
+}
+
+}  // namespace edgewise::cli

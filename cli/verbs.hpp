@@ -1,0 +1,33 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace edgewise::cli {
+
+/// A verb: its part of the command line, and what it does once that is parsed.
+struct Verb {
+    CLI::App* app = nullptr;
+    std::function<int()> run;  // exit code
+};
+
+Verb add_warp(CLI::App& main);
+Verb add_render(CLI::App& main);
+Verb add_plan(CLI::App& main);
+Verb add_graph(CLI::App& main);
+Verb add_info(CLI::App& main);
+Verb add_compare(CLI::App& main);
+Verb add_list(CLI::App& main);
+Verb add_calibrate(CLI::App& main);
+
+/// Runs `body`, says what fails, and turns it into an exit code.
+/// @param failed  told code and message, before they are said
+int guarded(const std::function<int()>& body,
+            const std::function<void(int code, const std::string& message)>& failed);
+
+/// As guarded, for verbs whose report is no request's: a failure goes to --json as well.
+int guarded_with_json(const std::optional<std::string>& json, const std::function<int()>& body);
+
+}  // namespace edgewise::cli
