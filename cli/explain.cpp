@@ -67,8 +67,7 @@ std::string why_not(const Predicted& other, const std::optional<Predicted>& chos
 /// All paths, those of the front first.
 std::vector<Plan> paths_of(const Session& session) {
     const std::vector<Source> sources{{session.input->data->what}};
-    const TransformGraph spanned =
-        expand(session.edges, session.ask(), sources, session.demands);
+    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.demands);
     std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
                                         session.profile, session.plan_options, kMostPaths);
     std::set<std::string> front;
@@ -85,9 +84,9 @@ std::string steps_text(const Plan& plan) {
     std::string text;
     for (const Step& step : plan.steps)
         text += fmt::format("  {:>11} {:>12} {:>19}  {}{}\n    {} -> {}\n",
-                            seconds_text(step.predicted.seconds),
-                            bytes_text(step.predicted.bytes), error_text(step.predicted),
-                            step.text(), step.runs() > 1 ? fmt::format(" x {}", step.runs()) : "",
+                            seconds_text(step.predicted.seconds), bytes_text(step.predicted.bytes),
+                            error_text(step.predicted), step.text(),
+                            step.runs() > 1 ? fmt::format(" x {}", step.runs()) : "",
                             step.offer.from.text(), step.offer.to.text());
     return text;
 }
@@ -129,8 +128,11 @@ std::string explanation_of(const Session& session) {
     for (std::size_t i = 0; i < plans.size() && i < kMostRows; ++i) {
         const std::string path = path_text(plans[i]);
         const bool is_plan = answer.plan && path == path_text(*answer.plan);
-        text += row(is_plan ? ">" : front.contains(path) ? "*" : "", plans[i].predicted, path,
-                    is_plan ? "" : why_not(plans[i].predicted, chosen, want));
+        text +=
+            row(is_plan                ? ">"
+                : front.contains(path) ? "*"
+                                       : "",
+                plans[i].predicted, path, is_plan ? "" : why_not(plans[i].predicted, chosen, want));
     }
     if (plans.size() > kMostRows) text += fmt::format("  and {} more\n", plans.size() - kMostRows);
     if (!answer.refused.empty()) text += "\nrefused\n";

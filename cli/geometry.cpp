@@ -1,5 +1,6 @@
 #include "cli/geometry.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -75,8 +76,8 @@ Mat4 on_grid(const Mat4& map, const InputGrid& input, const ScreenGrid& grid) {
     const Vec3 from = centre_of(input.extent), to = centre_of(grid.extent);
     if (map.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
         const Mat4 object = linear(input.spacing.asDiagonal()) * shift_by(-from);
-        const Mat4 screen =
-            shift_by(to) * linear(grid.spacing.cwiseInverse().asDiagonal()) * shift_by(-grid.centre);
+        const Mat4 screen = shift_by(to) * linear(grid.spacing.cwiseInverse().asDiagonal()) *
+                            shift_by(-grid.centre);
         return screen * map * object;
     }
     Mat4 result = Mat4::Identity();

@@ -16,9 +16,9 @@ using Mat3 = Eigen::Matrix3d;
 struct InputGrid {
     int axes = 3;
     Extent extent;
-    Vec3 spacing = Vec3::Ones();         // [file unit]
-    Mat3 direction = Mat3::Identity();   // columns: where x, y and z point, in LPS
-    bool anatomical = false;             // the file says so, or --orient
+    Vec3 spacing = Vec3::Ones();        // [file unit]
+    Mat3 direction = Mat3::Identity();  // columns: where x, y and z point, in LPS
+    bool anatomical = false;            // the file says so, or --orient
 };
 
 /// Geometry as it was typed.

@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -30,9 +31,9 @@ void expect_ending(const std::optional<std::string>& out) {
 
 /// The graph of a request, with what its edges cost.
 std::string graph_of(Session& session, bool json) {
-    prepare_graph(session);
-    const TransformGraph spanned = expand(session.edges, session.ask(),
-                                          {{session.input->data->what}}, session.demands);
+    take_request(session);
+    const TransformGraph spanned =
+        expand(session.edges, session.ask(), {{session.input->data->what}}, session.demands);
     const auto cost = [&](const Arc& arc) {
         return cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer, session.ask(),
                        session.profile, session.want().threads);
@@ -79,7 +80,8 @@ int do_graph(const GraphOptions& options, const JobOptions* job) {
 }  // namespace
 
 Verb add_graph(CLI::App& main) {
-    CLI::App* app = main.add_subcommand("graph", "the transform graph, of a request with its costs");
+    CLI::App* app =
+        main.add_subcommand("graph", "the transform graph, of a request with its costs");
     auto options = std::make_shared<GraphOptions>();
     options->warp.job = Job::warp;
     add_text(*app, "-o", options->out, "default: DOT to standard output")

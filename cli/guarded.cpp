@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <fmt/format.h>
 #include <new>
+#include <nlohmann/json.hpp>
 
 #include "cli/errors.hpp"
 #include "cli/outputs.hpp"
@@ -30,8 +31,9 @@ Ending ending_of_current() {
     } catch (const InputError& error) {
         return {kBadInput, error.what()};
     } catch (const std::bad_alloc&) {
-        return {kFailed, "out of memory, and there is no other plan; --max-memory bounds what a "
-                         "plan may take"};
+        return {kFailed,
+                "out of memory, and there is no other plan; --max-memory bounds what a "
+                "plan may take"};
     } catch (const std::exception& error) {
         return {kFailed, error.what()};
     }

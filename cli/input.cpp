@@ -1,10 +1,9 @@
 #include "cli/input.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <chrono>
 #include <fmt/format.h>
 #include <limits>
+#include <tbb/parallel_for.h>
 
 #include "cli/numbers.hpp"
 #include "graph/errors.hpp"
@@ -60,11 +59,21 @@ std::shared_ptr<const Data> premultiplied_data(const Data& straight, double opaq
                     data->as<float>());
     };
     switch (straight.what.type) {
-        case Type::u8: from(std::uint8_t{}); break;
-        case Type::u16: from(std::uint16_t{}); break;
-        case Type::i8: from(std::int8_t{}); break;
-        case Type::i16: from(std::int16_t{}); break;
-        default: from(float{}); break;
+        case Type::u8:
+            from(std::uint8_t{});
+            break;
+        case Type::u16:
+            from(std::uint16_t{});
+            break;
+        case Type::i8:
+            from(std::int8_t{});
+            break;
+        case Type::i16:
+            from(std::int16_t{});
+            break;
+        default:
+            from(float{});
+            break;
     }
     return data;
 }
@@ -115,7 +124,8 @@ Input inspected(const std::string& name, const store::Selection& selection) {
     const int channels = input.header.channels;
     if (selection.channel && *selection.channel >= channels)
         throw RequestError(fmt::format("--channel {}: {} has {} channel{}, counted from 0",
-                                       *selection.channel, name, channels, channels > 1 ? "s" : ""));
+                                       *selection.channel, name, channels,
+                                       channels > 1 ? "s" : ""));
     return input;
 }
 
@@ -123,8 +133,8 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
     const auto begin = std::chrono::steady_clock::now();
     std::vector<std::string> warnings = input.header.warnings;
     if (input.phantom) {
-        input.data = std::make_shared<Data>(
-            make_phantom(input.phantom->name, input.phantom->side, memory));
+        input.data =
+            std::make_shared<Data>(make_phantom(input.phantom->name, input.phantom->side, memory));
     } else {
         const store::Header& header = input.header;
         Representation what;
@@ -134,8 +144,8 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
         what.type = store::loaded_type(header.type);
         what.values = header.values;
         auto data = std::make_shared<Data>(Data::make(what, memory));
-        for (std::string& warning : store::read_samples(header, input.selection,
-                                                        data->samples.data(), data->samples.bytes()))
+        for (std::string& warning : store::read_samples(
+                 header, input.selection, data->samples.data(), data->samples.bytes()))
             warnings.push_back(std::move(warning));
         input.data = std::move(data);
         if (input.premultiplied())

@@ -1,6 +1,8 @@
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "cli/outputs.hpp"
 #include "cli/report.hpp"
@@ -28,7 +30,8 @@ int do_job(const JobOptions& options, bool runs) {
     Session session(options);
     return guarded(
         [&] {
-            prepare(session);
+            take_request(session);
+            make_plan(session);
             if (options.explain || (!runs && options.json != "-")) explain(session);
             if (runs) perform(session);
             report(session, runs, {});
@@ -43,10 +46,9 @@ int do_job(const JobOptions& options, bool runs) {
 }
 
 Verb add_job(CLI::App& parent, Job job, bool runs) {
-    CLI::App* app =
-        job == Job::warp
-            ? parent.add_subcommand("warp", "resample an image (2D) or a volume (3D)")
-            : parent.add_subcommand("render", "make pictures of a volume");
+    CLI::App* app = job == Job::warp
+                        ? parent.add_subcommand("warp", "resample an image (2D) or a volume (3D)")
+                        : parent.add_subcommand("render", "make pictures of a volume");
     auto options = std::make_shared<JobOptions>();
     options->job = job;
     add_job_options(*app, *options, runs ? OutNeeded::yes : OutNeeded::no);

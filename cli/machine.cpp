@@ -1,16 +1,15 @@
 #include "cli/machine.hpp"
 
-#include <sched.h>
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
+#include <sched.h>
 #include <sstream>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "graph/errors.hpp"
 
@@ -96,7 +95,8 @@ std::optional<double> group_cores() {
             quota = number_in(folder + "/cpu.cfs_quota_us").value_or(-1);
             period = number_in(folder + "/cpu.cfs_period_us").value_or(0);
         }
-        if (quota > 0 && period > 0) least = std::min(least.value_or(quota / period), quota / period);
+        if (quota > 0 && period > 0)
+            least = std::min(least.value_or(quota / period), quota / period);
     }
     return least;
 }

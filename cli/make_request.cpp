@@ -57,7 +57,8 @@ void take_budgets(Wish& wish, const JobOptions& o) {
 
 void take_mode(Wish& wish, const JobOptions& o) {
     Request& want = wish.want;
-    want.mode = static_cast<Mode>(chosen("--mode", o.mode, {"mip", "xray", "mean", "composite"}, 0));
+    want.mode =
+        static_cast<Mode>(chosen("--mode", o.mode, {"mip", "xray", "mean", "composite"}, 0));
     const auto only = [&](const char* option, const std::optional<std::string>& value, Mode mode) {
         if (value && want.mode != mode)
             throw RequestError(fmt::format("{}: of --mode {} only, not of {}", option,
@@ -95,8 +96,8 @@ Wish wish_of(const JobOptions& o) {
 Geometry take_geometry(Request& want, const JobOptions& o, const Input& input) {
     const InputGrid grid = grid_of(input);
     if (want.job == Job::render && grid.axes == 2)
-        throw RequestError(fmt::format("render: {} is an image; expected a volume (warp turns images)",
-                                       input.name));
+        throw RequestError(fmt::format(
+            "render: {} is an image; expected a volume (warp turns images)", input.name));
     if (want.job == Job::render && input.channels() > 1)
         throw RequestError(fmt::format("render: {} has {} channels, from 0; say which by --channel",
                                        input.name, input.channels()));
@@ -109,8 +110,8 @@ Geometry take_geometry(Request& want, const JobOptions& o, const Input& input) {
     want.input = grid.extent;
     want.spacing = grid.spacing;
     want.frames = static_cast<int>(geometry.views.size());
-    want.views = geometry.views.size() == 1 ? Placement(geometry.views[0])
-                                            : Placement::each(geometry.views);
+    want.views =
+        geometry.views.size() == 1 ? Placement(geometry.views[0]) : Placement::each(geometry.views);
     want.screen = geometry.grid.extent;
     want.unit = geometry.unit;
     want.eye = geometry.eye;
@@ -139,7 +140,9 @@ void take_values(Wish& wish, const JobOptions& o, const Data& data, const Statis
     double low = statistics.low, high = statistics.high;
     if (wish.window) {
         const auto value = [&](const WindowEnd& end) {
-            return end.percentile ? percentile_of(data, statistics.low, statistics.high, end.at / 100) : end.at;
+            return end.percentile
+                       ? percentile_of(data, statistics.low, statistics.high, end.at / 100)
+                       : end.at;
         };
         low = value(wish.window->low), high = value(wish.window->high);
         wish.window.reset();

@@ -1,10 +1,10 @@
 #pragma once
 
 #include "cli/input.hpp"
+#include "cli/job_options.hpp"
 #include "cli/options.hpp"
-#include "cli/request_options.hpp"
-#include "transitions/reference/statistics.hpp"
 #include "cli/tail.hpp"
+#include "transitions/reference/statistics.hpp"
 
 namespace edgewise::cli {
 

@@ -1,11 +1,10 @@
 #include "cli/messages.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "graph/errors.hpp"
 
@@ -19,8 +18,7 @@ template <std::size_t N>
 int index_of(const char* option, const std::string& word, const char* const (&names)[N]) {
     for (std::size_t i = 0; i < N; ++i)
         if (word == names[i]) return static_cast<int>(i);
-    throw RequestError(
-        fmt::format("{}: '{}' is none of {}", option, word, fmt::join(names, ", ")));
+    throw RequestError(fmt::format("{}: '{}' is none of {}", option, word, fmt::join(names, ", ")));
 }
 
 }  // namespace

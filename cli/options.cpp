@@ -15,12 +15,18 @@ struct Unit {
     double factor;
 };
 
-constexpr Unit kTimes[] = {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1},
-                           {"min", 60},  {"h", 3600},  {"", 1}};
-constexpr Unit kSizes[] = {{"", 1},      {"B", 1},     {"kB", 1e3},
-                           {"KB", 1e3},  {"MB", 1e6},  {"GB", 1e9},
-                           {"TB", 1e12}, {"KiB", 1024}, {"MiB", 1024.0 * 1024},
-                           {"GiB", 1024.0 * 1024 * 1024}, {"TiB", 1024.0 * 1024 * 1024 * 1024}};
+constexpr Unit kTimes[] = {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}, {"", 1}};
+constexpr Unit kSizes[] = {{"", 1},
+                           {"B", 1},
+                           {"kB", 1e3},
+                           {"KB", 1e3},
+                           {"MB", 1e6},
+                           {"GB", 1e9},
+                           {"TB", 1e12},
+                           {"KiB", 1024},
+                           {"MiB", 1024.0 * 1024},
+                           {"GiB", 1024.0 * 1024 * 1024},
+                           {"TiB", 1024.0 * 1024 * 1024 * 1024}};
 
 /// A number with one of the units behind it.
 template <std::size_t N>

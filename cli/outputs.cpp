@@ -1,11 +1,10 @@
 #include "cli/outputs.hpp"
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <fmt/format.h>
 #include <span>
+#include <unistd.h>
 #include <vector>
 
 #include "cli/numbers.hpp"
@@ -25,7 +24,8 @@ namespace fs = std::filesystem;
 std::string writable_endings() {
     std::vector<std::string> endings;
     for (const store::Format& format : store::formats())
-        if (format.writes) endings.insert(endings.end(), format.endings.begin(), format.endings.end());
+        if (format.writes)
+            endings.insert(endings.end(), format.endings.begin(), format.endings.end());
     return fmt::format("{}", fmt::join(endings, " "));
 }
 
@@ -62,8 +62,9 @@ Outputs::Outputs(const std::string& pattern) : pattern_(pattern) {
             fill_ = width.starts_with('0') ? '0' : ' ';
             digits_ = width.empty() ? 0 : std::stoi(width);
         } else {
-            refuse("-o", pattern, "one %d or %04d may stand for the frame number; %% is a percent "
-                                  "sign");
+            refuse("-o", pattern,
+                   "one %d or %04d may stand for the frame number; %% is a percent "
+                   "sign");
         }
         i = end;
     }
@@ -87,10 +88,10 @@ std::string Outputs::file(int frame) const {
 
 void Outputs::expect_frames(int frames) const {
     if (frames > 1 && !none() && !numbered_)
-        refuse("-o", pattern_,
-               fmt::format("{} frames need a number in the name, as {}_%03d{}", frames,
-                           fs::path(before_).stem().string(),
-                           fs::path(before_).extension().string()));
+        refuse(
+            "-o", pattern_,
+            fmt::format("{} frames need a number in the name, as {}_%03d{}", frames,
+                        fs::path(before_).stem().string(), fs::path(before_).extension().string()));
 }
 
 void write_text(const std::string& file, const std::string& text) {

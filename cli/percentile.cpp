@@ -37,11 +37,16 @@ double ranked(const Data& data, double low, double high, double share) {
 
 double percentile_of(const Data& data, double low, double high, double share) {
     switch (data.what.type) {
-        case Type::u8: return ranked<std::uint8_t>(data, low, high, share);
-        case Type::i8: return ranked<std::int8_t>(data, low, high, share);
-        case Type::u16: return ranked<std::uint16_t>(data, low, high, share);
-        case Type::i16: return ranked<std::int16_t>(data, low, high, share);
-        default: return ranked<float>(data, low, high, share);
+        case Type::u8:
+            return ranked<std::uint8_t>(data, low, high, share);
+        case Type::i8:
+            return ranked<std::int8_t>(data, low, high, share);
+        case Type::u16:
+            return ranked<std::uint16_t>(data, low, high, share);
+        case Type::i16:
+            return ranked<std::int16_t>(data, low, high, share);
+        default:
+            return ranked<float>(data, low, high, share);
     }
 }
 

@@ -1,8 +1,7 @@
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <chrono>
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
 
 #include "cli/machine.hpp"
 #include "cli/outputs.hpp"
@@ -88,7 +87,8 @@ class Performance {
         for (std::size_t i = 0; i < outcome.steps.size() && i < outcome.step_seconds.size(); ++i)
             session_.messages.step_done(outcome.steps[i], outcome.step_seconds[i]);
         if (session_.options.trace)
-            write_text(*session_.options.trace, chrome_trace(*session_.answer->plan, outcome.trace));
+            write_text(*session_.options.trace,
+                       chrome_trace(*session_.answer->plan, outcome.trace));
     }
 
     std::optional<Plan> other_plan(const std::string& failed,
@@ -168,9 +168,8 @@ class Performance {
         const auto broken = [&](const char* what, double value, double limit, const char* unit) {
             if (value <= limit) return;
             measured.kept = false;
-            session_.messages.warning(
-                fmt::format("{} {:.3g} {} is beyond the budget of {:.3g} {}", what, value, unit,
-                            limit, unit));
+            session_.messages.warning(fmt::format("{} {:.3g} {} is beyond the budget of {:.3g} {}",
+                                                  what, value, unit, limit, unit));
         };
         std::vector<double> seconds = measured.seconds;
         std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());

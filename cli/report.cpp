@@ -1,6 +1,7 @@
 #include "cli/report.hpp"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cli/session.hpp"
 

@@ -1,5 +1,6 @@
 #include "cli/request_options.hpp"
 
+#include <CLI/CLI.hpp>
 #include <map>
 
 namespace edgewise::cli {
@@ -42,7 +43,8 @@ void add_geometry(CLI::App& app, JobOptions& o) {
     step("--shear", "xy=K,...", "adds K y to x");
     text("--about", o.geometry.about, "X,Y[,Z]", "sample that is held fixed; default the centre");
     if (o.job == Job::render) {
-        text("--perspective", o.geometry.perspective, "FOV", "vertical angle; default parallel rays");
+        text("--perspective", o.geometry.perspective, "FOV",
+             "vertical angle; default parallel rays");
         text("--turntable", o.geometry.turntable, "N", "N views about screen y");
     }
     text("--spacing", o.geometry.spacing, "S[,S[,S]]", "distance of output samples");
@@ -100,15 +102,15 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
         return add_text(app, name, into, help)->type_name(value)->group("Output");
     };
     if (out != OutNeeded::absent) {
-        CLI::Option* option = text("-o", o.out, "OUT", "file, by its ending; %d is the frame; null:");
+        CLI::Option* option =
+            text("-o", o.out, "OUT", "file, by its ending; %d is the frame; null:");
         option->required(out == OutNeeded::yes);
     }
     text("--bits", o.bits, "8|16|32", "8, 16: a view; 32: values");
     text("--quality", o.quality, "Q", "of JPEG; default 95");
     text("--json", o.json, "FILE|-", "report");
     app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
-    app.add_option("--verify",
-                   CLI::callback_t([&o](const Words& words) {
+    app.add_option("--verify", CLI::callback_t([&o](const Words& words) {
                        o.verify = words.back().empty() ? "2048" : words.back();
                        return true;
                    }),
@@ -120,8 +122,7 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
     text("--repeat", o.repeat, "N", "run N times");
     text("--trace", o.trace, "FILE.json", "what ran when, for Chrome's trace viewer");
     text("--flow", o.flow, "FILE.dot", "the nodes that run");
-    add_text(app, "--progress",
-             o.progress, "auto, always or never")
+    add_text(app, "--progress", o.progress, "auto, always or never")
         ->type_name("WHEN")
         ->group("Output");
     app.add_flag("--quiet", o.quiet, "errors only")->group("Output");
@@ -154,8 +155,7 @@ void order_geometry(const CLI::App& app, JobOptions& options) {
     for (const CLI::Option* option : app.parse_order())
         for (const char* step : kSteps)
             if (option->get_lnames() == Words{step})
-                options.geometry.steps.emplace_back(step,
-                                                    option->results().at(taken[option]++));
+                options.geometry.steps.emplace_back(step, option->results().at(taken[option]++));
 }
 
 }  // namespace edgewise::cli

@@ -1,30 +1,16 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "cli/geometry.hpp"
-#include "cli/messages.hpp"
+#include "cli/job_options.hpp"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace edgewise::cli {
-
-/// A request as it was typed: texts, read when all of them are there.
-struct JobOptions {
-    Job job = Job::render;
-    std::string input;
-    std::optional<std::string> out;
-    GeometryWords geometry;
-    std::optional<std::string> orient, series, time, channel;
-    std::optional<std::string> mode, zero, background, transfer, window, outside;
-    std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
-    std::optional<std::string> threads, machine, planner;
-    std::vector<std::string> via, without;
-    std::optional<std::string> bits, quality, json, verify, seed, repeat, trace, flow;
-    std::optional<std::string> progress, log;
-    bool explain = false, quiet = false;
-};
 
 enum class OutNeeded { yes, no, absent };
 

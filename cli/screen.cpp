@@ -72,8 +72,8 @@ Vec3 spacing_of(const std::string& text, int axes, const Vec3& otherwise) {
     std::vector<double> numbers = numbers_of("--spacing", text);
     if (numbers.size() == 1) numbers.assign(axes, numbers[0]);
     if (static_cast<int>(numbers.size()) != axes)
-        throw RequestError(fmt::format("--spacing: {} numbers given; expected 1 or {}",
-                                       numbers.size(), axes));
+        throw RequestError(
+            fmt::format("--spacing: {} numbers given; expected 1 or {}", numbers.size(), axes));
     Vec3 spacing = otherwise;
     for (int k = 0; k < axes; ++k) {
         if (!(numbers[k] > 0))
@@ -86,8 +86,7 @@ Vec3 spacing_of(const std::string& text, int axes, const Vec3& otherwise) {
 /// The one factor by which `field` (samples) is shrunk or enlarged so that it fits into `size`.
 double one_factor(const Extent& field, const Extent& size, int axes) {
     double factor = 1e300;
-    for (int k = 0; k < axes; ++k)
-        factor = std::min(factor, double(size[k]) / double(field[k]));
+    for (int k = 0; k < axes; ++k) factor = std::min(factor, double(size[k]) / double(field[k]));
     return factor;
 }
 

@@ -12,7 +12,8 @@
 namespace edgewise::cli {
 namespace {
 
-/// What a run takes beside counted samples: stacks of threads, the flow graph, buffers of libraries.
+/// What a run takes beside counted samples: stacks of threads, the flow graph, buffers of
+/// libraries.
 constexpr double kReserve = 12 << 20, kReserveAThread = 1 << 20;
 
 /// Everything that is to be written can be, before any work.
@@ -62,8 +63,8 @@ void expect_room_for(const Session& session, const Input& input) {
 /// @param low,high  of the input's values
 void take_written(Session& session, double low, double high) {
     if (session.outputs)
-        session.written = written_of(session.wish, session.geometry, *session.input,
-                                     *session.outputs, low, high);
+        session.written =
+            written_of(session.wish, session.geometry, *session.input, *session.outputs, low, high);
 }
 
 void read_input(Session& session) {
@@ -76,7 +77,7 @@ void read_input(Session& session) {
         session.messages.warning(
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
     take_values(session.wish, session.options, *input.data, statistics);
-    session.scene = measure_scene(session.want(), *input.data, statistics,
+    session.scene = measure_scene(*input.data, session.want(),
                                   input.phantom ? &*input.phantom : nullptr, session.memory.get());
     take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
@@ -103,16 +104,6 @@ double pinned_bytes(const Session& session) {
     return pinned;
 }
 
-void make_plan(Session& session) {
-    const EndsAtOnce nothing_to_tidy;
-    session.plan_options.demands = session.demands;
-    session.plan_options.pinned = pinned_bytes(session);
-    session.plan_options.resident = session.resident;
-    session.answer = plan(session.edges, session.ask(), {{session.input->data->what}},
-                          session.profile, session.plan_options);
-    for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);
-}
-
 /// Why an edge that was asked for cannot serve, or "".
 std::string refused_demand(const Session& session) {
     for (const Demand& demand : session.demands.via)
@@ -126,11 +117,10 @@ std::string refused_demand(const Session& session) {
 std::string nearest_text(const std::vector<Plan>& nearest) {
     std::string text;
     for (const Plan& plan : nearest)
-        text += fmt::format("\n  {}: {:.3g} s, {:.0f} MiB, error {}",
-                            fmt::join(plan.texts(), ", "), plan.predicted.seconds,
-                            plan.predicted.bytes / 0x1p20,
-                            plan.predicted.known ? fmt::format("{:.3g}", plan.predicted.error)
-                                                 : "unknown");
+        text += fmt::format(
+            "\n  {}: {:.3g} s, {:.0f} MiB, error {}", fmt::join(plan.texts(), ", "),
+            plan.predicted.seconds, plan.predicted.bytes / 0x1p20,
+            plan.predicted.known ? fmt::format("{:.3g}", plan.predicted.error) : "unknown");
     return text.empty() ? text : "; the nearest are" + text;
 }
 
@@ -138,16 +128,16 @@ std::string nearest_text(const std::vector<Plan>& nearest) {
 
 bool Session::writes_at_once() const noexcept {
     if (want().frames == 1) return false;
-    const bool files = outputs && !outputs->none();
-    return !files || !written.tail.view || (wish.window && wish.window->values());
+    const bool writes = outputs && !outputs->none();
+    return !writes || !written.tail.view || (wish.window && wish.window->values());
 }
 
-void prepare(Session& session) {
+void take_request(Session& session) {
     const JobOptions& o = session.options;
     session.messages.configure(o.log.value_or("warning"), o.progress.value_or("auto"), o.quiet);
     check_outputs(session);
     session.wish = wish_of(o);
-    if (session.want().job == Job::render && o.transfer) load_transfer(*o.transfer, 1);
+    if (o.transfer) load_transfer(*o.transfer, 1);
     take_edges(session);
     open_memory(session);
     {
@@ -159,7 +149,18 @@ void prepare(Session& session) {
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
     expect_room_for(session, *session.input);
     read_input(session);
-    make_plan(session);
+}
+
+void make_plan(Session& session) {
+    {
+        const EndsAtOnce nothing_to_tidy;
+        session.plan_options.demands = session.demands;
+        session.plan_options.pinned = pinned_bytes(session);
+        session.plan_options.resident = session.resident;
+        session.answer = plan(session.edges, session.ask(), {{session.input->data->what}},
+                              session.profile, session.plan_options);
+    }
+    for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);
     if (session.answer->plan) return;
     const std::string refused = refused_demand(session);
     throw NoPlan((refused.empty() ? session.answer->problem : refused) +

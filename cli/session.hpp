@@ -54,9 +54,12 @@ struct Session {
     bool writes_at_once() const noexcept;
 };
 
-/// Reads the options, the input and its scene, and asks the planner. @throws RequestError,
-/// InputError, NoPlan
-void prepare(Session& session);
+/// Checks what is to be written, reads the options and the input, and measures its scene.
+/// @throws RequestError, InputError, NoPlan
+void take_request(Session& session);
+
+/// Asks the planner. @throws RequestError, NoPlan
+void make_plan(Session& session);
 
 /// Runs the plan, verifies and writes. @throws Cancelled, RunError, std::bad_alloc
 void perform(Session& session);

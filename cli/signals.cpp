@@ -1,8 +1,7 @@
 #include "cli/signals.hpp"
 
-#include <unistd.h>
-
 #include <csignal>
+#include <unistd.h>
 
 namespace edgewise::cli {
 namespace {

@@ -1,11 +1,10 @@
 #include "cli/tail.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 namespace edgewise::cli {
 namespace {
@@ -16,14 +15,22 @@ constexpr std::size_t kLeaf = 1 << 16;  // samples
 template <class Body>
 void with_type(Type type, Body&& body) {
     switch (type) {
-        case Type::u8: return body(std::uint8_t{});
-        case Type::i8: return body(std::int8_t{});
-        case Type::u16: return body(std::uint16_t{});
-        case Type::i16: return body(std::int16_t{});
-        case Type::u32: return body(std::uint32_t{});
-        case Type::i32: return body(std::int32_t{});
-        case Type::f64: return body(double{});
-        default: return body(float{});
+        case Type::u8:
+            return body(std::uint8_t{});
+        case Type::i8:
+            return body(std::int8_t{});
+        case Type::u16:
+            return body(std::uint16_t{});
+        case Type::i16:
+            return body(std::int16_t{});
+        case Type::u32:
+            return body(std::uint32_t{});
+        case Type::i32:
+            return body(std::int32_t{});
+        case Type::f64:
+            return body(double{});
+        default:
+            return body(float{});
     }
 }
 
@@ -128,8 +135,10 @@ double value_of_rank(std::span<const std::shared_ptr<const Data>> frames, const 
         if (!(width > 0)) break;
         std::int64_t below = 0;
         for_each_value(frames, tail, [&](double v) {
-            if (v < low) ++below;
-            else if (v <= high) ++bins[std::min(kBins - 1, static_cast<int>((v - low) / width))];
+            if (v < low)
+                ++below;
+            else if (v <= high)
+                ++bins[std::min(kBins - 1, static_cast<int>((v - low) / width))];
         });
         int bin = 0;
         double counted = static_cast<double>(below);

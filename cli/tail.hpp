@@ -15,12 +15,12 @@ namespace edgewise::cli {
 struct Tail {
     bool view = false;  // through the window into 8 or 16 bits; else values
     Type type = Type::f32;
-    ValueMap values;                 // of values: value = slope * stored + offset
-    int channels = 1;                // written
-    bool over_background = false;    // composite: four premultiplied channels become three
+    ValueMap values;               // of values: value = slope * stored + offset
+    int channels = 1;              // written
+    bool over_background = false;  // composite: four premultiplied channels become three
     std::array<double, 3> background{0, 0, 0};
     store::Alpha alpha = store::Alpha::none;  // of the last channel that is written
-    double alpha_unit = 1;           // stored alpha that is opaque
+    double alpha_unit = 1;                    // stored alpha that is opaque
 };
 
 /// A black and a white value.

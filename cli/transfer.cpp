@@ -63,7 +63,8 @@ Transfer load_transfer(const std::string& file, double unit) {
     const nlohmann::json json = parsed(file);
     if (!json.is_object() || !json.contains("points") || !json["points"].is_array() ||
         json["points"].empty())
-        refuse(file, "expected {\"points\": [{\"value\": v, \"opacity\": a, \"color\": [r, g, b]}]}");
+        refuse(file,
+               "expected {\"points\": [{\"value\": v, \"opacity\": a, \"color\": [r, g, b]}]}");
     Transfer transfer;
     transfer.unit = unit;
     if (json.contains("unit")) transfer.unit = number_in(json["unit"], file, "unit", 1e-12, 1e12);

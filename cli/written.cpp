@@ -38,9 +38,9 @@ store::Header described(const Request& want, const Geometry& geometry, const Inp
 }
 
 /// Whether the header's type and channels fit into the format.
-bool fits(const store::Format& format, const store::Header& header) {
-    return store::cannot_write(format, header).empty() &&
-           (header.values.identity() || format.values);
+bool fits(const Outputs& outputs, const store::Header& header) {
+    return store::cannot_write(outputs.file(0), header).empty() &&
+           (header.values.identity() || outputs.format().values);
 }
 
 /// The type that holds values as the file means them, where the format cannot say slope and offset:
@@ -83,16 +83,16 @@ Tail view_tail(Type type, int channels, const Input& input, Job job) {
 }
 
 /// Values of a warp in the input's type, or nothing where the format cannot hold it.
-bool take_input_type(Written& written, const Input& input, const store::Format& format, double low,
+bool take_input_type(Written& written, const Input& input, const Outputs& outputs, double low,
                      double high) {
     store::Header& header = written.header;
     header.type = input.header.type;
     header.channels = input.channels();
-    if (fits(format, header)) return true;
+    if (fits(outputs, header)) return true;
     if (!header.values.identity()) {
         header.type = plain_type(header, low, high);
         header.values = {};
-        if (fits(format, header)) return true;
+        if (fits(outputs, header)) return true;
         header.values = input.header.values;
         header.type = input.header.type;
     }
@@ -119,8 +119,8 @@ Written written_of(const Wish& wish, const Geometry& geometry, const Input& inpu
         written.tail.channels = channels;
         return finish();
     }
-    const store::Format& format = outputs.format();
-    if (!wish.bits && want.job == Job::warp && take_input_type(written, input, format, low, high)) {
+    if (!wish.bits && want.job == Job::warp &&
+        take_input_type(written, input, outputs, low, high)) {
         written.tail = values_tail(header, input);
         return finish();
     }
@@ -128,20 +128,20 @@ Written written_of(const Wish& wish, const Geometry& geometry, const Input& inpu
     header.channels = channels;
     if ((!wish.bits && want.job == Job::render) || wish.bits == 32) {
         header.type = Type::f32;
-        if (fits(format, header)) {
+        if (fits(outputs, header)) {
             written.tail = values_tail(header, input);
             written.tail.alpha_unit = 1;
             return finish();
         }
-        if (wish.bits) refuse(outputs, store::cannot_write(format, header));
+        if (wish.bits) refuse(outputs, store::cannot_write(outputs.file(0), header));
     }
     header.type = wish.bits == 16 ? Type::u16 : Type::u8;
-    if (!fits(format, header) && input.premultiplied() && want.job == Job::warp) {
-        written.warnings.push_back(
-            fmt::format("{} keeps no alpha: transparent parts become black", format.name));
+    if (!fits(outputs, header) && input.premultiplied() && want.job == Job::warp) {
+        written.warnings.push_back(fmt::format("{} keeps no alpha: transparent parts become black",
+                                               outputs.format().name));
         header.channels = channels - 1;
     }
-    if (!fits(format, header)) refuse(outputs, store::cannot_write(format, header));
+    if (!fits(outputs, header)) refuse(outputs, store::cannot_write(outputs.file(0), header));
     written.tail = view_tail(header.type, header.channels, input, want.job);
     if (header.channels < channels) written.tail.alpha = store::Alpha::none;
     return finish();

@@ -41,10 +41,10 @@ struct Eye {
 
 /// Upper limits; absent: none.
 struct Budget {
-    std::optional<double> error;    // NRMSE
-    std::optional<double> seconds;  // all frames, from samples in memory to results in memory
-    std::optional<double> bytes;    // peak resident memory of the process
-    bool error_is_default = false;  // then it is a wish, not a demand
+    std::optional<double> error = {};    // NRMSE
+    std::optional<double> seconds = {};  // all frames, from samples in memory to results in memory
+    std::optional<double> bytes = {};    // peak resident memory of the process
+    bool error_is_default = false;       // then it is a wish, not a demand
 };
 
 /// What someone wants: a job, its views, size and mode, and what it may cost.

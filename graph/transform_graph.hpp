@@ -12,8 +12,8 @@ namespace edgewise {
 
 /// An edge or a family by name, with values for some of its parameters: of `--via`, `--without`.
 struct Demand {
-    std::string name;      // "project.ray_cast", or the family "project"
-    Parameters with = {};  // keys not given are free
+    std::string name = {};  // "project.ray_cast", or the family "project"
+    Parameters with = {};   // keys not given are free
 
     bool names(const Transition& edge) const { return name == edge.name || name == edge.family(); }
     bool fits(const Transition& edge, const Parameters& chosen) const;
@@ -25,13 +25,13 @@ Demand demand_of(const std::string& text, const Catalogue& catalogue);
 
 /// Which paths count.
 struct Demands {
-    std::vector<Demand> via;      // all of them, in this order
-    std::vector<Demand> without;  // none of these
+    std::vector<Demand> via = {};      // all of them, in this order
+    std::vector<Demand> without = {};  // none of these
 };
 
 /// Data that is there already, and what a path that starts with it begins with.
 struct Source {
-    Representation what;
+    Representation what = {};
     Label label = {};
 };
 

@@ -82,8 +82,10 @@ Label extend(const Label& label, const Offer& offer, const StepCost& cost, bool 
 bool dominates(const Label& a, const Label& b) noexcept {
     // Equality must count as dominance: with "<", equal labels are all kept and every tie doubles
     // the work. Held bytes and noise count too: a later step may turn them into the peak or the
-    // error that decides. An unknown error compares only with itself.
-    return a.known == b.known && a.seconds <= b.seconds && a.peak <= b.peak && a.held <= b.held &&
+    // error that decides. An unknown error never beats a known one, but is beaten by one that is
+    // no larger than what is known of it: if the two were not compared at all, going round a cycle
+    // through an edge of unknown error would make a path that nothing dominates.
+    return a.known >= b.known && a.seconds <= b.seconds && a.peak <= b.peak && a.held <= b.held &&
            a.bias <= b.bias && a.noise <= b.noise;
 }
 

@@ -222,16 +222,18 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
         std::vector<Route> fastest = fastest_route(priced);
         routes.insert(routes.begin(), fastest.begin(), fastest.end());
     }
-    const auto plans = [&](int threads) {
-        priced.costs = price(spanned, catalogue, ask, profile, threads, options);
+    const auto plans = [&] {
         std::vector<Plan> all;
         for (const Route& route : routes)
             all.push_back(plan_of(route, priced, catalogue, ask, options.resident));
         return all;
     };
-    const std::vector<Plan> choice = plans(profile.processors);
-    const std::vector<Plan> real =
-        ask.want.threads == profile.processors ? choice : plans(ask.want.threads);
+    const std::vector<Plan> choice = plans();
+    std::vector<Plan> real = choice;
+    if (ask.want.threads != profile.processors) {
+        priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
+        real = plans();
+    }
     choose(answer, choice, real, ask.want);
     answer.front = reported_front(real);
     answer.seconds =

@@ -11,13 +11,13 @@
 namespace edgewise {
 
 struct PlanOptions {
-    Demands demands;
+    Demands demands = {};
     /// Bytes that stay whatever the path: loaded samples, waiting results, what verifying needs.
     double pinned = 0;
     /// Bytes that the process already holds and paths do not count: code, libraries.
     double resident = 0;
     /// Replaces costs by seeded random ones, so that tests run paths that would never win.
-    std::optional<std::uint64_t> random_costs;
+    std::optional<std::uint64_t> random_costs = {};
 };
 
 /// What a planner answers: a plan or none, and why.

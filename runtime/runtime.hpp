@@ -23,14 +23,14 @@ struct RunOptions {
     MemoryBudget* memory = nullptr;           // required
     const std::atomic<bool>* stop = nullptr;  // set by whoever wants it to end
     /// Share of all nodes that are done, 0..1, and the step that just ended.
-    std::function<void(double share, const std::string& step)> progress;
+    std::function<void(double share, const std::string& step)> progress = {};
     /// Asked after a step failed: a plan for the rest without that edge, from the given whole
     /// representations (sources), or none. @param failed the edge, as `--without` takes it
     std::function<std::optional<Plan>(const std::string& failed, const std::string& why,
                                       const std::vector<Representation>& held)>
-        replan;
+        replan = {};
     /// Tests break a node here: called before each; what it throws is that node's failure.
-    std::function<void(int step, int view, int region)> before_node;
+    std::function<void(int step, int view, int region)> before_node = {};
 };
 
 struct Outcome {

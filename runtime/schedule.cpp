@@ -36,7 +36,8 @@ void count_bytes(Schedule& schedule, const Plan& plan) {
                                    schedule.tasks[task.input].lane == task.lane;
             const double made = held_bytes(step.offer.to);
             const double read = reads_own ? held_bytes(step.offer.from) : 0;
-            lane.bytes = std::max(lane.bytes, kept + read + made + step.scratch);
+            const double beside = step.scratch + kAround * static_cast<double>(task.regions.size());
+            lane.bytes = std::max(lane.bytes, kept + read + made + beside);
             if (task.shared) kept += made;
         }
     }

@@ -125,7 +125,7 @@ inline ToyGraph random_graph(std::mt19937& random, double unknown = 0.1) {
     const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
     const auto chance = [&](double p) { return std::bernoulli_distribution(p)(random); };
     ToyGraph graph;
-    const int vertices = 3 + below(4), edges = vertices + below(2 * vertices);
+    const int vertices = 3 + below(5), edges = vertices + below(3 * vertices);
     for (int v = 0; v < vertices; ++v) graph.vertices.push_back({1 + below(6), chance(0.3)});
     graph.vertices.back().each_view = true;
     const auto cost = [&] {

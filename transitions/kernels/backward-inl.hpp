@@ -13,100 +13,18 @@
 
 #include "hwy/highway.h"
 #include "transitions/kernels/backward_rows.hpp"
+#include "transitions/kernels/gathers-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, kBlock>;
-using Ints = hn::RebindToSigned<Floats>;
-using VF = hn::Vec<Floats>;
-using VI = hn::Vec<Ints>;
-
-// Highway's gathers leave the destination undefined, and with AVX-512 g++ then reuses the register of
-// the gather before: each waits for the last, at twice the time. A zeroed destination cuts the chain.
-#undef EDGEWISE_ZEROED_GATHERS
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-#define EDGEWISE_ZEROED_GATHERS 1
-#else
-#define EDGEWISE_ZEROED_GATHERS 0
-#endif
-
-/// A 32-bit word at base + offset bytes; narrow samples that follow the first come with it.
-HWY_INLINE VI gather_words(const std::uint8_t* base, VI offset) {
-#if EDGEWISE_ZEROED_GATHERS
-    return VI{_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, offset.raw, base, 1)};
-#else
-    return hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(base), offset);
-#endif
-}
-
-/// The k-th sample of type T within little-endian words.
-template <class T, int k>
-HWY_INLINE VF sample_in(VI words) {
-    constexpr int kBits = 8 * sizeof(T);
-    const Ints di;
-    if constexpr (std::is_signed_v<T>) {
-        return hn::ConvertTo(
-            Floats(), hn::ShiftRight<32 - kBits>(hn::ShiftLeft<32 - kBits - k * kBits>(words)));
-    } else {
-        const VI mask = hn::Set(di, (1 << kBits) - 1);
-        return hn::ConvertTo(Floats(), hn::And(hn::ShiftRight<k * kBits>(words), mask));
-    }
-}
-
-/// One sample at each offset.
-template <class T>
-HWY_INLINE VF gather_one(const std::uint8_t* base, VI offset) {
-    if constexpr (std::is_same_v<T, float>) {
-        return hn::BitCast(Floats(), gather_words(base, offset));
-    } else {
-        return sample_in<T, 0>(gather_words(base, offset));
-    }
-}
-
-struct Pair {
-    VF first, second;
-};
-
-/// A sample and its successor in memory: half as many gathered elements as one by one.
-template <class T>
-HWY_INLINE Pair gather_pair(const std::uint8_t* base, VI offset) {
-    if constexpr (std::is_same_v<T, float>) {
-#if HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SCALAR
-        return {gather_one<T>(base, offset), gather_one<T>(base + sizeof(T), offset)};
-#elif EDGEWISE_ZEROED_GATHERS
-        const Floats d;
-        const __m512i zero = _mm512_setzero_si512();
-        const __m256i first = _mm512_castsi512_si256(offset.raw);
-        const __m256i second = _mm512_extracti64x4_epi64(offset.raw, 1);
-        const VI low{_mm512_mask_i32gather_epi64(zero, 0xff, first, base, 1)};
-        const VI high{_mm512_mask_i32gather_epi64(zero, 0xff, second, base, 1)};
-        return {hn::ConcatEven(d, hn::BitCast(d, high), hn::BitCast(d, low)),
-                hn::ConcatOdd(d, hn::BitCast(d, high), hn::BitCast(d, low))};
-#else
-        const Floats d;
-        const hn::RepartitionToWide<Ints> wide;
-        const auto* words = reinterpret_cast<const std::int64_t*>(base);
-        const hn::Half<Ints> half;
-        const auto low =
-            hn::GatherOffset(wide, words, hn::PromoteTo(wide, hn::LowerHalf(half, offset)));
-        const auto high =
-            hn::GatherOffset(wide, words, hn::PromoteTo(wide, hn::UpperHalf(half, offset)));
-        return {hn::ConcatEven(d, hn::BitCast(d, high), hn::BitCast(d, low)),
-                hn::ConcatOdd(d, hn::BitCast(d, high), hn::BitCast(d, low))};
-#endif
-    } else {
-        const VI words = gather_words(base, offset);
-        return {sample_in<T, 0>(words), sample_in<T, 1>(words)};
-    }
-}
+using namespace gathers::HWY_NAMESPACE;  // NOLINT: the other half of this file
 
 /// a + f (b - a) (EQ 14). Where f is 0 the sample itself: not 0 * NaN, and -0 keeps its sign.
 /// Border cells also have f = 1, where this formula would be off by a rounding.
 template <class T, bool kBorder>
-HWY_INLINE VF between(VF a, VF b, VF f) {
+HWY_INLINE VF linear(VF a, VF b, VF f) {
     const Floats d;
     VF blend = hn::MulAdd(f, hn::Sub(b, a), a);
     if constexpr (!std::is_same_v<T, float>) return blend;
@@ -219,8 +137,8 @@ HWY_INLINE Places<kAxes> places_at(const BackwardPlan& plan, const Batch& batch,
     const VI mask = hn::Set(di, 0x7fffff), exponent = hn::Set(di, 0x3f800000);
     Places<kAxes> places;
     for (int a = 0; a < kAxes; ++a) {
-        const VI t = hn::Add(hn::Set(di, batch.fraction[a][b][r]),
-                             hn::Load(di, plan.lane[a].data() + lane));
+        const VI t =
+            hn::Add(hn::Set(di, batch.fraction[a][b][r]), hn::Load(di, plan.lane[a].data() + lane));
         places.cell[a] = hn::ShiftRight<23>(t);
         // The 23 bits become the fraction of a float in [1, 2): no rounding, no conversion.
         const VI bits = hn::Or(hn::And(t, mask), exponent);
@@ -248,22 +166,22 @@ HWY_INLINE VF linear_value(const BackwardPlan& plan, const std::uint8_t* base, V
     const auto line = [&](const std::uint8_t* row) HWY_ATTR {
         if constexpr (kNeighbours) {
             const Pair taps = gather_pair<T>(row, offset);
-            return between<T, kBorder>(taps.first, taps.second, at.fraction[0]);
+            return linear<T, kBorder>(taps.first, taps.second, at.fraction[0]);
         } else {
             const VF first = gather_one<T>(row, offset);
             const VF second = gather_one<T>(row + plan.next[0], offset);
-            return between<T, kBorder>(first, second, at.fraction[0]);
+            return linear<T, kBorder>(first, second, at.fraction[0]);
         }
     };
     const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
         const VF low = line(slice), high = line(slice + plan.next[1]);
-        return between<T, kBorder>(low, high, at.fraction[1]);
+        return linear<T, kBorder>(low, high, at.fraction[1]);
     };
     if constexpr (kAxes == 2) {
         return plane(base);
     } else {
         const VF low = plane(base), high = plane(base + plan.next[2]);
-        return between<T, kBorder>(low, high, at.fraction[2]);
+        return linear<T, kBorder>(low, high, at.fraction[2]);
     }
 }
 
@@ -408,8 +326,8 @@ HWY_INLINE VF mapped_value(const BackwardPlan& plan, VF value) {
 
 /// Sixteen columns, all of them seen and away from borders, to sixteen floats.
 template <class T, Hold kHold, int kAxes, bool kNeighbours>
-HWY_INLINE void inner_block(const BackwardPlan& plan, const Batch& batch, int b, int r,
-                            int channel, float* out) {
+HWY_INLINE void inner_block(const BackwardPlan& plan, const Batch& batch, int b, int r, int channel,
+                            float* out) {
     const Floats d;
     const std::uint8_t* base =
         plan.input.as<std::uint8_t>() + batch.offset[b][r] + channel * int(sizeof(T));
@@ -539,23 +457,6 @@ void warp_typed(const BackwardPlan& plan, const WarpOutput& output, const Region
         return warp_region<T, Hold::foh, kAxes, kNeighbours>(plan, output, region);
     if constexpr (std::is_same_v<T, float>)
         warp_region<T, Hold::bspline3, kAxes, kNeighbours>(plan, output, region);
-}
-
-/// Calls `use(T{})` with the stored type.
-template <class Use>
-void with_type(Type type, const Use& use) {
-    switch (type) {
-        case Type::u8:
-            return use(std::uint8_t{});
-        case Type::i8:
-            return use(std::int8_t{});
-        case Type::u16:
-            return use(std::uint16_t{});
-        case Type::i16:
-            return use(std::int16_t{});
-        default:
-            return use(float{});
-    }
 }
 
 }  // namespace HWY_NAMESPACE

@@ -47,7 +47,8 @@ float largest_opacity(const Optics& optics, const Span& span) {
 template <class T>
 class LineOfBricks {
  public:
-    explicit LineOfBricks(std::int64_t n) : low_(n), high_(n) {}
+    LineOfBricks(std::int64_t n, std::pmr::memory_resource* memory)
+        : low_(static_cast<std::size_t>(n), memory), high_(static_cast<std::size_t>(n), memory) {}
 
     void clear() {
         std::fill(low_.begin(), low_.end(), kGreatest);
@@ -76,7 +77,7 @@ class LineOfBricks {
  private:
     static constexpr T kLeast = std::numeric_limits<T>::lowest();
     static constexpr T kGreatest = std::numeric_limits<T>::max();
-    std::vector<T> low_, high_;
+    std::pmr::vector<T> low_, high_;
 };
 
 /// Any other type, read through f32.
@@ -85,10 +86,11 @@ struct Loaded {};
 template <class T>
 void layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
             Bricks& bricks) {
+    std::pmr::memory_resource* memory = bricks.level.get_allocator().resource();
     constexpr bool kLoaded = std::is_same_v<T, Loaded>;
     const Extent& n = volume.extent;
-    LineOfBricks<std::conditional_t<kLoaded, float, T>> line(n.x);
-    std::vector<float> loaded(kLoaded ? static_cast<std::size_t>(n.x) : 0);
+    LineOfBricks<std::conditional_t<kLoaded, float, T>> line(n.x, memory);
+    std::pmr::vector<float> loaded(kLoaded ? static_cast<std::size_t>(n.x) : 0, memory);
     const ScalarLoad load = scalar_load(volume.type);
     const auto row = [&](std::int64_t start) {
         if constexpr (kLoaded) {
@@ -114,7 +116,16 @@ void layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::i
         }
 }
 
+Extent bricks_in(const Extent& volume) {
+    Extent bricks;
+    for (int axis = 0; axis < 3; ++axis) bricks[axis] = (volume[axis] + kSide - 1) / kSide;
+    return bricks;
+}
+
 }  // namespace
+
+Bricks::Bricks(const Extent& volume, std::pmr::memory_resource* memory)
+    : extent(bricks_in(volume)), level(static_cast<std::size_t>(extent.samples()), memory) {}
 
 void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
                   Bricks& bricks) {
@@ -137,10 +148,12 @@ void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, 
 void spread_bricks(Bricks& bricks) {
     // Along each axis in turn, the largest of three: runs of `stride` levels move together.
     const Extent& n = bricks.extent;
+    std::pmr::memory_resource* memory = bricks.level.get_allocator().resource();
     std::int64_t stride = 1;
     for (int axis = 0; axis < 3; stride *= n[axis++]) {
         const std::int64_t count = n[axis];
-        std::vector<float> before(static_cast<std::size_t>(stride)), old(before);
+        std::pmr::vector<float> before(static_cast<std::size_t>(stride), memory);
+        std::pmr::vector<float> old(before.size(), memory);
         for (std::int64_t start = 0; start < n.samples(); start += stride * count) {
             float* level = bricks.level.data() + start;
             std::copy_n(level, stride, before.data());
@@ -153,16 +166,6 @@ void spread_bricks(Bricks& bricks) {
             }
         }
     }
-}
-
-Bricks bricks_of(const Grid& volume, const Optics* optics) {
-    Bricks bricks;
-    for (int axis = 0; axis < 3; ++axis)
-        bricks.extent[axis] = (volume.extent[axis] + kSide - 1) / kSide;
-    bricks.level.resize(static_cast<std::size_t>(bricks.extent.samples()));
-    brick_layers(volume, optics, 0, bricks.extent.z, bricks);
-    spread_bricks(bricks);
-    return bricks;
 }
 
 }  // namespace edgewise::kernels

@@ -5,7 +5,6 @@
 #include "transitions/kernels/combine.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transitions/kernels/combine_simd.cpp"
 #include "hwy/foreach_target.h"
@@ -20,19 +19,20 @@ template <class T>
 struct Row {
     const T* first;
 
-    HWY_INLINE VF at(std::int64_t i) const { return load_row(first + i); }
+    HWY_INLINE VF at(std::int64_t i, std::int64_t) const { return load_row(first + i); }
 };
 
 /// A row of a type without vector loads.
 struct LoadedRow {
     const void* samples;
     ScalarLoad load;
-    std::int64_t first, last;  // indices; behind the last one is nothing to convert
+    std::int64_t first;
 
-    HWY_INLINE VF at(std::int64_t i) const {
-        HWY_ALIGN float values[kLanes];
-        for (std::size_t lane = 0; lane < kLanes; ++lane)
-            values[lane] = load(samples, std::min<std::int64_t>(first + i + lane, last));
+    HWY_INLINE VF at(std::int64_t i, std::int64_t n) const {
+        HWY_ALIGN float values[kLanes] = {};
+        const std::int64_t lanes = std::min<std::int64_t>(n, kLanes);
+        for (std::int64_t lane = 0; lane < lanes; ++lane)
+            values[lane] = load(samples, first + i + lane);
         return hn::Load(DF(), values);
     }
 };
@@ -77,9 +77,8 @@ struct LoadedPlanes {
     void run() const {
         const Grid& volume = planes.volume;
         const ScalarLoad load = scalar_load(volume.type);
-        const std::int64_t last = volume.extent.samples() - 1;
         planes.run_rows<Rule>([&](std::int64_t first) {
-            return LoadedRow{volume.samples, load, first, last};
+            return LoadedRow{volume.samples, load, first};
         });
     }
 };
@@ -89,12 +88,18 @@ void combine_on(const Combining& with, const Grid& volume, std::int64_t x, std::
                 const PixelSpans& spans, const PixelStates& states) {
     const Planes planes{with, volume, x, y, width, height, begin, end, spans, states};
     switch (volume.type) {
-        case Type::u8: return with_rule<true>(with, TypedPlanes<std::uint8_t>{planes});
-        case Type::i8: return with_rule<true>(with, TypedPlanes<std::int8_t>{planes});
-        case Type::u16: return with_rule<true>(with, TypedPlanes<std::uint16_t>{planes});
-        case Type::i16: return with_rule<true>(with, TypedPlanes<std::int16_t>{planes});
-        case Type::f32: return with_rule<false>(with, TypedPlanes<float>{planes});
-        default: return with_rule<false>(with, LoadedPlanes{planes});
+        case Type::u8:
+            return with_rule<true>(with, TypedPlanes<std::uint8_t>{planes});
+        case Type::i8:
+            return with_rule<true>(with, TypedPlanes<std::int8_t>{planes});
+        case Type::u16:
+            return with_rule<true>(with, TypedPlanes<std::uint16_t>{planes});
+        case Type::i16:
+            return with_rule<true>(with, TypedPlanes<std::int16_t>{planes});
+        case Type::f32:
+            return with_rule<false>(with, TypedPlanes<float>{planes});
+        default:
+            return with_rule<false>(with, LoadedPlanes{planes});
     }
 }
 

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "graph/samples.hpp"
+#include "transitions/kernels/columns.hpp"
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/shears.hpp"
 
@@ -43,17 +45,28 @@ class PermutationWarp {
         Extent screen;
         std::array<std::int64_t, 3> halo{};                  // sites beyond the outermost centres
         std::array<double, 3> reach{};                       // |M x - T x| on the screen
+        std::array<double, 3> along_x{};                     // T of one step along an object row
         std::array<std::array<double, 3>, 5> error_moves{};  // of the object point, for each shear
         bool lanes = true;  // type, channels and strides that vector gathers can take
     };
 
+    /// The sites of an object row that may reach the screen, and its coordinates behind the exact
+    /// permutation: start + x * step.
+    struct Row {
+        std::int64_t y = 0, z = 0;
+        Columns sites;
+        std::array<double, 3> start{}, step{};
+    };
+
  private:
+    Row row_at(std::int64_t y, std::int64_t z, Columns sites) const noexcept;
     Plan plan_;
 };
 
 /// A part of sites() whose objects and screen sites both stay in the second-level cache.
 Extent preferred_sites(const Extent& object) noexcept;
 
-void permute_simd(const PermutationWarp::Plan&, const Region& sites, float* screen) noexcept;
+void permute_simd(const PermutationWarp::Plan&, std::span<const PermutationWarp::Row> rows,
+                  float* screen) noexcept;
 
 }  // namespace edgewise::kernels

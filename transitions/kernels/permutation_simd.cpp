@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <span>
 
-#include "transitions/kernels/columns.hpp"
 #include "transitions/kernels/permutation.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 
@@ -40,12 +40,6 @@ struct Stretch {
     alignas(64) float value[kStretch];
     std::int64_t base = 0;
     int count = 0;
-};
-
-/// Coordinates along one object row in permuted space: start + x * step.
-struct Row {
-    std::int64_t y, z;
-    std::array<double, 3> start, step;
 };
 
 HWY_INLINE VD indices_from(double first) {
@@ -125,8 +119,8 @@ HWY_INLINE VD cell_of(VD point, std::int64_t n, VD& fraction) {
 }
 
 template <Send kSend>
-void place_stretch(const PermutationWarp::Plan& plan, const Row& row, std::int64_t begin,
-                   Stretch& stretch) {
+void place_stretch(const PermutationWarp::Plan& plan, const PermutationWarp::Row& row,
+                   std::int64_t begin, Stretch& stretch) {
     const Doubles d;
     const hn::Rebind<float, Doubles> df;
     const Extent& n = plan.object.extent;
@@ -206,8 +200,8 @@ void reconstruct_lanes(const PermutationWarp::Plan& plan, Stretch& stretch) {
 
 /// The samples of the sites themselves: a stretch of a row, its ends held beyond the border.
 template <class T>
-void own_samples(const PermutationWarp::Plan& plan, const Row& row, std::int64_t begin,
-                 Stretch& stretch) {
+void own_samples(const PermutationWarp::Plan& plan, const PermutationWarp::Row& row,
+                 std::int64_t begin, Stretch& stretch) {
     const Extent& n = plan.object.extent;
     const std::int64_t y = std::clamp<std::int64_t>(row.y, 0, n.y - 1);
     const std::int64_t z = std::clamp<std::int64_t>(row.z, 0, n.z - 1);
@@ -234,8 +228,8 @@ void send(const PermutationWarp::Plan& plan, const Stretch& stretch, int channel
 
 /// Types, channels and strides that gathers do not take; one number at a time.
 template <Send kSend>
-void reconstruct_one_by_one(const PermutationWarp::Plan& plan, const Row& row, std::int64_t begin,
-                            int channel, Stretch& stretch) {
+void reconstruct_one_by_one(const PermutationWarp::Plan& plan, const PermutationWarp::Row& row,
+                            std::int64_t begin, int channel, Stretch& stretch) {
     const ScalarLoad load = scalar_load(plan.object.type);
     const Extent& n = plan.object.extent;
     const int channels = plan.object.channels;
@@ -268,61 +262,44 @@ void reconstruct_one_by_one(const PermutationWarp::Plan& plan, const Row& row, s
     }
 }
 
-Row row_at(const PermutationWarp::Plan& plan, std::int64_t y, std::int64_t z) {
-    Row row{y, z, {}, {}};
-    row.start = permuted<double>(plan.chain, {0, double(y), double(z)});
-    for (int i = 0; i < 3; ++i) row.step[i] = plan.chain.from[i] == 0 ? plan.chain.sign[i] : 0;
-    return row;
-}
-
-/// Sites of a row that can reach the screen at all, roundings included.
-Columns reaching(const PermutationWarp::Plan& plan, std::int64_t y, std::int64_t z, Columns sites) {
-    const std::array<double, 3> start = sheared(plan.chain, {0, double(y), double(z)});
-    const std::array<double, 3> one = sheared(plan.chain, {1, double(y), double(z)});
-    for (int i = 0; i < 3; ++i) {
-        const double slack = plan.reach[i] + 1e-3;
-        sites = columns_between(start[i], one[i] - start[i], -slack,
-                                double(plan.screen[i] - 1) + slack, sites);
-    }
-    return sites;
-}
-
 template <class T, Send kSend>
-void permute_region(const PermutationWarp::Plan& plan, const Region& sites, float* screen) {
+void permute_row(const PermutationWarp::Plan& plan, const PermutationWarp::Row& row,
+                 Stretch& stretch, float* screen) {
     const Extent& n = plan.object.extent;
-    Stretch stretch;
-    for (std::int64_t z = sites.begin[2]; z < sites.end[2]; ++z)
-        for (std::int64_t y = sites.begin[1]; y < sites.end[1]; ++y) {
-            const Row row = row_at(plan, y, z);
-            const Columns span = reaching(plan, y, z, {sites.begin[0], sites.end[0]});
-            for (std::int64_t x = span.begin; x < span.end; x += kStretch) {
-                stretch.count = int(std::min<std::int64_t>(kStretch, span.end - x));
-                const std::int64_t cy = std::clamp<std::int64_t>(y, 0, n.y - 1);
-                const std::int64_t cz = std::clamp<std::int64_t>(z, 0, n.z - 1);
-                stretch.base = (cz * n.y + cy) * n.x + std::clamp<std::int64_t>(x, 0, n.x - 1);
-                place_stretch<kSend>(plan, row, x, stretch);
-                if (plan.lanes) {
-                    if constexpr (kSend == Send::me)
-                        own_samples<T>(plan, row, x, stretch);
-                    else
-                        reconstruct_lanes<T, kSend>(plan, stretch);
-                    send(plan, stretch, 0, screen);
-                    continue;
-                }
-                for (int c = 0; c < plan.object.channels; ++c) {
-                    reconstruct_one_by_one<kSend>(plan, row, x, c, stretch);
-                    send(plan, stretch, c, screen);
-                }
-            }
+    const std::int64_t y = std::clamp<std::int64_t>(row.y, 0, n.y - 1);
+    const std::int64_t z = std::clamp<std::int64_t>(row.z, 0, n.z - 1);
+    for (std::int64_t x = row.sites.begin; x < row.sites.end; x += kStretch) {
+        stretch.count = int(std::min<std::int64_t>(kStretch, row.sites.end - x));
+        stretch.base = (z * n.y + y) * n.x + std::clamp<std::int64_t>(x, 0, n.x - 1);
+        place_stretch<kSend>(plan, row, x, stretch);
+        if (plan.lanes) {
+            if constexpr (kSend == Send::me)
+                own_samples<T>(plan, row, x, stretch);
+            else
+                reconstruct_lanes<T, kSend>(plan, stretch);
+            send(plan, stretch, 0, screen);
+            continue;
         }
+        for (int c = 0; c < plan.object.channels; ++c) {
+            reconstruct_one_by_one<kSend>(plan, row, x, c, stretch);
+            send(plan, stretch, c, screen);
+        }
+    }
 }
 
-void permute(const PermutationWarp::Plan& plan, const Region& sites, float* screen) {
+void permute(const PermutationWarp::Plan& plan, std::span<const PermutationWarp::Row> rows,
+             float* screen) {
     with_type(plan.object.type, [&](auto sample) {
         using T = decltype(sample);
-        if (plan.send == Send::me) return permute_region<T, Send::me>(plan, sites, screen);
-        if (plan.send == Send::zoh) return permute_region<T, Send::zoh>(plan, sites, screen);
-        permute_region<T, Send::foh>(plan, sites, screen);
+        Stretch stretch;
+        for (const PermutationWarp::Row& row : rows) {
+            if (plan.send == Send::me)
+                permute_row<T, Send::me>(plan, row, stretch, screen);
+            else if (plan.send == Send::zoh)
+                permute_row<T, Send::zoh>(plan, row, stretch, screen);
+            else
+                permute_row<T, Send::foh>(plan, row, stretch, screen);
+        }
     });
 }
 
@@ -336,9 +313,10 @@ namespace forward {
 HWY_EXPORT(permute);
 }  // namespace forward
 
-void permute_simd(const PermutationWarp::Plan& plan, const Region& sites, float* screen) noexcept {
+void permute_simd(const PermutationWarp::Plan& plan, std::span<const PermutationWarp::Row> rows,
+                  float* screen) noexcept {
     using namespace forward;
-    HWY_DYNAMIC_DISPATCH(permute)(plan, sites, screen);
+    HWY_DYNAMIC_DISPATCH(permute)(plan, rows, screen);
 }
 
 }  // namespace edgewise::kernels

@@ -85,8 +85,7 @@ struct OverRule {
                         std::ptrdiff_t plane) const {
         const DF d;
         VF color[kColors], opacity = look_up<kColors>(optics, value, color);
-        if (!whole || !exact)
-            opacity = corrected(opacity, hn::Mul(weight, hn::Set(d, power)));
+        if (!whole || !exact) opacity = corrected(opacity, hn::Mul(weight, hn::Set(d, power)));
         if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
         VF left = hn::LoadU(d, state + 3 * plane);
         const VF caught = hn::Mul(left, hn::IfThenZeroElse(none, opacity));
@@ -113,7 +112,9 @@ HWY_INLINE MF beyond(std::int64_t n) {
     return hn::Not(hn::FirstN(DF(), static_cast<std::size_t>(std::min<std::int64_t>(n, kLanes))));
 }
 
-/// Adds n pixels of one plane that count in full.
+// A source gives values: at(i, n) those of pixels i to i + n, and anything in the lanes beyond.
+
+/// Adds pixels [from, to) of one plane, which count in full.
 template <class Rule, class Source>
 HWY_INLINE void add_whole(const Rule& rule, const Source& source, std::int64_t from,
                           std::int64_t to, float* state, std::ptrdiff_t plane) {
@@ -121,11 +122,11 @@ HWY_INLINE void add_whole(const Rule& rule, const Source& source, std::int64_t f
     const MF all = hn::FirstN(DF(), 0);
     std::int64_t i = from;
     for (; i + static_cast<std::int64_t>(kLanes) <= to; i += kLanes)
-        rule.add(source.at(i), one, true, all, state + i, plane);
-    if (i < to) rule.add(source.at(i), one, true, beyond(to - i), state + i, plane);
+        rule.add(source.at(i, kLanes), one, true, all, state + i, plane);
+    if (i < to) rule.add(source.at(i, to - i), one, true, beyond(to - i), state + i, plane);
 }
 
-/// Adds n pixels of one plane that count as far as plane z lies within their spans.
+/// Adds pixels [from, to) of one plane, which count as far as plane z lies within their spans.
 template <class Rule, class Source>
 HWY_INLINE void add_parts(const Rule& rule, const Source& source, std::int64_t from,
                           std::int64_t to, float z, const float* low, const float* high,
@@ -138,7 +139,7 @@ HWY_INLINE void add_parts(const Rule& rule, const Source& source, std::int64_t f
         const VF begin = hn::IfThenElse(hn::Lt(before, a), a, hn::Set(d, z - 0.5f));
         const VF end = hn::IfThenElse(hn::Gt(after, b), b, hn::Set(d, z + 0.5f));
         const MF none = hn::Or(hn::Or(hn::Lt(here, a), hn::Gt(here, b)), beyond(to - i));
-        rule.add(source.at(i), hn::Sub(end, begin), false, none, state + i, plane);
+        rule.add(source.at(i, to - i), hn::Sub(end, begin), false, none, state + i, plane);
     }
 }
 
@@ -146,9 +147,11 @@ HWY_INLINE void add_parts(const Rule& rule, const Source& source, std::int64_t f
 template <bool kFinite, class Body>
 HWY_INLINE void with_rule(const Combining& with, const Body& body) {
     switch (with.rule) {
-        case Combine::max: return body.template run<MaxRule<kFinite>>();
+        case Combine::max:
+            return body.template run<MaxRule<kFinite>>();
         case Combine::sum:
-        case Combine::mean: return body.template run<LineRule<kFinite>>();
+        case Combine::mean:
+            return body.template run<LineRule<kFinite>>();
         case Combine::over:
             return with.optics->grey ? body.template run<OverRule<kFinite, 1>>()
                                      : body.template run<OverRule<kFinite, 3>>();

@@ -27,8 +27,8 @@ void finish(const Combining& with, const float* state, std::ptrdiff_t plane, flo
                 return;
             }
             const double average = with.values((state[0] + state[plane]) / weight);
-            *out = static_cast<float>(mean ? average
-                                           : (average - with.zero) * weight * with.step * with.unit);
+            *out = static_cast<float>(
+                mean ? average : (average - with.zero) * weight * with.step * with.unit);
             return;
         }
         case Combine::over:
@@ -42,7 +42,9 @@ void finish(const Combining& with, const float* state, std::ptrdiff_t plane, flo
 void merge(const Combining& with, float* into, std::ptrdiff_t plane, const float* from,
            std::ptrdiff_t from_plane) {
     switch (with.rule) {
-        case Combine::max: *into = std::max(*into, *from); return;
+        case Combine::max:
+            *into = std::max(*into, *from);
+            return;
         case Combine::sum:
         case Combine::mean:
             for (int p = 0; p < 3; ++p) into[p * plane] += from[p * from_plane];

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory_resource>
 #include <vector>
 
 #include "transitions/kernels/grid.hpp"
@@ -36,9 +37,12 @@ struct Rays {
 /// so that stretches of rays that cannot matter are left out. The bytes of a picture do not change.
 struct Bricks {
     static constexpr int kShift = 2;
-    Extent extent;             // bricks along each axis
-    std::vector<float> level;  // of a brick and its 26 neighbours; stored numbers, negated where
-                               // the slope is negative, so that the largest always matters
+    Extent extent;                  // bricks along each axis
+    std::pmr::vector<float> level;  // of a brick and its 26 neighbours; stored numbers, negated
+                                    // where the slope is negative: the largest always matters
+
+    /// Room for the bricks of a volume; scratch while they are made comes from there as well.
+    Bricks(const Extent& volume, std::pmr::memory_resource* memory);
 };
 
 /// One picture by casting rays through a volume.
@@ -73,12 +77,11 @@ void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t 
               std::int64_t height, float* out, std::ptrdiff_t row_floats);
 
 /// Brick levels of z-layers [begin, end) of bricks, without their neighbours. Layers may be made in
-/// parallel; spread_bricks then joins neighbours.
+/// parallel; spread_bricks then joins neighbours. Coefficients will do for samples: B-spline
+/// weights are positive and sum to 1.
 /// @param optics  of over, else null
 void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
                   Bricks& bricks);
 void spread_bricks(Bricks& bricks);
-/// Both, serially. Bricks see f32 coefficients as well: B-spline weights are positive and sum to 1.
-Bricks bricks_of(const Grid& volume, const Optics* optics);
 
 }  // namespace edgewise::kernels

@@ -7,7 +7,6 @@
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_path.hpp"
 
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transitions/kernels/ray_cast_simd.cpp"
 #include "hwy/foreach_target.h"

@@ -6,7 +6,6 @@
 #include "transitions/kernels/scalar_load.hpp"
 #include "transitions/kernels/shear_warp.hpp"
 
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transitions/kernels/shear_warp_simd.cpp"
 #include "hwy/foreach_target.h"
@@ -27,7 +26,7 @@ struct BilinearRow {
     std::int64_t next;
     VF right, down;  // weights of the taps to the right and below
 
-    HWY_INLINE VF at(std::int64_t i) const {
+    HWY_INLINE VF at(std::int64_t i, std::int64_t) const {
         return between(between(load_row(upper + i), load_row(upper + i + next), right),
                        between(load_row(lower + i), load_row(lower + i + next), right), down);
     }
@@ -37,7 +36,7 @@ template <class T>
 struct NearestRow {
     const T* row;
 
-    HWY_INLINE VF at(std::int64_t i) const { return load_row(row + i); }
+    HWY_INLINE VF at(std::int64_t i, std::int64_t) const { return load_row(row + i); }
 };
 
 /// Pixels whose taps are clamped to the slice, or of types without vector loads: one by one.
@@ -48,10 +47,11 @@ struct ClampedRow {
     std::int64_t slice;
     double x, y;  // of pixel 0 in the slice
 
-    HWY_NOINLINE VF at(std::int64_t i) const {
-        HWY_ALIGN float values[kLanes];
-        for (std::size_t lane = 0; lane < kLanes; ++lane)
-            values[lane] = value(x + static_cast<double>(i + static_cast<std::int64_t>(lane)));
+    HWY_NOINLINE VF at(std::int64_t i, std::int64_t count) const {
+        HWY_ALIGN float values[kLanes] = {};
+        const std::int64_t lanes = std::min<std::int64_t>(count, kLanes);
+        for (std::int64_t lane = 0; lane < lanes; ++lane)
+            values[lane] = value(x + static_cast<double>(i + lane));
         return hn::Load(DF(), values);
     }
 
@@ -126,8 +126,8 @@ struct Tile {
         if (y < -0.5 - kSlip || y > below + kSlip) return;
 
         const Range any(-0.5 - kSlip, right + kSlip, x, width);
-        const ClampedRow clamped{warp.volume, scalar_load(warp.volume.type), warp.hold, slice, x,
-                                 y};
+        const ClampedRow clamped{
+            warp.volume, scalar_load(warp.volume.type), warp.hold, slice, x, y};
         Range taps(0, right - 0.5, x, width);
         if (std::is_void_v<T> || y < 0 || y > below - 0.5) taps.end = taps.begin = any.begin;
         parts(rule, clamped, slice, row, any.begin, taps.begin, state);
@@ -169,8 +169,8 @@ struct Tile {
             return;
         }
         const double left = std::floor(x), upper = std::floor(y);
-        const T* first = samples + static_cast<std::int64_t>(upper) * n.x +
-                         static_cast<std::int64_t>(left);
+        const T* first =
+            samples + static_cast<std::int64_t>(upper) * n.x + static_cast<std::int64_t>(left);
         all(BilinearRow<T>{first, first + (y > upper ? n.x : 0), x > left ? 1 : 0,
                            hn::Set(DF(), static_cast<float>(x - left)),
                            hn::Set(DF(), static_cast<float>(y - upper))});
@@ -184,12 +184,18 @@ void shear_warp_on(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::i
         with_rule<kFinite>(with, Tile<T>{warp, i, j, width, height, spans, states});
     };
     switch (warp.volume.type) {
-        case Type::u8: return call.template operator()<std::uint8_t, true>();
-        case Type::i8: return call.template operator()<std::int8_t, true>();
-        case Type::u16: return call.template operator()<std::uint16_t, true>();
-        case Type::i16: return call.template operator()<std::int16_t, true>();
-        case Type::f32: return call.template operator()<float, false>();
-        default: return call.template operator()<void, false>();
+        case Type::u8:
+            return call.template operator()<std::uint8_t, true>();
+        case Type::i8:
+            return call.template operator()<std::int8_t, true>();
+        case Type::u16:
+            return call.template operator()<std::uint16_t, true>();
+        case Type::i16:
+            return call.template operator()<std::int16_t, true>();
+        case Type::f32:
+            return call.template operator()<float, false>();
+        default:
+            return call.template operator()<void, false>();
     }
 }
 

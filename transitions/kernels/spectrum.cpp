@@ -14,10 +14,6 @@ namespace {
 constexpr std::int64_t kLines = 16;        // lines a tile: 128 bytes of each row are read together
 constexpr std::int64_t kLeastPeriod = 16;  // a window then never meets itself
 
-bool stopped(const std::atomic<bool>* stop) {
-    return stop && stop->load(std::memory_order_relaxed);
-}
-
 struct Half {
     std::uint16_t bits;
 };
@@ -171,8 +167,7 @@ Extent SpectrumShape::period_of(const Extent& stored) noexcept {
 }
 
 void spectrum_of_volume(const Grid& volume, double subtract, const SpectrumShape& shape,
-                        Complex* out, std::pmr::memory_resource* memory,
-                        const std::atomic<bool>* stop) {
+                        Complex* out, std::pmr::memory_resource* memory, const Stop& stop) {
     const auto [row, plane] = strides_of(shape);
     const std::int64_t half = shape.period.x / 2 + 1;
     const std::vector<float> weights[3] = {weights_along(shape, 0), weights_along(shape, 1),

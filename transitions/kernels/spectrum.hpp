@@ -1,11 +1,11 @@
 #pragma once
 
-#include <atomic>
 #include <memory_resource>
 
 #include "transitions/kernels/fourier.hpp"
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/kaiser_bessel.hpp"
+#include "transitions/kernels/stop.hpp"
 
 namespace edgewise::kernels {
 
@@ -39,12 +39,11 @@ struct SpectrumShape {
 /// @param volume  one channel, finite values
 /// @param out     shape.stored() complex samples
 /// @param memory  scratch: spectrum_scratch(shape) bytes a thread
-/// @param stop    set: returns soon, with `out` unfinished; may be null
+/// @param stop    true: returns soon, with `out` unfinished
 /// Bytes do not depend on the number of threads: every line is transformed by one thread.
 /// Source: Malzbender, ACM Trans. Graphics 12(3), 1993; [W93] 5.1
 void spectrum_of_volume(const Grid& volume, double subtract, const SpectrumShape& shape,
-                        Complex* out, std::pmr::memory_resource* memory,
-                        const std::atomic<bool>* stop);
+                        Complex* out, std::pmr::memory_resource* memory, const Stop& stop);
 
 /// Bytes of scratch for each thread.
 double spectrum_scratch(const SpectrumShape& shape) noexcept;

@@ -15,10 +15,6 @@ constexpr double kMargin = 4;        // pixels that ringing and the field's own 
 constexpr double kParallel =
     1e-12;  // a ray whose step along an axis is smaller [voxel] runs across
 
-bool stopped(const std::atomic<bool>* stop) {
-    return stop && stop->load(std::memory_order_relaxed);
-}
-
 /// One tile of columns of the slice, transformed along y; only the picture's rows are kept.
 void columns_of_slice(const Complex* slice, const Extent& period, const Extent& picture,
                       std::int64_t first, const Fourier& fourier, Complex* tile, Complex* out) {
@@ -43,7 +39,7 @@ std::int64_t picture_period(std::int64_t extent, double from, double to, std::in
 }
 
 void picture_of_slice(const Complex* slice, const Extent& period, const Extent& picture, float* out,
-                      std::pmr::memory_resource* memory, const std::atomic<bool>* stop) {
+                      std::pmr::memory_resource* memory, const Stop& stop) {
     const std::int64_t half = period.x / 2 + 1, tiles = (half + kLines - 1) / kLines;
     const Fourier along_y = Fourier::along_lines(period.y, kLines, true);
     const Fourier along_x = Fourier::to_real_row(period.x);

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <atomic>
 #include <memory_resource>
 
 #include "transitions/kernels/fourier.hpp"
 #include "transitions/kernels/grid.hpp"
+#include "transitions/kernels/stop.hpp"
 
 namespace edgewise::kernels {
 
@@ -20,10 +20,10 @@ std::int64_t picture_period(std::int64_t extent, double from, double to, std::in
 ///
 /// @param slice  [period.y, period.x / 2 + 1] complex samples; it is kept
 /// @param out    [picture.y, picture.x]
-/// @param stop   set: returns soon, with `out` unfinished; may be null
+/// @param stop   true: returns soon, with `out` unfinished
 /// Bytes do not depend on the number of threads.
 void picture_of_slice(const Complex* slice, const Extent& period, const Extent& picture, float* out,
-                      std::pmr::memory_resource* memory, const std::atomic<bool>* stop);
+                      std::pmr::memory_resource* memory, const Stop& stop);
 
 /// Bytes of scratch: for all, and for each thread.
 double picture_workspace(const Extent& period, const Extent& picture) noexcept;

@@ -201,7 +201,7 @@ double cutoff(Between between) noexcept {
 
 void slice_of_spectrum(const Complex* spectrum, const Extent& period, const KaiserBessel& window,
                        const SliceView& view, Complex* out, std::pmr::memory_resource* memory,
-                       const std::atomic<bool>* stop) {
+                       const Stop& stop) {
     const Extent stored = SpectrumShape::stored_of(period);
     const int width = window.width();
     Block<std::ptrdiff_t> rows(period.y + width, memory), planes(period.z + width, memory);
@@ -226,7 +226,7 @@ void slice_of_spectrum(const Complex* spectrum, const Extent& period, const Kais
 
     // One task owns rows b and -b and all that is folded into them, in a fixed order.
     tbb::parallel_for(std::int64_t{0}, view.height / 2 + 1, [&](std::int64_t b) {
-        if (stop && stop->load(std::memory_order_relaxed)) return;
+        if (stopped(stop)) return;
         std::fill_n(slicer.row(b), view.width / 2 + 1, Complex{});
         std::fill_n(slicer.row(-b), view.width / 2 + 1, Complex{});
         Block<Complex> samples(longest + 1, memory);

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <atomic>
 #include <memory_resource>
 
 #include "transitions/kernels/spectrum.hpp"
+#include "transitions/kernels/stop.hpp"
 
 namespace edgewise::kernels {
 
@@ -43,11 +43,11 @@ struct SliceView {
 ///
 /// @param spectrum  of spectrum_of_volume, with this period and window
 /// @param out       view.stored() complex samples
-/// @param stop      set: returns soon, with `out` unfinished; may be null
+/// @param stop      true: returns soon, with `out` unfinished
 /// Bytes do not depend on the number of threads. Source: Bracewell 1956; [W93] 5.1
 void slice_of_spectrum(const Complex* spectrum, const Extent& period, const KaiserBessel& window,
                        const SliceView& view, Complex* out, std::pmr::memory_resource* memory,
-                       const std::atomic<bool>* stop);
+                       const Stop& stop);
 
 /// How many samples of the spectrum slice_of_spectrum interpolates.
 double slice_samples(const SliceView& view) noexcept;

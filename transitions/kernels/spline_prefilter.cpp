@@ -1,12 +1,11 @@
 #include "transitions/kernels/spline_prefilter.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transitions/kernels/spline_prefilter.cpp"
@@ -101,11 +100,11 @@ void filter_strip(const Strip& strip, const StartWeights& start) {
     for (; line < strip.lines; ++line) filter_line(strip, start, line);
 }
 
-/// y[i] = u[i] + pole * y[i -+ 1] within one vector, by doubling: after the step of k lanes each sum
-/// holds 2k terms. kForward runs to higher lanes.
+/// y[i] = u[i] + pole * y[i -+ 1] within one vector, by doubling: after the step of k lanes each
+/// sum holds 2k terms. kForward runs to higher lanes.
 template <bool kForward>
 class Recursion {
-   public:
+ public:
     Recursion() {
         const int lanes = int(hn::Lanes(D()));
         for (int lane = 0; lane < lanes; ++lane) {
@@ -125,8 +124,7 @@ class Recursion {
     HWY_INLINE V operator()(V u, V& carry) const {
         const D d;
         for (int step = 0; (1 << step) < int(hn::Lanes(d)); ++step) {
-            const V moved =
-                hn::TableLookupLanes(u, hn::SetTableIndices(d, from_[step].data()));
+            const V moved = hn::TableLookupLanes(u, hn::SetTableIndices(d, from_[step].data()));
             u = hn::MulAdd(hn::Load(d, weight_[step].data()), moved, u);
         }
         u = hn::MulAdd(hn::Load(d, carry_weight_.data()), carry, u);
@@ -134,7 +132,7 @@ class Recursion {
         return u;
     }
 
-   private:
+ private:
     alignas(64) std::array<std::array<float, 16>, 4> weight_{};
     alignas(64) std::array<std::array<std::int32_t, 16>, 4> from_{};
     alignas(64) std::array<float, 16> carry_weight_{};
@@ -211,19 +209,20 @@ void filter_across(float* samples, std::int64_t n, std::int64_t stride, std::int
 
 }  // namespace
 
-void spline_prefilter(float* samples, const Extent& extent) {
-    const std::int64_t nx = extent.x, ny = extent.y, nz = extent.z;
+void spline_prefilter(float* samples, const Extent& extent, int channels) {
+    const std::int64_t nx = extent.x, ny = extent.y, nz = extent.z, row = nx * channels;
     if (extent.samples() == 0) return;
-    if (nx > 1) {
+    if (nx > 1 && channels == 1) {
         const StartWeights start(nx);
-        tbb::parallel_for(
-            tbb::blocked_range<std::int64_t>(0, ny * nz, 16), [&](const auto& rows) {
-                HWY_DYNAMIC_DISPATCH(filter_rows)
-                (samples + rows.begin() * nx, nx, rows.end() - rows.begin(), start);
-            });
+        tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, ny * nz, 16), [&](const auto& rows) {
+            HWY_DYNAMIC_DISPATCH(filter_rows)
+            (samples + rows.begin() * nx, nx, rows.end() - rows.begin(), start);
+        });
+    } else if (nx > 1) {
+        filter_across(samples, nx, channels, channels, ny * nz, row);
     }
-    if (ny > 1) filter_across(samples, ny, nx, nx, nz, nx * ny);
-    if (nz > 1) filter_across(samples, nz, nx * ny, nx * ny, 1, 0);
+    if (ny > 1) filter_across(samples, ny, row, row, nz, row * ny);
+    if (nz > 1) filter_across(samples, nz, row * ny, row * ny, 1, 0);
 }
 
 }  // namespace edgewise::kernels

@@ -31,7 +31,7 @@ double ErrorTally::upper() const {
         spread += std::pow(sums_[i] - mean * weights_[i], 2);
     }
     const double error = n > 1 ? std::sqrt(spread * n / (n - 1)) / weight : mean;
-    return std::sqrt(mean + 1.64 * error);
+    return std::sqrt(mean + 2 * error);
 }
 
 }  // namespace edgewise

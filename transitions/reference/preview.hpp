@@ -17,8 +17,8 @@ struct Preview {
 };
 
 /// RMS errors are upper estimates: a plan whose measured error exceeds its prediction is a broken
-/// promise. Samples lie in clusters; the mean square is raised by 1.64 standard errors between
-/// clusters, which one-sided holds in 95 of 100 cases where tails are not too heavy.
+/// promise. Samples lie in clusters; the mean square is raised by 2 standard errors between
+/// clusters, which one-sided holds in 97 of 100 cases where tails are not too heavy.
 class ErrorTally {
  public:
     void add(double square, double weight) noexcept {

@@ -12,7 +12,7 @@
 namespace edgewise {
 namespace {
 
-constexpr int kClusters = 160, kTries = 64;
+constexpr int kClusters = 400, kTries = 64;
 constexpr int kMethods = 4;  // the holds, and the assignment ("me")
 constexpr std::array<const char*, kMethods> kNames = {"field/zoh", "field/foh", "field/bspline3",
                                                       "field/me"};

@@ -13,7 +13,9 @@
 namespace edgewise {
 namespace {
 
-constexpr int kBundles = 28, kTries = 64;
+constexpr int kFewest = 28, kMost = 112;     // bundles
+constexpr double kLength = 28 * 256.0;       // that all bundles together should reach [unit]
+constexpr int kTries = 64 * kFewest;
 constexpr std::array<double, 3> kSteps = {1, 0.5, 0.25};
 constexpr double kFine = 1.0 / Reference::kStepsPerUnit;
 constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers on its longest axis
@@ -149,7 +151,9 @@ void measure(Bundle& bundle, const Setting& setting, std::pmr::memory_resource* 
 std::vector<Bundle> draw(const Request& want, const ViewGeometry& geometry) {
     constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};
     std::vector<Bundle> bundles;
-    for (int i = 0; i < kBundles * kTries && bundles.size() < kBundles; ++i) {
+    double length = 0;
+    for (int i = 0; i < kTries && bundles.size() < kMost; ++i) {
+        if (bundles.size() >= kFewest && length > kLength) break;
         std::array<double, 3> u;
         for (int axis = 0; axis < 3; ++axis)
             u[axis] = std::fmod(0.5 + ratio[axis] * (i + 1), 1.0);
@@ -157,7 +161,10 @@ std::vector<Bundle> draw(const Request& want, const ViewGeometry& geometry) {
             static_cast<int>(u[2] * want.frames),
             static_cast<std::int64_t>(u[0] * static_cast<double>(want.screen.x)),
             static_cast<std::int64_t>(u[1] * static_cast<double>(want.screen.y)), 0};
-        if (geometry.ray(at)) bundles.push_back(bundle_at(want, geometry, at, true));
+        const std::optional<RaySpan> ray = geometry.ray(at);
+        if (!ray) continue;
+        bundles.push_back(bundle_at(want, geometry, at, true));
+        length += ray->high - ray->low;
     }
     return bundles;
 }

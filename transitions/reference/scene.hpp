@@ -13,7 +13,7 @@ namespace edgewise {
 /// samples, and a preview of a hundred rays (or a thousand points of a warp) against the reference.
 /// Some 30 ms for 256^3 samples; at most 8 MB of memory. The same for any number of threads.
 ///
-/// Errors are upper estimates (95 %, one-sided), and the range is that of reference values which
+/// Errors are upper estimates (97 %, one-sided), and the range is that of reference values which
 /// really occur, so that it is rather too small than too large.
 /// @param input    the loaded samples
 /// @param formula  of Field::formula, else null

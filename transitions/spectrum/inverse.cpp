@@ -65,7 +65,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const Extent& picture = out.what.extent;
     float* pixels = out.as<float>();
     kernels::picture_of_slice(in.as<kernels::Complex>(), period_of(in.what), picture, pixels,
-                              context.memory, context.stop);
+                              context.memory, [&] { return context.stopped(); });
     context.poll();
     const Constant constant(offer, ask, context.view);
     tbb::parallel_for(std::int64_t{0}, picture.y, [&](std::int64_t y) {

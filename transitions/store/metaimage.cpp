@@ -48,7 +48,7 @@ class MetaImage {
         for (const std::string& line : text_.lines) {
             const auto equal = line.find('=');
             if (trim(line).empty()) continue;
-            if (equal == line.npos) refuse(path_, "'" + shown(line) + "' is no field");
+            if (equal == line.npos) refuse(path_, in_quotes(line) + " is no field");
             fields_[std::string(trim(line.substr(0, equal)))] = trim(line.substr(equal + 1));
         }
         const std::string object = value("ObjectType", "");

@@ -118,7 +118,7 @@ class Nrrd {
     void sample_type() {
         std::string name;  // blanks between the words may be any
         for (std::string_view word : words(lower(need("type"))))
-            name += (name.empty() ? "" : " ") + std::string(word);
+            (name += name.empty() ? "" : " ") += word;
         for (const TypeName& row : kTypes)
             if (row.name == name) {
                 stored_.type = row.type;
@@ -137,7 +137,8 @@ class Nrrd {
             refuse(path_, fmt::format("field 'sizes' has {} entries, field 'dimension' says {}",
                                       sizes_.size(), dimension_));
         directions();
-        const auto kinds = words(value("kinds"));
+        const std::string kinds_text = value("kinds");
+        const auto kinds = words(kinds_text);
         if (!kinds.empty() && static_cast<std::int64_t>(kinds.size()) != dimension_)
             refuse(path_, fmt::format("field 'kinds' has {} entries, expected {}", kinds.size(),
                                       dimension_));

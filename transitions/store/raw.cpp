@@ -42,7 +42,7 @@ Header described(const std::string& file, const Description& what) {
 }
 
 [[noreturn]] void bad_raw(const std::string& source, const std::string& why) {
-    throw RequestError("'" + shown(source) + "': " + why +
+    throw RequestError(in_quotes(source) + ": " + why +
                        "; expected raw:FILE:WxH[xD]:TYPE[:little|big][:offset]");
 }
 
@@ -50,11 +50,11 @@ std::vector<std::int64_t> sizes_of(const std::string& source, std::string_view t
     std::vector<std::int64_t> sizes;
     for (std::string_view word : split(text, 'x')) {
         const auto size = to_integer(word);
-        if (!size || *size < 1) bad_raw(source, "'" + shown(text) + "' is no extent");
+        if (!size || *size < 1) bad_raw(source, in_quotes(text) + " is no extent");
         sizes.push_back(*size);
     }
     if (sizes.size() < 2 || sizes.size() > 3)
-        bad_raw(source, "'" + shown(text) + "' is no extent of two or three axes");
+        bad_raw(source, in_quotes(text) + " is no extent of two or three axes");
     return sizes;
 }
 

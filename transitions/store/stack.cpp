@@ -32,7 +32,8 @@ Header inspect_stack(const std::string& folder, const std::vector<std::string>& 
         Header& plane = planes.back();
         const Header& first = planes[0];
         if (plane.volume)
-            refuse(folder, "'" + picture + "' holds several pages, expected one picture a file");
+            refuse(folder,
+                   in_quotes(picture) + " holds several pages, expected one picture a file");
         if (plane.extent != first.extent || plane.channels != first.channels ||
             plane.type != first.type)
             refuse(folder, fmt::format("pictures of a stack must be alike: '{}' is {} x {} x {} "

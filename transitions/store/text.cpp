@@ -88,6 +88,11 @@ std::string shown(std::string_view text) {
     return text.size() > kLongestShown ? clean + "..." : clean;
 }
 
+std::string in_quotes(std::string_view text) {
+    std::string quotes(1, '\'');
+    return (quotes += shown(text)) += '\'';
+}
+
 std::optional<std::int64_t> to_integer(std::string_view text) noexcept {
     return number<std::int64_t>(text);
 }

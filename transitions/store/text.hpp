@@ -19,6 +19,8 @@ std::vector<std::string_view> split(std::string_view text, char at);
 bool ends_with_any(std::string_view text, const std::vector<std::string>& endings);
 /// For messages: no control characters, no longer than a line.
 std::string shown(std::string_view text);
+/// The same between single quotes.
+std::string in_quotes(std::string_view text);
 
 /// The whole text as a number, or nothing.
 std::optional<std::int64_t> to_integer(std::string_view text) noexcept;

@@ -302,7 +302,7 @@ std::string nrrd_header(const Header& what) {
     if (channels) text += fmt::format(" {}", what.channels);
     text += fmt::format(" {} {}", what.extent.x, what.extent.y);
     if (what.volume) text += fmt::format(" {}", what.extent.z);
-    text += "\n" + nrrd_geometry(what);
+    (text += "\n") += nrrd_geometry(what);
     if (channels)
         text += fmt::format("kinds: {}{}\n", what.channels <= 4 ? kKinds[what.channels] : "vector ",
                             what.volume ? "domain domain domain" : "domain domain");

@@ -74,7 +74,7 @@ class Vtk {
         const auto dataset = words_of_line();
         if (dataset.size() < 2 || dataset[0] != "DATASET" || dataset[1] != "STRUCTURED_POINTS")
             refuse(path_,
-                   "'" + shown(dataset.back()) + "': only DATASET STRUCTURED_POINTS is supported");
+                   in_quotes(dataset.back()) + ": only DATASET STRUCTURED_POINTS is supported");
     }
 
     static std::string rest(const std::vector<std::string>& fields) {
@@ -110,7 +110,7 @@ class Vtk {
             while (!line().empty()) {
             }
         else
-            refuse(path_, "'" + shown(name) + "' before SCALARS is not supported");
+            refuse(path_, in_quotes(name) + " before SCALARS is not supported");
     }
     void dimensions(const std::vector<std::string>& fields) {
         const auto sizes = integers(path_, fields[0], rest(fields));
@@ -153,7 +153,8 @@ class Vtk {
     }
     void skip_array(const std::vector<std::string>& fields, std::size_t index, std::int64_t width) {
         if (text_)
-            refuse(path_, "'" + fields[0] + "' before SCALARS in an ASCII file is not supported");
+            refuse(path_,
+                   in_quotes(fields[0]) + " before SCALARS in an ASCII file is not supported");
         const auto bytes = static_cast<std::int64_t>(bytes_of(type_of(fields, index)));
         const std::int64_t skipped = product(path_, product(path_, points_, width), bytes);
         if (static_cast<std::uint64_t>(skipped) > file_.size() - at_)

@@ -15,6 +15,7 @@ using Matrix = std::array<std::array<double, 3>, 3>;
 constexpr double kExact = 1e-12;   // a matrix this close to a signed permutation is one
 constexpr double kProduct = 1e-9;  // a chain must give its matrix back within this
 constexpr double kTie = 1e-9;      // bounds closer than this are equal; the first is kept
+constexpr double kWholeShift = 1e-9;
 // Turning by a farther quarter turn can lower the bound by 0.067, but makes the shears larger.
 constexpr double kWorthAnotherTurn = 0.1;
 
@@ -255,13 +256,15 @@ std::optional<ShearChain> best_of_four_shears(const Matrix& a) {
 
 std::optional<ShearChain> shear_chain(const Affine& t) {
     const Matrix a = {{{t[0], t[1], t[2]}, {t[4], t[5], t[6]}, {t[8], t[9], t[10]}}};
-    const std::array<double, 3> translation = {t[3], t[7], t[11]};
+    std::array<double, 3> translation = {t[3], t[7], t[11]};
     for (double entry : t)
         if (!std::isfinite(entry)) return {};
     if (!(std::abs(std::abs(determinant(a)) - 1) <= kProduct)) return {};
 
     std::optional<ShearChain> chain = exact_permutation(a);
     if (chain) {
+        for (double& by : translation)  // cos(90 degrees) is 6e-17: whole shifts are meant whole
+            if (std::abs(by - std::round(by)) <= kWholeShift) by = std::round(by);
         translate(*chain, translation);
         for (int i = 0; i < 3; ++i)
             chain->displacement[chain->from[i]] =

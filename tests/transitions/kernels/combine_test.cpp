@@ -1,9 +1,8 @@
 #include "transitions/kernels/combine.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
+#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 #include <vector>
@@ -78,12 +77,13 @@ std::vector<float> picture_of(const Combining& with, const Grid& volume, const S
 }
 
 double transfer(double value, int channel) {  // channel 3: opacity
-    const auto at = [&](const OpticsPoint& p) { return channel == 3 ? p.opacity : p.color[channel]; };
+    const auto at = [&](const OpticsPoint& p) {
+        return channel == 3 ? p.opacity : p.color[channel];
+    };
     for (std::size_t i = 0; i < kPoints.size(); ++i) {
         if (value > kPoints[i].value) continue;
         if (i == 0) return at(kPoints[0]);
-        const double f =
-            (value - kPoints[i - 1].value) / (kPoints[i].value - kPoints[i - 1].value);
+        const double f = (value - kPoints[i - 1].value) / (kPoints[i].value - kPoints[i - 1].value);
         return at(kPoints[i - 1]) + f * (at(kPoints[i]) - at(kPoints[i - 1]));
     }
     return at(kPoints.back());
@@ -132,8 +132,8 @@ void expect_reference(Combining with, const Grid& volume, const std::vector<doub
         for (std::int64_t x = 0; x < kExtent.x; ++x) {
             const auto want = reference(with, values, spans, x, y, unit);
             for (int c = 0; c < channels; ++c)
-                worst = std::max(worst,
-                                 std::abs(out[(y * kExtent.x + x) * channels + c] - want[c]));
+                worst =
+                    std::max(worst, std::abs(out[(y * kExtent.x + x) * channels + c] - want[c]));
         }
     EXPECT_LE(worst, tolerance) << "rule " << static_cast<int>(with.rule) << " type "
                                 << name_of(volume.type);
@@ -183,11 +183,8 @@ TEST(Combine, PartsMergeToTheWhole) {
         const auto whole = picture_of(with, volume, spans);
         const auto parts = picture_of(with, volume, spans, {1, 7, 32, 40, 69});
         // Over in another association: S29. Sums: 35 roundings of at most 70 x 100 x 6e-8.
-        const double tolerance = rule == Combine::max    ? 0
-                                 : rule == Combine::over ? 2e-6
-                                                         : 1.5e-2;
-        for (std::size_t i = 0; i < whole.size(); ++i)
-            ASSERT_NEAR(whole[i], parts[i], tolerance);
+        const double tolerance = rule == Combine::max ? 0 : rule == Combine::over ? 2e-6 : 1.5e-2;
+        for (std::size_t i = 0; i < whole.size(); ++i) ASSERT_NEAR(whole[i], parts[i], tolerance);
     }
 }
 

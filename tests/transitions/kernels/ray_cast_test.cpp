@@ -1,10 +1,9 @@
 #include "transitions/kernels/ray_cast.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 #include <vector>
@@ -67,8 +66,8 @@ Rays from_eye(const Extent& n, double pixels, double distance) {
     rays.origin.base = middle + (-distance) * away;
     rays.direction.x = parallel.origin.x;
     rays.direction.y = parallel.origin.y;
-    rays.direction.base = distance * away +
-                          (-0.5 * (pixels - 1)) * (rays.direction.x + rays.direction.y);
+    rays.direction.base =
+        distance * away + (-0.5 * (pixels - 1)) * (rays.direction.x + rays.direction.y);
     const double corner = -0.5 * (pixels - 1);
     rays.measure = {.base = {corner, corner, distance}, .x = {1, 0, 0}, .y = {0, 1, 0}};
     return rays;
@@ -79,13 +78,20 @@ Rays from_eye(const Extent& n, double pixels, double distance) {
 double stored(const Grid& g, std::int64_t x, std::int64_t y, std::int64_t z) {
     const std::int64_t i = (z * g.extent.y + y) * g.extent.x + x;
     switch (g.type) {
-        case Type::u8: return g.as<std::uint8_t>()[i];
-        case Type::i8: return g.as<std::int8_t>()[i];
-        case Type::u16: return g.as<std::uint16_t>()[i];
-        case Type::i16: return g.as<std::int16_t>()[i];
-        case Type::i32: return g.as<std::int32_t>()[i];
-        case Type::f64: return g.as<double>()[i];
-        default: return g.as<float>()[i];
+        case Type::u8:
+            return g.as<std::uint8_t>()[i];
+        case Type::i8:
+            return g.as<std::int8_t>()[i];
+        case Type::u16:
+            return g.as<std::uint16_t>()[i];
+        case Type::i16:
+            return g.as<std::int16_t>()[i];
+        case Type::i32:
+            return g.as<std::int32_t>()[i];
+        case Type::f64:
+            return g.as<double>()[i];
+        default:
+            return g.as<float>()[i];
     }
 }
 
@@ -116,8 +122,8 @@ double sampled(const Grid& g, Hold hold, Vector p) {
     for (std::int64_t k = at[2] - 1; k <= at[2] + 2; ++k)
         for (std::int64_t j = at[1] - 1; j <= at[1] + 2; ++j)
             for (std::int64_t i = at[0] - 1; i <= at[0] + 2; ++i) {
-                const double w = weight(hold, p[0] - i) * weight(hold, p[1] - j) *
-                                 weight(hold, p[2] - k);
+                const double w =
+                    weight(hold, p[0] - i) * weight(hold, p[1] - j) * weight(hold, p[2] - k);
                 if (w != 0)
                     sum += w * stored(g, mirrored(i, g.extent.x), mirrored(j, g.extent.y),
                                       mirrored(k, g.extent.z));
@@ -163,9 +169,9 @@ std::array<double, 4> reference(const RayCast& cast, const std::vector<OpticsPoi
                                 double unit, double px, double py) {
     const Vector measure = cast.rays.measure.at(px, py);
     const Vector origin = cast.rays.origin.at(px, py);
-    const Vector direction = 1 / std::sqrt(measure[0] * measure[0] + measure[1] * measure[1] +
-                                           measure[2] * measure[2]) *
-                             cast.rays.direction.at(px, py);
+    const Vector direction =
+        1 / std::sqrt(measure[0] * measure[0] + measure[1] * measure[1] + measure[2] * measure[2]) *
+        cast.rays.direction.at(px, py);
     const Interval in = chord(cast, origin, direction);
     double largest = -kInfinity, sum = 0, length = 0, left = 1;
     std::array<double, 4> light{};
@@ -187,18 +193,22 @@ std::array<double, 4> reference(const RayCast& cast, const std::vector<OpticsPoi
             left *= 1 - opacity;
         }
     switch (cast.rule) {
-        case Combine::max: return {length > 0 ? largest : cast.miss};
-        case Combine::sum: return {(sum - cast.zero * length) * cast.unit};
-        case Combine::mean: return {length > 0 ? sum / length : cast.miss};
-        case Combine::over: break;
+        case Combine::max:
+            return {length > 0 ? largest : cast.miss};
+        case Combine::sum:
+            return {(sum - cast.zero * length) * cast.unit};
+        case Combine::mean:
+            return {length > 0 ? sum / length : cast.miss};
+        case Combine::over:
+            break;
     }
     light[3] = 1 - left;
     return light;
 }
 
 /// Casts a square picture and compares every pixel with the reference.
-void expect_like_reference(const RayCast& cast, const std::vector<OpticsPoint>& points,
-                           double unit, int pixels, double tolerance) {
+void expect_like_reference(const RayCast& cast, const std::vector<OpticsPoint>& points, double unit,
+                           int pixels, double tolerance) {
     const int channels = cast.rule == Combine::over ? 4 : 1;
     std::vector<float> picture(pixels * pixels * channels, -77.0f);
     ray_cast(cast, 0, 0, pixels, pixels, picture.data(), pixels * channels);
@@ -207,8 +217,8 @@ void expect_like_reference(const RayCast& cast, const std::vector<OpticsPoint>& 
         for (int x = 0; x < pixels; ++x) {
             const auto want = reference(cast, points, unit, x, y);
             for (int c = 0; c < channels; ++c)
-                worst = std::max(worst, std::abs(picture[(y * pixels + x) * channels + c] -
-                                                 want[c]));
+                worst =
+                    std::max(worst, std::abs(picture[(y * pixels + x) * channels + c] - want[c]));
         }
     EXPECT_LE(worst, tolerance) << "rule " << static_cast<int>(cast.rule) << " hold "
                                 << static_cast<int>(cast.hold);
@@ -231,8 +241,14 @@ void all_rules(const Volume<T>& volume, Type type, ValueMap values, Hold hold, c
     for (const double step : {1.0, 0.5, 0.37})
         for (const Combine rule : {Combine::max, Combine::sum, Combine::mean, Combine::over}) {
             const Optics optics = optics_of(kColors, 0.8, values);
-            RayCast cast{.volume = volume.grid(type, values), .hold = hold, .rule = rule,
-                         .rays = rays, .step = step, .unit = 0.7, .zero = 3, .miss = -5,
+            RayCast cast{.volume = volume.grid(type, values),
+                         .hold = hold,
+                         .rule = rule,
+                         .rays = rays,
+                         .step = step,
+                         .unit = 0.7,
+                         .zero = 3,
+                         .miss = -5,
                          .optics = &optics};
             // A nearest sample changes at once where rounding moves a position across a border.
             // The steepest stretch of kColors turns an error of 1 into 0.25 of opacity.
@@ -309,8 +325,10 @@ TEST(RayCast, AnyDirectionWithZeroComponentsHitsEachFaceOnce) {
                     rays.origin.base = {corner, corner, corner};
                     rays.origin.x[(axis + 1) % 3] = 1;
                     rays.origin.y[(axis + 2) % 3] = 1;
-                    RayCast cast{.volume = volume.grid(Type::f32), .hold = Hold::foh,
-                                 .rule = Combine::sum, .rays = rays};
+                    RayCast cast{.volume = volume.grid(Type::f32),
+                                 .hold = Hold::foh,
+                                 .rule = Combine::sum,
+                                 .rays = rays};
                     expect_like_reference(cast, {}, 1, 9, 255 * 7 * 1e-6);
                     cast.rule = Combine::max;
                     cast.miss = -3;
@@ -338,8 +356,12 @@ TEST(RayCast, ConstantVolumeIntegratesToItsChord) {
     Volume<float> volume(n);
     std::fill(volume.samples.begin(), volume.samples.end(), 0.1f);
     for (const double step : {1.0, 0.25, 3.7}) {
-        RayCast cast{.volume = volume.grid(Type::f32), .hold = Hold::foh, .rule = Combine::sum,
-                     .rays = turned(n, 1.5, 0.3, 32), .step = step, .unit = 2};
+        RayCast cast{.volume = volume.grid(Type::f32),
+                     .hold = Hold::foh,
+                     .rule = Combine::sum,
+                     .rays = turned(n, 1.5, 0.3, 32),
+                     .step = step,
+                     .unit = 2};
         std::vector<float> picture(32 * 32);
         ray_cast(cast, 0, 0, 32, 32, picture.data(), 32);
         for (int y = 0; y < 32; ++y)
@@ -366,8 +388,11 @@ TEST(RayCast, HomogeneousSlabKeepsItsTransparencyAtAnyStep) {
     rays.origin = {.base = {0, 0, -7.77}, .x = {1, 0, 0}, .y = {0, 1, 0}};
     rays.direction.base = {0, 0, 1};
     for (const double step : {1.0, 0.5, 0.25, 0.125, 0.3, 2.5, 4.0}) {
-        const RayCast cast{.volume = volume.grid(Type::u8), .rule = Combine::over, .rays = rays,
-                           .step = step, .optics = &optics};
+        const RayCast cast{.volume = volume.grid(Type::u8),
+                           .rule = Combine::over,
+                           .rays = rays,
+                           .step = step,
+                           .optics = &optics};
         float pixel[4];
         ray_cast(cast, 1, 1, 1, 1, pixel, 4);
         // Transparencies of pieces multiply to 0.6^4 (EQ 63), and the light of a medium that emits
@@ -387,12 +412,16 @@ TEST(RayCast, OpaqueAndNearlyTransparentMediaKeepTheirLimits) {
     for (const double opacity : {1.0, 1e-7, 1e-4}) {
         const std::vector<OpticsPoint> points = {{0, opacity, {1, 1, 1}}};
         const Optics optics = optics_of(points, 1, {});
-        const RayCast cast{.volume = volume.grid(Type::u8), .rule = Combine::over, .rays = rays,
-                           .step = 0.125, .optics = &optics};
+        const RayCast cast{.volume = volume.grid(Type::u8),
+                           .rule = Combine::over,
+                           .rays = rays,
+                           .step = 0.125,
+                           .optics = &optics};
         float pixel[4];
         ray_cast(cast, 0, 0, 1, 1, pixel, 4);
         const double want = -std::expm1(64 * std::log1p(-opacity));
-        // Light is a sum of 512 parts that keep 24 bits each; transparency loses up to 2^-25 a part.
+        // Light is a sum of 512 parts that keep 24 bits each; transparency loses up to 2^-25 a
+        // part.
         EXPECT_NEAR(pixel[0], want, 512 * want * 6e-8);
         EXPECT_NEAR(pixel[3], want, 512 * 3e-8);
     }
@@ -427,8 +456,12 @@ TEST(RayCast, TilesShowNowhere) {
     const Optics optics = optics_of(points, 1, {});
     for (const Rays& rays : {turned(n, 0.6, 0.4, 61), from_eye(n, 61, 70)})
         for (const Combine rule : {Combine::max, Combine::sum, Combine::over}) {
-            const RayCast cast{.volume = volume.grid(Type::u16), .rule = rule, .rays = rays,
-                               .step = 0.5, .optics = &optics, .bound = 1.0 / 1024};
+            const RayCast cast{.volume = volume.grid(Type::u16),
+                               .rule = rule,
+                               .rays = rays,
+                               .step = 0.5,
+                               .optics = &optics,
+                               .bound = 1.0 / 1024};
             const int channels = rule == Combine::over ? 4 : 1;
             std::vector<float> whole(61 * 61 * channels), tiles(whole.size());
             ray_cast(cast, 0, 0, 61, 61, whole.data(), 61 * channels);
@@ -444,8 +477,11 @@ TEST(RayCast, EarlyTerminationStaysWithinItsBound) {
     const Extent n{30, 30, 60};
     const auto volume = random_volume<std::uint8_t>(n, 0, 256, 16);
     const Optics optics = optics_of(kColors, 1, {});
-    RayCast cast{.volume = volume.grid(Type::u8), .rule = Combine::over,
-                 .rays = turned(n, 0.2, 0.3, 40), .step = 0.5, .optics = &optics};
+    RayCast cast{.volume = volume.grid(Type::u8),
+                 .rule = Combine::over,
+                 .rays = turned(n, 0.2, 0.3, 40),
+                 .step = 0.5,
+                 .optics = &optics};
     std::vector<float> full(40 * 40 * 4), ended(full.size());
     ray_cast(cast, 0, 0, 40, 40, full.data(), 160);
     for (const double bound : {0.05, 1e-3, 1e-6}) {
@@ -476,17 +512,25 @@ TEST(RayCast, BricksChangeNoByte) {
     for (const ValueMap& values : {ValueMap{}, ValueMap{-1, 60}})
         for (const Hold hold : {Hold::zoh, Hold::foh, Hold::bspline3})
             for (const double step : {1.0, 0.21, 2.9})
-                for (const Rays& rays : {turned(n, 0.6, 0.4, 64), turned(n, 0, 0, 64),
-                                         from_eye(n, 64, 55)})
+                for (const Rays& rays :
+                     {turned(n, 0.6, 0.4, 64), turned(n, 0, 0, 64), from_eye(n, 64, 55)})
                     for (const Combine rule : {Combine::max, Combine::over}) {
                         const Optics optics = optics_of(points, 1, values);
-                        RayCast cast{.volume = volume.grid(Type::f32, values), .hold = hold,
-                                     .rule = rule, .rays = rays, .step = step, .optics = &optics};
+                        RayCast cast{.volume = volume.grid(Type::f32, values),
+                                     .hold = hold,
+                                     .rule = rule,
+                                     .rays = rays,
+                                     .step = step,
+                                     .optics = &optics};
                         const int channels = rule == Combine::over ? 4 : 1;
                         std::vector<float> plain(64 * 64 * channels), skipped(plain.size());
                         ray_cast(cast, 0, 0, 64, 64, plain.data(), 64 * channels);
-                        const Bricks bricks =
-                            bricks_of(cast.volume, rule == Combine::over ? &optics : nullptr);
+                        Bricks bricks(n, std::pmr::get_default_resource());
+                        const Optics* opaque = rule == Combine::over ? &optics : nullptr;
+                        // In two calls, as threads would.
+                        brick_layers(cast.volume, opaque, 5, bricks.extent.z, bricks);
+                        brick_layers(cast.volume, opaque, 0, 5, bricks);
+                        spread_bricks(bricks);
                         cast.bricks = &bricks;
                         ray_cast(cast, 0, 0, 64, 64, skipped.data(), 64 * channels);
                         ASSERT_EQ(0, std::memcmp(plain.data(), skipped.data(),

@@ -1,7 +1,6 @@
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
+#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 #include <vector>
@@ -48,12 +47,18 @@ double sampled(const Grid& g, Hold hold, double x, double y, std::int64_t k) {
         const auto iy = std::min<std::int64_t>(static_cast<std::int64_t>(j), g.extent.y - 1);
         const std::int64_t n = (k * g.extent.y + iy) * g.extent.x + ix;
         switch (g.type) {
-            case Type::u8: return g.as<std::uint8_t>()[n];
-            case Type::i8: return g.as<std::int8_t>()[n];
-            case Type::u16: return g.as<std::uint16_t>()[n];
-            case Type::i16: return g.as<std::int16_t>()[n];
-            case Type::f64: return g.as<double>()[n];
-            default: return g.as<float>()[n];
+            case Type::u8:
+                return g.as<std::uint8_t>()[n];
+            case Type::i8:
+                return g.as<std::int8_t>()[n];
+            case Type::u16:
+                return g.as<std::uint16_t>()[n];
+            case Type::i16:
+                return g.as<std::int16_t>()[n];
+            case Type::f64:
+                return g.as<double>()[n];
+            default:
+                return g.as<float>()[n];
         }
     };
     x = std::clamp(x, 0.0, g.extent.x - 1.0);
@@ -78,8 +83,8 @@ std::array<double, 4> reference(const ShearWarp& w, std::int64_t i, std::int64_t
         const std::int64_t k = w.backwards ? w.volume.extent.z - 1 - n : n;
         if (k < low || k > high) continue;
         const double begin = k - 1 < low ? low : k - 0.5, end = k + 1 > high ? high : k + 0.5;
-        const double value = w.volume.values(sampled(w.volume, w.hold, i + w.x + k * w.dx,
-                                                     j + w.y + k * w.dy, k));
+        const double value =
+            w.volume.values(sampled(w.volume, w.hold, i + w.x + k * w.dx, j + w.y + k * w.dy, k));
         if (!std::isfinite(value)) continue;
         best = std::max(best, value);
         sum += (end - begin) * value;
@@ -118,7 +123,9 @@ void expect_reference(ShearWarp warp) {
                                      std::abs(out[(j * tile.width + i) * channels + c] - want[c]));
             }
         // Values up to 250 in f32; 34 slices of them in a sum.
-        EXPECT_LE(worst, rule == Combine::sum ? 1e-2 : rule == Combine::over ? 5e-6 : 1e-4)
+        EXPECT_LE(worst, rule == Combine::sum    ? 1e-2
+                         : rule == Combine::over ? 5e-6
+                                                 : 1e-4)
             << "rule " << static_cast<int>(rule) << " type " << name_of(warp.volume.type);
     }
 }
@@ -131,14 +138,16 @@ TEST(ShearWarpKernel, EveryTypeAndShearEqualsTheReference) {
     const auto i16 = random_samples<std::int16_t>(n, 4);
     const auto f32 = random_samples<float>(n, 5);
     const auto f64 = random_samples<double>(n, 6);
-    const Grid grids[] = {{u8.data(), Type::u8, n, 1, {}},        {i8.data(), Type::i8, n, 1, {2, -1}},
-                          {u16.data(), Type::u16, n, 1, {}},      {i16.data(), Type::i16, n, 1, {-2, 240}},
-                          {f32.data(), Type::f32, n, 1, {}},      {f64.data(), Type::f64, n, 1, {}}};
+    const Grid grids[] = {
+        {u8.data(), Type::u8, n, 1, {}},   {i8.data(), Type::i8, n, 1, {2, -1}},
+        {u16.data(), Type::u16, n, 1, {}}, {i16.data(), Type::i16, n, 1, {-2, 240}},
+        {f32.data(), Type::f32, n, 1, {}}, {f64.data(), Type::f64, n, 1, {}}};
     for (const Grid& grid : grids)
         for (const Hold hold : {Hold::zoh, Hold::foh})
             for (const bool backwards : {false, true}) {
-                ShearWarp warp{.volume = grid, .hold = hold, .with = {.step = 1.21, .unit = 0.5,
-                               .zero = 2, .miss = -4}};
+                ShearWarp warp{.volume = grid,
+                               .hold = hold,
+                               .with = {.step = 1.21, .unit = 0.5, .zero = 2, .miss = -4}};
                 warp.backwards = backwards;
                 warp.x = -3.3, warp.dx = 0.37, warp.y = 4.71, warp.dy = -0.53;
                 expect_reference(warp);

@@ -50,7 +50,7 @@ TEST(Picture, IsTheInverseTransform) {
                 slice[v * (period.x / 2 + 1) + u] = Complex(sum);
             }
         std::vector<float> out(picture.samples());
-        picture_of_slice(slice.data(), period, picture, out.data(), kMemory, nullptr);
+        picture_of_slice(slice.data(), period, picture, out.data(), kMemory, {});
         for (std::int64_t y = 0; y < picture.y; ++y)
             for (std::int64_t x = 0; x < picture.x; ++x)
                 EXPECT_NEAR(out[y * picture.x + x] / static_cast<float>(period.samples()),

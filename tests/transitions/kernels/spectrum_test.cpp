@@ -110,7 +110,7 @@ TEST(Spectrum, ReadsEveryTypeAndItsValues) {
     const auto want = spectrum_of(values, shape);
     std::vector<Complex> got(want.size());
     spectrum_of_volume({stored.data(), Type::i16, extent, 1, {0.5, 100}}, 90, shape, got.data(),
-                       kMemory, nullptr);
+                       kMemory, {});
     for (std::int64_t i = 0; i < shape.stored().samples(); ++i) ASSERT_EQ(got[i], want[i]);
 }
 

@@ -75,7 +75,7 @@ struct Options {
 
 inline std::vector<Complex> spectrum_of(const Volume& volume, const SpectrumShape& shape) {
     std::vector<Complex> spectrum(shape.stored().samples() + 8);
-    spectrum_of_volume(volume.grid(), 0, shape, spectrum.data(), kMemory, nullptr);
+    spectrum_of_volume(volume.grid(), 0, shape, spectrum.data(), kMemory, {});
     return spectrum;
 }
 
@@ -108,10 +108,10 @@ inline std::vector<float> project(const Volume& volume, const Affine& to_screen,
     view.scale = 1 / static_cast<double>(view.width * view.height);
     std::vector<Complex> slice(view.stored().samples());
     slice_of_spectrum(spectrum.data(), shape.period, shape.window, view, slice.data(), kMemory,
-                      nullptr);
+                      {});
     std::vector<float> pixels(picture.samples());
     picture_of_slice(slice.data(), {view.width, view.height, 1}, picture, pixels.data(), kMemory,
-                     nullptr);
+                     {});
     return pixels;
 }
 

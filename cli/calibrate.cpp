@@ -1,0 +1,208 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "cli/errors.hpp"
+#include "cli/machine.hpp"
+#include "cli/outputs.hpp"
+#include "cli/report.hpp"
+#include "cli/request_options.hpp"
+#include "cli/session.hpp"
+#include "cli/signals.hpp"
+#include "cli/verbs.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+struct CalibrateOptions {
+    bool quick = false;
+    std::optional<std::string> out, json;
+};
+
+using Clock = std::chrono::steady_clock;
+
+/// Between them these pass through every edge.
+std::vector<JobOptions> requests(bool quick) {
+    const std::string volume = quick ? "phantom:noise:64" : "phantom:noise:112";
+    const std::string image = quick ? "phantom:zone-plate:512" : "phantom:zone-plate:1024";
+    std::vector<JobOptions> all;
+    const auto add = [&](Job job, const std::string& input, const std::string& turn,
+                         const char* mode, const char* views) {
+        JobOptions options;
+        options.job = job;
+        options.input = input;
+        options.geometry.steps = {{"rotate", turn}};
+        if (mode) options.mode = mode;
+        if (views) options.geometry.turntable = views;
+        options.machine = "default";
+        options.threads = "1";
+        all.push_back(options);
+    };
+    add(Job::warp, volume, "20,-15,10", nullptr, nullptr);
+    add(Job::warp, image, "20", nullptr, nullptr);
+    add(Job::warp, volume, "90,0,0", nullptr, nullptr);
+    for (const char* mode : {"mip", "xray", "mean", "composite"})
+        add(Job::render, volume, "20,-15,10", mode, nullptr);
+    add(Job::render, volume, "0,0,0", "xray", "4");
+    return all;
+}
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Runs paths until every edge with every tried parameter has been timed.
+class Calibration {
+ public:
+    explicit Calibration(bool quick)
+        : quick_(quick), end_(Clock::now() + std::chrono::seconds(quick ? 5 : 24)) {
+        profile_ = default_profile();
+        profile_.name = quick ? "this machine (quick)" : "this machine";
+        profile_.cpu = cpu_name();
+        profile_.processors = usable_cores();
+    }
+
+    Profile measure(Messages& messages) {
+        const std::vector<JobOptions> all = requests(quick_);
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            messages.progress(static_cast<double>(i) / static_cast<double>(all.size()),
+                              std::string(name_of(all[i].job)) + " " + all[i].mode.value_or(""));
+            serve(all[i]);
+        }
+        messages.end_progress();
+        for (const auto& [edge, ratios] : ratios_) profile_.factors[edge] = median(ratios);
+        add_whole_edges();
+        if (!serial_.empty()) profile_.serial = median(serial_);
+        return profile_;
+    }
+
+ private:
+    void serve(const JobOptions& options) {
+        Session session(options);
+        take_request(session);
+        const std::vector<Source> sources{{session.input->data->what}};
+        const TransformGraph spanned = expand(session.edges, session.ask(), sources);
+        std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
+                                            profile_, session.plan_options, 1000);
+        // The cheap ones first: the dear ones may find their steps already timed.
+        std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
+            return a.predicted.seconds < b.predicted.seconds;
+        });
+        std::set<std::string> timed;
+        for (const Plan& plan : plans) {
+            if (std::all_of(plan.steps.begin(), plan.steps.end(),
+                            [&](const Step& step) { return timed.contains(step.text()); }))
+                continue;
+            if (Clock::now() > end_) return;
+            if (stop_flag()) throw Cancelled();
+            time(session, plan);
+            for (const Step& step : plan.steps) timed.insert(step.text());
+        }
+    }
+
+    void time(Session& session, const Plan& plan) {
+        std::vector<std::vector<double>> seconds(plan.steps.size());
+        std::vector<double> whole;
+        for (int i = 0; i < (quick_ ? 2 : 3) && (i == 0 || Clock::now() < end_); ++i) {
+            const Outcome outcome = once(session, plan, 1);
+            if (outcome.steps != plan.texts()) return;  // a step failed: its time says nothing
+            whole.push_back(outcome.seconds);
+            for (std::size_t k = 0; k < plan.steps.size(); ++k)
+                seconds[k].push_back(outcome.step_seconds[k]);
+        }
+        for (std::size_t k = 0; k < plan.steps.size(); ++k) {
+            const Step& step = plan.steps[k];
+            const double runs = step.runs(), counted = profile_.counted(step.work);
+            // The least of few: what disturbs a run only makes it longer.
+            const double least = *std::min_element(seconds[k].begin(), seconds[k].end()) / runs;
+            if (counted > 0)
+                ratios_[step.text()].push_back(
+                    std::clamp(std::max(least - profile_.start, least / 4) / counted, 1e-3, 1e3));
+        }
+        take_serial(session, plan, *std::min_element(whole.begin(), whole.end()));
+    }
+
+    /// The share that threads do not speed up, from plans that take long enough to tell.
+    void take_serial(Session& session, const Plan& plan, double alone) {
+        const double cores = profile_.processors;
+        if (cores < 2 || alone < 5e-3 || alone > 0.5 || serial_.size() >= 12) return;
+        const double together = std::min(once(session, plan, profile_.processors).seconds,
+                                         once(session, plan, profile_.processors).seconds);
+        serial_.push_back(std::clamp((together / alone - 1 / cores) / (1 - 1 / cores), 0.0, 1.0));
+    }
+
+    static Outcome once(Session& session, const Plan& plan, int threads) {
+        RunOptions options;
+        options.threads = threads;
+        options.memory = session.memory.get();
+        options.stop = &stop_flag();
+        return run(
+            plan, session.ask(), session.input->data,
+            [](int, const std::shared_ptr<const Data>&) {}, options);
+    }
+
+    /// A factor for an edge as a whole, for parameters that were not tried.
+    void add_whole_edges() {
+        std::map<std::string, std::vector<double>> by_edge;
+        for (const auto& [edge, factor] : profile_.factors)
+            by_edge[edge.substr(0, edge.find('/'))].push_back(factor);
+        for (const auto& [edge, factors] : by_edge) profile_.factors[edge] = median(factors);
+    }
+
+    bool quick_;
+    Clock::time_point end_;
+    Profile profile_;
+    std::map<std::string, std::vector<double>> ratios_;
+    std::vector<double> serial_;
+};
+
+std::string profile_file(const CalibrateOptions& options) {
+    if (options.out) return *options.out;
+    const std::string folder = config_folder();
+    if (folder.empty())
+        throw RequestError("calibrate: there is no home to write the profile to; say -o FILE");
+    std::error_code none;  // what goes wrong shows when the folder is looked at
+    std::filesystem::create_directories(folder, none);
+    return folder + "/machine.json";
+}
+
+int do_calibrate(const CalibrateOptions& options) {
+    return guarded_with_json(options.json, [&] {
+        const std::string file = profile_file(options);
+        if (file != "-") expect_writable("-o", file);
+        if (options.json && *options.json != "-") expect_writable("--json", *options.json);
+        Messages messages;
+        const Profile profile = Calibration(options.quick).measure(messages);
+        const std::string text = to_json(profile).dump(2) + "\n";
+        write_text(file, text);
+        if (options.json) write_text(*options.json, text);
+        if (file != "-")
+            fmt::print(stderr, "edgewise: {} factors of {} measured, written to {}\n",
+                       profile.factors.size(), profile.cpu, file);
+        return static_cast<int>(kDone);
+    });
+}
+
+}  // namespace
+
+Verb add_calibrate(CLI::App& main) {
+    CLI::App* app = main.add_subcommand("calibrate", "measure this machine");
+    auto options = std::make_shared<CalibrateOptions>();
+    app->add_flag("--quick", options->quick, "in seconds, less exact");
+    add_text(*app, "-o", options->out, "default: where the other verbs look for it")
+        ->type_name("FILE");
+    add_text(*app, "--json", options->json, "the profile as well, to FILE or -");
+    return {app, [options] { return do_calibrate(*options); }};
+}
+
+}  // namespace edgewise::cli

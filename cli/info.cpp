@@ -1,0 +1,163 @@
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/errors.hpp"
+#include "cli/input.hpp"
+#include "cli/machine.hpp"
+#include "cli/outputs.hpp"
+#include "cli/report.hpp"
+#include "cli/request_options.hpp"
+#include "cli/verbs.hpp"
+#include "runtime/memory_budget.hpp"
+#include "transitions/reference/statistics.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct InfoOptions {
+    std::string file;
+    std::optional<std::string> series, time, channel, orient, json;
+};
+
+struct Facts {
+    Input input;
+    std::optional<Statistics> statistics;  // absent where something had to be selected first
+    std::vector<store::Series> series;
+    std::vector<std::string> warnings;
+};
+
+template <class T>
+Json axes_of(const T& values, int axes) {
+    Json json = Json::array();
+    for (int k = 0; k < axes; ++k) json.push_back(values[static_cast<std::size_t>(k)]);
+    return json;
+}
+
+Json extent_of(const Extent& extent, int axes) {
+    Json json = Json::array();
+    for (int k = 0; k < axes; ++k) json.push_back(extent[k]);
+    return json;
+}
+
+Json json_of(const Facts& facts) {
+    const store::Header& header = facts.input.header;
+    const int axes = header.volume ? 3 : 2;
+    Json json = {{"schema", 1},
+                 {"file", facts.input.name},
+                 {"kind", header.volume ? "volume" : "image"},
+                 {"extent", extent_of(header.extent, axes)},
+                 {"channels", header.channels},
+                 {"times", header.times},
+                 {"spacing", axes_of(header.spacing, axes)},
+                 {"unit", header.unit.empty() ? Json() : Json(header.unit)},
+                 {"origin", axes_of(header.origin, axes)}};
+    json["direction"] = Json::array();
+    for (int k = 0; k < axes; ++k)
+        json["direction"].push_back(axes_of(header.direction[static_cast<std::size_t>(k)], axes));
+    json["orientation"] = header.orientation.empty() ? Json() : Json(header.orientation);
+    json["type"] = name_of(header.type);
+    const bool there = facts.statistics.has_value();
+    const Statistics s = facts.statistics.value_or(Statistics{});
+    json["range"] = there ? Json{s.low, s.high} : Json();
+    json["mean"] = there ? Json(s.mean) : Json();
+    json["non_finite"] = there ? Json(s.non_finite) : Json();
+    json["occupied_box"] =
+        there ? Json{axes_of(s.occupied.begin, axes), axes_of(s.occupied.end, axes)} : Json();
+    json["occupied_fraction"] = there ? Json(s.occupied_fraction) : Json();
+    json["bytes"] = there ? Json(facts.input.bytes()) : Json();
+    json["format"] = header.format;
+    json["warnings"] = facts.warnings;
+    json["series"] = Json::array();
+    for (const store::Series& series : facts.series)
+        json["series"].push_back(
+            {{"uid", series.uid}, {"text", series.text}, {"files", series.files}});
+    return json;
+}
+
+std::string text_of_facts(const Facts& facts) {
+    const store::Header& h = facts.input.header;
+    const int axes = h.volume ? 3 : 2;
+    const auto numbers = [&](const auto& v) {
+        std::string text;
+        for (int k = 0; k < axes; ++k)
+            text += fmt::format("{}{:.6g}", k ? " x " : "", v[static_cast<std::size_t>(k)]);
+        return text;
+    };
+    std::string text =
+        fmt::format("{}: {} ({})\n", facts.input.name, h.volume ? "volume" : "image", h.format);
+    const auto line = [&](const char* key, const std::string& value) {
+        text += fmt::format("  {:<12} {}\n", key, value);
+    };
+    line("extent", text_of(h.extent, axes) + fmt::format(", {} channel{}, {} time{}", h.channels,
+                                                         h.channels > 1 ? "s" : "", h.times,
+                                                         h.times > 1 ? "s" : ""));
+    line("spacing", numbers(h.spacing) + " " + h.unit);
+    line("orientation", h.orientation.empty() ? "not said" : h.orientation);
+    line("type", std::string(name_of(h.type)) +
+                     (h.values.identity() ? ""
+                                          : fmt::format(", value = {:.6g} x stored + {:.6g}",
+                                                        h.values.slope, h.values.offset)));
+    if (facts.statistics) {
+        const Statistics& s = *facts.statistics;
+        line("range", fmt::format("{:.6g} to {:.6g}, mean {:.6g}", s.low, s.high, s.mean));
+        if (s.non_finite) line("not finite", fmt::format("{} values", s.non_finite));
+        line("occupied", fmt::format("{:.1f} % of the samples", s.occupied_fraction * 100));
+        line("memory", fmt::format("{:.1f} MiB", facts.input.bytes() / 0x1p20));
+    } else if (h.times > 1) {
+        line("note", "several time points: --time N, from 0, says which");
+    }
+    for (std::size_t i = 0; i < facts.series.size() && facts.series.size() > 1; ++i)
+        line("series", fmt::format("{}: {} ({}, {} files)", i, facts.series[i].uid,
+                                   facts.series[i].text, facts.series[i].files));
+    for (const std::string& warning : facts.warnings) line("warning", warning);
+    return text;
+}
+
+/// Several series: their list is the answer, the first stands for all.
+Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
+    Facts facts;
+    store::Selection selection =
+        selection_of(options.series, options.time, options.channel, options.orient);
+    selection.memory_limit = memory.limit();
+    if (!options.file.starts_with("phantom:") && !options.file.starts_with("raw:")) {
+        facts.series = store::list_series(options.file);
+        if (facts.series.size() > 1 && !selection.series) selection.series = "0";
+    }
+    facts.input = inspected(options.file, selection);
+    facts.warnings = facts.input.header.warnings;
+    if (facts.input.header.times > 1 && !selection.time) return facts;
+    facts.warnings = read_data(facts.input, &memory);
+    facts.statistics = statistics_of(*facts.input.data, &memory);
+    return facts;
+}
+
+int do_info(const InfoOptions& options) {
+    return guarded_with_json(options.json, [&] {
+        if (options.json && *options.json != "-") expect_writable("--json", *options.json);
+        MemoryBudget memory(static_cast<std::size_t>(free_memory()));
+        const Facts facts = gathered(options, memory);
+        if (options.json) write_text(*options.json, text_of(json_of(facts)));
+        if (options.json != "-") write_text("-", text_of_facts(facts));
+        return static_cast<int>(kDone);
+    });
+}
+
+}  // namespace
+
+Verb add_info(CLI::App& main) {
+    CLI::App* app = main.add_subcommand("info", "what is in a file");
+    auto options = std::make_shared<InfoOptions>();
+    app->add_option("FILE", options->file, "file, folder, phantom:NAME:N or raw:...")->required();
+    add_text(*app, "--series", options->series, "which DICOM series of a folder");
+    add_text(*app, "--time", options->time, "which time point, from 0");
+    add_text(*app, "--channel", options->channel, "which channel, from 0");
+    add_text(*app, "--orient", options->orient, "where x, y, z point, as RAS");
+    add_text(*app, "--json", options->json, "report, to FILE or - for standard output");
+    return {app, [options] { return do_info(*options); }};
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,196 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <fmt/format.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/errors.hpp"
+#include "cli/machine.hpp"
+#include "cli/outputs.hpp"
+#include "cli/report.hpp"
+#include "cli/request_options.hpp"
+#include "cli/verbs.hpp"
+#include "graph/errors.hpp"
+#include "transitions/catalogue.hpp"
+#include "transitions/reference/phantoms.hpp"
+#include "transitions/store/store.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const Value& value) {
+    return std::visit([](const auto& v) { return Json(v); }, value);
+}
+
+Json json_of(const Domain& domain) {
+    Json json = Json::object();
+    if (domain.words.empty())
+        json = {{"low", domain.low}, {"high", domain.high}};
+    else
+        json = {{"words", domain.words}};
+    json["tried"] = Json::array();
+    for (const Value& value : domain.tried) json["tried"].push_back(json_of(value));
+    json["meaning"] = domain.meaning;
+    return json;
+}
+
+Json edges() {
+    Json list = Json::array();
+    for (const Transition& edge : catalogue()) {
+        Json joins = Json::array(), parameters = Json::object();
+        for (const auto& [from, to] : edge.joins) joins.push_back({{"from", from}, {"to", to}});
+        for (const auto& [key, domain] : edge.parameters) parameters[key] = json_of(domain);
+        list.push_back({{"name", edge.name},
+                        {"source", edge.source},
+                        {"joins", joins},
+                        {"parameters", parameters}});
+    }
+    return list;
+}
+
+Json filters() {
+    Json list = Json::array();
+    for (const auto& [name, meaning] : {std::pair{"zoh", "zero-order hold: the nearest sample"},
+                                        {"foh", "first-order hold: bilinear or trilinear"},
+                                        {"bspline3", "the cubic B-spline through the samples"}})
+        list.push_back({{"name", name}, {"meaning", meaning}});
+    return list;
+}
+
+Json modes() {
+    Json list = Json::array();
+    for (const auto& [name, meaning] :
+         {std::pair{"mip", "largest value along the ray"},
+          {"xray", "integral of (value - zero) along the ray"},
+          {"mean", "mean value over the ray's length inside the volume"},
+          {"composite", "emission and opacity, front to back"}})
+        list.push_back({{"name", name}, {"meaning", meaning}});
+    return list;
+}
+
+Json formats() {
+    Json list = Json::array();
+    for (const store::Format& format : store::formats()) {
+        Json types = Json::array();
+        for (const Type type : format.types) types.push_back(name_of(type));
+        list.push_back({{"name", format.name},
+                        {"endings", format.endings},
+                        {"reads", format.reads},
+                        {"writes", format.writes},
+                        {"types", types},
+                        {"images", format.images},
+                        {"volumes", format.volumes},
+                        {"channels", format.channels},
+                        {"meaning", format.note}});
+    }
+    return list;
+}
+
+Json phantoms() {
+    Json list = Json::array();
+    for (const std::string& name : phantom_names())
+        list.push_back({{"name", name}, {"axes", phantom_named(name, 8).axes}});
+    return list;
+}
+
+Json machines() {
+    namespace fs = std::filesystem;
+    Json list = Json::array();
+    const auto add = [&](const Profile& profile, const std::string& file) {
+        list.push_back({{"name", profile.name},
+                        {"cpu", profile.cpu},
+                        {"processors", profile.processors},
+                        {"file", file.empty() ? Json() : Json(file)}});
+    };
+    add(default_profile(), "");
+    std::vector<std::string> files;
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(config_folder(), none))
+        if (entry.path().extension() == ".json") files.push_back(entry.path().string());
+    std::sort(files.begin(), files.end());
+    for (const std::string& file : files) try {
+            add(load_profile(file), file);
+        } catch (const InputError& error) {
+            fmt::print(stderr, "edgewise: warning: {}\n", error.what());
+        }
+    return list;
+}
+
+struct Kind {
+    const char* name;
+    Json (*entries)();
+};
+constexpr Kind kKinds[] = {{"edges", edges},     {"filters", filters},   {"modes", modes},
+                           {"formats", formats}, {"phantoms", phantoms}, {"machines", machines}};
+
+std::string domain_text(const Json& domain) {
+    const std::string values =
+        domain.contains("words")
+            ? domain["words"].dump()
+            : fmt::format("{} to {}", domain["low"].dump(), domain["high"].dump());
+    const std::string meaning = domain["meaning"];
+    return fmt::format("{}, tried {}{}", values, domain["tried"].dump(),
+                       meaning.empty() ? "" : " (" + meaning + ")");
+}
+
+std::string line_of(const Json& entry) {
+    std::string text = entry["name"].get<std::string>();
+    if (entry.contains("endings")) {
+        std::string can = entry["reads"].get<bool>() ? "reads" : "";
+        if (entry["writes"].get<bool>()) can += can.empty() ? "writes" : ", writes";
+        text = fmt::format("{:<16} {:<14}", text, can);
+        for (const Json& ending : entry["endings"]) text += " " + ending.get<std::string>();
+    }
+    if (entry.contains("axes")) text += fmt::format(" ({}D)", entry["axes"].get<int>());
+    if (entry.contains("processors"))
+        text += fmt::format(
+            ": {} processors, {}", entry["processors"].get<int>(),
+            entry["cpu"].get<std::string>().empty() ? "built in" : entry["cpu"].get<std::string>());
+    if (entry.contains("meaning") && !entry["meaning"].get<std::string>().empty())
+        text += ": " + entry["meaning"].get<std::string>();
+    if (entry.contains("source")) text += ": " + entry["source"].get<std::string>();
+    text += "\n";
+    if (entry.contains("joins"))
+        for (const Json& join : entry["joins"])
+            text += fmt::format("    {} -> {}\n", join["from"].get<std::string>(),
+                                join["to"].get<std::string>());
+    if (entry.contains("parameters"))
+        for (const auto& [key, domain] : entry["parameters"].items())
+            text += fmt::format("    /{}: {}\n", key, domain_text(domain));
+    return text;
+}
+
+int do_list(const std::string& what, const std::optional<std::string>& json) {
+    return guarded_with_json(json, [&] {
+        if (json && *json != "-") expect_writable("--json", *json);
+        const auto kind = std::find_if(std::begin(kKinds), std::end(kKinds),
+                                       [&](const Kind& k) { return what == k.name; });
+        if (kind == std::end(kKinds))
+            throw RequestError(fmt::format(
+                "list: '{}' is none of edges, filters, modes, formats, phantoms, machines", what));
+        const Json entries = kind->entries();
+        if (json) write_text(*json, text_of(Json{{"schema", 1}, {what, entries}}));
+        if (json == "-") return static_cast<int>(kDone);
+        std::string text;
+        for (const Json& entry : entries) text += line_of(entry);
+        write_text("-", text);
+        return static_cast<int>(kDone);
+    });
+}
+
+}  // namespace
+
+Verb add_list(CLI::App& main) {
+    CLI::App* app = main.add_subcommand("list", "what this build knows");
+    auto what = std::make_shared<std::string>();
+    auto json = std::make_shared<std::optional<std::string>>();
+    app->add_option("WHAT", *what, "edges, filters, modes, formats, phantoms or machines")
+        ->required();
+    add_text(*app, "--json", *json, "report, to FILE or - for standard output");
+    return {app, [what, json] { return do_list(*what, *json); }};
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,143 @@
+#include "planner/cost.hpp"
+
+#include <gtest/gtest.h>
+#include <set>
+
+namespace edgewise {
+namespace {
+
+Representation made(double bytes, int runs) {
+    Representation what;
+    what.type = Type::u8;
+    what.extent = {static_cast<std::int64_t>(bytes), 1, 1};
+    std::vector<Mat4> maps(runs, Mat4::Identity());
+    for (int view = 0; view < runs; ++view) maps[view](0, 3) = view;
+    if (runs > 1) what.placed = Placement::each(maps);
+    return what;
+}
+
+TEST(Label, InputStaysOnlyForNextViews) {
+    StepCost cost;
+    cost.seconds = 2;
+    cost.scratch = 5;
+    const Label start{.seconds = 1, .peak = 3, .held = 7};
+    // One run to one run: input and output side by side, nothing kept.
+    Label next = extend(start, {.from = made(100, 1), .to = made(10, 1)}, cost, false, 1000);
+    EXPECT_EQ(next.seconds, 3);
+    EXPECT_EQ(next.held, 7);
+    EXPECT_EQ(next.peak, 1000 + 7 + 100 + 10 + 5);
+    // One run to four: the input is held from here on.
+    next = extend(start, {.from = made(100, 1), .to = made(10, 4)}, cost, false, 1000);
+    EXPECT_EQ(next.held, 107);
+    EXPECT_EQ(next.peak, 1000 + 107 + 10 + 5);
+    // A source is pinned already.
+    next = extend(start, {.from = made(100, 1), .to = made(10, 4)}, cost, true, 1000);
+    EXPECT_EQ(next.held, 7);
+    EXPECT_EQ(next.peak, 1000 + 7 + 10 + 5);
+    // A peak behind us is not forgotten.
+    next = extend({.peak = 1e6}, {.from = made(1, 1), .to = made(1, 1)}, cost, false, 0);
+    EXPECT_EQ(next.peak, 1e6);
+}
+
+TEST(Label, BiasAddsAndNoiseAddsInSquares) {
+    StepCost cost;
+    cost.error = {.gain = 2, .noise_gain = 3, .bias = 1, .noise = 8};
+    const Label next =
+        extend({.bias = 5, .noise = 5}, {.from = made(1, 1), .to = made(1, 1)}, cost, false, 0);
+    EXPECT_EQ(next.bias, 11);
+    EXPECT_EQ(next.noise, 17);  // 15, 8, 17
+    EXPECT_DOUBLE_EQ(next.error(), std::hypot(11, 17));
+    cost.error = Error::unknown();
+    EXPECT_FALSE(extend({}, {.from = made(1, 1), .to = made(1, 1)}, cost, false, 0).known);
+}
+
+TEST(Label, DominanceIsWeakAndInAllResources) {
+    const Label a{.seconds = 1, .peak = 1, .held = 1, .bias = 1, .noise = 1};
+    EXPECT_TRUE(dominates(a, a));
+    for (double Label::*resource :
+         {&Label::seconds, &Label::peak, &Label::held, &Label::bias, &Label::noise}) {
+        Label worse = a;
+        worse.*resource += 1;
+        EXPECT_TRUE(dominates(a, worse));
+        EXPECT_FALSE(dominates(worse, a));
+        EXPECT_TRUE(before(a, worse));
+        EXPECT_FALSE(before(worse, a));
+    }
+    Label unknown = a;
+    unknown.known = false;
+    EXPECT_FALSE(dominates(unknown, a));
+    EXPECT_TRUE(dominates(a, unknown));
+    EXPECT_TRUE(before(a, unknown));
+    EXPECT_FALSE(before(a, a));
+}
+
+/// Costs that grow with the view, to see which views were asked.
+Transition graded(Partition parts = {}) {
+    return {
+        .name = "toy.graded",
+        .work =
+            [](const Offer&, const Ask&, int view) {
+                Work work;
+                work.operations = view;
+                work.scratch = 1 + view;
+                work.workspace = 1000 + view;
+                return work;
+            },
+        .parts = [parts](const Offer&, const Ask&) { return parts; },
+    };
+}
+
+Profile one_second_an_operation() {
+    Profile profile;
+    profile.operation = 1;
+    profile.start = 0;
+    profile.serial = 0;
+    return profile;
+}
+
+TEST(Cost, AskedForAtMostEightViewsAndScaledToAll) {
+    const Request want;
+    const Scene scene;
+    for (const int runs : {1, 3, 8, 360}) {
+        const Offer offer{.from = made(1, 1), .to = made(1, runs)};
+        const StepCost cost = cost_of(graded(), offer, {want, scene}, one_second_an_operation(), 2);
+        const int asked = std::min(runs, 8), last = (asked - 1) * runs / asked;
+        double sum = 0;
+        for (int i = 0; i < asked; ++i) sum += i * runs / asked;
+        EXPECT_NEAR(cost.seconds, runs * sum / asked / 2, 1e-9 * runs);  // two threads share
+        EXPECT_EQ(cost.scratch, (1 + last) * 2 + 1000 + last);  // the largest, once a thread
+    }
+}
+
+TEST(Cost, PartsThatAreMergedAreCounted) {
+    const Request want;
+    const Scene scene;
+    Offer offer{.from = made(1, 1), .to = made(100, 1)};
+    offer.from.extent = {4, 4, 10};
+    const Partition parts{.kind = Partition::input, .leaf = {4, 4, 2}};
+    ASSERT_EQ(regions_of(parts, offer).size(), 5u);
+    const StepCost cost =
+        cost_of(graded(parts), offer, {want, scene}, one_second_an_operation(), 1);
+    EXPECT_EQ(cost.scratch, 1 + 1000 + 4 * 100);  // the first part is the output itself
+}
+
+TEST(Cost, RandomOnesHangOnEdgeParametersAndSeed) {
+    std::set<double> all;
+    for (const char* name : {"a.b", "a.c"})
+        for (const double step : {1.0, 2.0})
+            for (const std::uint64_t seed : {1, 2}) {
+                Transition edge{.name = name};
+                const Offer offer{.with = {{"step", step}}};
+                StepCost one, two;
+                randomise(one, edge, offer, seed);
+                randomise(two, edge, offer, seed);
+                EXPECT_EQ(one.seconds, two.seconds);
+                EXPECT_GT(one.seconds, 0);
+                EXPECT_LE(one.seconds, 1);
+                all.insert(one.seconds);
+            }
+    EXPECT_EQ(all.size(), 8u);
+}
+
+}  // namespace
+}  // namespace edgewise

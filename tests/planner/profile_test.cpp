@@ -1,0 +1,124 @@
+#include "planner/profile.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "graph/errors.hpp"
+
+namespace edgewise {
+namespace {
+
+/// A file that goes with its test.
+class TemporaryFile {
+ public:
+    explicit TemporaryFile(const std::string& text)
+        : path_(std::filesystem::temp_directory_path() /
+                ("edgewise_profile_" + std::to_string(getpid()) + ".json")) {
+        std::ofstream(path_) << text;
+    }
+    ~TemporaryFile() { std::filesystem::remove(path_); }
+    std::string path() const { return path_.string(); }
+
+ private:
+    std::filesystem::path path_;
+};
+
+std::string rejection(const std::string& text) {
+    const TemporaryFile file(text);
+    try {
+        load_profile(file.path());
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find(file.path()), std::string::npos) << error.what();
+        return error.what();
+    }
+    return "accepted";
+}
+
+TEST(Profile, SavesAndLoads) {
+    Profile profile;
+    profile.name = "toy";
+    profile.cpu = "a \"quoted\" one";
+    profile.processors = 12;
+    profile.operation = 1.0 / 3e9;  // not a round number: must come back to the last bit
+    profile.streamed = 1e-10;
+    profile.gather = 2e-10;
+    profile.local = 3e-10;
+    profile.global = 4e-9;
+    profile.start = 1e-5;
+    profile.serial = 0.07;
+    profile.factors = {{"warp.backward", 1.25}, {"warp.backward/filter=foh", 0.1}};
+    const TemporaryFile file(to_json(profile).dump());
+    const Profile back = load_profile(file.path());
+    EXPECT_EQ(to_json(back), to_json(profile));
+    EXPECT_EQ(back.operation, profile.operation);
+    EXPECT_EQ(back.factors, profile.factors);
+}
+
+TEST(Profile, FieldsThatAreMissingKeepTheirDefaults) {
+    const TemporaryFile file(R"({"schema": 1, "gather": 1e-9})");
+    const Profile profile = load_profile(file.path());
+    EXPECT_EQ(profile.gather, 1e-9);
+    EXPECT_EQ(profile.streamed, Profile{}.streamed);
+}
+
+TEST(Profile, BadFilesAreRejectedWithTheField) {
+    const std::pair<std::string, std::string> bad[] = {
+        {"", "JSON"},
+        {"[1]", "JSON"},
+        {R"({"schema": 1)", "JSON"},
+        {R"({"operation": 1e-9})", "schema"},
+        {R"({"schema": 2})", "schema"},
+        {R"({"schema": 1, "operation": "fast"})", "operation"},
+        {R"({"schema": 1, "gather": -1e-9})", "gather"},
+        {R"({"schema": 1, "streamed": 2})", "streamed"},
+        {R"({"schema": 1, "serial": 1.5})", "serial"},
+        {R"({"schema": 1, "processors": 0})", "processors"},
+        {R"({"schema": 1, "processors": null})", "processors"},
+        {R"({"schema": 1, "name": 5})", "name"},
+        {R"({"schema": 1, "factors": [1]})", "factors"},
+        {R"({"schema": 1, "factors": {"warp.x": 0}})", "factors.warp.x"},
+        {R"({"schema": 1, "factors": {"warp.x": "2"}})", "factors.warp.x"},
+    };
+    for (const auto& [text, field] : bad) {
+        const std::string why = rejection(text);
+        EXPECT_NE(why.find(field), std::string::npos) << text << ": " << why;
+    }
+    EXPECT_THROW(load_profile("/nowhere/at/all.json"), InputError);
+}
+
+TEST(Profile, SecondsAreLinearInCountsAndShareThreads) {
+    Profile profile;
+    profile.operation = 1;
+    profile.streamed = 10;
+    profile.gather = 100;
+    profile.local = 1000;
+    profile.global = 10000;
+    profile.start = 0.5;
+    profile.serial = 0.25;
+    Work work;
+    work.operations = 1;
+    work.streamed = 2;
+    work.gathers = 3;
+    work.local = 4;
+    work.global = 5;
+    EXPECT_EQ(profile.counted(work), 54321);
+    EXPECT_EQ(profile.seconds("a.b", work, 1), 54321.5);
+    EXPECT_EQ(profile.seconds("a.b", work, 3), 0.5 + 54321 * (0.25 + 0.75 / 3));
+    EXPECT_EQ(profile.seconds("a.b", work, 0), 54321.5);  // no threads are one
+}
+
+TEST(Profile, LongestNameThatFitsGivesTheFactor) {
+    Profile profile;
+    profile.factors = {{"a.b", 2}, {"a.b/f=x", 3}, {"a.b/f=x/s=1", 5}};
+    EXPECT_EQ(profile.factor("a.b/f=x/s=1"), 5);
+    EXPECT_EQ(profile.factor("a.b/f=x/s=2"), 3);
+    EXPECT_EQ(profile.factor("a.b/f=y"), 2);
+    EXPECT_EQ(profile.factor("a.bb"), 1);
+    EXPECT_EQ(profile.factor("a"), 1);
+}
+
+}  // namespace
+}  // namespace edgewise

@@ -1,0 +1,108 @@
+#include "runtime/memory_budget.hpp"
+
+#include <cstdint>
+#include <cstring>
+#include <gtest/gtest.h>
+#include <limits>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "graph/data.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr std::size_t kMiB = std::size_t{1} << 20;
+
+TEST(MemoryBudget, CountsAndRefuses) {
+    MemoryBudget memory(1000);
+    EXPECT_EQ(memory.limit(), 1000u);
+    void* a = memory.allocate(600, 64);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(a) % 64, 0u);
+    EXPECT_EQ(memory.used(), 600u);
+    EXPECT_THROW((void)memory.allocate(401, 64), std::bad_alloc);
+    void* b = memory.allocate(400, 64);  // the limit itself is allowed
+    EXPECT_EQ(memory.used(), 1000u);
+    memory.deallocate(a, 600, 64);
+    memory.deallocate(b, 400, 64);
+    EXPECT_EQ(memory.used(), 0u);
+    EXPECT_EQ(memory.peak(), 1000u);
+}
+
+TEST(MemoryBudget, RefusalLeavesNoTrace) {
+    MemoryBudget memory(10 * kMiB);
+    for (const std::size_t bytes :
+         {10 * kMiB + 1, 100 * kMiB, std::numeric_limits<std::size_t>::max(),
+          std::numeric_limits<std::size_t>::max() - 4095})
+        EXPECT_THROW((void)memory.allocate(bytes, 64), std::bad_alloc) << bytes;
+    EXPECT_EQ(memory.used(), 0u);
+    EXPECT_EQ(memory.peak(), 0u);
+    void* all = memory.allocate(10 * kMiB, 64);
+    memory.deallocate(all, 10 * kMiB, 64);
+}
+
+TEST(MemoryBudget, LargeBlocksAreReusedAndGivenBackWhenOthersNeedTheRoom) {
+    MemoryBudget memory(10 * kMiB);
+    void* first = memory.allocate(4 * kMiB, 64);
+    std::memset(first, 1, 4 * kMiB);
+    memory.deallocate(first, 4 * kMiB, 64);
+    EXPECT_EQ(memory.used(), 0u);
+    void* again = memory.allocate(4 * kMiB, 64);
+    EXPECT_EQ(again, first);
+    memory.deallocate(again, 4 * kMiB, 64);
+    void* larger = memory.allocate(9 * kMiB, 64);  // the kept 4 MiB must make way
+    EXPECT_LE(memory.peak(), memory.limit());
+    std::memset(larger, 1, 9 * kMiB);
+    memory.deallocate(larger, 9 * kMiB, 64);
+    memory.trim();
+    void* all = memory.allocate(10 * kMiB, 64);
+    memory.deallocate(all, 10 * kMiB, 64);
+    EXPECT_EQ(memory.peak(), 10 * kMiB);
+}
+
+TEST(MemoryBudget, NeverExceedsItsLimitUnderManyThreads) {
+    MemoryBudget memory(8 * kMiB);
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&, t] {
+            std::mt19937 random(t);
+            for (int i = 0; i < 500; ++i) {
+                const bool large = i % 5 == 0;
+                const std::size_t bytes =
+                    large ? kMiB + random() % (3 * kMiB) : 1 + random() % 100000;
+                try {
+                    Array array(bytes, &memory);
+                    std::memset(array.data(), t, array.bytes() + kArraySlack);
+                    if (i % 7 == 0) std::this_thread::yield();
+                    const auto* last = static_cast<char*>(array.data()) + bytes + kArraySlack - 1;
+                    EXPECT_EQ(*last, t) << "two threads share a block";
+                } catch (const std::bad_alloc&) {
+                }
+            }
+        });
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(memory.used(), 0u);
+    EXPECT_LE(memory.peak(), memory.limit());
+    EXPECT_GT(memory.peak(), 0u);
+}
+
+TEST(Array, MovesAndIsAligned) {
+    MemoryBudget memory(kMiB);
+    Array a(100, &memory);
+    EXPECT_EQ(memory.used(), 100 + kArraySlack);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(a.data()) % 64, 0u);
+    void* data = a.data();
+    Array b(std::move(a));
+    EXPECT_EQ(b.data(), data);
+    Array c(10, &memory);
+    c = std::move(b);
+    EXPECT_EQ(c.data(), data);
+    EXPECT_EQ(c.bytes(), 100u);
+    EXPECT_EQ(memory.used(), 100 + kArraySlack);  // what c held before is gone
+    c = Array();
+    EXPECT_EQ(memory.used(), 0u);
+}
+
+}  // namespace
+}  // namespace edgewise

@@ -1,0 +1,288 @@
+#include "transitions/reference/scene.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <random>
+
+#include "transitions/reference/answer.hpp"
+#include "transitions/reference/interval.hpp"
+#include "transitions/reference/statistics.hpp"
+#include "transitions/reference/stored.hpp"
+
+namespace edgewise {
+namespace {
+
+std::pmr::memory_resource* heap() { return std::pmr::get_default_resource(); }
+
+/// A volume of a commonest value 3 with other numbers in a box, in any type.
+Data box_volume(Type type, int channels) {
+    Representation what;
+    what.extent = {37, 21, 19};
+    what.type = type;
+    what.channels = channels;
+    what.values = {-0.5, 2};
+    Data data = Data::make(what, heap());
+    std::mt19937 bits(3);
+    with_stored_type(type, [&](auto zero) {
+        using T = decltype(zero);
+        if constexpr (!std::is_same_v<T, StoredHalf>)
+            for (std::int64_t i = 0; i < what.samples() * channels; ++i) {
+                const std::int64_t s = i / channels, x = s % 37, y = s / 37 % 21, z = s / 777;
+                const bool in = x >= 11 && x < 20 && y >= 5 && y < 6 && z >= 2 && z < 18;
+                data.as<T>()[i] = static_cast<T>(in ? 4 + bits() % 90 : 3);
+            }
+    });
+    return data;
+}
+
+TEST(Statistics, AreThoseOfAPlainCount) {
+    for (Type type : {Type::u8, Type::i8, Type::u16, Type::i16, Type::u32, Type::i32, Type::f32,
+                      Type::f64})
+        for (int channels : {1, 3}) {
+            const Data data = box_volume(type, channels);
+            const Statistics s = statistics_of(data, heap());
+            double low = 1e9, high = -1e9, sum = 0;
+            std::int64_t differing = 0;
+            const std::int64_t values = data.what.samples() * channels;
+            for (std::int64_t i = 0; i < values; ++i) {
+                const double value = value_at(data, i);
+                low = std::min(low, value);
+                high = std::max(high, value);
+                sum += value;
+                differing += value != 0.5;
+            }
+            EXPECT_EQ(s.low, low);
+            EXPECT_EQ(s.high, high);
+            EXPECT_NEAR(s.mean, sum / static_cast<double>(values), 1e-12);
+            EXPECT_EQ(s.commonest, 0.5);
+            EXPECT_EQ(s.occupied, (Region{{11, 5, 2}, {20, 6, 18}}));
+            EXPECT_EQ(s.occupied_fraction,
+                      static_cast<double>(differing) / static_cast<double>(values));
+            const auto found = [&](std::int64_t sample) {
+                std::vector<double> all;
+                for (int c = 0; c < channels; ++c)
+                    all.push_back(value_at(data, sample * channels + c));
+                return all;
+            };
+            EXPECT_TRUE(std::ranges::count(found(s.highest), high));
+            EXPECT_TRUE(std::ranges::count(found(s.lowest), low));
+        }
+}
+
+TEST(Statistics, LeaveOutWhatIsNotFinite) {
+    Data data = box_volume(Type::f32, 1);
+    data.as<float>()[5] = std::numeric_limits<float>::quiet_NaN();
+    data.as<float>()[900] = -std::numeric_limits<float>::infinity();
+    const Statistics s = statistics_of(data, heap());
+    EXPECT_EQ(s.non_finite, 2);
+    EXPECT_EQ(s.high, 0.5);
+    EXPECT_TRUE(std::isfinite(s.mean));
+    for (std::int64_t i = 0; i < data.what.samples(); ++i)
+        data.as<float>()[i] = std::numeric_limits<float>::quiet_NaN();
+    const Statistics none = statistics_of(data, heap());
+    EXPECT_EQ(none.non_finite, data.what.samples());
+    EXPECT_EQ(none.low, 0);
+    EXPECT_EQ(none.high, 0);
+}
+
+TEST(Statistics, OfAConstantAndOfOneSample) {
+    for (const Extent& n : {Extent{9, 8, 7}, Extent{1, 1, 1}}) {
+        Representation what;
+        what.extent = n;
+        Data data = Data::make(what, heap());
+        std::fill_n(data.as<float>(), n.samples(), 4.F);
+        const Statistics s = statistics_of(data, heap());
+        EXPECT_EQ(s.low, 4);
+        EXPECT_EQ(s.high, 4);
+        EXPECT_EQ(s.commonest, 4);
+        EXPECT_TRUE(s.occupied.empty());
+        EXPECT_EQ(s.occupied_fraction, 0);
+    }
+}
+
+Request request_for(const Data& data, Job job, Mode mode, int frames) {
+    Request want;
+    want.job = job;
+    want.mode = mode;
+    want.axes = data.what.axes;
+    want.input = data.what.extent;
+    want.frames = frames;
+    want.transfer.points = {{0, 0, {0, 0, 0}}, {1, 0.1, {1, 1, 1}}};
+    const Extent& n = data.what.extent;
+    const std::int64_t wide = want.axes == 2 ? n.x : n.x * 7 / 4;
+    want.screen = {wide, wide, want.axes == 2 ? 1 : wide};
+    const Vec3 centre = 0.5 * Vec3(static_cast<double>(n.x - 1), static_cast<double>(n.y - 1),
+                                   static_cast<double>(n.z - 1));
+    const Vec3 middle = 0.5 * Vec3(static_cast<double>(wide - 1), static_cast<double>(wide - 1),
+                                   static_cast<double>(want.screen.z - 1));
+    std::vector<Mat4> views;
+    for (int view = 0; view < frames; ++view) {
+        const Eigen::Affine3d map =
+            Eigen::Translation3d(middle) *
+            Eigen::AngleAxisd(0.3 + view, want.axes == 2 ? Vec3(0, 0, 1) : Vec3(0.2, 1, 0.1)) *
+            Eigen::Translation3d(-centre);
+        views.push_back(map.matrix());
+    }
+    want.views = Placement::each(views);
+    return want;
+}
+
+/// The RMS error of one hold and step over random pixels or samples, by the slow f64 fields: between
+/// the low end of its 95 % interval and the mean.
+Interval measured(const Request& want, const ReferenceField& truth, const ReferenceField& held,
+                double step, double& range) {
+    const Reference reference(want, truth, heap());
+    std::mt19937 bits(11);
+    std::vector<OutputSample> samples;
+    while (samples.size() < 3000) {
+        const OutputSample at{static_cast<int>(bits() % static_cast<unsigned>(want.frames)),
+                              static_cast<std::int64_t>(bits() % want.screen.x),
+                              static_cast<std::int64_t>(bits() % want.screen.y),
+                              want.job == Job::warp
+                                  ? static_cast<std::int64_t>(bits() % want.screen.z)
+                                  : 0};
+        if (reference.sees_input(at)) samples.push_back(at);
+    }
+    const std::vector<double> expected = reference.values(samples);
+    const auto channels = static_cast<std::size_t>(reference.channels());
+    range = *std::ranges::max_element(expected) - *std::ranges::min_element(expected);
+    std::vector<double> squares;
+    const auto estimate = [&]() -> Interval {
+        const double mean = std::accumulate(squares.begin(), squares.end(), 0.0) /
+                            static_cast<double>(squares.size());
+        return {root_mean_interval(squares, 1).low, std::sqrt(mean)};
+    };
+    if (want.job == Job::warp) {
+        const std::vector<double> got = Reference(want, held, heap()).values(samples);
+        for (std::size_t i = 0; i < got.size(); ++i)
+            squares.push_back(std::pow(got[i] - expected[i], 2));
+        return estimate();
+    }
+    const FieldPiece piece(held, Region::all(want.input), heap());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const RaySpan ray = *reference.geometry().ray(samples[i]);
+        Stretch stretch = Stretch::empty(want.mode);
+        for (double k = std::floor(ray.low / step); k < ray.high / step; ++k) {
+            const double low = std::max(ray.low, k * step);
+            const double high = std::min(ray.high, (k + 1) * step);
+            double value = 0;
+            if (low < high && piece.at(ray.origin + (low + high) / 2 * ray.direction, &value))
+                stretch.add(value, high - low, want);
+        }
+        std::array<double, 4> got{};
+        stretch.result(want, got.data());
+        double square = 0;
+        for (std::size_t c = 0; c < channels; ++c)
+            square += std::pow(got[c] - expected[i * channels + c], 2);
+        squares.push_back(square / static_cast<double>(channels));
+    }
+    return estimate();
+}
+
+struct Case {
+    const char* phantom;
+    Job job;
+    Mode mode;
+    Field field;
+};
+class Scenes : public testing::TestWithParam<Case> {};
+
+/// A prediction must not be broken, and should be no more than three times what comes true.
+TEST_P(Scenes, PredictErrorsFromAbove) {
+    const auto [name, job, mode, kind] = GetParam();
+    const Phantom phantom = phantom_named(name, 48);
+    const Data data = make_phantom(name, 48, heap());
+    Request want = request_for(data, job, mode, 3);
+    want.field = kind;
+    const Scene scene = measure_scene(data, want, &phantom, heap());
+    const ReferenceField truth(data, kind, &phantom);
+    const std::map<std::string, Field> fields = {
+        {"zoh", Field::nearest}, {"foh", Field::linear}, {"bspline3", Field::spline}};
+    for (const auto& [hold, hold_kind] : fields) {
+        if (hold_kind == kind) continue;
+        const ReferenceField held(data, hold_kind);
+        for (const auto& [text, step] : {std::pair("1", 1.0), std::pair("0.5", 0.5)}) {
+            double range = 0;
+            const Interval error = measured(want, truth, held, step, range);
+            const std::string fact =
+                job == Job::warp ? "field/" + hold : "picture/" + hold + "/" + text;
+            ASSERT_TRUE(scene.fact(fact)) << fact;
+            const double predicted = *scene.fact(fact) / scene.range;
+            EXPECT_GE(predicted, error.low / range) << fact;
+            EXPECT_LE(predicted, 3 * error.high / range) << fact;
+            if (job == Job::warp) break;
+        }
+    }
+}
+INSTANTIATE_TEST_SUITE_P(
+    Requests, Scenes,
+    testing::Values(Case{"marschner-lobb", Job::render, Mode::mip, Field::spline},
+                    Case{"noise", Job::render, Mode::mip, Field::formula},
+                    Case{"shepp-logan", Job::render, Mode::xray, Field::linear},
+                    Case{"gaussians", Job::render, Mode::composite, Field::spline},
+                    Case{"noise", Job::render, Mode::mean, Field::spline},
+                    Case{"gaussians", Job::warp, Mode::mip, Field::spline},
+                    Case{"noise", Job::warp, Mode::mip, Field::formula},
+                    Case{"zone-plate", Job::warp, Mode::mip, Field::spline}),
+    [](const auto& info) { return "number_" + std::to_string(info.index); });
+
+TEST(Scene, OfAWarpThatCopiesIsExact) {
+    const Data data = make_phantom("noise", 24, heap());
+    Request want;
+    want.job = Job::warp;
+    want.input = want.screen = data.what.extent;
+    const Scene scene = measure_scene(data, want, nullptr, heap());
+    for (const char* fact : {"field/zoh", "field/foh", "field/bspline3", "field/me"})
+        EXPECT_EQ(scene.fact(fact), 0.0);
+}
+
+TEST(Scene, OfLabelsCountsThoseThatDiffer) {
+    const Data data = make_phantom("checker", 64, heap());
+    Request want = request_for(data, Job::warp, Mode::mip, 1);
+    want.field = Field::nearest;
+    const Scene scene = measure_scene(data, want, nullptr, heap());
+    EXPECT_EQ(scene.range, 1);
+    EXPECT_EQ(scene.fact("field/zoh"), 0.0);
+    EXPECT_GT(*scene.fact("field/foh"), 0.2);
+    EXPECT_LE(*scene.fact("field/foh"), 1);
+}
+
+TEST(Scene, TakesOneVoxelOnePlaneAndConstants) {
+    for (const Extent& n : {Extent{1, 1, 1}, Extent{9, 8, 1}, Extent{6, 6, 6}}) {
+        Representation what;
+        what.extent = n;
+        Data data = Data::make(what, heap());
+        std::fill_n(data.as<float>(), n.samples(), 4.F);
+        for (Mode mode : {Mode::mip, Mode::xray, Mode::mean, Mode::composite}) {
+            const Request want = request_for(data, Job::render, mode, 1);
+            const Scene scene = measure_scene(data, want, nullptr, heap());
+            EXPECT_GT(scene.range, 0);
+            EXPECT_TRUE(std::isfinite(scene.range));
+            for (const auto& [name, value] : scene.facts)
+                EXPECT_TRUE(std::isfinite(value)) << name;
+        }
+    }
+}
+
+TEST(Scene, DoesNotDependOnThreads) {
+    const Data data = make_phantom("shepp-logan", 60, heap());
+    const Request want = request_for(data, Job::render, Mode::composite, 4);
+    const auto run = [&](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        return measure_scene(data, want, nullptr, heap());
+    };
+    const Scene one = run(1), seven = run(7);
+    EXPECT_EQ(one.facts, seven.facts);
+    EXPECT_EQ(one.range, seven.range);
+    EXPECT_EQ(one.mean, seven.mean);
+}
+
+}  // namespace
+}  // namespace edgewise

@@ -1,0 +1,222 @@
+#include "transitions/reference/verify.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "transitions/reference/interval.hpp"
+
+namespace edgewise {
+namespace {
+
+std::pmr::memory_resource* heap() { return std::pmr::get_default_resource(); }
+
+Request turned(const Data& data, Job job, int frames) {
+    Request want;
+    want.job = job;
+    want.axes = data.what.axes;
+    want.input = data.what.extent;
+    want.frames = frames;
+    want.screen = {80, 70, job == Job::warp && want.axes == 2 ? 1 : 80};
+    const Vec3 middle = 0.5 * Vec3(79, 69, static_cast<double>(want.screen.z - 1));
+    const Extent& n = data.what.extent;
+    const Vec3 centre = 0.5 * Vec3(static_cast<double>(n.x - 1), static_cast<double>(n.y - 1),
+                                   static_cast<double>(n.z - 1));
+    std::vector<Mat4> views;
+    for (int view = 0; view < frames; ++view) {
+        const Eigen::Affine3d map =
+            Eigen::Translation3d(middle) *
+            Eigen::AngleAxisd(0.4 + view, want.axes == 2 ? Vec3(0, 0, 1) : Vec3(0, 1, 0)) *
+            Eigen::Translation3d(-centre);
+        views.push_back(map.matrix());
+    }
+    want.views = Placement::each(views);
+    return want;
+}
+
+/// All frames of a request as another field than the reference's would have them.
+std::vector<Data> results(const Request& want, const ReferenceField& field) {
+    const Reference reference(want, field, heap());
+    Representation what;
+    what.extent = want.output();
+    what.channels = reference.channels();
+    std::vector<Data> frames;
+    for (int frame = 0; frame < want.frames; ++frame) {
+        Data data = Data::make(what, heap());
+        std::vector<OutputSample> all;
+        for (std::int64_t z = 0; z < what.extent.z; ++z)
+            for (std::int64_t y = 0; y < what.extent.y; ++y)
+                for (std::int64_t x = 0; x < what.extent.x; ++x) all.push_back({frame, x, y, z});
+        const auto values = reference.values(all);
+        for (std::size_t i = 0; i < values.size(); ++i)
+            data.as<float>()[i] = std::isnan(values[i]) ? 0 : static_cast<float>(values[i]);
+        frames.push_back(std::move(data));
+    }
+    return frames;
+}
+
+Verified verified(const Request& want, const ReferenceField& field,
+                  const std::vector<Data>& frames, std::int64_t samples, std::uint64_t seed) {
+    Verifier verifier(want, field, samples, seed, heap());
+    for (int frame = 0; frame < want.frames; ++frame)
+        verifier.frame(frame, frames[static_cast<std::size_t>(frame)]);
+    return verifier.finish();
+}
+
+/// Errors of nearest samples against the formula, counted plainly.
+TEST(Verifier, AgreesWithACountOverAllSamples) {
+    const Data data = make_phantom("zone-plate", 64, heap());
+    const Phantom phantom = phantom_named("zone-plate", 64);
+    const Request want = turned(data, Job::warp, 2);
+    const ReferenceField field(data, Field::formula, &phantom), other(data, Field::nearest);
+    const std::vector<Data> frames = results(want, other);
+    const Reference reference(want, field, heap());
+    double sum = 0, low = 2, high = -2, largest = 0;
+    std::int64_t count = 0;
+    for (int frame = 0; frame < 2; ++frame)
+        for (std::int64_t i = 0; i < 80 * 70; ++i) {
+            const Vec3 p = (want.views.at(frame).inverse() *
+                            Vec3(static_cast<double>(i % 80), static_cast<double>(i / 80), 0)
+                                .homogeneous())
+                               .head<3>();
+            if (p.x() < -0.5 || p.x() > 63.5 || p.y() < -0.5 || p.y() > 63.5) continue;
+            const double expected = phantom.at(p);
+            const double d =
+                static_cast<double>(frames[static_cast<std::size_t>(frame)].as<float>()[i]) -
+                expected;
+            sum += d * d;
+            largest = std::max(largest, std::abs(d));
+            low = std::min(low, expected);
+            high = std::max(high, expected);
+            ++count;
+        }
+    const Verified all = verified(want, field, frames, 0, 1);
+    EXPECT_EQ(all.samples, count);
+    EXPECT_NEAR(all.range, high - low, 1e-12);
+    EXPECT_NEAR(all.max, largest, 1e-12);
+    EXPECT_NEAR(all.nrmse, std::sqrt(sum / static_cast<double>(count)) / (high - low), 1e-9);
+    EXPECT_EQ(all.low, all.nrmse);
+    EXPECT_EQ(all.high, all.nrmse);
+}
+
+struct Case {
+    const char* phantom;
+    Job job;
+    Mode mode;
+};
+class Intervals : public testing::TestWithParam<Case> {};
+
+/// The full error lies in the interval for 95 of 100 seeds: of 200, at least 184 (95 % less two
+/// standard deviations of a binomial).
+TEST_P(Intervals, HoldTheFullError) {
+    const Data data = make_phantom(GetParam().phantom, 40, heap());
+    Request want = turned(data, GetParam().job, 2);
+    want.mode = GetParam().mode;
+    want.transfer.points = {{0, 0, {0, 0, 0}}, {1, 0.3, {1, 1, 1}}};
+    const ReferenceField field(data, Field::linear), other(data, Field::nearest);
+    const std::vector<Data> frames = results(want, other);
+    const Verified all = verified(want, field, frames, 0, 1);
+    int held = 0;
+    double width = 0;
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        const Verified some = verified(want, field, frames, 400, seed);
+        EXPECT_EQ(some.samples, 400);
+        held += some.low <= all.nrmse && all.nrmse <= some.high;
+        width += (some.high - some.low) / all.nrmse / 200;
+    }
+    RecordProperty("held", held);
+    EXPECT_GE(held, 184);
+    EXPECT_LT(width, 0.8);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Requests, Intervals,
+    testing::Values(Case{"zone-plate", Job::warp, Mode::mip}, Case{"checker", Job::warp, Mode::mip},
+                    Case{"gaussians", Job::warp, Mode::mip},
+                    Case{"shepp-logan", Job::render, Mode::mip},
+                    Case{"gaussians", Job::render, Mode::mip},
+                    Case{"sphere", Job::render, Mode::xray},
+                    Case{"noise", Job::render, Mode::composite}),
+    [](const auto& info) { return "number_" + std::to_string(info.index); });
+
+TEST(Verifier, CountsLabelsThatDiffer) {
+    const Data data = make_phantom("checker", 64, heap());
+    const Request want = turned(data, Job::warp, 1);
+    const ReferenceField field(data, Field::nearest);
+    std::vector<Data> frames = results(want, field);
+    EXPECT_EQ(verified(want, field, frames, 0, 1).nrmse, 0);
+    const Reference reference(want, field, heap());
+    std::int64_t seen = 0, changed = 0;
+    for (std::int64_t i = 0; i < 80 * 70; ++i) {
+        if (!reference.sees_input({0, i % 80, i / 80, 0})) continue;
+        if (++seen % 10) continue;
+        ++changed;
+        frames[0].as<float>()[i] = 7;  // how far off does not matter
+    }
+    const Verified all = verified(want, field, frames, 0, 1);
+    EXPECT_NEAR(all.nrmse,
+                std::sqrt(static_cast<double>(changed) / static_cast<double>(seen)), 1e-12);
+    const Verified some = verified(want, field, frames, 500, 3);
+    EXPECT_LE(some.low, all.nrmse);
+    EXPECT_GE(some.high, all.nrmse);
+}
+
+TEST(Verifier, NoticesResultsThatAreNotFinite) {
+    const Data data = make_phantom("gaussians", 40, heap());
+    const Request want = turned(data, Job::render, 1);
+    const ReferenceField field(data, Field::linear);
+    std::vector<Data> frames = results(want, field);
+    frames[0].as<float>()[40 + 80 * 35] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_FALSE(std::isfinite(verified(want, field, frames, 0, 1).nrmse));
+}
+
+TEST(Verifier, IsZeroWhereNothingSeesTheInput) {
+    const Data data = make_phantom("gaussians", 20, heap());
+    Request want = turned(data, Job::render, 1);
+    Mat4 away = want.views.at(0);
+    away(0, 3) += 1000;
+    want.views = away;
+    const ReferenceField field(data, Field::linear);
+    const std::vector<Data> frames = results(want, field);
+    for (std::int64_t samples : {0, 100}) {
+        const Verified none = verified(want, field, frames, samples, 1);
+        EXPECT_EQ(none.nrmse, 0);
+        EXPECT_EQ(none.samples, 0);
+    }
+}
+
+TEST(Verifier, DoesNotDependOnThreads) {
+    const Data data = make_phantom("marschner-lobb", 50, heap());
+    const Request want = turned(data, Job::render, 3);
+    const ReferenceField field(data, Field::spline), other(data, Field::linear);
+    const std::vector<Data> frames = results(want, other);
+    const auto run = [&](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        const Verified v = verified(want, field, frames, 300, 9);
+        return std::array{v.nrmse, v.low, v.high, v.max, v.range};
+    };
+    const auto one = run(1);
+    EXPECT_EQ(one, run(2));
+    EXPECT_EQ(one, run(7));
+}
+
+TEST(RangeBetween, IsNeverZero) {
+    EXPECT_EQ(range_between(-2, 3), 5);
+    EXPECT_EQ(range_between(-2, -2), 2);
+    EXPECT_EQ(range_between(0, 0), 1);
+    EXPECT_EQ(range_between(1, 0), 1);
+}
+
+TEST(RootShareInterval, IsWilsons) {
+    // 10 of 100: Wilson's interval is 0.05522914, 0.17436566.
+    const Interval interval = root_share_interval(10, 100);
+    EXPECT_NEAR(interval.low * interval.low, 0.0552291, 1e-6);
+    EXPECT_NEAR(interval.high * interval.high, 0.1743657, 1e-6);
+    EXPECT_EQ(root_share_interval(0, 50).low, 0);
+    EXPECT_GT(root_share_interval(0, 50).high, 0);
+}
+
+}  // namespace
+}  // namespace edgewise

@@ -1,0 +1,138 @@
+#include "transitions/project/combine.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "transitions/kernels/combine.hpp"
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/ray_path.hpp"
+#include "transitions/project/picture.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr double kTerminated = 1.0 / 4096;         // as in project.ray_cast
+constexpr std::int64_t kWidth = 256, kHeight = 8;  // of a tile: its states stay in the caches
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (ask.want.eye) return Offer::no("the eye is at a finite distance: rays are not parallel");
+    if (std::string reason = no_picture(from, ask); !reason.empty())
+        return Offer::no(std::move(reason));
+    return {.from = from, .to = screen_picture(from, ask.want), .with = with};
+}
+
+double tile_bytes(Mode mode) {
+    const int planes = kernels::PixelStates::planes(combine_of(mode)) + 2;
+    return planes * kWidth * kHeight * 4.0 + 2 * kArraySlack;
+}
+
+Work work(const Offer& offer, const Ask& ask, int) {
+    const kernels::Optics optics = optics_of(ask.want, offer.from.values);
+    // Two comparisons with the span of the ray, its share, and the rule.
+    double rule = 5;
+    if (ask.want.mode == Mode::composite)
+        rule += static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) + 10;
+    return {.operations = rule * static_cast<double>(offer.from.samples()) +
+                          60 * static_cast<double>(offer.to.samples()),
+            .streamed = offer.from.bytes() + offer.to.bytes(),
+            .scratch = tile_bytes(ask.want.mode)};
+}
+
+Error error(const Offer&, const Ask& ask) {
+    // The samples bring the error of their reconstruction; what is added is that of a step of 1
+    // through the field itself.
+    Error error = picture_error({exact_filter(ask.want.field), 1}, ask);
+    if (ask.want.mode == Mode::composite) error.bias += kTerminated;
+    return error;
+}
+
+Partition parts(const Offer& offer, const Ask& ask) {
+    const Extent& to = offer.to.extent;
+    return {.kind = Partition::output,
+            .leaf = {to.x, std::min<std::int64_t>(to.y, 4 * kHeight), 1},
+            .reads = [depth = ask.want.screen.z](const Region& out, int) {
+                Region in = out;
+                in.begin[2] = 0;
+                in.end[2] = depth;
+                return in;
+            }};
+}
+
+/// Spans of a tile's rays inside the input. They are rounded inwards: a warp writes its outside
+/// value where its own arithmetic finds a sample outside.
+void fill_spans(const kernels::RayCast& geometry, const Region& tile, std::ptrdiff_t pitch,
+                float* low, float* high) {
+    constexpr double kInwards = 1e-6;
+    for (std::int64_t y = tile.begin[1]; y < tile.end[1]; ++y)
+        for (std::int64_t x = tile.begin[0]; x < tile.end[0]; ++x) {
+            const kernels::RayPath path =
+                ray_path(geometry, static_cast<double>(x), static_cast<double>(y));
+            const std::ptrdiff_t i = (y - tile.begin[1]) * pitch + (x - tile.begin[0]);
+            if (!path.hit()) {
+                low[i] = 1;
+                high[i] = 0;
+                continue;
+            }
+            // Cells of this path are those of z, so that first + first_offset ... tell where it is.
+            const double begin =
+                static_cast<double>(path.first) + 0.5 + path.first_offset - 0.5 * path.first_weight;
+            const double end = begin + path.length;
+            constexpr float kFar = std::numeric_limits<float>::infinity();
+            low[i] = std::nextafter(static_cast<float>(begin + kInwards), kFar);
+            high[i] = std::nextafter(static_cast<float>(end - kInwards), -kFar);
+        }
+}
+
+void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& region,
+         Context& context) {
+    const Request& want = ask.want;
+    const kernels::Optics optics = optics_of(want, in.what.values);
+    const kernels::Combining with{.rule = combine_of(want.mode),
+                                  .values = in.what.values,
+                                  .unit = want.unit,
+                                  .zero = want.zero,
+                                  .miss = want.miss,
+                                  .optics = &optics,
+                                  .bound = kTerminated};
+    Representation input;
+    input.extent = want.input;
+    kernels::RayCast geometry;
+    geometry.volume.extent = want.input;
+    geometry.rays = rays_of(input, want, context.view);
+
+    const std::int64_t channels = out.what.channels, row = out.what.extent.x * channels;
+    const kernels::Grid volume = kernels::grid_of(in);
+    for_tiles(region, kWidth, kHeight, context, [&](const Region& tile) {
+        const Extent size = tile.extent();
+        const std::ptrdiff_t plane = kWidth * kHeight;
+        Array scratch(static_cast<std::size_t>(tile_bytes(want.mode)), context.memory);
+        float* low = static_cast<float*>(scratch.data());
+        const kernels::PixelStates states{low + 2 * plane, kWidth, plane};
+        fill_spans(geometry, tile, kWidth, low, low + plane);
+        kernels::clear_states(with, states, size.x, size.y);
+        kernels::combine(with, volume, tile.begin[0], tile.begin[1], size.x, size.y, 0,
+                         in.what.extent.z, {low, low + plane, kWidth}, states);
+        kernels::finish_states(with, states, size.x, size.y,
+                               out.as<float>() + tile.begin[1] * row + tile.begin[0] * channels,
+                               row);
+    });
+}
+
+}  // namespace
+
+Transition combine() {
+    Transition edge;
+    edge.name = "project.combine";
+    edge.source = "Wittenbrink 1993, 4.3, EQ 62 and 63";
+    edge.joins = {{"screen/scalar", "screen/picture"}};
+    edge.laws = {Law::constant};
+    edge.offer = offer;
+    edge.work = work;
+    edge.error = error;
+    edge.parts = parts;
+    edge.run = run;
+    return edge;
+}
+
+}  // namespace edgewise

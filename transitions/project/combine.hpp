@@ -1,0 +1,16 @@
+#pragma once
+
+#include "graph/transition.hpp"
+
+namespace edgewise {
+
+/// Combines samples that already lie in screen space, along z: the second half of warp and project.
+/// Edge    screen/scalar -> screen/picture
+/// Shape   [nz, ny, nx], x fastest, f32; one f32 a pixel, four of composite
+/// Needs   parallel rays. Only samples from inside the input count, whatever the warp wrote
+/// elsewhere Work    a sample: 1 operation, of composite its optics and EQ 63 Error   of a step of
+/// 1, measured on the preview; errors of the samples pass with the rule's gain Source  [W93] 4.3,
+/// EQ 62 and 63; Lemma 4.1
+Transition combine();
+
+}  // namespace edgewise

@@ -1,0 +1,125 @@
+#include "transitions/project/picture.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "transitions/kernels/ray_path.hpp"
+
+namespace edgewise {
+namespace {
+
+std::array<double, 3> array_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
+
+/// Width of one step along screen x, y and z [unit]: screen x and y count pixels.
+Vec3 screen_steps(const Request& want, int view) {
+    const Eigen::Matrix3d per_length =
+        want.views.at(view).topLeftCorner<3, 3>() * want.spacing.cwiseInverse().asDiagonal();
+    const Vec3 rows = per_length.rowwise().norm();
+    return {rows.z() / rows.x(), rows.z() / rows.y(), 1};
+}
+
+}  // namespace
+
+std::string no_picture(const Representation& from, const Ask& ask) {
+    const Request& want = ask.want;
+    if (want.job != Job::render) return "the result is a volume, not a picture";
+    if (from.axes != 3) return "an image has no depth to look through";
+    if (from.channels != 1) return fmt::format("{} channels; rays combine one", from.channels);
+    if (from.type == Type::c64) return "complex samples have no largest value and no opacity";
+    if (from.layout != Layout::linear || from.place != Place::memory)
+        return "needs all samples in memory, row by row";
+    for (int variant = 0; variant < want.views.different(); ++variant) {
+        const int view = want.views.first_view(variant);
+        const Mat4& map = want.views.at(view);
+        if (map.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+            return fmt::format("view {}: a projective map of a volume", view);
+        const double det = map.determinant();
+        if (!(std::abs(det) > 1e-12) || !std::isfinite(det))
+            return fmt::format("view {}: determinant {:.3g}, no inverse", view, det);
+    }
+    return {};
+}
+
+kernels::Combine combine_of(Mode mode) noexcept {
+    switch (mode) {
+        case Mode::mip:
+            return kernels::Combine::max;
+        case Mode::xray:
+            return kernels::Combine::sum;
+        case Mode::mean:
+            return kernels::Combine::mean;
+        case Mode::composite:
+            return kernels::Combine::over;
+    }
+    return kernels::Combine::max;
+}
+
+kernels::Optics optics_of(const Request& want, const ValueMap& values) {
+    if (want.mode != Mode::composite) return {};
+    std::vector<kernels::OpticsPoint> points;
+    for (const Transfer::Point& point : want.transfer.points)
+        points.push_back({point.value, point.opacity, point.color});
+    return kernels::optics_of(points, want.transfer.unit / want.unit, values);
+}
+
+kernels::Rays rays_of(const Representation& from, const Request& want, int view, double front) {
+    const Mat4 forward = residual(from, want, view);
+    // An exact map stays exact.
+    const Mat4 map = forward == Mat4::Identity() ? forward : Mat4(forward.inverse());
+    const auto point = [&map](const Vec3& p) {
+        return array_of(Vec3(map.topLeftCorner<3, 3>() * p + map.topRightCorner<3, 1>()));
+    };
+    const auto along = [&map](const Vec3& d) {
+        return array_of(Vec3(map.topLeftCorner<3, 3>() * d));
+    };
+    kernels::Rays rays;
+    if (!want.eye) {
+        rays.origin = {point({0, 0, front}), along({1, 0, 0}), along({0, 1, 0})};
+        rays.direction.base = along({0, 0, 1});
+        return rays;
+    }
+    const Vec3 to_corner = Vec3(0, 0, want.eye->plane) - want.eye->at;
+    const Vec3 steps = screen_steps(want, view);
+    rays.origin.base = point(want.eye->at);
+    rays.direction = {along(to_corner), along({1, 0, 0}), along({0, 1, 0})};
+    rays.measure = {array_of(to_corner.cwiseProduct(steps)), {steps[0], 0, 0}, {0, steps[1], 0}};
+    rays.start = 0;
+    return rays;
+}
+
+double mean_length(const Representation& from, const Request& want, int view) {
+    constexpr int kSide = 24;
+    kernels::RayCast cast;
+    cast.volume.extent = from.extent;
+    cast.rays = rays_of(from, want, view);
+    double sum = 0;
+    for (int j = 0; j < kSide; ++j)
+        for (int i = 0; i < kSide; ++i) {
+            const double x = (i + 0.5) / kSide * static_cast<double>(want.screen.x) - 0.5;
+            const double y = (j + 0.5) / kSide * static_cast<double>(want.screen.y) - 0.5;
+            sum += kernels::ray_path(cast, x, y).length;
+        }
+    return sum / (kSide * kSide);
+}
+
+void for_tiles(const Region& region, std::int64_t width, std::int64_t height,
+               const Context& context, const std::function<void(const Region&)>& body) {
+    const Extent size = region.extent();
+    const std::int64_t across = (size.x + width - 1) / width;
+    const std::int64_t down = (size.y + height - 1) / height;
+    tbb::parallel_for(std::int64_t{0}, across * down, [&](std::int64_t i) {
+        if (context.stopped()) return;
+        Region tile = region;
+        tile.begin[0] += i % across * width;
+        tile.begin[1] += i / across * height;
+        tile.end[0] = std::min(tile.begin[0] + width, region.end[0]);
+        tile.end[1] = std::min(tile.begin[1] + height, region.end[1]);
+        body(tile);
+    });
+    context.poll();
+}
+
+}  // namespace edgewise

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "graph/transition.hpp"
+
+namespace edgewise {
+
+/// Backward ray casting: each pixel follows its view ray through the samples, front to back.
+/// Edge    object/scalar (zoh, foh) or object/coefficients (bspline3) -> screen/picture
+/// Shape   [nz, ny, nx], x fastest, any real type; one f32 a pixel, four of composite
+/// Needs   an affine view; orthographic or with an eye
+/// Work    a sample: place 9, filter 0, 21 or 195, combining; 1, 8 or 64 gathers (TABLE 6)
+/// Error   reconstruction and quadrature, measured on the preview; early termination leaves at most
+///         kTerminated of the brightest emission
+/// Source  [W93] 4.1.4, EQ 62 and 63
+Transition ray_cast();
+
+}  // namespace edgewise

@@ -1,0 +1,194 @@
+#include "transitions/project/shear_warp.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "transitions/kernels/backward.hpp"
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/shear_warp.hpp"
+#include "transitions/project/picture.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr double kTerminated = 1.0 / 4096;          // as in project.ray_cast
+constexpr std::int64_t kWidth = 128, kHeight = 16;  // of a tile: states and rows stay in the caches
+
+/// One view, factored: intermediate pixel (i, j) is the ray through (i + x, j + y) of slice 0.
+struct Factored {
+    double x = 0, dx = 0, y = 0, dy = 0;  // as in kernels::ShearWarp [voxel]
+    double step = 1;                      // from slice to slice [t]
+    bool backwards = false;
+    Extent image;                // of the intermediate image
+    kernels::Affine to_image{};  // pixel -> intermediate pixel
+};
+
+Factored factored(const Representation& from, const Request& want, int view) {
+    const kernels::Rays rays = rays_of(from, want, view);
+    const auto& d = rays.direction.base;
+    const Extent& n = from.extent;
+    Factored f;
+    f.dx = d[0] / d[2];
+    f.dy = d[1] / d[2];
+    f.step = 1 / std::abs(d[2]);
+    f.backwards = d[2] < 0;
+    // Slices 0 ... nz - 1 and half a spacing beyond reach over these pixels.
+    const auto frame = [&n](double shear, std::int64_t along, double& first, std::int64_t& size) {
+        const double low = -0.5 * shear, high = (static_cast<double>(n.z) - 0.5) * shear;
+        first = std::floor(-0.5 - std::max(low, high)) - 1;
+        const double last = static_cast<double>(along) - 0.5 - std::min(low, high);
+        size = static_cast<std::int64_t>(std::ceil(last) - first) + 2;
+    };
+    frame(f.dx, n.x, f.x, f.image.x);
+    frame(f.dy, n.y, f.y, f.image.y);
+    // Where a pixel's ray crosses slice 0.
+    const auto row = [&](int axis, double shear, double first, int at) {
+        const auto crossing = [&](const std::array<double, 3>& p) {
+            return p[axis] - p[2] * shear;
+        };
+        f.to_image[at] = crossing(rays.origin.x);
+        f.to_image[at + 1] = crossing(rays.origin.y);
+        f.to_image[at + 3] = crossing(rays.origin.base) - first;
+    };
+    row(0, f.dx, f.x, 0);
+    row(1, f.dy, f.y, 4);
+    f.to_image[10] = 1;
+    return f;
+}
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (ask.want.eye) return Offer::no("the eye is at a finite distance: shears differ by slice");
+    if (std::string reason = no_picture(from, ask); !reason.empty())
+        return Offer::no(std::move(reason));
+    if (ask.want.field == Field::nearest && with.word("filter") != "zoh")
+        return Offer::no("labels: only filter=zoh makes no new value");
+    constexpr double kSteepest = 1 + 1e-9;
+    for (int variant = 0; variant < ask.want.views.different(); ++variant) {
+        const int view = ask.want.views.first_view(variant);
+        const auto d = rays_of(from, ask.want, view).direction.base;
+        const double across = std::max(std::abs(d[0]), std::abs(d[1]));
+        if (!(across <= kSteepest * std::abs(d[2])))
+            return Offer::no(fmt::format(
+                "view {}: rays cross {:.3g} voxels of a slice from one to the next; at most 1",
+                view, across / std::abs(d[2])));
+    }
+    return {.from = from, .to = screen_picture(from, ask.want), .with = with};
+}
+
+int channels_of(Mode mode) { return mode == Mode::composite ? 4 : 1; }
+
+double image_bytes(const Factored& f, Mode mode) {
+    return 4.0 * static_cast<double>(f.image.samples()) * channels_of(mode);
+}
+
+double tile_bytes(Mode mode) {
+    const int planes = kernels::PixelStates::planes(combine_of(mode)) + 2;
+    return planes * kWidth * kHeight * 4.0 + 2 * kArraySlack;
+}
+
+Work work(const Offer& offer, const Ask& ask, int view) {
+    const Factored f = factored(offer.from, ask.want, view);
+    const bool nearest = offer.with.word("filter") == "zoh";
+    const kernels::Optics optics = optics_of(ask.want, offer.from.values);
+    double rule = 1;
+    if (ask.want.mode == Mode::composite)
+        rule += static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) + 10;
+    const double voxels = static_cast<double>(offer.from.samples());
+    const double pixels = static_cast<double>(offer.to.samples());
+    const int channels = channels_of(ask.want.mode);
+    return {// FIGURE 27 for the picture: place 14, bilinear 9.
+            .operations = voxels * ((nearest ? 0 : 9) + rule) +
+                          40 * static_cast<double>(f.image.samples()) +
+                          pixels * (14 + (nearest ? 0 : 9 * channels)),
+            .streamed = offer.from.bytes() + 2 * image_bytes(f, ask.want.mode) + offer.to.bytes(),
+            .gathers = pixels * (nearest ? 1 : 4) * channels,
+            .scratch = tile_bytes(ask.want.mode),
+            .workspace = image_bytes(f, ask.want.mode)};
+}
+
+Error error(const Offer& offer, const Ask& ask) {
+    double step = 0;
+    const int views = std::min(ask.want.views.different(), 8);
+    for (int variant = 0; variant < views; ++variant)
+        step =
+            std::max(step, factored(offer.from, ask.want, ask.want.views.first_view(variant)).step);
+    Error error = picture_error({offer.with.word("filter"), step}, ask);
+    // Two reconstructions within a slice, none along z, against one along each axis.
+    constexpr double kTwice = 1.4;
+    error.bias *= kTwice;
+    if (ask.want.mode == Mode::composite) error.bias += kTerminated;
+    return error;
+}
+
+void project(const kernels::ShearWarp& warp, const Factored& f, float* image, Context& context) {
+    const int channels = warp.with.rule == kernels::Combine::over ? 4 : 1;
+    const std::int64_t row = f.image.x * channels;
+    const Mode mode = channels == 4 ? Mode::composite : Mode::xray;
+    for_tiles(Region::all(f.image), kWidth, kHeight, context, [&](const Region& tile) {
+        const Extent size = tile.extent();
+        const std::int64_t i = tile.begin[0], j = tile.begin[1];
+        const std::ptrdiff_t plane = kWidth * kHeight;
+        Array scratch(static_cast<std::size_t>(tile_bytes(mode)), context.memory);
+        float* low = static_cast<float*>(scratch.data());
+        const kernels::PixelStates states{low + 2 * plane, kWidth, plane};
+        kernels::shear_spans(warp, i, j, size.x, size.y, low, low + plane, kWidth);
+        kernels::clear_states(warp.with, states, size.x, size.y);
+        kernels::shear_warp(warp, i, j, size.x, size.y, {low, low + plane, kWidth}, states);
+        kernels::finish_states(warp.with, states, size.x, size.y, image + j * row + i * channels,
+                               row);
+    });
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
+         Context& context) {
+    const Request& want = ask.want;
+    const Factored f = factored(in.what, want, context.view);
+    const kernels::Optics optics = optics_of(want, in.what.values);
+    const kernels::Hold hold =
+        offer.with.word("filter") == "zoh" ? kernels::Hold::zoh : kernels::Hold::foh;
+    const kernels::ShearWarp warp{.volume = kernels::grid_of(in),
+                                  .hold = hold,
+                                  .with = {.rule = combine_of(want.mode),
+                                           .values = in.what.values,
+                                           .step = f.step,
+                                           .unit = want.unit,
+                                           .zero = want.zero,
+                                           .miss = want.miss,
+                                           .optics = &optics,
+                                           .bound = kTerminated},
+                                  .x = f.x,
+                                  .dx = f.dx,
+                                  .y = f.y,
+                                  .dy = f.dy,
+                                  .backwards = f.backwards};
+    const int channels = channels_of(want.mode);
+    Array image(static_cast<std::size_t>(image_bytes(f, want.mode)) + kArraySlack, context.memory);
+    project(warp, f, static_cast<float*>(image.data()), context);
+
+    const bool misses = want.mode == Mode::mip || want.mode == Mode::mean;
+    const kernels::BackwardWarp picture(
+        kernels::Grid{image.data(), Type::f32, f.image, channels, {}}, f.to_image, hold,
+        misses ? static_cast<float>(want.miss) : 0.0f);
+    const kernels::WarpOutput output{out.as<float>(), Region::all(out.what.extent)};
+    const Extent tile = kernels::preferred_tile(out.what.extent);
+    for_tiles(region, tile.x, tile.y, context, [&](const Region& part) { picture(output, part); });
+}
+
+}  // namespace
+
+Transition shear_warp() {
+    Transition edge;
+    edge.name = "project.shear_warp";
+    edge.source = "Lacroute and Levoy 1994; Wittenbrink 1993, FIGURE 27";
+    edge.joins = {{"aligned/scalar", "screen/picture"}, {"object/scalar", "screen/picture"}};
+    edge.parameters = {{"filter", one_of({"zoh", "foh"}, "reconstruction: nearest, linear")}};
+    edge.laws = {Law::constant};
+    edge.offer = offer;
+    edge.work = work;
+    edge.error = error;
+    edge.run = run;
+    return edge;
+}
+
+}  // namespace edgewise

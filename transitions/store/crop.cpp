@@ -1,0 +1,110 @@
+#include "transitions/store/crop.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <fmt/format.h>
+
+namespace edgewise {
+namespace {
+
+constexpr std::int64_t kMargin = 12;  // samples; see the error in the header
+constexpr double kWorthACopy = 0.9;   // of the samples: above, reading them all is no dearer
+
+/// Why the commonest value may not be left out; empty: it may.
+std::string needed(const Request& want, const Scene& scene) {
+    const double common = scene.commonest;
+    if (want.job == Job::warp)
+        return common == want.outside
+                   ? ""
+                   : fmt::format("the commonest value is {}, --outside {}", common, want.outside);
+    if (want.mode == Mode::mean) return "a mean counts the empty samples too";
+    if (want.mode == Mode::composite && want.transfer.at(common)[3] != 0)
+        return fmt::format("the commonest value {} is not transparent", common);
+    if (want.mode == Mode::xray && common != want.zero)
+        return fmt::format("the commonest value is {}, --zero {}", common, want.zero);
+    if (want.mode == Mode::mip && (common != scene.low || common != want.miss))
+        return fmt::format("the commonest value {} is not the least, {}", common, scene.low);
+    return "";
+}
+
+/// The box that is kept [input sample].
+Region kept(const Request& want, const Scene& scene) {
+    Region box = scene.occupied;
+    for (int axis = 0; axis < 3; ++axis) {
+        box.begin[axis] = std::max<std::int64_t>(0, box.begin[axis] - kMargin);
+        box.end[axis] = std::min(want.input[axis], box.end[axis] + kMargin);
+    }
+    return box;
+}
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (from.extent != ask.want.input || from.placed.one_a_view() ||
+        from.placed.at(0) != Mat4::Identity())
+        return Offer::no("the samples no longer lie where the input has them");
+    if (from.layout != Layout::linear || from.place != Place::memory)
+        return Offer::no("needs samples in memory, row by row");
+    if (std::string reason = needed(ask.want, ask.scene); !reason.empty())
+        return Offer::no(std::move(reason));
+    if (ask.scene.occupied.empty()) return Offer::no("all samples have one value");
+    const Region box = kept(ask.want, ask.scene);
+    const double share =
+        static_cast<double>(box.extent().samples()) / static_cast<double>(from.samples());
+    if (share > kWorthACopy)
+        return Offer::no(fmt::format("the occupied box is {:.0f} % of the input", 100 * share));
+
+    Offer offer{.from = from, .to = from, .with = with};
+    offer.to.extent = box.extent();
+    Mat4 shift = Mat4::Identity();
+    for (int axis = 0; axis < 3; ++axis) shift(axis, 3) = -static_cast<double>(box.begin[axis]);
+    offer.to.placed = shift;
+    return offer;
+}
+
+/// A region here -> the samples of the input that it is copied from.
+Region source_of(Region region, const Representation& here) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto shift = static_cast<std::int64_t>(here.placed.at(0)(axis, 3));
+        region.begin[axis] -= shift;
+        region.end[axis] -= shift;
+    }
+    return region;
+}
+
+void run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region& region,
+         Context& context) {
+    const Region source = source_of(region, offer.to);
+    const Extent from = in.what.extent, to = out.what.extent, box = region.extent();
+    const std::int64_t sample = in.what.channels * static_cast<int>(bytes_of(in.what.type));
+    for (std::int64_t z = 0; z < box.z; ++z)
+        for (std::int64_t y = 0; y < box.y; ++y) {
+            context.poll();
+            const auto row = [&](const Extent& n, const Region& of) {
+                return sample * (of.begin[0] + n.x * (of.begin[1] + y + n.y * (of.begin[2] + z)));
+            };
+            std::memcpy(out.as<char>() + row(to, region), in.as<char>() + row(from, source),
+                        static_cast<std::size_t>(sample * box.x));
+        }
+}
+
+}  // namespace
+
+Transition crop() {
+    return {
+        .name = "store.crop",
+        .source = "edgewise: what is empty need not be touched (DESIGN, scene)",
+        .joins = {{"object/scalar", "object/scalar"}},
+        .offer = offer,
+        .work = [](const Offer& made, const Ask&, int) -> Work {
+            return {.streamed = 2 * made.to.bytes()};
+        },
+        .parts = [](const Offer& made, const Ask&) -> Partition {
+            const Extent n = made.to.extent;
+            return {.kind = Partition::output,
+                    .leaf = {n.x, n.y, std::max<std::int64_t>(1, (1 << 20) / (n.x * n.y))},
+                    .reads = [to = made.to](const Region& out, int) { return source_of(out, to); }};
+        },
+        .run = run,
+    };
+}
+
+}  // namespace edgewise

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "graph/transition.hpp"
+
+namespace edgewise {
+
+/// Precision: writes the samples as another type, with a value map that says what they mean.
+/// Edge    object/scalar -> object/scalar; parameter type = u8 | i16 | u16 | f32
+/// Steps   Integers that fit are kept as they are. Else the data's range is cut into as many steps
+/// as
+///         the type has, such that the commonest value is met exactly: rounded one way over half a
+///         volume it would be no noise but an offset, which X-rays add up.
+/// Refuses types that are no smaller (but f32 for 32-bit integers); values that are not finite, as
+///         integers have none; labels, where steps would make new ones
+/// Work    6 operations a sample: scale, shift, round, two bounds, convert
+/// Error   noise of step / sqrt(12) [value], none where the samples are kept; f32 of f64 and 32-bit
+///         integers: half a last place
+Transition precision();
+
+}  // namespace edgewise

@@ -1,0 +1,247 @@
+#include "transitions/warp/backward.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "transitions/kernels/backward.hpp"
+#include "transitions/kernels/grid_of.hpp"
+
+namespace edgewise {
+namespace {
+
+using kernels::Hold;
+
+Hold hold_of(const Parameters& with) {
+    const std::string& filter = with.word("filter");
+    return filter == "zoh" ? Hold::zoh : filter == "foh" ? Hold::foh : Hold::bspline3;
+}
+
+/// Screen index -> index of `from`.
+Mat4 to_input(const Representation& from, const Request& want, int view) {
+    return residual(from, want, view).inverse();
+}
+
+bool affine(const Mat4& map) { return map.row(3) == Eigen::RowVector4d(0, 0, 0, 1); }
+
+/// What only needs the request: kept apart, so that views are looked at last.
+std::string refusal(const Representation& from, const Ask& ask, const Parameters& with) {
+    const Hold hold = hold_of(with);
+    const bool coefficients = from.content == "coefficients";
+    if (coefficients != (hold == Hold::bspline3))
+        return coefficients ? "coefficients are read by filter=bspline3 alone"
+                            : "filter=bspline3 reads the coefficients of filter.prefilter";
+    if (ask.want.field == Field::nearest && hold != Hold::zoh)
+        return "labels: only filter=zoh makes no new value";
+    if (ask.want.eye) return "the eye is at a finite distance: its rays are not parallel to z";
+    if (from.type == Type::c64) return "complex samples have no hold";
+    if (from.layout != Layout::linear || from.place != Place::memory)
+        return "gathers at computed addresses need all samples in memory, row by row";
+    return {};
+}
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (std::string reason = refusal(from, ask, with); !reason.empty())
+        return Offer::no(std::move(reason));
+    const int views = ask.want.views.different();
+    for (int variant = 0; variant < views; ++variant) {
+        const int view = ask.want.views.first_view(variant);
+        const Mat4 map = residual(from, ask.want, view);
+        if (!affine(map) && from.axes == 3)
+            return Offer::no(fmt::format("view {}: a projective map of a volume", view));
+        const double det = map.determinant();
+        if (!(std::abs(det) > 1e-12) || !std::isfinite(det))
+            return Offer::no(fmt::format("view {}: determinant {:.3g}, no inverse", view, det));
+    }
+    return {.from = from, .to = screen_scalar(from, ask.want), .with = with};
+}
+
+/// Share of the screen that sees the input, on a lattice of some hundred points.
+double seen_share(const Mat4& map, const Offer& offer) {
+    const Extent& screen = offer.to.extent;
+    const Extent& input = offer.from.extent;
+    const int side = offer.to.axes == 2 ? 16 : 6, depth = offer.to.axes == 2 ? 1 : side;
+    int seen = 0;
+    for (int k = 0; k < depth; ++k)
+        for (int j = 0; j < side; ++j)
+            for (int i = 0; i < side; ++i) {
+                const auto place = [](int step, int steps, std::int64_t n) {
+                    return (step + 0.5) / steps * static_cast<double>(n) - 0.5;
+                };
+                const Eigen::Vector4d screen_point(place(i, side, screen.x),
+                                                   place(j, side, screen.y),
+                                                   place(k, depth, screen.z), 1);
+                const Eigen::Vector4d p = map * screen_point;
+                bool inside = p[3] > 0;
+                for (int axis = 0; axis < offer.from.axes; ++axis)
+                    inside = inside && p[axis] / p[3] >= -0.5 &&
+                             p[axis] / p[3] <= static_cast<double>(input[axis]) - 0.5;
+                seen += inside;
+            }
+    return double(seen) / (side * side * depth);
+}
+
+/// Operations of one sample, besides the coordinates that its channels share.
+struct Count {
+    double place, filter, points;
+};
+
+Count count_of(Hold hold, int axes) {
+    // FIGURE 27 and TABLE 6: inverse, clip, rounding; filter 3 operations an interpolation (EQ 16),
+    // points of EQ 21.
+    const double place = axes == 2 ? 8 + 4 + 2 : 15 + 6 + 3;
+    if (hold == Hold::zoh) return {place, 0, 1};
+    if (hold == Hold::foh) return axes == 2 ? Count{place, 9, 4} : Count{place, 21, 8};
+    // Weights 16 an axis; a sum of four products (7) for each row of taps, each row of these, ...
+    return axes == 2 ? Count{place + 32, 35, 16} : Count{place + 48, 147, 64};
+}
+
+Work work(const Offer& offer, const Ask& ask, int view) {
+    const Count count = count_of(hold_of(offer.with), offer.from.axes);
+    const double seen = static_cast<double>(offer.to.samples()) *
+                        seen_share(to_input(offer.from, ask.want, view), offer);
+    return {.operations = seen * (count.place + count.filter * offer.from.channels),
+            .streamed = offer.to.bytes(),
+            .gathers = seen * count.points * offer.from.channels};
+}
+
+/// RMS error of a hold over the range of the data, where no scene was measured: the median of the
+/// thesis's and our scanned volumes turned by 5 to 45 degrees is of this size.
+double guess(Hold hold) { return hold == Hold::zoh ? 0.03 : hold == Hold::foh ? 0.015 : 0.002; }
+
+/// What the samples stand for is just what the hold computes.
+bool is_the_field(Hold hold, Field field) {
+    return (hold == Hold::zoh && field == Field::nearest) ||
+           (hold == Hold::foh && field == Field::linear) ||
+           (hold == Hold::bspline3 && field == Field::spline);
+}
+
+/// Input axes along which a view reads between samples.
+int fractional_axes(const Mat4& map, int axes) {
+    int count = 0;
+    for (int row = 0; row < axes; ++row) {
+        const auto whole = [&](int k) {
+            return std::abs(map(row, k) - std::round(map(row, k))) < (k == 3 ? 1e-9 : 1e-12);
+        };
+        count += !(whole(0) && whole(1) && whole(2) && whole(3) && affine(map));
+    }
+    return count;
+}
+
+/// Noise of neighbouring samples is independent, so that reading between them averages it: by the
+/// root of the mean of the sum of squared weights over all fractions, for each fractional axis.
+double noise_gain_of(Hold hold) {
+    if (hold == Hold::zoh) return 1;
+    if (hold == Hold::foh) return std::sqrt(2.0 / 3);
+    return 0.935;  // of prefilter and spline together: root of the integral of the cardinal
+                   // spline^2
+}
+
+Error error(const Offer& offer, const Ask& ask) {
+    const Hold hold = hold_of(offer.with);
+    const Scene& scene = ask.scene;
+    int fewest = offer.from.axes, most = 0;
+    for (int variant = 0; variant < std::min(ask.want.views.different(), 8); ++variant) {
+        const int view = ask.want.views.first_view(variant);
+        const int count = fractional_axes(to_input(offer.from, ask.want, view), offer.from.axes);
+        fewest = std::min(fewest, count);
+        most = std::max(most, count);
+    }
+    // 2^-23: lanes keep so much of a fraction, and f32 rounds by half of it twice.
+    const double greatest = std::max(std::abs(scene.low), std::abs(scene.high));
+    Error error{.noise_gain = std::pow(noise_gain_of(hold), fewest), .noise = 0x1p-23 * greatest};
+    if (most == 0 && ask.want.views.different() <= 8) return error;
+    if (is_the_field(hold, ask.want.field)) return error;
+    error.bias = scene.fact("field/" + offer.with.word("filter"))
+                     .value_or(guess(hold) * (scene.high - scene.low));
+    return error;
+}
+
+/// The box of the input that a box of the screen is made of.
+Region reads(const Mat4& map, Hold hold, const Extent& input, const Region& out) {
+    Region box = Region::all(input);
+    if (!affine(map) || out.empty()) return box;
+    const double reach = hold == Hold::bspline3 ? 2 : 1;  // taps beyond the cell, and roundings
+    for (int row = 0; row < 3; ++row) {
+        double low = map(row, 3), high = low;
+        for (int k = 0; k < 3; ++k) {
+            const double p = map(row, k) * static_cast<double>(out.begin[k]);
+            const double q = map(row, k) * static_cast<double>(out.end[k] - 1);
+            low += std::min(p, q);
+            high += std::max(p, q);
+        }
+        const double n = static_cast<double>(input[row]);
+        // Beyond a border the outermost samples continue.
+        box.begin[row] = std::int64_t(std::clamp(std::floor(low - reach), 0.0, n - 1));
+        box.end[row] = std::int64_t(std::clamp(std::ceil(high + reach), 0.0, n - 1)) + 1;
+    }
+    return box;
+}
+
+Partition parts(const Offer& offer, const Ask& ask) {
+    const Extent tile = kernels::preferred_tile(offer.to.extent);
+    Partition parts;
+    parts.kind = Partition::output;
+    parts.leaf = {offer.to.extent.x, offer.to.axes == 2 ? tile.y : offer.to.extent.y, tile.z};
+    parts.reads = [from = offer.from, hold = hold_of(offer.with), want = ask.want](
+                      const Region& out, int view) {
+        return reads(to_input(from, want, view), hold, from.extent, out);
+    };
+    return parts;
+}
+
+kernels::BackwardWarp warp_of(const Offer& offer, const Ask& ask, const Data& in, int view) {
+    const Mat4 map = to_input(offer.from, ask.want, view);
+    const kernels::Grid grid = kernels::grid_of(in);
+    const auto outside = static_cast<float>(ask.want.outside);
+    const Hold hold = hold_of(offer.with);
+    if (affine(map)) return {grid, kernels::affine_of(map), hold, outside};
+    constexpr int kKept[3] = {0, 1, 3};  // an image has no z
+    kernels::Homography plane;
+    for (int row = 0; row < 3; ++row)
+        for (int k = 0; k < 3; ++k) plane[3 * row + k] = map(kKept[row], kKept[k]);
+    return {grid, plane, hold, outside};
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
+         Context& context) {
+    const kernels::BackwardWarp warp = warp_of(offer, ask, in, context.view);
+    const kernels::WarpOutput output{out.as<float>(), Region::all(out.what.extent)};
+    const Extent tile = kernels::preferred_tile(out.what.extent), size = region.extent();
+    const auto tiles = [](std::int64_t n, std::int64_t each) { return (n + each - 1) / each; };
+    const std::int64_t across = tiles(size.x, tile.x), down = tiles(size.y, tile.y);
+    const std::int64_t rows = down * tiles(size.z, tile.z);
+    tbb::parallel_for(std::int64_t{0}, rows * across, [&](std::int64_t i) {
+        if (context.stopped()) return;
+        Region part = region;
+        const std::array<std::int64_t, 3> at{i % across, i / across % down, i / across / down};
+        for (int axis = 0; axis < 3; ++axis) {
+            part.begin[axis] += at[axis] * tile[axis];
+            part.end[axis] = std::min(part.begin[axis] + tile[axis], region.end[axis]);
+        }
+        warp(output, part);
+    });
+    context.poll();
+}
+
+}  // namespace
+
+Transition backward_warp() {
+    Transition edge;
+    edge.name = "warp.backward";
+    edge.source = "Wittenbrink 1993, FIGURE 26 and 27, TABLE 6";
+    edge.joins = {{"object/scalar", "screen/scalar"}, {"object/coefficients", "screen/scalar"}};
+    edge.parameters = {{"filter", one_of({"zoh", "foh", "bspline3"},
+                                         "reconstruction: nearest, linear, cubic B-spline")}};
+    edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
+    edge.offer = offer;
+    edge.work = work;
+    edge.error = error;
+    edge.parts = parts;
+    edge.run = run;
+    return edge;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,67 @@
+#include "transitions/warp/equiareal.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/warp/shear_chain.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr double kEquiareal = 1e-9;  // of a determinant; what shear_chain needs
+
+std::string samples_refused(const Representation& from, const Ask& ask) {
+    if (ask.want.eye) return "the eye is at a finite distance: its rays are not parallel to z";
+    if (ask.want.projective()) return "a projective map is not equiareal";
+    if (from.type == Type::c64) return "complex samples have no hold";
+    if (from.layout != Layout::linear || from.place != Place::memory)
+        return "needs all samples in memory, row by row";
+    return {};
+}
+
+}  // namespace
+
+std::string not_equiareal(
+    const Representation& from, const Ask& ask,
+    const std::function<std::string(int view, const kernels::ShearChain&)>& judge) {
+    if (std::string reason = samples_refused(from, ask); !reason.empty()) return reason;
+    const Placement& views = ask.want.views;
+    for (int variant = 0; variant < views.different(); ++variant) {
+        const int view = views.first_view(variant);
+        const Mat4 map = residual(from, ask.want, view);
+        const double det = map.topLeftCorner<3, 3>().determinant();
+        if (!(std::abs(std::abs(det) - 1) <= kEquiareal))
+            return fmt::format("view {}: the determinant is {:.6g}; shears need 1 or -1", view, det);
+        const auto chain = shear_chain(kernels::affine_of(map));
+        if (!chain) return fmt::format("view {}: no product of shears gives its map to 1e-9", view);
+        if (std::string reason = judge(view, *chain); !reason.empty()) return reason;
+    }
+    return {};
+}
+
+kernels::ShearChain chain_of(const Representation& from, const Request& want, int view) {
+    const auto chain = shear_chain(kernels::affine_of(residual(from, want, view)));
+    if (!chain) throw RunError(fmt::format("view {}: no product of shears gives its map", view));
+    return *chain;
+}
+
+kernels::Affine inverse_map(const Representation& from, const Request& want, int view) {
+    return kernels::affine_of(residual(from, want, view).inverse());
+}
+
+int axes_between_samples(const kernels::ShearChain& chain) {
+    int axes = 0;
+    for (double bound : chain.displacement) axes += bound > 1e-9;
+    return axes;
+}
+
+double guessed_error(const std::string& filter) {
+    // Medians over scanned volumes turned by 5 to 45 degrees are of this size.
+    if (filter == "me") return 0.04;
+    if (filter == "zoh") return 0.03;
+    return filter == "foh" ? 0.015 : 0.002;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,151 @@
+#include "transitions/warp/permutation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/permutation.hpp"
+#include "transitions/warp/equiareal.hpp"
+
+namespace edgewise {
+namespace {
+
+using kernels::Send;
+using kernels::ShearChain;
+
+constexpr int kGreatestHalo = 4;  // samples; a wider one is no longer a neighbourhood
+
+Send send_of(const Parameters& with) {
+    const std::string& filter = with.word("filter");
+    return filter == "me" ? Send::me : filter == "zoh" ? Send::zoh : Send::foh;
+}
+
+std::string too_far(int view, const ShearChain& chain) {
+    // A point moves by the bound, and foh reads the sample behind it.
+    const int halo = static_cast<int>(std::min(std::floor(chain.bound()), 1e6)) + 1;
+    if (halo <= kGreatestHalo) return {};
+    return fmt::format("view {}: the rule moves points by up to {:.3g} samples, a halo of {} would "
+                       "not pay (at most {})",
+                       view, chain.bound(), halo, kGreatestHalo);
+}
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (ask.want.field == Field::nearest && send_of(with) == Send::foh)
+        return Offer::no("labels: only filter=me and filter=zoh make no new value");
+    if (std::string reason = not_equiareal(from, ask, too_far); !reason.empty())
+        return Offer::no(std::move(reason));
+    return {.from = from, .to = screen_scalar(from, ask.want), .with = with};
+}
+
+/// Multiplications, additions and roundings of the rule: 9 for the three shears of a plane, 20 for
+/// four shears of a volume. The translation is inside the rounding and costs nothing.
+double rule_operations(const ShearChain& chain) {
+    double count = 0;
+    for (int k = 0; k < chain.count; ++k) {
+        ++count;
+        for (double by : chain.shears[k].by) count += by != 0 ? 2 : 0;
+    }
+    return count;
+}
+
+Work work(const Offer& offer, const Ask& ask, int view) {
+    const Send send = send_of(offer.with);
+    const bool image = offer.from.axes == 2;
+    // FIGURE 30 and TABLE 6: clip, inverse, rounding; an interpolation is 3 operations (EQ 16).
+    const double clip = image ? 4 : 6;
+    const double point = send == Send::me ? 0 : image ? 6 + 2 : 15 + 3;
+    const double filter = send != Send::foh ? 0 : image ? 9 : 21;
+    const double reads = send == Send::me ? 0 : send == Send::zoh ? 1 : image ? 3 : 7;
+    const double samples = static_cast<double>(offer.from.samples());
+    const double rule = rule_operations(chain_of(offer.from, ask.want, view));
+    return {.operations = samples * (rule + clip + point + filter * offer.from.channels),
+            .streamed = offer.from.bytes() + 2 * offer.to.bytes(),  // the screen is cleared first
+            .local = samples * reads * offer.from.channels,
+            .global = samples * offer.from.channels};
+}
+
+Error error(const Offer& offer, const Ask& ask) {
+    const Send send = send_of(offer.with);
+    const Scene& scene = ask.scene;
+    int fewest = offer.from.axes, most = 0;
+    const int looked_at = std::min(ask.want.views.different(), 8);
+    for (int variant = 0; variant < looked_at; ++variant) {
+        const int view = ask.want.views.first_view(variant);
+        const int axes = axes_between_samples(chain_of(offer.from, ask.want, view));
+        fewest = std::min(fewest, axes);
+        most = std::max(most, axes);
+    }
+    const double greatest = std::max(std::abs(scene.low), std::abs(scene.high));
+    Error error{.noise = 0x1p-23 * greatest};  // f32 rounds twice, by half of this
+    // Mean of the sum of squared weights of linear interpolation over all fractions: 2/3 an axis.
+    if (send == Send::foh) error.noise_gain = std::pow(2.0 / 3, fewest / 2.0);
+    if (most == 0 && ask.want.views.different() == looked_at) return error;
+    if (send == Send::foh && ask.want.field == Field::linear) return error;
+    if (send == Send::zoh && ask.want.field == Field::nearest) return error;
+    const std::string& filter = offer.with.word("filter");
+    error.bias = scene.fact("field/" + filter)
+                     .value_or(guessed_error(filter) * (scene.high - scene.low));
+    return error;
+}
+
+/// Calls `use` for the tiles of a box, in parallel, until it is stopped.
+template <class Use>
+void in_tiles(const Region& box, const Extent& tile, const Context& context, const Use& use) {
+    const auto tiles = [&](int axis) {
+        return (box.extent()[axis] + tile[axis] - 1) / tile[axis];
+    };
+    const std::int64_t across = tiles(0), down = tiles(1);
+    tbb::parallel_for(std::int64_t{0}, across * down * tiles(2), [&](std::int64_t i) {
+        if (context.stopped()) return;
+        Region part = box;
+        const std::array<std::int64_t, 3> at{i % across, i / across % down, i / across / down};
+        for (int axis = 0; axis < 3; ++axis) {
+            part.begin[axis] += at[axis] * tile[axis];
+            part.end[axis] = std::min(part.begin[axis] + tile[axis], box.end[axis]);
+        }
+        use(part);
+    });
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+         Context& context) {
+    const kernels::PermutationWarp warp(kernels::grid_of(in),
+                                        chain_of(offer.from, ask.want, context.view),
+                                        send_of(offer.with), out.what.extent);
+    const auto outside = static_cast<float>(ask.want.outside);
+    const std::int64_t row = out.what.extent.x * out.what.channels;
+    float* screen = out.as<float>();
+    in_tiles({{0, 0, 0}, {1, out.what.extent.y, out.what.extent.z}}, {1, 64, 1}, context,
+             [&](const Region& rows) {
+                 const std::int64_t first = rows.begin[2] * out.what.extent.y + rows.begin[1];
+                 std::fill_n(screen + first * row, (rows.end[1] - rows.begin[1]) * row, outside);
+             });
+    // No two sites have the same image, so tiles never write the same sample.
+    in_tiles(warp.sites(), kernels::preferred_sites(in.what.extent), context,
+             [&](const Region& sites) { warp(sites, screen); });
+    context.poll();
+}
+
+}  // namespace
+
+Transition permutation_warp() {
+    Transition edge;
+    edge.name = "warp.permutation";
+    edge.source = "Wittenbrink 1993, EQ 22, FIGURE 28 to 30, TABLE 6, Theorem 3.1";
+    edge.joins = {{"object/scalar", "screen/scalar"}};
+    edge.parameters = {{"filter", one_of({"me", "zoh", "foh"},
+                                         "what a sample sends: itself, the nearest sample to the "
+                                         "screen site's point, or its linear reconstruction")}};
+    edge.laws = {Law::identity,    Law::constant,     Law::linear,
+                 Law::whole_shift, Law::quarter_turn, Law::bijection};
+    edge.offer = offer;
+    edge.work = work;
+    edge.error = error;
+    edge.run = run;
+    return edge;
+}
+
+}  // namespace edgewise

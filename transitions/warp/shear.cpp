@@ -1,0 +1,221 @@
+#include "transitions/warp/shear.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <optional>
+#include <tbb/parallel_for.h>
+#include <vector>
+
+#include "transitions/kernels/axis_permutation.hpp"
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/pmr_block.hpp"
+#include "transitions/kernels/shear.hpp"
+#include "transitions/warp/equiareal.hpp"
+
+namespace edgewise {
+namespace {
+
+using kernels::Hold;
+using kernels::ShearChain;
+using kernels::ShearPass;
+
+constexpr double kSteepest = 8;  // samples of shift from line to line
+
+Hold hold_of(const Parameters& with) {
+    return with.word("filter") == "foh" ? Hold::foh : Hold::bspline3;
+}
+
+std::string too_steep(int view, const ShearChain& chain) {
+    double steepest = 0;
+    for (int k = 0; k < chain.count; ++k)
+        for (double by : chain.shears[k].by) steepest = std::max(steepest, std::abs(by));
+    if (steepest <= kSteepest) return {};
+    return fmt::format("view {}: a shear by {:.3g} samples a line; intermediate boxes would be huge "
+                       "(at most {})",
+                       view, steepest, kSteepest);
+}
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (ask.want.field == Field::nearest)
+        return Offer::no("labels: interpolation would make new values");
+    if (from.channels != 1) return Offer::no(fmt::format("{} channels; moves one", from.channels));
+    if (ask.scene.non_finite > 0)
+        return Offer::no(fmt::format("{} samples are not finite: every pass would spread them",
+                                     ask.scene.non_finite));
+    if (std::string reason = not_equiareal(from, ask, too_steep); !reason.empty())
+        return Offer::no(std::move(reason));
+    return {.from = from, .to = screen_scalar(from, ask.want), .with = with};
+}
+
+struct Passes {
+    ShearChain chain;
+    std::vector<ShearPass> passes;
+};
+
+Passes passes_of(const Offer& offer, const Ask& ask, int view) {
+    const ShearChain chain = chain_of(offer.from, ask.want, view);
+    return {chain, kernels::shear_passes(chain, offer.from.extent, offer.to.extent,
+                                         hold_of(offer.with))};
+}
+
+double samples_of(const Region& box) {
+    return box.empty() ? 0 : static_cast<double>(box.extent().samples());
+}
+
+Work work(const Offer& offer, const Ask& ask, int view) {
+    const auto [chain, passes] = passes_of(offer, ask, view);
+    const double each = hold_of(offer.with) == Hold::foh ? 8 : 18;
+    constexpr double kFloat = sizeof(float);
+    Work work{.streamed = offer.to.bytes()};  // the mask
+    const double permuted = chain.starts_in_place() ? 0 : offer.from.bytes();
+    work.streamed += 2 * permuted;
+    double from = permuted;  // bytes of what the next pass reads, unless it is the input itself
+    work.workspace = permuted;
+    for (std::size_t k = 0; k < passes.size(); ++k) {
+        const bool last = k + 1 == passes.size();
+        const double samples = samples_of(passes[k].to);
+        const double read = k == 0 ? offer.from.bytes() : samples_of(passes[k].from) * kFloat;
+        const double to = last ? 0 : samples * kFloat;
+        work.operations += each * samples;
+        work.streamed += read + samples * kFloat;
+        work.workspace = std::max(work.workspace, from + to);
+        from = to;
+        work.scratch = std::max(work.scratch, kernels::shear_scratch(passes[k]) * kFloat);
+    }
+    return work;
+}
+
+Error error(const Offer& offer, const Ask& ask) {
+    const Scene& scene = ask.scene;
+    double passes = 0, axes = 0;
+    const int looked_at = std::min(ask.want.views.different(), 8);
+    for (int variant = 0; variant < looked_at; ++variant) {
+        const ShearChain chain =
+            chain_of(offer.from, ask.want, ask.want.views.first_view(variant));
+        if (axes_between_samples(chain) == 0) continue;
+        passes = std::max(passes, double(chain.count));
+        axes = std::max(axes, double(axes_between_samples(chain)));
+    }
+    const double greatest = std::max(std::abs(scene.low), std::abs(scene.high));
+    Error error{.noise = 0x1p-23 * greatest * std::sqrt(std::max(passes, 1.0))};
+    if (passes == 0 && ask.want.views.different() == looked_at) return error;
+    const std::string& filter = offer.with.word("filter");
+    const double once = scene.fact("field/" + filter)
+                            .value_or(guessed_error(filter) * (scene.high - scene.low));
+    // Each pass blurs as one axis of the direct hold does, and losses of one sign add.
+    error.bias = once * std::max(passes / std::max(axes, 1.0), 1.0);
+    return error;
+}
+
+/// How the lines of a pass are shared out: whole lines, enough of them to fill cache lines.
+Extent part_of(const ShearPass& pass) {
+    const Extent all = pass.to.extent();
+    if (pass.shear.axis == 0) return {all.x, 32, 1};
+    if (pass.shear.axis == 1) return {64, all.y, 1};
+    return {64, 1, all.z};
+}
+
+void run_pass(const ShearPass& pass, const kernels::Grid& in, float* out, const Region& held,
+              Hold hold, Context& context) {
+    if (pass.to.empty()) return;
+    const Extent part = part_of(pass), all = pass.to.extent();
+    const auto parts = [&](int axis) { return (all[axis] + part[axis] - 1) / part[axis]; };
+    const std::int64_t across = parts(0), down = parts(1);
+    tbb::parallel_for(std::int64_t{0}, across * down * parts(2), [&](std::int64_t i) {
+        if (context.stopped()) return;
+        const std::array<std::int64_t, 3> at{i % across, i / across % down, i / across / down};
+        Region lines = pass.to;
+        for (int axis = 0; axis < 3; ++axis) {
+            lines.begin[axis] += at[axis] * part[axis];
+            lines.end[axis] = std::min(lines.begin[axis] + part[axis], pass.to.end[axis]);
+        }
+        kernels::Block<float> scratch(kernels::shear_scratch(pass), context.memory);
+        kernels::run_shear_pass(pass, in, out, held, hold, lines, scratch.data());
+    });
+    context.poll();
+}
+
+using Bytes = kernels::Block<std::byte>;
+
+/// The input behind the exact permutation, in its own type.
+void permute(const ShearChain& chain, const Data& in, const Extent& to, std::byte* out,
+             Context& context) {
+    const auto permutation = kernels::into_place(
+        {.from = chain.from, .sign = chain.sign, .shift = {}}, in.what.extent);
+    const std::byte outside[8] = {};  // never seen: the output is the whole input
+    constexpr std::int64_t kRows = 32;
+    const std::int64_t blocks = (to.y + kRows - 1) / kRows;
+    tbb::parallel_for(std::int64_t{0}, blocks * to.z, [&](std::int64_t i) {
+        if (context.stopped()) return;
+        const std::int64_t y = i % blocks * kRows, z = i / blocks;
+        kernels::copy_permuted(in.samples.data(), in.what.extent, bytes_of(in.what.type),
+                               permutation, outside, out, to,
+                               {{0, y, z}, {to.x, std::min(y + kRows, to.y), z + 1}});
+    });
+    context.poll();
+}
+
+void mask(const Offer& offer, const Ask& ask, Data& out, Context& context) {
+    const Extent& screen = out.what.extent;
+    const kernels::Affine to_input = inverse_map(offer.from, ask.want, context.view);
+    tbb::parallel_for(std::int64_t{0}, screen.z * screen.y, [&](std::int64_t row) {
+        const std::int64_t y = row % screen.y, z = row / screen.y;
+        kernels::mask_outside(to_input, offer.from.extent, static_cast<float>(ask.want.outside),
+                              out.as<float>(), screen, {{0, y, z}, {screen.x, y + 1, z + 1}});
+    });
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+         Context& context) {
+    const auto [chain, passes] = passes_of(offer, ask, context.view);
+    const Hold hold = hold_of(offer.with);
+    kernels::Grid now = kernels::grid_of(in);
+    // What the next pass reads; taken away when the pass behind it has been made.
+    std::optional<Bytes> held;
+    if (!chain.starts_in_place()) {
+        now.extent = {in.what.extent[chain.from[0]], in.what.extent[chain.from[1]],
+                      in.what.extent[chain.from[2]]};
+        held.emplace(in.samples.bytes() + kArraySlack, context.memory);
+        permute(chain, in, now.extent, held->data(), context);
+        now.samples = held->data();
+    }
+    const bool in_sight = std::none_of(passes.begin(), passes.end(),
+                                       [](const ShearPass& pass) { return pass.to.empty(); });
+    for (std::size_t k = 0; in_sight && k < passes.size(); ++k) {
+        if (k + 1 == passes.size()) {
+            run_pass(passes[k], now, out.as<float>(), Region::all(out.what.extent), hold, context);
+            break;
+        }
+        std::optional<Bytes> next;
+        const Extent extent = passes[k].to.extent();
+        next.emplace(static_cast<std::size_t>(extent.samples()) * sizeof(float) + kArraySlack,
+                     context.memory);
+        run_pass(passes[k], now, reinterpret_cast<float*>(next->data()), passes[k].to, hold,
+                 context);
+        held.swap(next);
+        now = {held->data(), Type::f32, extent, 1, {}};
+    }
+    mask(offer, ask, out, context);
+    context.poll();
+}
+
+}  // namespace
+
+Transition shear_warp_passes() {
+    Transition edge;
+    edge.name = "warp.shear";
+    edge.source = "Wittenbrink 1993, 3.6.6, EQ 10 to 12, TABLE 6";
+    edge.joins = {{"object/scalar", "screen/scalar"}};
+    edge.parameters = {{"filter", one_of({"foh", "bspline3"},
+                                         "reconstruction along the lines of each pass: linear, "
+                                         "cubic B-spline")}};
+    edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
+    edge.offer = offer;
+    edge.work = work;
+    edge.error = error;
+    edge.run = run;
+    return edge;
+}
+
+}  // namespace edgewise
