@@ -13,16 +13,16 @@ struct Scene {
     double low = 0, high = 1, mean = 0;  // over finite values
     double commonest = 0;                // what counts as empty
     std::int64_t non_finite = 0;
-    Region occupied;               // box of the samples that differ from the commonest value
+    Region occupied{};             // box of the samples that differ from the commonest value
     double occupied_fraction = 1;  // of all samples
     double range = 1;              // of the reference over the result: an error of 1
 
     /// Facts by name, measured on a preview against the reference; absolute, in values of the
-    /// result. "field/FILTER"          RMS error of the samples reconstructed by zoh, foh,
-    /// bspline3, me "picture/FILTER/STEP"   RMS error of a picture cast with that hold and step (1,
-    /// 0.5, 0.25) "gain/blur" "gain/noise"  error of a picture over the error of the field that it
-    /// is made of
-    std::map<std::string, double> facts;
+    /// result:
+    ///  - "field/FILTER": RMS error of the samples reconstructed by zoh, foh, bspline3, me;
+    ///  - "picture/FILTER/STEP": RMS error of a picture cast with that hold and step (1, 0.5, 0.25);
+    ///  - "gain/blur", "gain/noise": error of a picture over the error of the field it is made of.
+    std::map<std::string, double> facts{};
 
     std::optional<double> fact(const std::string& name) const {
         const auto found = facts.find(name);

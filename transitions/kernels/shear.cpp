@@ -74,19 +74,21 @@ Region permuted_box(const ShearChain& chain, const Extent& input) {
 
 std::vector<ShearPass> shear_passes(const ShearChain& chain, const Extent& input,
                                     const Extent& screen, Hold hold) {
-    std::vector<ShearPass> passes(std::size_t(chain.count));
+    // Without any shear one pass still carries the samples over.
+    const int count = std::max(chain.count, 1);
+    std::vector<ShearPass> passes(static_cast<std::size_t>(count));
     // What the screen needs, from the last box to the first.
     Zonotope needed(Region::all(screen));
-    for (int k = chain.count - 1; k >= 0; --k) {
+    for (int k = count - 1; k >= 0; --k) {
         passes[k].shear = chain.shears[k];
-        passes[k].to = k == chain.count - 1 ? Region::all(screen) : needed.bounds();
+        passes[k].to = k == count - 1 ? Region::all(screen) : needed.bounds();
         needed.shear(chain.shears[k], -1);
         needed.widen(chain.shears[k].axis, support(hold));
     }
     // What the input reaches, with the samples that continue it: two, and one more a pass.
     const Region start = permuted_box(chain, input);
     Zonotope reached(start, 2);
-    for (int k = 0; k < chain.count; ++k) {
+    for (int k = 0; k < count; ++k) {
         passes[k].from = k == 0 ? start : passes[k - 1].to;
         reached.shear(chain.shears[k], 1);
         reached.widen(chain.shears[k].axis, 1);

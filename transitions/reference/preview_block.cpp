@@ -62,11 +62,14 @@ void PreviewBlock::load() {
     constant_ = all_finite_ && low == high;
 }
 
+// Positions are clamped by now and not negative, so that a conversion to an integer is their floor:
+// without SSE 4.1 std::floor is a call, and there are millions.
+
 void PreviewBlock::zoh(const Vec3& p, double* values) const {
     std::int64_t at = 0;
     const Extent held = held_.extent();
     for (int axis = 2; axis >= 0; --axis) {
-        const auto i = static_cast<std::int64_t>(std::floor(p[axis] + 0.5)) - held_.begin[axis];
+        const auto i = static_cast<std::int64_t>(p[axis] + 0.5) - held_.begin[axis];
         at = at * held[axis] + std::clamp<std::int64_t>(i, 0, held[axis] - 1);
     }
     for (int c = 0; c < channels_; ++c)
@@ -79,10 +82,9 @@ void PreviewBlock::foh(const Vec3& p, double* values) const {
     std::array<float, 3> f{};
     const std::array<std::int64_t, 3> stride = {1, held.x, held.x * held.y};
     for (int axis = 0; axis < 3; ++axis) {
-        const double cell = std::floor(p[axis]);
-        const std::int64_t i = static_cast<std::int64_t>(cell) - held_.begin[axis];
-        f[axis] = static_cast<float>(p[axis] - cell);
-        low[axis] = i * stride[axis] * channels_;
+        const auto cell = static_cast<std::int64_t>(p[axis]);
+        f[axis] = static_cast<float>(p[axis] - static_cast<double>(cell));
+        low[axis] = (cell - held_.begin[axis]) * stride[axis] * channels_;
         step[axis] = f[axis] > 0 ? stride[axis] * channels_ : 0;
     }
     const float* corner = samples_ + low[0] + low[1] + low[2];
@@ -137,10 +139,10 @@ double PreviewBlock::noise(const Vec3& p) const {
     std::array<std::array<std::int64_t, 2>, 3> index{};
     std::array<std::array<double, 2>, 3> weight{};
     for (int axis = 0; axis < 3; ++axis) {
-        const double cell = std::floor(q[axis]);
-        const auto i = static_cast<std::int64_t>(cell);
+        const auto i = static_cast<std::int64_t>(q[axis]);
+        const double f = q[axis] - static_cast<double>(i);
         index[axis] = {i, std::min(i + 1, n[axis] - 1)};
-        weight[axis] = {1 - (q[axis] - cell), q[axis] - cell};
+        weight[axis] = {1 - f, f};
     }
     double sum = 0;
     for (int corner = 0; corner < 8; ++corner) {

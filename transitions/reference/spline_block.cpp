@@ -30,45 +30,53 @@ double mirrored_start(const Real* line, std::int64_t n, std::int64_t step) {
     return sum / (1 - last * last);
 }
 
-/// Prefilters `lanes` lines at once; samples of a line are `step` apart, lines `lane_step` apart.
-/// Lines side by side (lane_step 1) run in vectors, others hide each other's latency.
+/// Prefilters lines that lie side by side, in vectors. The gain is not applied.
 template <class Real>
-void prefilter_lines(Real* first, std::int64_t n, std::int64_t step, std::int64_t lanes,
-                     std::int64_t lane_step) {
+void prefilter_columns(Real* first, std::int64_t n, std::int64_t step, std::int64_t columns) {
     if (n == 1) return;
     const Real pole = static_cast<Real>(kSplinePole);
-    const Real gain = static_cast<Real>((1 - kSplinePole) * (1 - 1 / kSplinePole));
-    for (std::int64_t l = 0; l < lanes; ++l)
-        first[l * lane_step] =
-            static_cast<Real>(gain * mirrored_start(first + l * lane_step, n, step));
-    const auto forward = [&](auto stride) {
-        for (std::int64_t i = 1; i < n; ++i) {
-            Real* here = first + i * step;
-            const Real* before = here - step;
-            for (std::int64_t l = 0; l < lanes; ++l)
-                here[l * stride] = gain * here[l * stride] + pole * before[l * stride];
-        }
-    };
-    const auto backward = [&](auto stride) {
-        const Real end = static_cast<Real>(kSplinePole / (kSplinePole * kSplinePole - 1));
-        Real* last = first + (n - 1) * step;
-        for (std::int64_t l = 0; l < lanes; ++l)
-            last[l * stride] = end * (last[l * stride] + pole * last[l * stride - step]);
-        for (std::int64_t i = n - 2; i >= 0; --i) {
-            Real* here = first + i * step;
-            const Real* behind = here + step;
-            for (std::int64_t l = 0; l < lanes; ++l)
-                here[l * stride] = pole * (behind[l * stride] - here[l * stride]);
-        }
-    };
-    if (lane_step == 1) {
-        forward(std::integral_constant<std::int64_t, 1>{});
-        backward(std::integral_constant<std::int64_t, 1>{});
-    } else {
-        forward(lane_step);
-        backward(lane_step);
+    const Real end = static_cast<Real>(kSplinePole / (kSplinePole * kSplinePole - 1));
+    for (std::int64_t x = 0; x < columns; ++x)
+        first[x] = static_cast<Real>(mirrored_start(first + x, n, step));
+    for (std::int64_t i = 1; i < n; ++i) {
+        Real* here = first + i * step;
+        for (std::int64_t x = 0; x < columns; ++x) here[x] += pole * here[x - step];
+    }
+    Real* last = first + (n - 1) * step;
+    for (std::int64_t x = 0; x < columns; ++x) last[x] = end * (last[x] + pole * last[x - step]);
+    for (std::int64_t i = n - 2; i >= 0; --i) {
+        Real* here = first + i * step;
+        for (std::int64_t x = 0; x < columns; ++x) here[x] = pole * (here[x + step] - here[x]);
     }
 }
+
+/// Prefilters kRows lines of adjacent samples at once: each hides the others' latency.
+template <int kRows, class Real>
+void prefilter_rows(Real* first, std::int64_t n, std::int64_t row) {
+    if (n == 1) return;
+    const Real pole = static_cast<Real>(kSplinePole);
+    const Real end = static_cast<Real>(kSplinePole / (kSplinePole * kSplinePole - 1));
+    std::array<Real, kRows> carry;
+    for (int r = 0; r < kRows; ++r)
+        carry[r] = first[r * row] = static_cast<Real>(mirrored_start(first + r * row, n, 1));
+    for (std::int64_t i = 1; i < n; ++i)
+        for (int r = 0; r < kRows; ++r) {
+            carry[r] = first[r * row + i] + pole * carry[r];
+            first[r * row + i] = carry[r];
+        }
+    for (int r = 0; r < kRows; ++r) {
+        Real* last = first + r * row + n - 1;
+        carry[r] = *last = end * (*last + pole * last[-1]);
+    }
+    for (std::int64_t i = n - 2; i >= 0; --i)
+        for (int r = 0; r < kRows; ++r) {
+            carry[r] = pole * (carry[r] - first[r * row + i]);
+            first[r * row + i] = carry[r];
+        }
+}
+
+/// What every axis of more than one sample multiplies by.
+constexpr double kGain = (1 - kSplinePole) * (1 - 1 / kSplinePole);
 
 }  // namespace
 
@@ -88,8 +96,9 @@ SplineBlock<Real>::SplineBlock(const Data& data, const Region& cells, int margin
         // The taps reach one sample before a cell and two behind it; the margin lies outside these.
         held_.begin[axis] = std::max<std::int64_t>(0, cells.begin[axis] - kLead - margin);
         held_.end[axis] = std::min<std::int64_t>(n, cells.end[axis] + kTrail + margin);
-        pad_[axis] = n > 1 ? kLead : 0;
-        padded_[axis] = held_.extent()[axis] + (n > 1 ? kLead + kTrail : 0);
+        const bool padded = axis == 0 || n > 1;  // always along x, where four taps are one load
+        pad_[axis] = padded ? kLead : 0;
+        padded_[axis] = held_.extent()[axis] + (padded ? kLead + kTrail : 0);
     }
     coefficients_ = Array(
         static_cast<std::size_t>(padded_.samples() * channels_) * sizeof(Real), memory);
@@ -103,7 +112,10 @@ template <class Real>
 void SplineBlock<Real>::load(const Data& data) {
     const Extent& n = data.what.extent;
     const Extent held = held_.extent();
-    const double slope = data.what.values.slope, offset = data.what.values.offset;
+    double gain = 1;
+    for (int axis = 0; axis < 3; ++axis) gain *= held[axis] > 1 ? kGain : 1;
+    const Real slope = static_cast<Real>(gain * data.what.values.slope);
+    const Real offset = static_cast<Real>(gain * data.what.values.offset);
     with_stored_type(data.what.type, [&](auto zero) {
         const auto* samples = data.as<decltype(zero)>();
         for (int c = 0; c < channels_; ++c)
@@ -116,7 +128,7 @@ void SplineBlock<Real>::load(const Data& data) {
                     Real* to = first_ + pad_[0] +
                                padded_.x * (pad_[1] + y + padded_.y * (pad_[2] + z + padded_.z * c));
                     for (std::int64_t x = 0; x < held.x; ++x)
-                        to[x] = static_cast<Real>(slope * as_double(from[x * channels_]) + offset);
+                        to[x] = slope * static_cast<Real>(from[x * channels_]) + offset;
                     if constexpr (std::is_integral_v<decltype(zero)>) continue;
                     Real last = 0;
                     for (std::int64_t x = 0; x < held.x; ++x)
@@ -130,16 +142,19 @@ template <class Real>
 void SplineBlock<Real>::prefilter() {
     const Extent held = held_.extent();
     const std::int64_t row = padded_.x, plane = padded_.x * padded_.y;
+    constexpr int kTogether = 8;
     for (int c = 0; c < channels_; ++c) {
         Real* origin = first_ + pad_[0] + pad_[1] * row + (pad_[2] + padded_.z * c) * plane;
         for (std::int64_t z = 0; z < held.z; ++z) {
-            for (std::int64_t y = 0; y < held.y; y += 8)  // eight rows hide one recursion's latency
-                prefilter_lines(origin + z * plane + y * row, held.x, 1,
-                                std::min<std::int64_t>(8, held.y - y), row);
-            prefilter_lines(origin + z * plane, held.y, row, held.x, 1);
+            Real* slice = origin + z * plane;
+            std::int64_t y = 0;
+            for (; y + kTogether <= held.y; y += kTogether)
+                prefilter_rows<kTogether>(slice + y * row, held.x, row);
+            for (; y < held.y; ++y) prefilter_rows<1>(slice + y * row, held.x, row);
+            prefilter_columns(slice, held.y, row, held.x);
         }
         for (std::int64_t y = 0; y < held.y; ++y)
-            prefilter_lines(origin + y * row, held.z, plane, held.x, 1);
+            prefilter_columns(origin + y * row, held.z, plane, held.x);
     }
 }
 
@@ -175,36 +190,29 @@ void SplineBlock<Real>::mirror_pads() {
 template <class Real>
 void SplineBlock<Real>::at(const Vec3& p, double* values) const noexcept {
     std::array<std::array<Real, 4>, 3> weight;
-    std::array<std::int64_t, 3> start{};
-    std::array<int, 3> taps{};
+    std::array<std::int64_t, 3> start;
     for (int axis = 0; axis < 3; ++axis) {
-        const double cell = std::floor(p[axis]);
-        const Real f = static_cast<Real>(p[axis] - cell), g = 1 - f;
-        start[axis] = static_cast<std::int64_t>(cell) - held_.begin[axis];  // kLead == pad_
-        taps[axis] = pad_[axis] ? 4 : 1;
+        const auto cell = static_cast<std::int64_t>(p[axis]);  // floor, as p is not negative
+        const Real f = static_cast<Real>(p[axis] - static_cast<double>(cell)), g = 1 - f;
         const Real sixth = static_cast<Real>(1.0 / 6);
+        start[axis] = cell - held_.begin[axis];  // the tap before the cell, as kLead == pad_
         weight[axis] = {sixth * g * g * g, sixth * (4 - f * f * (6 - 3 * f)),
                         sixth * (4 - g * g * (6 - 3 * g)), sixth * f * f * f};
         if (!pad_[axis]) weight[axis] = {1, 0, 0, 0};
     }
+    const int rows = pad_[1] ? 4 : 1, planes = pad_[2] ? 4 : 1;
     for (int c = 0; c < channels_; ++c) {
         const Real* corner =
             first_ + start[0] + padded_.x * (start[1] + padded_.y * (start[2] + padded_.z * c));
+        std::array<Real, 4> columns{};
+        for (int k = 0; k < planes; ++k, corner += padded_.x * padded_.y)
+            for (int j = 0; j < rows; ++j) {
+                const Real w = weight[2][k] * weight[1][j];
+                const Real* line = corner + padded_.x * j;
+                for (int i = 0; i < 4; ++i) columns[i] += w * line[i];
+            }
         Real value = 0;
-        if (taps[0] == 4) {
-            std::array<Real, 4> columns{};
-            for (int k = 0; k < taps[2]; ++k)
-                for (int j = 0; j < taps[1]; ++j) {
-                    const Real w = weight[2][k] * weight[1][j];
-                    const Real* line = corner + padded_.x * (j + padded_.y * k);
-                    for (int i = 0; i < 4; ++i) columns[i] += w * line[i];
-                }
-            for (int i = 0; i < 4; ++i) value += weight[0][i] * columns[i];
-        } else {
-            for (int k = 0; k < taps[2]; ++k)
-                for (int j = 0; j < taps[1]; ++j)
-                    value += weight[2][k] * weight[1][j] * corner[padded_.x * (j + padded_.y * k)];
-        }
+        for (int i = 0; i < 4; ++i) value += weight[0][i] * columns[i];
         values[c] = value;
     }
 }

@@ -38,7 +38,7 @@ class SplineBlock {
     void mirror_pads();
 
     Region held_;             // samples with coefficients, pads not counted
-    Extent padded_;           // one sample before, two behind on each axis of more than one sample
+    Extent padded_;           // one sample before, two behind; not along axes of one plane or row
     std::array<int, 3> pad_;  // before
     int channels_;
     Array coefficients_;  // [channel][z][y][x], padded

@@ -171,7 +171,14 @@ std::array<Vector, 3> quaternion_steps(Header& header, const Fields& f) {
     if (rest < -1e-5)
         refuse(header.file,
                fmt::format("field 'quatern': b^2 + c^2 + d^2 is {:.4g}, more than 1", 1 - rest));
-    const double a = std::sqrt(std::max(rest, 0.0));
+    // As nifti1_io.c: so close to a half turn the root of a difference of f32 numbers is noise.
+    double a = 0;
+    if (rest < 1e-7) {
+        const double size = std::sqrt(1 - rest);
+        b /= size, c /= size, d /= size;
+    } else {
+        a = std::sqrt(rest);
+    }
     const double rotation[3][3] = {
         {a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)},
         {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b)},

@@ -47,6 +47,9 @@ void take_axes(Header&, const Stored&);
 void check_pieces(const std::string& file, const Stored&);
 std::shared_ptr<const Reader> stored_reader(Stored);
 
+/// Numbers written as text, as the bytes of native numbers of a type.
+std::unique_ptr<Stream> text_stream(std::unique_ptr<Stream> from, Type type, std::string file);
+
 /// Puts numbers that arrive in the order of `stored.axes` where they belong in memory: swaps
 /// bytes, converts to the loaded type, keeps what is selected.
 void scatter(const Stored&, const Selection&, Stream&, const std::string& file,

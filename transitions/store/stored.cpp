@@ -242,7 +242,7 @@ class PieceStream : public Stream {
         current_ = open_stream(file, piece.offset, file->size(), wrapping_of(stored_.encoding));
         if (stored_.skip > 0) current_->skip(stored_.skip);
         if (stored_.encoding == Stored::Encoding::text)
-            current_ = std::make_unique<TextStream>(std::move(current_), stored_.type, path_);
+            current_ = text_stream(std::move(current_), stored_.type, path_);
         left_ = piece_bytes_;
         return true;
     }
@@ -318,6 +318,10 @@ void check_pieces(const std::string& file, const Stored& stored) {
                 fmt::format("short data: expected {}{} bytes from byte {}, found {}",
                             least == bytes / count ? "" : "at least ", least, piece.offset, there));
     }
+}
+
+std::unique_ptr<Stream> text_stream(std::unique_ptr<Stream> from, Type type, std::string file) {
+    return std::make_unique<TextStream>(std::move(from), type, std::move(file));
 }
 
 std::shared_ptr<const Reader> stored_reader(Stored stored) {

@@ -106,6 +106,12 @@ class VtiReader : public Reader {
         auto stream = array_.form == Array::Form::base64
                           ? base64_stream(file, array_.begin, array_.end)
                           : open_stream(file, array_.begin, array_.end, Wrapping::none);
+        if (array_.form == Array::Form::ascii) {
+            Stored text = stored_;
+            text.big_endian = std::endian::native == std::endian::big;
+            stream = text_stream(std::move(stream), stored_.type, header.file);
+            return scatter(text, pick, *stream, header.file, into, warnings);
+        }
         if (array_.compressed) {
             stream = std::make_unique<BlockStream>(std::move(stream), array_, stored_.big_endian,
                                                    expected, header.file);
@@ -136,14 +142,7 @@ class Vti {
         if (!found_) refuse(path_, root_ ? "no DataArray in PointData" : "not VTI: no tag VTKFile");
         if (!done_) refuse(path_, "the AppendedData of its array are missing");
         check_size();
-        if (array_.form == Array::Form::ascii) {
-            stored_.pieces = {{path_, array_.begin}};
-            stored_.encoding = Stored::Encoding::text;
-            check_pieces(path_, stored_);
-            header_.reader = stored_reader(std::move(stored_));
-        } else {
-            header_.reader = std::make_shared<const VtiReader>(std::move(stored_), array_);
-        }
+        header_.reader = std::make_shared<const VtiReader>(std::move(stored_), array_);
         return std::move(header_);
     }
 
@@ -257,9 +256,10 @@ class Vti {
         done_ = true;
     }
     void check_size() const {
-        if (array_.form == Array::Form::ascii) return;
-        const std::int64_t expected =
-            stored_.numbers() * static_cast<std::int64_t>(bytes_of(stored_.type));
+        // Each number takes a digit and a blank at least.
+        const auto expected = array_.form == Array::Form::ascii
+                                  ? stored_.numbers() * 2 - 1
+                                  : stored_.numbers() * static_cast<std::int64_t>(bytes_of(stored_.type));
         const std::int64_t there = static_cast<std::int64_t>(array_.end - array_.begin);
         if (expected / (array_.compressed ? kDeflateRatio : 1) > there)
             refuse(path_, fmt::format("short data: expected {} bytes, found {}", expected, there));

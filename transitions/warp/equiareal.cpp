@@ -33,7 +33,8 @@ std::string not_equiareal(
         const Mat4 map = residual(from, ask.want, view);
         const double det = map.topLeftCorner<3, 3>().determinant();
         if (!(std::abs(std::abs(det) - 1) <= kEquiareal))
-            return fmt::format("view {}: the determinant is {:.6g}; shears need 1 or -1", view, det);
+            return fmt::format("view {}: the determinant is {:.6g}; shears need 1 or -1", view,
+                               det);
         const auto chain = shear_chain(kernels::affine_of(map));
         if (!chain) return fmt::format("view {}: no product of shears gives its map to 1e-9", view);
         if (std::string reason = judge(view, *chain); !reason.empty()) return reason;

@@ -27,9 +27,10 @@ std::string too_far(int view, const ShearChain& chain) {
     // A point moves by the bound, and foh reads the sample behind it.
     const int halo = static_cast<int>(std::min(std::floor(chain.bound()), 1e6)) + 1;
     if (halo <= kGreatestHalo) return {};
-    return fmt::format("view {}: the rule moves points by up to {:.3g} samples, a halo of {} would "
-                       "not pay (at most {})",
-                       view, chain.bound(), halo, kGreatestHalo);
+    return fmt::format(
+        "view {}: the rule moves points by up to {:.3g} samples, a halo of {} would "
+        "not pay (at most {})",
+        view, chain.bound(), halo, kGreatestHalo);
 }
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
@@ -86,17 +87,15 @@ Error error(const Offer& offer, const Ask& ask) {
     if (send == Send::foh && ask.want.field == Field::linear) return error;
     if (send == Send::zoh && ask.want.field == Field::nearest) return error;
     const std::string& filter = offer.with.word("filter");
-    error.bias = scene.fact("field/" + filter)
-                     .value_or(guessed_error(filter) * (scene.high - scene.low));
+    error.bias =
+        scene.fact("field/" + filter).value_or(guessed_error(filter) * (scene.high - scene.low));
     return error;
 }
 
 /// Calls `use` for the tiles of a box, in parallel, until it is stopped.
 template <class Use>
 void in_tiles(const Region& box, const Extent& tile, const Context& context, const Use& use) {
-    const auto tiles = [&](int axis) {
-        return (box.extent()[axis] + tile[axis] - 1) / tile[axis];
-    };
+    const auto tiles = [&](int axis) { return (box.extent()[axis] + tile[axis] - 1) / tile[axis]; };
     const std::int64_t across = tiles(0), down = tiles(1);
     tbb::parallel_for(std::int64_t{0}, across * down * tiles(2), [&](std::int64_t i) {
         if (context.stopped()) return;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <optional>
+#include <memory>
 #include <tbb/parallel_for.h>
 #include <vector>
 
@@ -31,9 +31,10 @@ std::string too_steep(int view, const ShearChain& chain) {
     for (int k = 0; k < chain.count; ++k)
         for (double by : chain.shears[k].by) steepest = std::max(steepest, std::abs(by));
     if (steepest <= kSteepest) return {};
-    return fmt::format("view {}: a shear by {:.3g} samples a line; intermediate boxes would be huge "
-                       "(at most {})",
-                       view, steepest, kSteepest);
+    return fmt::format(
+        "view {}: a shear by {:.3g} samples a line; intermediate boxes would be huge "
+        "(at most {})",
+        view, steepest, kSteepest);
 }
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
@@ -55,8 +56,8 @@ struct Passes {
 
 Passes passes_of(const Offer& offer, const Ask& ask, int view) {
     const ShearChain chain = chain_of(offer.from, ask.want, view);
-    return {chain, kernels::shear_passes(chain, offer.from.extent, offer.to.extent,
-                                         hold_of(offer.with))};
+    return {chain,
+            kernels::shear_passes(chain, offer.from.extent, offer.to.extent, hold_of(offer.with))};
 }
 
 double samples_of(const Region& box) {
@@ -91,8 +92,7 @@ Error error(const Offer& offer, const Ask& ask) {
     double passes = 0, axes = 0;
     const int looked_at = std::min(ask.want.views.different(), 8);
     for (int variant = 0; variant < looked_at; ++variant) {
-        const ShearChain chain =
-            chain_of(offer.from, ask.want, ask.want.views.first_view(variant));
+        const ShearChain chain = chain_of(offer.from, ask.want, ask.want.views.first_view(variant));
         if (axes_between_samples(chain) == 0) continue;
         passes = std::max(passes, double(chain.count));
         axes = std::max(axes, double(axes_between_samples(chain)));
@@ -101,8 +101,8 @@ Error error(const Offer& offer, const Ask& ask) {
     Error error{.noise = 0x1p-23 * greatest * std::sqrt(std::max(passes, 1.0))};
     if (passes == 0 && ask.want.views.different() == looked_at) return error;
     const std::string& filter = offer.with.word("filter");
-    const double once = scene.fact("field/" + filter)
-                            .value_or(guessed_error(filter) * (scene.high - scene.low));
+    const double once =
+        scene.fact("field/" + filter).value_or(guessed_error(filter) * (scene.high - scene.low));
     // Each pass blurs as one axis of the direct hold does, and losses of one sign add.
     error.bias = once * std::max(passes / std::max(axes, 1.0), 1.0);
     return error;
@@ -141,8 +141,8 @@ using Bytes = kernels::Block<std::byte>;
 /// The input behind the exact permutation, in its own type.
 void permute(const ShearChain& chain, const Data& in, const Extent& to, std::byte* out,
              Context& context) {
-    const auto permutation = kernels::into_place(
-        {.from = chain.from, .sign = chain.sign, .shift = {}}, in.what.extent);
+    const auto permutation =
+        kernels::into_place({.from = chain.from, .sign = chain.sign, .shift = {}}, in.what.extent);
     const std::byte outside[8] = {};  // never seen: the output is the whole input
     constexpr std::int64_t kRows = 32;
     const std::int64_t blocks = (to.y + kRows - 1) / kRows;
@@ -172,11 +172,11 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const Hold hold = hold_of(offer.with);
     kernels::Grid now = kernels::grid_of(in);
     // What the next pass reads; taken away when the pass behind it has been made.
-    std::optional<Bytes> held;
+    std::unique_ptr<Bytes> held;
     if (!chain.starts_in_place()) {
         now.extent = {in.what.extent[chain.from[0]], in.what.extent[chain.from[1]],
                       in.what.extent[chain.from[2]]};
-        held.emplace(in.samples.bytes() + kArraySlack, context.memory);
+        held = std::make_unique<Bytes>(in.samples.bytes() + kArraySlack, context.memory);
         permute(chain, in, now.extent, held->data(), context);
         now.samples = held->data();
     }
@@ -187,13 +187,13 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
             run_pass(passes[k], now, out.as<float>(), Region::all(out.what.extent), hold, context);
             break;
         }
-        std::optional<Bytes> next;
         const Extent extent = passes[k].to.extent();
-        next.emplace(static_cast<std::size_t>(extent.samples()) * sizeof(float) + kArraySlack,
-                     context.memory);
+        auto next = std::make_unique<Bytes>(
+            static_cast<std::size_t>(extent.samples()) * sizeof(float) + kArraySlack,
+            context.memory);
         run_pass(passes[k], now, reinterpret_cast<float*>(next->data()), passes[k].to, hold,
                  context);
-        held.swap(next);
+        held = std::move(next);
         now = {held->data(), Type::f32, extent, 1, {}};
     }
     mask(offer, ask, out, context);

@@ -36,7 +36,9 @@ TEST(Phantoms, FollowTheirFormulas) {
                     (1 - std::sin(std::numbers::pi * z / 2) + 0.25 * (1 + ring)) / 2.5, 1e-13);
         const double r2 = std::pow(p.x() - 31.5, 2) + std::pow(p.y() - 31.5, 2);
         EXPECT_NEAR(plate.at(p), 0.5 + 0.5 * std::cos(std::numbers::pi * 0.8 * r2 / 64), 1e-12);
-        if (std::hypot(x / .69, y / .92, z / .81) > 1) EXPECT_EQ(head.at(p), 0);
+        if (std::hypot(x / .69, y / .92, z / .81) > 1) {
+            EXPECT_EQ(head.at(p), 0);
+        }
     }
     EXPECT_EQ(head.at({31.5, 31.5 - 0.9 * 32, 31.5}), 1);  // within the skull
     EXPECT_NEAR(head.at({31.5, 31.5 + 0.35 * 32, 31.5 - 0.15 * 32}), 0.3, 1e-12);

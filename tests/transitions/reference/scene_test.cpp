@@ -231,7 +231,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"gaussians", Job::warp, Mode::mip, Field::spline},
                     Case{"noise", Job::warp, Mode::mip, Field::formula},
                     Case{"zone-plate", Job::warp, Mode::mip, Field::spline}),
-    [](const auto& info) { return "number_" + std::to_string(info.index); });
+    [](const auto& tested) { return "number_" + std::to_string(tested.index); });
 
 TEST(Scene, OfAWarpThatCopiesIsExact) {
     const Data data = make_phantom("noise", 24, heap());

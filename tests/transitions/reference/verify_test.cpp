@@ -139,7 +139,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"gaussians", Job::render, Mode::mip},
                     Case{"sphere", Job::render, Mode::xray},
                     Case{"noise", Job::render, Mode::composite}),
-    [](const auto& info) { return "number_" + std::to_string(info.index); });
+    [](const auto& tested) { return "number_" + std::to_string(tested.index); });
 
 TEST(Verifier, CountsLabelsThatDiffer) {
     const Data data = make_phantom("checker", 64, heap());

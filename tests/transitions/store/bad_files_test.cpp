@@ -322,8 +322,8 @@ TEST(BadFiles, Pictures) {
     }
     write(scratch.path("b.png"), what, values.data());
     std::string png = bytes_in(scratch.path("b.png"));
-    put(png, 16, std::uint32_t{0xffffff7f});
-    put(png, 20, std::uint32_t{0xffffff7f});
+    put(png, 16, std::uint32_t{0x00001000});
+    put(png, 20, std::uint32_t{0x00001000});
     expect_refusal(scratch, "b.png", png, "do not fit");
     write(scratch.path("b.tif"), what, values.data());
     std::string tiff = bytes_in(scratch.path("b.tif"));

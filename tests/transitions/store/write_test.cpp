@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cstring>
+#include <span>
 #include <gtest/gtest.h>
 
 #include "tests/transitions/store/store_testing.hpp"
