@@ -25,6 +25,7 @@ using Json = nlohmann::ordered_json;
 struct CompareOptions {
     std::string a, b;
     std::optional<std::string> max_error, range, json;
+    bool quiet = false;
 };
 
 struct Comparison {
@@ -135,6 +136,7 @@ Verb add_compare(CLI::App& main) {
     add_text(*app, "--max-error", options->max_error, "exit 1 where B differs by more");
     add_text(*app, "--range", options->range, "difference that counts as 1");
     add_text(*app, "--json", options->json, "report, to FILE or - for standard output");
+    app->add_flag("--quiet", options->quiet, "errors only; the numbers are the output, and stay");
     return {app, [options] { return do_compare(*options); }};
 }
 

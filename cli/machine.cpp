@@ -86,6 +86,23 @@ std::optional<double> group_free() {
     return least;
 }
 
+/// What the limits of this process leave (`ulimit -v`, `ulimit -d`).
+std::optional<double> limits_free() {
+    struct Limit {
+        decltype(RLIMIT_AS) what;
+        const char* used;
+    };
+    std::optional<double> least;
+    for (const Limit& row : {Limit{RLIMIT_AS, "VmSize:"}, Limit{RLIMIT_DATA, "VmData:"}}) {
+        rlimit limit{};
+        if (getrlimit(row.what, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) continue;
+        const double used = kilobytes_of("/proc/self/status", row.used).value_or(0);
+        const double free = static_cast<double>(limit.rlim_cur) - used;
+        least = std::min(least.value_or(free), free);
+    }
+    return least;
+}
+
 std::optional<double> group_cores() {
     std::optional<double> least;
     for (const std::string& folder : group_folders("cpu")) {
@@ -122,7 +139,8 @@ int usable_cores() {
 
 double free_memory() {
     const double machine = kilobytes_of("/proc/meminfo", "MemAvailable:").value_or(1 << 30);
-    return std::max(0.0, std::min(machine, group_free().value_or(machine)));
+    const double group = group_free().value_or(machine), limits = limits_free().value_or(machine);
+    return std::max(0.0, std::min({machine, group, limits}));
 }
 
 double resident_now() { return kilobytes_of("/proc/self/status", "VmRSS:").value_or(0); }

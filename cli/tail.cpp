@@ -80,26 +80,51 @@ struct Colours {
     }
 };
 
+/// Stored numbers of a result as values, part by part: f32 where they lie, others converted.
+class Values {
+ public:
+    explicit Values(const Data& result) : result_(result) {}
+
+    /// The values from `begin` to `end`, counted over channels; good until the next call.
+    const float* between(std::size_t begin, std::size_t end) {
+        const ValueMap& map = result_.what.values;
+        if (result_.what.type == Type::f32 && map.identity()) return result_.as<float>() + begin;
+        converted_.resize(end - begin);
+        with_type(result_.what.type, [&](auto zero) {
+            const auto* stored = result_.as<decltype(zero)>() + begin;
+            for (std::size_t i = 0; i < converted_.size(); ++i)
+                converted_[i] = static_cast<float>(map(static_cast<double>(stored[i])));
+        });
+        return converted_.data();
+    }
+
+ private:
+    const Data& result_;
+    std::vector<float> converted_;
+};
+
 template <class T>
 void convert(const Data& result, const Tail& tail, const Levels& levels, T* out) {
+    const auto channels = static_cast<std::size_t>(result.what.channels);
     const Colours colours{tail, result.what.channels};
     const bool view = tail.view;
     const double full = view ? static_cast<double>(std::numeric_limits<T>::max()) : 1;
-    const double scale = view ? full / (levels.white - levels.black) : 1 / tail.values.slope;
+    const double unit = view ? levels.white - levels.black : tail.values.slope;
     const double zero = view ? levels.black : tail.values.offset;
     const double opaque = view ? full : tail.alpha_unit;
     const auto samples = static_cast<std::size_t>(result.what.samples());
-    const float* in = result.as<float>();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples, kLeaf), [&](const auto& part) {
-        if (result.what.channels == 1 && tail.values.slope == 1 && !view) {
-            for (std::size_t i = part.begin(); i != part.end(); ++i)
-                out[i] = stored_as<T>(in[i] - zero);
+        Values values(result);
+        const float* in = values.between(part.begin() * channels, part.end() * channels);
+        if (channels == 1 && tail.values.slope == 1 && !view) {
+            for (std::size_t i = part.begin(); i != part.end(); ++i, ++in)
+                out[i] = stored_as<T>(*in - zero);
             return;
         }
-        for (std::size_t i = part.begin(); i != part.end(); ++i) {
-            const auto colour = colours(in + i * static_cast<std::size_t>(result.what.channels));
+        for (std::size_t i = part.begin(); i != part.end(); ++i, in += channels) {
+            const auto colour = colours(in);
             for (int c = 0; c < tail.channels; ++c) {
-                double value = (colour[c] - zero) * scale;
+                double value = (colour[c] - zero) * full / unit;
                 if (view) value = std::clamp(value, 0.0, full);
                 if (colours.is_alpha(c)) value = std::clamp(colour[c], 0.0, 1.0) * opaque;
                 out[i * static_cast<std::size_t>(tail.channels) + static_cast<std::size_t>(c)] =
@@ -115,11 +140,17 @@ void for_each_value(std::span<const std::shared_ptr<const Data>> frames, const T
                     Body body) {
     for (const auto& frame : frames) {
         const Colours colours{tail, frame->what.channels};
-        const float* in = frame->as<float>();
-        for (std::int64_t i = 0; i < frame->what.samples(); ++i) {
-            const auto colour = colours(in + i * frame->what.channels);
-            for (int c = 0; c < tail.channels; ++c)
-                if (!colours.is_alpha(c) && std::isfinite(colour[c])) body(colour[c]);
+        Values values(*frame);
+        const auto samples = static_cast<std::size_t>(frame->what.samples());
+        const auto channels = static_cast<std::size_t>(frame->what.channels);
+        for (std::size_t begin = 0; begin < samples; begin += kLeaf) {
+            const std::size_t end = std::min(samples, begin + kLeaf);
+            const float* in = values.between(begin * channels, end * channels);
+            for (std::size_t i = begin; i < end; ++i, in += channels) {
+                const auto colour = colours(in);
+                for (int c = 0; c < tail.channels; ++c)
+                    if (!colours.is_alpha(c) && std::isfinite(colour[c])) body(colour[c]);
+            }
         }
     }
 }

@@ -34,7 +34,8 @@ Levels levels_of(std::span<const std::shared_ptr<const Data>> frames,
                  const std::optional<Window>& window, const Tail& tail);
 
 /// Samples as they are written.
-/// @return f32 [samples, channels] in; tail.channels of tail.type each out, from `memory`
+/// @param result  [samples, channels], of any stored type
+/// @return tail.channels of tail.type a sample, from `memory`
 Array finished(const Data& result, const Tail& tail, const Levels& levels,
                std::pmr::memory_resource* memory);
 

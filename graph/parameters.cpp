@@ -42,6 +42,10 @@ Domain one_of(std::vector<std::string> words, std::string meaning) {
     return domain;
 }
 
+Domain one_of(std::vector<std::string> words, std::vector<Value> tried, std::string meaning) {
+    return {.words = std::move(words), .tried = std::move(tried), .meaning = std::move(meaning)};
+}
+
 Domain number(double low, double high, std::vector<double> tried, std::string meaning) {
     Domain domain{.low = low, .high = high, .meaning = std::move(meaning)};
     domain.tried.assign(tried.begin(), tried.end());

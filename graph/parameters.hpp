@@ -47,8 +47,9 @@ struct Domain {
     Value parse(const std::string& edge, const std::string& key, const std::string& text) const;
 };
 
-/// Words, all of them tried.
+/// Words, all of them tried, or only a few.
 Domain one_of(std::vector<std::string> words, std::string meaning = {});
+Domain one_of(std::vector<std::string> words, std::vector<Value> tried, std::string meaning);
 /// A number between two ends, of which the planner tries a few.
 Domain number(double low, double high, std::vector<double> tried, std::string meaning = {});
 

@@ -18,11 +18,13 @@ namespace edgewise {
 
 Catalogue catalogue() {
     return {
-        // Preparations, in the order in which they apply: what is cropped away need not be converted.
+        // Preparations, in the order in which they apply: what is cropped away need not be
+        // converted,
+        // and no transform gains from samples that were made coarser before it.
         crop(),
-        precision(),
         spline_prefilter_edge(),
         spectrum_forward(),
+        precision(),
         // To the screen. Exact copies first: they win ties.
         axis_permutation_warp(),
         backward_warp(),

@@ -220,6 +220,7 @@ TEST(Pictures, FrameHalfWayRoundIsTheBack) {
     turned.view = "front";
     turned.turntable = "4";
     back.view = "back";
+    turned.size = back.size = "80x80";  // else each is as wide as its own frames
     const auto grid = volume({30, 40, 50});
     EXPECT_EQ(geometry_of(turned, grid, Job::render).views.at(2),
               geometry_of(back, grid, Job::render).views.at(0));

@@ -90,7 +90,32 @@ kernels::Rays rays_of(const Representation& from, const Request& want, int view,
     return rays;
 }
 
+namespace {
+
+/// Whether parallel rays through all of the screen pass through all of the box.
+bool sees_all(const Mat4& map, const Extent& box, const Extent& screen) {
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3 p;
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = corner >> axis & 1 ? static_cast<double>(box[axis]) - 0.5 : -0.5;
+        p = map.topLeftCorner<3, 3>() * p + map.topRightCorner<3, 1>();
+        for (int axis = 0; axis < 2; ++axis)
+            if (!(p[axis] >= -0.5 && p[axis] <= static_cast<double>(screen[axis]) - 0.5))
+                return false;
+    }
+    return true;
+}
+
+}  // namespace
+
 double mean_length(const Representation& from, const Request& want, int view) {
+    if (const Mat4 map = residual(from, want, view);
+        !want.eye && sees_all(map, from.extent, want.screen)) {
+        // Lengths over a whole shadow add up to the volume.
+        const double volume = std::abs(map.topLeftCorner<3, 3>().determinant()) *
+                              static_cast<double>(from.extent.samples());
+        return volume / (static_cast<double>(want.screen.x) * static_cast<double>(want.screen.y));
+    }
     constexpr int kSide = 24;
     kernels::RayCast cast;
     cast.volume.extent = from.extent;

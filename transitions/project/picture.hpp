@@ -22,19 +22,22 @@ kernels::Optics optics_of(const Request& want, const ValueMap& values);
 /// front (parallel) or from the eye.
 kernels::Rays rays_of(const Representation& from, const Request& want, int view, double front = 0);
 
-/// Mean length of rays inside the data over all pixels of a view [t], misses counting 0; from a
-/// lattice of rays.
+/// Mean length of rays inside the data over all pixels of a view [t], misses counting 0; exact
+/// where the screen shows all of them, else from a lattice of rays.
 double mean_length(const Representation& from, const Request& want, int view);
 
-/// What the samples on the way to a picture do to its error.
-struct PictureError {
-    std::string filter;  // as they were cast: zoh, foh, bspline3
-    double step = 1;     // [t]
-};
-/// Errors of a picture measured on the preview (Scene::facts), else guesses; gains the same.
-Error picture_error(const PictureError& cast, const Ask& ask);
-/// The filter whose samples are the field that the request asks for.
-std::string exact_filter(Field field);
+/// A ray ends where so little is left to see: far below half of an 8-bit step.
+inline constexpr double kTerminated = 1.0 / 4096;
+
+// Errors of pictures and gains of what came before, measured on the preview (Scene::facts), else
+// guesses.
+
+/// Of rays cast through samples with a hold (zoh, foh, bspline3) and a step [t].
+Error cast_error(const std::string& filter, double step, const Ask& ask);
+/// Of slices sheared onto an intermediate image, `step` apart [t], and that image warped.
+Error sheared_error(const std::string& filter, double step, const Ask& ask);
+/// Of samples in screen space, one a unit, combined along z.
+Error combined_error(const Ask& ask);
 
 /// Tiles of a region of a picture, in parallel. Polls before each. @throws Cancelled
 void for_tiles(const Region& region, std::int64_t width, std::int64_t height,

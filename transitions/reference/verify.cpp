@@ -1,15 +1,15 @@
 #include "transitions/reference/verify.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <stdexcept>
+#include <tbb/parallel_for.h>
 #include <tuple>
 
 #include "transitions/reference/interval.hpp"
+#include "transitions/reference/stored.hpp"
 
 namespace edgewise {
 namespace {
@@ -27,10 +27,14 @@ OutputSample sample_at(const Extent& n, int view, std::int64_t place) {
     return {view, place % n.x, place / n.x % n.y, place / (n.x * n.y)};
 }
 
-/// A label differs where f32 cannot tell the difference from rounding.
-bool differs(double a, double b) {
-    return !(std::abs(a - b) <= 1e-6 * std::max(1.0, std::abs(b)));
+/// All channels of the sample at a place.
+void copy_values(const Data& result, std::int64_t place, float* values) {
+    for (int c = 0; c < result.what.channels; ++c)
+        values[c] = static_cast<float>(value_at(result, place * result.what.channels + c));
 }
+
+/// A label differs where f32 cannot tell the difference from rounding.
+bool differs(double a, double b) { return !(std::abs(a - b) <= 1e-6 * std::max(1.0, std::abs(b))); }
 
 }  // namespace
 
@@ -60,16 +64,15 @@ void Verifier::draw(std::int64_t samples) {
     // Where hardly any sample sees the input, what was found by then must do.
     const std::int64_t tries = 256 * samples + 4'000'000;
     for (std::int64_t i = 0; i < tries && static_cast<std::int64_t>(drawn_.size()) < samples; ++i) {
-        const auto place = static_cast<std::int64_t>(static_cast<double>(bits() >> 11) * 0x1p-53 *
-                                                     there);
+        const auto place =
+            static_cast<std::int64_t>(static_cast<double>(bits() >> 11) * 0x1p-53 * there);
         const OutputSample at =
             sample_at(n, static_cast<int>(place / n.samples()), place % n.samples());
         if (reference_.sees_input(at)) drawn_.push_back(at);
     }
     const auto key = [](const OutputSample& at) { return std::tuple(at.view, at.z, at.y, at.x); };
-    std::sort(drawn_.begin(), drawn_.end(), [&](const OutputSample& a, const OutputSample& b) {
-        return key(a) < key(b);
-    });
+    std::sort(drawn_.begin(), drawn_.end(),
+              [&](const OutputSample& a, const OutputSample& b) { return key(a) < key(b); });
     delivered_.resize(drawn_.size() * static_cast<std::size_t>(reference_.channels()),
                       std::numeric_limits<float>::quiet_NaN());
 }
@@ -80,8 +83,7 @@ double Verifier::bytes(int threads) const noexcept {
 }
 
 void Verifier::frame(int frame, const Data& result) {
-    if (result.what.extent != want_.output() || result.what.type != Type::f32 ||
-        result.what.channels != reference_.channels())
+    if (result.what.extent != want_.output() || result.what.channels != reference_.channels())
         throw std::invalid_argument("a result of another kind than the request's: " +
                                     result.what.text());
     if (all_) {
@@ -93,9 +95,7 @@ void Verifier::frame(int frame, const Data& result) {
     const auto before = [](const OutputSample& at, int view) { return at.view < view; };
     const auto begin = std::lower_bound(drawn_.begin(), drawn_.end(), frame, before);
     for (auto at = begin; at != drawn_.end() && at->view == frame; ++at)
-        std::copy_n(result.as<float>() +
-                        static_cast<std::size_t>(place_in(result.what.extent, *at)) * channels,
-                    channels,
+        copy_values(result, place_in(result.what.extent, *at),
                     delivered_.data() + static_cast<std::size_t>(at - drawn_.begin()) * channels);
 }
 
@@ -105,6 +105,7 @@ void Verifier::find_extremes(int frame, const Data& result) {
     const Extent n = result.what.extent;
     const int channels = result.what.channels;
     const std::int64_t chunks = (n.samples() + kChunk - 1) / kChunk;
+    const bool is_plain = result.what.type == Type::f32 && result.what.values.identity();
     std::vector<std::vector<Extreme>> large(static_cast<std::size_t>(chunks), largest_);
     std::vector<std::vector<Extreme>> small(static_cast<std::size_t>(chunks), smallest_);
     const auto larger = [](float a, float b) { return a > b; };
@@ -120,13 +121,16 @@ void Verifier::find_extremes(int frame, const Data& result) {
     const auto beaten = [](const std::vector<Extreme>& kept, float value, auto beats) {
         return kept.size() < kExtremes || beats(value, kept.back().value);
     };
+    const auto value_of = [&](std::int64_t i) {
+        return is_plain ? result.as<float>()[i] : static_cast<float>(value_at(result, i));
+    };
     tbb::parallel_for(std::int64_t{0}, chunks, [&](std::int64_t chunk) {
         auto& most = large[static_cast<std::size_t>(chunk)];
         auto& least = small[static_cast<std::size_t>(chunk)];
         const std::int64_t end = std::min(n.samples(), (chunk + 1) * kChunk);
         for (std::int64_t place = chunk * kChunk; place < end; ++place)
             for (int c = 0; c < channels; ++c) {
-                const float value = result.as<float>()[place * channels + c];
+                const float value = value_of(place * channels + c);
                 const bool up = beaten(most, value, larger), down = beaten(least, value, smaller);
                 if (!(up || down) || !std::isfinite(value)) continue;
                 const OutputSample at = sample_at(n, frame, place);
@@ -163,10 +167,9 @@ void Verifier::compare_all(int frame, const Data& result) {
                             const OutputSample at{frame, x, y, z};
                             if (!reference_.sees_input(at)) continue;
                             samples.push_back(at);
-                            const float* value =
-                                result.as<float>() +
-                                static_cast<std::size_t>(place_in(n, at)) * channels;
-                            delivered.insert(delivered.end(), value, value + channels);
+                            delivered.resize(delivered.size() + channels);
+                            copy_values(result, place_in(n, at),
+                                        delivered.data() + delivered.size() - channels);
                         }
                 compare(samples, delivered);
             }

@@ -33,8 +33,8 @@ class Verifier {
     Verifier(const Request& want, const ReferenceField& field, std::int64_t samples,
              std::uint64_t seed, std::pmr::memory_resource* memory);
 
-    /// Takes one frame's result: f32, as edges deliver it. Once a frame, in any order, not at once.
-    /// @throws std::invalid_argument where extent, channels or type are not the request's
+    /// Takes one frame's result, of any type. Once a frame, in any order, not at once.
+    /// @throws std::invalid_argument where extent or channels are not the request's
     void frame(int frame, const Data& result);
     /// After the last frame.
     Verified finish();

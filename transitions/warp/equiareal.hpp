@@ -10,7 +10,8 @@ namespace edgewise {
 
 /// The first reason why samples of this kind cannot be moved by shears to the views of a request:
 /// the samples themselves, or a view that scales (|det T| differs from 1) or has no chain of
-/// shears; empty where they can. `judge` may refuse a chain; it is given every different view.
+/// shears; empty where they can. `judge` may refuse a chain; it is given every different view that is no
+/// rotation: those have chains that pay.
 std::string not_equiareal(
     const Representation& from, const Ask& ask,
     const std::function<std::string(int view, const kernels::ShearChain&)>& judge);
