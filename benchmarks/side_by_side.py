@@ -260,15 +260,15 @@ def cast(mode, peer_error):
     return (f"{mode} u8 256^3 -> 256^2, linear, step 1", "vtkFixedPointVolumeRayCastMapper", 5, times, theirs, ours)
 
 
-def shear_warp():
+def shear_warp(hold, goal):
     write_nrrd(WORK / "volume.nrrd", volume())
     request = ["render", WORK / "volume.nrrd", "-o", WORK / "picture.png", "--rotate", "20,30,0", "--size", "256x256",
                "--spacing", 1, "--max-error", "1"]
     cast_it = request + ["--via", "project.ray_cast/filter=foh/step=1"]
-    shear_it = request + ["--via", "project.shear_warp"]
+    shear_it = request + ["--via", f"project.shear_warp/filter={hold}"]
     times = pair(lambda: seconds_of(*cast_it), lambda: seconds_of(*shear_it))
     errors = [edgewise(*r, "--verify")["measured"]["error"]["nrmse"] for r in (cast_it, shear_it)]
-    return ("mip u8 256^3 -> 256^2, shear-warp", "own ray cast, step 1", 3, times, *errors)
+    return (f"mip u8 256^3 -> 256^2, shear-warp, {hold}", "own ray cast, foh, step 1", goal, times, *errors)
 
 
 def xray():
@@ -293,7 +293,8 @@ def xray():
 
 
 JOBS = {"warp2d": warp_2d, "warp3d": warp_3d, "mip": lambda: cast("mip", True),
-        "composite": lambda: cast("composite", False), "shear_warp": shear_warp, "xray": xray}
+        "composite": lambda: cast("composite", False), "shear_warp": lambda: shear_warp("zoh", 3),
+        "shear_warp_foh": lambda: shear_warp("foh", None), "xray": xray}
 
 
 def main():
@@ -303,9 +304,9 @@ def main():
     for name in sys.argv[1:] or JOBS:
         job, peer, goal, (theirs, ours, ratio), peer_error, our_error = JOBS[name]()
         error = "not measured" if peer_error is None else f"{peer_error:.2g}"
-        print(f"| {job} | {peer} | {theirs * 1e3:.1f} | {ours * 1e3:.1f} | {ratio:.1f} | {goal} | {error} | "
+        print(f"| {job} | {peer} | {theirs * 1e3:.1f} | {ours * 1e3:.1f} | {ratio:.1f} | {goal or '-'} | {error} | "
               f"{our_error:.2g} |", flush=True)
-        if ratio < goal:
+        if goal and ratio < goal:
             short.append(name)
     if short:
         sys.exit("below the goal: " + ", ".join(short))

@@ -91,6 +91,11 @@ std::string steps_text(const Plan& plan) {
     return text;
 }
 
+double median(std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+    return values[values.size() / 2];
+}
+
 std::string budget_text(const Request& want) {
     const Budget& budget = want.budget;
     std::vector<std::string> parts;
@@ -139,6 +144,20 @@ std::string explanation_of(const Session& session) {
     for (const Refusal& refusal : answer.refused)
         text += fmt::format("  {}: {}\n", refusal.transition, refusal.reason);
     return text;
+}
+
+std::string measurement_of(const Session& session) {
+    const Measured& measured = *session.measured;
+    std::string text = fmt::format("measured: {}, peak {}", seconds_text(median(measured.seconds)),
+                                   bytes_text(measured.bytes));
+    if (measured.error) {
+        const Verified& e = *measured.error;
+        text += fmt::format(
+            ", error {}, 95 % from {:.3g} to {:.3g}; largest difference {:.4g} of {:.4g}, {} "
+            "samples",
+            error_text({.error = e.nrmse}), e.low, e.high, e.max, e.range, e.samples);
+    }
+    return text + "\n";
 }
 
 }  // namespace edgewise::cli

@@ -137,6 +137,8 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
             std::make_shared<Data>(make_phantom(input.phantom->name, input.phantom->side, memory));
     } else {
         const store::Header& header = input.header;
+        // Beyond the selection's limit: told with its size, before anything is allocated.
+        store::loaded_bytes(header, input.selection);
         Representation what;
         what.axes = header.volume ? 3 : 2;
         what.extent = header.extent;

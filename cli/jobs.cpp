@@ -13,11 +13,11 @@
 namespace edgewise::cli {
 namespace {
 
-/// Writes the explanation; beside a report on standard output it goes to standard error.
-void explain(const Session& session) {
-    const std::string text = explanation_of(session);
-    const bool json_there = session.options.json == "-";
-    std::fputs(text.c_str(), json_there ? stderr : stdout);
+/// Writes a part of the explanation; beside a report on standard output it goes to standard error.
+void explain(const Session& session, const std::string& text) {
+    std::FILE* out = session.options.json == "-" ? stderr : stdout;
+    std::fputs(text.c_str(), out);
+    std::fflush(out);  // before what comes from the run on standard error
 }
 
 void report(const Session& session, bool with_run, const std::optional<Failure>& failure) {
@@ -28,19 +28,25 @@ void report(const Session& session, bool with_run, const std::optional<Failure>&
 /// @param runs  else it is only planned, and explained
 int do_job(const JobOptions& options, bool runs) {
     Session session(options);
+    bool explained = false;
     return guarded(
         [&] {
             take_request(session);
             make_plan(session);
-            if (options.explain || (!runs && options.json != "-")) explain(session);
+            if (options.explain || (!runs && options.json != "-")) {
+                explain(session, explanation_of(session));
+                explained = true;
+            }
             if (runs) perform(session);
+            if (runs && (options.explain || (options.verify && options.json != "-")))
+                explain(session, measurement_of(session));
             report(session, runs, {});
             return 0;
         },
         [&](int code, const std::string& message) {
             session.messages.end_progress();
-            if (session.answer && (options.explain || !runs) && session.input->data)
-                explain(session);
+            if (session.answer && (options.explain || !runs) && !explained)
+                explain(session, explanation_of(session));
             report(session, runs, Failure{code, message});
         });
 }

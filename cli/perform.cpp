@@ -168,14 +168,14 @@ class Performance {
         const auto broken = [&](const char* what, double value, double limit, const char* unit) {
             if (value <= limit) return;
             measured.kept = false;
-            session_.messages.warning(fmt::format("{} {:.3g} {} is beyond the budget of {:.3g} {}",
+            session_.messages.warning(fmt::format("{} {:.3g}{} is beyond the budget of {:.3g}{}",
                                                   what, value, unit, limit, unit));
         };
         std::vector<double> seconds = measured.seconds;
         std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
-        if (budget.seconds) broken("time:", seconds[seconds.size() / 2], *budget.seconds, "s");
+        if (budget.seconds) broken("time:", seconds[seconds.size() / 2], *budget.seconds, " s");
         if (session_.wish.memory_given)
-            broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, "MiB");
+            broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, " MiB");
         if (measured.error && budget.error && !budget.error_is_default)
             broken("error:", measured.error->nrmse, *budget.error, "");
     }

@@ -66,5 +66,7 @@ void perform(Session& session);
 
 /// The plan and its alternatives as a table.
 std::string explanation_of(const Session& session);
+/// What the run took and, where it was verified, its error, in a line.
+std::string measurement_of(const Session& session);
 
 }  // namespace edgewise::cli

@@ -20,8 +20,15 @@ struct Scene {
     /// Facts by name, measured on a preview against the reference; absolute, in values of the
     /// result:
     ///  - "field/FILTER": RMS error of the samples reconstructed by zoh, foh, bspline3, me;
+    ///  - "combined/FILTER": the same as far as a picture combined of warped samples shows it;
+    ///  - "sheared/FILTER": RMS error of one pass of shears along slanted lines (foh, bspline3);
     ///  - "picture/FILTER/STEP": RMS error of a picture cast with that hold and step (1, 0.5, 0.25);
-    ///  - "gain/blur", "gain/noise": error of a picture over the error of the field it is made of.
+    ///  - "picture/combined": what combining along z adds; "picture/screen/FILTER": with the warp;
+    ///  - "picture/shear_warp/FILTER": RMS error of a picture by shear-warp;
+    ///  - "picture/ended": root of the share of rays that end early, of composite;
+    ///  - "rays/inverse_length": RMS of 1 / length of rays inside the input, of mean;
+    ///  - "gain/blur": error of a combined picture over that of its samples ("combined/...");
+    ///  - "gain/noise/FILTER": error of a picture over independent noise of its samples (zoh, foh).
     std::map<std::string, double> facts{};
 
     std::optional<double> fact(const std::string& name) const {

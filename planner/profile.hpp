@@ -14,9 +14,9 @@ struct Profile {
     std::string name = "default";
     std::string cpu;  // of the machine that was measured; empty: none
     int processors = 1;
-    double operation = 0.12e-9;  // [s]; operations run in vectors, so far below a cycle
+    double operation = 0.05e-9;  // [s]; operations run in vectors, so far below a cycle
     double streamed = 0.12e-9;   // [s/byte]
-    double gather = 0.55e-9;     // [s]
+    double gather = 0.22e-9;     // [s]
     double local = 0.3e-9;       // [s]
     double global = 1e-9;        // [s], before congestion
     double start = 20e-6;        // [s] once a run of an edge
@@ -31,7 +31,8 @@ struct Profile {
     double factor(const std::string& edge) const;
 };
 
-/// The profile that is used where no machine was measured; its numbers come from one desktop core.
+/// The profile that is used where no machine was measured; its numbers come from one core of a
+/// server.
 Profile default_profile();
 /// @throws InputError naming the file and the field
 Profile load_profile(const std::string& file);

@@ -2,10 +2,12 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "planner/planner.hpp"
 #include "runtime/runtime.hpp"
+#include "transitions/reference/verify.hpp"
 
 namespace edgewise {
 namespace {
@@ -109,6 +111,39 @@ std::vector<float> values_of(const Data& data) {
             append_values<float>(data, values);
     }
     return values;
+}
+
+Expected::Expected(const Request& want, const ReferenceField& field,
+                   std::pmr::memory_resource* memory) {
+    const Reference reference(want, field, memory);
+    channels_ = static_cast<std::size_t>(reference.channels());
+    const Extent n = want.output();
+    std::vector<OutputSample> samples;
+    for (int frame = 0; frame < want.frames; ++frame)
+        for (std::int64_t z = 0; z < n.z; ++z)
+            for (std::int64_t y = 0; y < n.y; ++y)
+                for (std::int64_t x = 0; x < n.x; ++x) samples.push_back({frame, x, y, z});
+    values_ = reference.values(samples);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (double value : values_) {
+        if (std::isnan(value)) continue;
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    range_ = range_between(low, high);
+}
+
+double Expected::error_of(const std::vector<std::shared_ptr<const Data>>& results) const {
+    double sum = 0, count = 0;
+    std::size_t at = 0;
+    for (const auto& frame : results)
+        for (float value : values_of(*frame)) {
+            const double difference = value - values_[at++];
+            if (std::isnan(difference)) continue;
+            sum += difference * difference;
+            ++count;
+        }
+    return count > 0 ? std::sqrt(sum / count) / range_ : 0;
 }
 
 double rms_difference(const std::vector<std::shared_ptr<const Data>>& a,

@@ -7,6 +7,7 @@
 #include "graph/plan.hpp"
 #include "graph/transform_graph.hpp"
 #include "runtime/memory_budget.hpp"
+#include "transitions/reference/answer.hpp"
 
 namespace edgewise {
 
@@ -29,6 +30,21 @@ std::vector<Plan> paths_of(const Catalogue& catalogue, const Ask& ask, const Rep
 /// Root of the mean squared difference of all samples of two results [value].
 double rms_difference(const std::vector<std::shared_ptr<const Data>>& a,
                       const std::vector<std::shared_ptr<const Data>>& b);
+
+/// The reference of a request, all of it, worked out once for many paths.
+class Expected {
+ public:
+    /// Request and field must stay alive.
+    Expected(const Request& want, const ReferenceField& field, std::pmr::memory_resource* memory);
+    /// RMSE over the samples that see the input, over the reference's range.
+    double error_of(const std::vector<std::shared_ptr<const Data>>& results) const;
+    double range() const noexcept { return range_; }
+
+ private:
+    std::size_t channels_;
+    std::vector<double> values_;  // [frames][samples][channels]; NaN: does not count
+    double range_ = 1;
+};
 
 /// The values of a result: mapped, whatever their type.
 std::vector<float> values_of(const Data& data);

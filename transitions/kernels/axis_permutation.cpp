@@ -79,9 +79,15 @@ void copy_any_size(const Copy& copy) {
                 std::memcpy(copy.target(x, y, z), copy.source(x, y, z), copy.sample_bytes);
 }
 
+/// The first sample, then copies of twice as many each time: a call a sample would cost more than
+/// the samples that have an input.
 void fill(const Copy& copy, std::int64_t begin, std::int64_t end, std::int64_t y, std::int64_t z) {
-    for (std::int64_t x = begin; x < end; ++x)
-        std::memcpy(copy.target(x, y, z), copy.outside, copy.sample_bytes);
+    if (begin >= end) return;
+    std::byte* const row = copy.target(begin, y, z);
+    const std::size_t bytes = std::size_t(end - begin) * copy.sample_bytes;
+    std::memcpy(row, copy.outside, copy.sample_bytes);
+    for (std::size_t done = copy.sample_bytes; done < bytes; done += std::min(done, bytes - done))
+        std::memcpy(row + done, row, std::min(done, bytes - done));
 }
 
 void fill_outside(const Copy& copy, const Region& region) {

@@ -71,7 +71,7 @@ inline AxisTaps taps_at(double p, std::int64_t n, std::int64_t stride, Hold hold
 
 template <class T>
 double weighted_sum(const std::uint8_t* samples, const std::array<AxisTaps, 3>& taps) {
-    double sum = 0;
+    double sum = -0.0;  // what leaves every term as it is, also -0
     for (int k = 0; k < taps[2].count; ++k)
         for (int j = 0; j < taps[1].count; ++j)
             for (int i = 0; i < taps[0].count; ++i) {
@@ -119,9 +119,10 @@ void backward_scalar(const BackwardPlan& plan, const WarpOutput& output, const R
                 taps[2].add(0, 0, 1);
                 for (int a = 0; a < plan.axes; ++a)
                     taps[a] = taps_at(p[a], plan.extent[a], plan.stride[a], plan.hold);
-                for (int c = 0; c < channels; ++c)
-                    row[x * channels + c] =
-                        float(plan.input.values(weighted_sum<T>(samples + c * sizeof(T), taps)));
+                for (int c = 0; c < channels; ++c) {
+                    const double value = weighted_sum<T>(samples + c * sizeof(T), taps);
+                    row[x * channels + c] = float(plan.mapped ? plan.input.values(value) : value);
+                }
             }
         }
 }

@@ -12,7 +12,6 @@
 namespace edgewise {
 namespace {
 
-constexpr double kTerminated = 1.0 / 4096;         // as in project.ray_cast
 constexpr std::int64_t kWidth = 256, kHeight = 8;  // of a tile: its states stay in the caches
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
@@ -39,13 +38,7 @@ Work work(const Offer& offer, const Ask& ask, int) {
             .scratch = tile_bytes(ask.want.mode)};
 }
 
-Error error(const Offer&, const Ask& ask) {
-    // The samples bring the error of their reconstruction; what is added is that of a step of 1
-    // through the field itself.
-    Error error = picture_error({exact_filter(ask.want.field), 1}, ask);
-    if (ask.want.mode == Mode::composite) error.bias += kTerminated;
-    return error;
-}
+Error error(const Offer&, const Ask& ask) { return combined_error(ask); }
 
 Partition parts(const Offer& offer, const Ask& ask) {
     const Extent& to = offer.to.extent;

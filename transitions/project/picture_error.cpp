@@ -26,6 +26,20 @@ double measured(const std::string& filter, double step, const Ask& ask) {
         .value_or(guess(filter, ask.want.mode) * ask.scene.range);
 }
 
+/// The filter whose samples are the field that the request asks for.
+std::string exact_filter(Field field) {
+    switch (field) {
+        case Field::nearest:
+            return "zoh";
+        case Field::linear:
+            return "foh";
+        case Field::spline:
+        case Field::formula:
+            return "bspline3";
+    }
+    return "bspline3";
+}
+
 /// Between measured steps linearly; beyond the longest in proportion to the step.
 double at_step(const std::string& filter, double step, const Ask& ask) {
     if (step >= kMeasuredSteps.back())
@@ -37,8 +51,7 @@ double at_step(const std::string& filter, double step, const Ask& ask) {
 }
 
 /// How errors of samples pass the combining rule, with the same measurements for blur and noise.
-double gain(bool noise, const Ask& ask) {
-    if (const auto fact = ask.scene.fact(noise ? "gain/noise" : "gain/blur")) return *fact;
+double guessed_gain(bool noise, const Ask& ask) {
     constexpr double kLength = 160;  // of the rays that the guesses were measured on
     const double length = static_cast<double>(ask.want.screen.z);
     const double integral = noise ? std::sqrt(length) : 17 * length / kLength;
@@ -56,29 +69,51 @@ double gain(bool noise, const Ask& ask) {
     return (noise ? 0.16 : 0.55) / range;
 }
 
-}  // namespace
+/// What rays that end early leave out, of the brightest light there is: 1 in each channel.
+double terminated(const Ask& ask) {
+    if (ask.want.mode != Mode::composite) return 0;
+    return kTerminated * ask.scene.fact("picture/ended").value_or(1);
+}
 
-Error picture_error(const PictureError& cast, const Ask& ask) {
+/// Gains and rounding, which do not depend on how rays were cast. `hold` is what reads between
+/// noisy samples.
+Error gains(const std::string& hold, const Ask& ask) {
     // Rounding: f32 positions and sums, and 14-bit weights of integer samples, stay below 2^-15 of
     // the range of the data; over the range of the picture that is 2e-5.
     constexpr double kRounding = 2e-5;
-    return {.gain = gain(false, ask),
-            .noise_gain = gain(true, ask),
-            .bias = at_step(cast.filter, cast.step, ask),
+    return {.gain = ask.scene.fact("gain/blur").value_or(guessed_gain(false, ask)),
+            .noise_gain = ask.scene.fact("gain/noise/" + hold).value_or(guessed_gain(true, ask)),
             .noise = kRounding * ask.scene.range};
 }
 
-std::string exact_filter(Field field) {
-    switch (field) {
-        case Field::nearest:
-            return "zoh";
-        case Field::linear:
-            return "foh";
-        case Field::spline:
-        case Field::formula:
-            return "bspline3";
-    }
-    return "bspline3";
+}  // namespace
+
+Error cast_error(const std::string& filter, double step, const Ask& ask) {
+    // The noise of samples that a spline runs through passes as that of linear interpolation does.
+    Error error = gains(filter == "zoh" ? "zoh" : "foh", ask);
+    error.bias = at_step(filter, step, ask) + terminated(ask);
+    return error;
+}
+
+Error sheared_error(const std::string& filter, double step, const Ask& ask) {
+    // Unmeasured: two reconstructions within a slice, none along z, against one along each axis.
+    constexpr double kTwice = 1.4;
+    Error error = gains(filter, ask);
+    error.bias = ask.scene.fact("picture/shear_warp/" + filter)
+                     .value_or(kTwice * at_step(filter, step, ask)) +
+                 terminated(ask);
+    return error;
+}
+
+Error combined_error(const Ask& ask) {
+    // The samples bring the error of their reconstruction; what is added is that of a step of 1.
+    // Where the samples lie on the rays is independent of what is wrong with them.
+    Error error = gains("zoh", ask);
+    error.bias = terminated(ask);
+    error.noise = std::hypot(
+        error.noise,
+        ask.scene.fact("picture/combined").value_or(at_step(exact_filter(ask.want.field), 1, ask)));
+    return error;
 }
 
 }  // namespace edgewise

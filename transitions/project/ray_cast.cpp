@@ -14,8 +14,6 @@ namespace {
 
 using kernels::Hold;
 
-// A ray ends where so little is left to see: far below half of an 8-bit step.
-constexpr double kTerminated = 1.0 / 4096;
 constexpr std::int64_t kTile = 64;  // pixels; neighbouring rays share samples in the caches
 
 Hold hold_of(const Parameters& with) {
@@ -85,9 +83,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
 }
 
 Error error(const Offer& offer, const Ask& ask) {
-    Error error = picture_error({offer.with.word("filter"), offer.with.number("step")}, ask);
-    if (ask.want.mode == Mode::composite) error.bias += kTerminated;
-    return error;
+    return cast_error(offer.with.word("filter"), offer.with.number("step"), ask);
 }
 
 Partition parts(const Offer& offer, const Ask&) {

@@ -12,7 +12,6 @@
 namespace edgewise {
 namespace {
 
-constexpr double kTerminated = 1.0 / 4096;          // as in project.ray_cast
 constexpr std::int64_t kWidth = 128, kHeight = 16;  // of a tile: states and rows stay in the caches
 
 /// One view, factored: intermediate pixel (i, j) is the ray through (i + x, j + y) of slice 0.
@@ -113,12 +112,7 @@ Error error(const Offer& offer, const Ask& ask) {
     for (int variant = 0; variant < views; ++variant)
         step =
             std::max(step, factored(offer.from, ask.want, ask.want.views.first_view(variant)).step);
-    Error error = picture_error({offer.with.word("filter"), step}, ask);
-    // Two reconstructions within a slice, none along z, against one along each axis.
-    constexpr double kTwice = 1.4;
-    error.bias *= kTwice;
-    if (ask.want.mode == Mode::composite) error.bias += kTerminated;
-    return error;
+    return sheared_error(offer.with.word("filter"), step, ask);
 }
 
 void project(const kernels::ShearWarp& warp, const Factored& f, float* image, Context& context) {

@@ -13,25 +13,35 @@ void ErrorTally::close() {
     sum_ = weight_ = 0;
 }
 
-double ErrorTally::rms() const {
+double ErrorTally::rms() const { return std::sqrt(mean()); }
+
+double ErrorTally::mean() const {
     double sum = 0, weight = 0;
     for (std::size_t i = 0; i < sums_.size(); ++i) {
         sum += sums_[i];
         weight += weights_[i];
     }
-    return weight > 0 ? std::sqrt(sum / weight) : 0;
+    return weight > 0 ? sum / weight : 0;
 }
 
-double ErrorTally::upper() const {
-    const double mean = rms() * rms(), n = static_cast<double>(sums_.size());
-    if (n == 0) return 0;
+double ErrorTally::error() const {
+    const double mean = this->mean(), n = static_cast<double>(sums_.size());
+    if (n < 2) return mean;
     double weight = 0, spread = 0;  // of a ratio of sums, to first order
     for (std::size_t i = 0; i < sums_.size(); ++i) {
         weight += weights_[i];
         spread += std::pow(sums_[i] - mean * weights_[i], 2);
     }
-    const double error = n > 1 ? std::sqrt(spread * n / (n - 1)) / weight : mean;
-    return std::sqrt(mean + 2 * error);
+    return std::sqrt(spread * n / (n - 1)) / weight;
+}
+
+double upper_of(std::span<const Stratum> strata) {
+    double mean = 0, variance = 0;
+    for (const Stratum& stratum : strata) {
+        mean += stratum.share * stratum.tally.mean();
+        if (!stratum.whole) variance += std::pow(stratum.share * stratum.tally.error(), 2);
+    }
+    return std::sqrt(mean + ErrorTally::kStandardErrors * std::sqrt(variance));
 }
 
 }  // namespace edgewise

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "transitions/reference/stored.hpp"
 
@@ -48,8 +49,8 @@ void PreviewBlock::load() {
             for (std::int64_t y = 0; y < held.y; ++y, to += row) {
                 const auto* from =
                     data.as<decltype(zero)>() +
-                    channels_ * (held_.begin[0] +
-                                 n.x * (held_.begin[1] + y + n.y * (held_.begin[2] + z)));
+                    channels_ *
+                        (held_.begin[0] + n.x * (held_.begin[1] + y + n.y * (held_.begin[2] + z)));
                 for (std::int64_t i = 0; i < row; ++i) {
                     to[i] = static_cast<float>(slope * as_double(from[i]) + offset);
                     if constexpr (!std::is_integral_v<decltype(zero)>)
@@ -103,10 +104,14 @@ void PreviewBlock::foh(const Vec3& p, double* values) const {
 
 void PreviewBlock::hold(PreviewHold hold, const Vec3& p, double* values) const {
     const Vec3 q = field_.clamped(p);
-    if (constant_) std::fill_n(values, channels_, static_cast<double>(samples_[0]));
-    else if (hold == kZoh) zoh(q, values);
-    else if (hold == kFoh) foh(q, values);
-    else spline_->at(q, values);
+    if (constant_)
+        std::fill_n(values, channels_, static_cast<double>(samples_[0]));
+    else if (hold == kZoh)
+        zoh(q, values);
+    else if (hold == kFoh)
+        foh(q, values);
+    else
+        spline_->at(q, values);
 }
 
 void PreviewBlock::assigned(const Vec3& p, std::uint64_t seed, double* values) const {
@@ -133,14 +138,47 @@ bool PreviewBlock::reference(const Vec3& p, double* values) const {
     return true;
 }
 
-double PreviewBlock::noise(const Vec3& p) const {
+std::array<double, 2> PreviewBlock::sheared(const Vec3& p, std::uint64_t seed) const {
+    constexpr int kReach = 5;       // nodes on either side, which lie in the margin of the block
+    constexpr double kSlant = 0.5;  // shears of a turn by 30 degrees: 0.27 and 0.5
+    const auto axis = static_cast<int>(seed % static_cast<std::uint64_t>(field_.axes()));
+    Vec3 along = Vec3::Zero();
+    along[axis] = 1;
+    for (int other = 1; other < field_.axes(); ++other)
+        along[(axis + other) % field_.axes()] =
+            hashed(2 * seed + static_cast<std::uint64_t>(other)) < 0.5 ? kSlant : -kSlant;
+    const double f = p[axis] - std::floor(p[axis]);
+    std::array<double, 2 * kReach> value{};  // at floor + 1 - kReach ... floor + kReach
+    std::vector<double> channels(static_cast<std::size_t>(channels_));
+    for (int k = 0; k < 2 * kReach; ++k) {
+        if (!reference(p + (k + 1 - kReach - f) * along, channels.data())) return {};
+        value[k] = channels[0];
+    }
+    if (!reference(p, channels.data())) return {};
+    // The natural spline: what it bends to at its ends fades by 0.27 a node.
+    std::array<double, 2 * kReach> bend{}, upper{};  // second derivatives
+    for (int k = 1; k < 2 * kReach - 1; ++k) {
+        const double pivot = 1 / (4 - upper[k - 1]);
+        upper[k] = pivot;
+        bend[k] = pivot * (6 * (value[k - 1] - 2 * value[k] + value[k + 1]) - bend[k - 1]);
+    }
+    for (int k = 2 * kReach - 2; k > 0; --k) bend[k] -= upper[k] * bend[k + 1];
+    const int low = kReach - 1;
+    const double g = 1 - f, line = g * value[low] + f * value[low + 1];
+    const double spline =
+        line + ((g * g * g - g) * bend[low] + (f * f * f - f) * bend[low + 1]) / 6;
+    return {line - channels[0], spline - channels[0]};
+}
+
+double PreviewBlock::noise(PreviewHold hold, const Vec3& p) const {
     const Vec3 q = field_.clamped(p);
     const Extent& n = field_.extent();
     std::array<std::array<std::int64_t, 2>, 3> index{};
     std::array<std::array<double, 2>, 3> weight{};
     for (int axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<std::int64_t>(q[axis]);
-        const double f = q[axis] - static_cast<double>(i);
+        double f = q[axis] - static_cast<double>(i);
+        if (hold == kZoh) f = f < 0.5 ? 0 : 1;
         index[axis] = {i, std::min(i + 1, n[axis] - 1)};
         weight[axis] = {1 - f, f};
     }

@@ -29,8 +29,11 @@ class PreviewBlock {
     void assigned(const Vec3& p, std::uint64_t seed, double* values) const;
     /// What the samples stand for; false where that is absent.
     bool reference(const Vec3& p, double* values) const;
-    /// What foh makes of independent noise of RMS 1 in the samples.
-    double noise(const Vec3& p) const;
+    /// What one pass of shears gets wrong at p: the field along a slanted line, at whole places of
+    /// one axis, interpolated linearly and by a spline (`seed` picks axis and slant). Channel 0.
+    std::array<double, 2> sheared(const Vec3& p, std::uint64_t seed) const;
+    /// What zoh or foh makes of independent noise of RMS 1 in the samples.
+    double noise(PreviewHold hold, const Vec3& p) const;
 
  private:
     void load();

@@ -1,10 +1,10 @@
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <tbb/parallel_for.h>
 
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_block.hpp"
@@ -12,14 +12,23 @@
 namespace edgewise {
 namespace {
 
-constexpr int kClusters = 400, kTries = 64;
-constexpr int kMethods = 4;  // the holds, and the assignment ("me")
-constexpr std::array<const char*, kMethods> kNames = {"field/zoh", "field/foh", "field/bspline3",
-                                                      "field/me"};
+// Near the faces of the input holds err most, and in a large input few of its samples lie there: a
+// stratum of its own.
+constexpr int kInner = 300, kOuter = 200, kTries = 25'000;
+// Inputs of so many samples are prepared once for all clusters, of which there can be more.
+constexpr std::int64_t kSmallInput = 1 << 18;
+constexpr int kMore = 5;
+constexpr double kShell = 2;  // samples
+constexpr int kHolds = 4;     // with the assignment ("me")
+constexpr int kMethods = 6;   // with passes of shears
+constexpr std::array<const char*, kMethods> kNames = {
+    "field/zoh", "field/foh", "field/bspline3", "field/me", "sheared/foh", "sheared/bspline3"};
 
-/// A few neighbouring output samples, whose places in the input lie together.
+/// A few neighbouring output samples, whose places in the input lie together: a cell of a lattice,
+/// so that each sample is part of one cluster.
 struct Cluster {
     std::vector<OutputSample> samples;
+    bool outer = false, counted = true;
     std::array<double, kMethods> squares{};
     double count = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -31,36 +40,57 @@ Cluster cluster_at(const Reference& reference, const Extent& n, const OutputSamp
     for (std::int64_t k = 0; k < std::min(n.z, side); ++k)
         for (std::int64_t j = 0; j < side; ++j)
             for (std::int64_t i = 0; i < side; ++i) {
-                const OutputSample at{corner.view, corner.x + i, corner.y + j, corner.z + k};
+                const OutputSample at{corner.view, corner.x / side * side + i,
+                                      corner.y / side * side + j,
+                                      n.z > 1 ? corner.z / side * side + k : 0};
                 if (at.x < n.x && at.y < n.y && at.z < n.z && reference.sees_input(at))
                     cluster.samples.push_back(at);
             }
     return cluster;
 }
 
+struct Drawn {
+    std::vector<Cluster> clusters;
+    double outer_share = 0;  // of the samples that see the input
+};
+
 /// Places spread evenly by the additive recurrence of the generalised golden ratio (Roberts 2018),
 /// of those that see the input.
-std::vector<Cluster> draw(const Request& want, const Reference& reference) {
+Drawn draw(const Request& want, const Reference& reference) {
     constexpr std::array<double, 4> ratio = {0.8566749, 0.7338918, 0.6287067, 0.5385973};
-    const Extent n = want.output();
-    std::vector<Cluster> clusters;
-    for (int i = 0; i < kClusters * kTries && clusters.size() < kClusters; ++i) {
+    const Extent n = want.output(), input = reference.field().extent();
+    const auto near_a_face = [&](const Vec3& p) {
+        for (int axis = 0; axis < want.axes; ++axis)
+            if (p[axis] < kShell || p[axis] > static_cast<double>(input[axis] - 1) - kShell)
+                return true;
+        return false;
+    };
+    const int more = input.samples() <= kSmallInput ? kMore : 1;
+    const int most_inner = more * kInner, most_outer = more * kOuter;
+    Drawn drawn;
+    int inner = 0, outer = 0;
+    for (int i = 0; i < kTries && (inner < most_inner || outer < most_outer); ++i) {
         std::array<double, 4> u;
-        for (int axis = 0; axis < 4; ++axis)
-            u[axis] = std::fmod(0.5 + ratio[axis] * (i + 1), 1.0);
+        for (int axis = 0; axis < 4; ++axis) u[axis] = std::fmod(0.5 + ratio[axis] * (i + 1), 1.0);
         const auto place = [&](int axis) {
             return static_cast<std::int64_t>(u[axis] * static_cast<double>(n[axis]));
         };
         const OutputSample at{static_cast<int>(u[3] * want.frames), place(0), place(1), place(2)};
-        if (reference.sees_input(at)) clusters.push_back(cluster_at(reference, n, at));
+        if (!reference.sees_input(at)) continue;
+        const bool is_outer = near_a_face(*reference.geometry().point(at));
+        if ((is_outer ? outer : inner)++ >= (is_outer ? most_outer : most_inner)) continue;
+        drawn.clusters.push_back(cluster_at(reference, n, at));
+        drawn.clusters.back().outer = is_outer;
     }
-    return clusters;
+    if (inner + outer > 0) drawn.outer_share = double(outer) / (inner + outer);
+    return drawn;
 }
 
 /// The output samples around an input sample, in the first view that shows it.
-std::vector<Cluster> around(const Request& want, const Reference& reference,
-                            const Extent& input, std::int64_t place) {
-    const Vec3 p(static_cast<double>(place % input.x), static_cast<double>(place / input.x % input.y),
+std::vector<Cluster> around(const Request& want, const Reference& reference, const Extent& input,
+                            std::int64_t place) {
+    const Vec3 p(static_cast<double>(place % input.x),
+                 static_cast<double>(place / input.x % input.y),
                  static_cast<double>(place / (input.x * input.y)));
     const Extent n = want.output();
     for (int view = 0; view < want.frames; ++view) {
@@ -88,8 +118,9 @@ bool on_a_sample(const Vec3& p, int axes) {
     return true;
 }
 
+/// @param whole  of all the input, or null: one is prepared here
 void measure(const ReferenceField& field, const ViewGeometry& geometry, bool labels,
-             Cluster& cluster, std::pmr::memory_resource* memory) {
+             Cluster& cluster, const PreviewBlock* whole, std::pmr::memory_resource* memory) {
     Region cells{{field.extent().x, field.extent().y, field.extent().z}, {0, 0, 0}};
     std::vector<Vec3> places;
     for (const OutputSample& sample : cluster.samples) {
@@ -101,7 +132,9 @@ void measure(const ReferenceField& field, const ViewGeometry& geometry, bool lab
             cells.end[axis] = std::max(cells.end[axis], cell + 1);
         }
     }
-    const PreviewBlock block(field, cells, memory);
+    std::optional<PreviewBlock> own;
+    if (!whole) own.emplace(field, cells, memory);
+    const PreviewBlock& block = whole ? *whole : *own;
     const auto channels = static_cast<std::size_t>(field.samples().what.channels);
     std::vector<double> expected(channels), got(channels);
     for (const Vec3& place : places) {
@@ -115,19 +148,28 @@ void measure(const ReferenceField& field, const ViewGeometry& geometry, bool lab
             cluster.high = std::max(cluster.high, value);
         }
         ++cluster.count;
-        for (int method = 0; method < kMethods; ++method) {
+        for (int method = 0; method < kHolds; ++method) {
             if (method == kSpline + 1)
                 block.assigned(p, static_cast<std::uint64_t>(1e3 * place.sum()), got.data());
-            else if (exact) block.hold(kZoh, p, got.data());  // every hold copies here
-            else block.hold(static_cast<PreviewHold>(method), p, got.data());
+            else if (exact)
+                block.hold(kZoh, p, got.data());  // every hold copies here
+            else
+                block.hold(static_cast<PreviewHold>(method), p, got.data());
             double square = 0;
             for (std::size_t c = 0; c < channels; ++c) {
                 const double d = got[c] - expected[c];
-                if (labels) square = std::max(square, d != 0 ? 1.0 : 0.0);
-                else square += std::isfinite(d) ? d * d / static_cast<double>(channels) : 0;
+                if (labels)
+                    square = std::max(square, d != 0 ? 1.0 : 0.0);
+                else
+                    square += std::isfinite(d) ? d * d / static_cast<double>(channels) : 0;
             }
             cluster.squares[method] += square;
         }
+        if (labels) continue;
+        const std::array<double, 2> sheared =
+            block.sheared(p, static_cast<std::uint64_t>(std::abs(1e3 * p.sum())));
+        for (int i = 0; i < 2; ++i)
+            if (std::isfinite(sheared[i])) cluster.squares[kHolds + i] += sheared[i] * sheared[i];
     }
 }
 
@@ -137,28 +179,39 @@ Preview preview_points(const Request& want, const ReferenceField& field,
                        const Statistics& statistics, std::pmr::memory_resource* memory) {
     const Reference reference(want, field, memory);
     const bool labels = field.kind() == Field::nearest;
-    std::vector<Cluster> clusters = draw(want, reference);
-    const std::size_t counted = clusters.size();
+    Drawn drawn = draw(want, reference);
+    std::vector<Cluster>& clusters = drawn.clusters;
     for (std::int64_t place : {statistics.lowest, statistics.highest})
-        for (Cluster& cluster : around(want, reference, field.extent(), place))
+        for (Cluster& cluster : around(want, reference, field.extent(), place)) {
+            cluster.counted = false;
             clusters.push_back(std::move(cluster));
+        }
+    std::optional<PreviewBlock> whole;
+    if (field.extent().samples() <= kSmallInput)
+        whole.emplace(field, Region::all(field.extent()), memory);
     tbb::parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t i) {
-        measure(field, reference.geometry(), labels, clusters[i], memory);
+        measure(field, reference.geometry(), labels, clusters[i], whole ? &*whole : nullptr,
+                memory);
     });
 
-    std::array<ErrorTally, kMethods> tallies;
-    Preview preview{.facts = {}, .low = std::numeric_limits<double>::infinity(),
+    std::array<std::array<ErrorTally, kMethods>, 2> tallies;  // inner, outer
+    Preview preview{.facts = {},
+                    .low = std::numeric_limits<double>::infinity(),
                     .high = -std::numeric_limits<double>::infinity()};
-    for (std::size_t i = 0; i < clusters.size(); ++i) {
-        preview.low = std::min(preview.low, clusters[i].low);
-        preview.high = std::max(preview.high, clusters[i].high);
-        for (int method = 0; method < kMethods && i < counted; ++method) {
-            tallies[method].add(clusters[i].squares[method], clusters[i].count);
-            tallies[method].close();
+    for (const Cluster& cluster : clusters) {
+        preview.low = std::min(preview.low, cluster.low);
+        preview.high = std::max(preview.high, cluster.high);
+        for (int method = 0; method < kMethods && cluster.counted; ++method) {
+            if (!(cluster.count > 0)) continue;
+            // A cluster is drawn as often as it has samples that see the input.
+            tallies[cluster.outer][method].add(cluster.squares[method] / cluster.count, 1);
+            tallies[cluster.outer][method].close();
         }
     }
     for (int method = 0; method < kMethods; ++method)
-        preview.facts[kNames[method]] = tallies[method].upper();
+        preview.facts[kNames[method]] =
+            upper_of(std::array{Stratum{1 - drawn.outer_share, tallies[0][method]},
+                                Stratum{drawn.outer_share, tallies[1][method]}});
     return preview;
 }
 

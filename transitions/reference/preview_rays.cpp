@@ -1,21 +1,26 @@
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <numbers>
+#include <tbb/parallel_for.h>
 
 #include "transitions/reference/coarse_picture.hpp"
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_block.hpp"
+#include "transitions/reference/preview_paths.hpp"
 
 namespace edgewise {
 namespace {
 
-constexpr int kFewest = 28, kMost = 112;     // bundles
-constexpr double kLength = 28 * 256.0;       // that all bundles together should reach [unit]
-constexpr int kTries = 64 * kFewest;
+constexpr int kFewest = 28, kMost = 448;  // bundles
+constexpr double kLength = 28 * 256.0;    // that all bundles together should reach [unit]
+constexpr int kTries = 64 * kFewest + kMost;
+// Inputs of so many samples are prepared once for all bundles.
+constexpr std::int64_t kSmallInput = 1 << 18;
+// Pictures of so many pixels are measured whole, if their input is small.
+constexpr std::int64_t kSmallPicture = 1 << 12;
 constexpr std::array<double, 3> kSteps = {1, 0.5, 0.25};
 constexpr double kFine = 1.0 / Reference::kStepsPerUnit;
 constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers on its longest axis
@@ -23,17 +28,21 @@ constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers 
 /// One ray with all pictures that it is part of.
 struct Traced {
     RaySpan ray;
-    Stretch reference, fine, noisy;  // reference; foh with its step; foh with noise, step 1
+    Stretch reference;
+    std::array<Stretch, 2> noisy;  // zoh, foh with noise in the samples, step 1
     std::array<std::array<Stretch, kSteps.size()>, 3> cast;  // by hold and step
-    std::array<std::int64_t, 1 + kSteps.size()> next{};      // cell, of the fine step and the others
+    std::optional<ScreenPicture> screen;
+    std::optional<ShearedPicture> sheared;               // of parallel rays
+    std::array<std::int64_t, 1 + kSteps.size()> next{};  // cell, of the fine step and the others
 };
 
 /// Neighbouring pixels, so that their rays share blocks of the input.
 struct Bundle {
-    bool counted = true;  // false: only the reference, for the range
+    bool drawn = true;  // false: chosen, because the reference is likely to be extreme there
     std::vector<Traced> rays;
-    std::array<double, 4> field{};  // squared errors of zoh, foh, bspline3, me
-    double points = 0;
+    std::array<double, 4> field{};    // squared errors of zoh, foh, bspline3, me
+    std::array<double, 2> sheared{};  // of a pass of shears: foh, bspline3
+    double points = 0, sheared_points = 0;
 };
 
 /// What a stretch of a bundle is measured with.
@@ -43,22 +52,36 @@ struct Setting {
     double noise;  // RMS [value]
 };
 
+/// Where the first cell of cast rays begins: in front of the first layer of the screen, or in the
+/// eye, as in project.ray_cast.
+double front_of(const Request& want) { return want.eye ? 0 : -0.5; }
+
+/// @param side  pixels along x and y
 Bundle bundle_at(const Request& want, const ViewGeometry& geometry, const OutputSample& corner,
-                 bool counted) {
-    Bundle bundle{.counted = counted, .rays = {}};
-    for (int i = 0; i < 4; ++i) {
-        const std::int64_t x = corner.x + (i & 1), y = corner.y + (i >> 1);
-        if (x >= want.screen.x || y >= want.screen.y) continue;
+                 bool drawn, int side = 2) {
+    Bundle bundle{.drawn = drawn, .rays = {}};
+    for (int i = 0; i < side * side; ++i) {
+        const std::int64_t x = corner.x + i % side, y = corner.y + i / side;
+        if (x < 0 || y < 0 || x >= want.screen.x || y >= want.screen.y) continue;
         const std::optional<RaySpan> ray =
             geometry.ray(corner.view, static_cast<double>(x), static_cast<double>(y));
         if (!ray) continue;
-        Traced traced{.ray = *ray, .reference = {}, .fine = {}, .noisy = {}, .cast = {}};
         const Stretch empty = Stretch::empty(want.mode);
-        traced.reference = traced.fine = traced.noisy = empty;
+        Traced traced{.ray = *ray,
+                      .reference = empty,
+                      .noisy = {empty, empty},
+                      .cast = {},
+                      .screen = {},
+                      .sheared = {}};
+        if (!want.eye) {
+            traced.screen.emplace(*ray, want.mode);
+            traced.sheared.emplace(*ray, want.input, want.mode);
+        }
         for (auto& steps : traced.cast) steps.fill(empty);
         traced.next[0] = static_cast<std::int64_t>(std::floor(ray->low / kFine));
         for (std::size_t s = 0; s < kSteps.size(); ++s)
-            traced.next[s + 1] = static_cast<std::int64_t>(std::floor(ray->low / kSteps[s]));
+            traced.next[s + 1] =
+                static_cast<std::int64_t>(std::floor((ray->low - front_of(want)) / kSteps[s]));
         bundle.rays.push_back(traced);
     }
     return bundle;
@@ -66,11 +89,12 @@ Bundle bundle_at(const Request& want, const ViewGeometry& geometry, const Output
 
 /// Calls each(t, length) for the cells of one step whose middles lie before `end`.
 template <class Each>
-void cells_before(double end, double step, const RaySpan& ray, std::int64_t& next, Each&& each) {
+void cells_before(double end, double front, double step, const RaySpan& ray, std::int64_t& next,
+                  Each&& each) {
     for (;; ++next) {
-        const double low = std::max(ray.low, static_cast<double>(next) * step);
-        const double high = std::min(ray.high, static_cast<double>(next + 1) * step);
-        if (0.5 * (low + high) >= end || static_cast<double>(next) * step >= ray.high) return;
+        const double begin = front + static_cast<double>(next) * step;
+        const double low = std::max(ray.low, begin), high = std::min(ray.high, begin + step);
+        if (0.5 * (low + high) >= end || begin >= ray.high) return;
         if (low < high) each(0.5 * (low + high), high - low);
     }
 }
@@ -79,37 +103,45 @@ void trace(Traced& traced, const PreviewBlock& block, double end, const Setting&
            Bundle& bundle) {
     const Request& want = setting.want;
     const RaySpan& ray = traced.ray;
-    double expected = 0, value = 0;
+    double expected = 0;
     const auto place = [&](double t) { return Vec3(ray.origin + t * ray.direction); };
     const auto add = [&](Stretch& to, double seen, double length) {
         if (std::isfinite(seen)) to.add(seen, length, want);
     };
-    cells_before(end, kFine, ray, traced.next[0], [&](double t, double length) {
+    cells_before(end, 0, kFine, ray, traced.next[0], [&](double t, double length) {
         const Vec3 p = place(t);
         if (block.reference(p, &expected)) add(traced.reference, expected, length);
-        if (!bundle.counted) return;
-        block.hold(kFoh, p, &value);
-        add(traced.fine, value, length);
     });
-    if (!bundle.counted) return;
+    if (traced.screen) traced.screen->trace(block, end, want);
+    if (traced.sheared) traced.sheared->trace(block, end, want);
     for (std::size_t s = 0; s < kSteps.size(); ++s)
-        cells_before(end, kSteps[s], ray, traced.next[s + 1], [&](double t, double length) {
-            const Vec3 p = place(t);
-            std::array<double, 4> held{};
-            for (PreviewHold hold : {kZoh, kFoh, kSpline}) {
-                block.hold(hold, p, &held[hold]);
-                add(traced.cast[hold][s], held[hold], length);
-            }
-            if (kSteps[s] == 1)
-                add(traced.noisy, held[kFoh] + setting.noise * block.noise(p), length);
-            if (kSteps[s] != 0.5 || !block.reference(p, &expected)) return;
-            block.assigned(p, static_cast<std::uint64_t>(std::abs(1e3 * (t + p.sum()))), &held[3]);
-            for (std::size_t method = 0; method < 4; ++method) {
-                const double d = held[method] - expected;
-                if (std::isfinite(d)) bundle.field[method] += d * d * length;
-            }
-            bundle.points += length;
-        });
+        cells_before(
+            end, front_of(want), kSteps[s], ray, traced.next[s + 1], [&](double t, double length) {
+                const Vec3 p = place(t);
+                std::array<double, 4> held{};
+                for (PreviewHold hold : {kZoh, kFoh, kSpline}) {
+                    block.hold(hold, p, &held[hold]);
+                    add(traced.cast[hold][s], held[hold], length);
+                }
+                if (kSteps[s] == 1)
+                    for (PreviewHold hold : {kZoh, kFoh})
+                        add(traced.noisy[hold], held[hold] + setting.noise * block.noise(hold, p),
+                            length);
+                if (kSteps[s] != 0.5 || !block.reference(p, &expected)) return;
+                block.assigned(p, static_cast<std::uint64_t>(std::abs(1e3 * (t + p.sum()))),
+                               &held[3]);
+                for (std::size_t method = 0; method < 4; ++method) {
+                    const double d = held[method] - expected;
+                    if (std::isfinite(d)) bundle.field[method] += d * d * length;
+                }
+                bundle.points += length;
+                if (want.eye || (traced.next[s + 1] & 3) != 0) return;
+                const std::array<double, 2> wrong =
+                    block.sheared(p, static_cast<std::uint64_t>(std::abs(1e3 * (t + p.sum()))));
+                for (std::size_t i = 0; i < wrong.size(); ++i)
+                    if (std::isfinite(wrong[i])) bundle.sheared[i] += wrong[i] * wrong[i];
+                ++bundle.sheared_points;
+            });
 }
 
 /// The box of cells that the rays of a bundle cross between begin and end; none: empty.
@@ -128,8 +160,15 @@ Region cells_between(const Bundle& bundle, double begin, double end, const Refer
     return cells;
 }
 
-void measure(Bundle& bundle, const Setting& setting, std::pmr::memory_resource* memory) {
-    double low = std::numeric_limits<double>::infinity(), high = -low, speed = 0;
+/// @param whole  of all the input, or null: one is prepared for each stretch
+void measure(Bundle& bundle, const Setting& setting, const PreviewBlock* whole,
+             std::pmr::memory_resource* memory) {
+    constexpr double kEnd = std::numeric_limits<double>::infinity();
+    if (whole) {
+        for (Traced& traced : bundle.rays) trace(traced, *whole, kEnd, setting, bundle);
+        return;
+    }
+    double low = kEnd, high = -low, speed = 0;
     for (const Traced& traced : bundle.rays) {
         low = std::min(low, traced.ray.low);
         high = std::max(high, traced.ray.high);
@@ -137,8 +176,7 @@ void measure(Bundle& bundle, const Setting& setting, std::pmr::memory_resource* 
     }
     const double piece = kBlockSide / speed;
     for (double begin = low; begin < high; begin += piece) {
-        const double end = begin + piece >= high ? std::numeric_limits<double>::infinity()
-                                                 : begin + piece;
+        const double end = begin + piece >= high ? kEnd : begin + piece;
         const Region cells = cells_between(bundle, begin, std::min(end, high), setting.field);
         if (cells.empty()) continue;
         const PreviewBlock block(setting.field, cells, memory);
@@ -146,100 +184,206 @@ void measure(Bundle& bundle, const Setting& setting, std::pmr::memory_resource* 
     }
 }
 
+struct Drawn {
+    std::vector<Bundle> bundles;
+    double pixels = 0;  // of all views that see the input, about
+    bool all = false;   // every pixel is there, once
+};
+
+/// All pixels of all views that see the input.
+Drawn take_all(const Request& want, const ViewGeometry& geometry) {
+    Drawn drawn;
+    drawn.all = true;
+    for (int view = 0; view < want.frames; ++view)
+        for (std::int64_t y = 0; y < want.screen.y; y += 2)
+            for (std::int64_t x = 0; x < want.screen.x; x += 2) {
+                Bundle bundle = bundle_at(want, geometry, {view, x, y, 0}, true);
+                drawn.pixels += static_cast<double>(bundle.rays.size());
+                if (!bundle.rays.empty()) drawn.bundles.push_back(std::move(bundle));
+            }
+    return drawn;
+}
+
 /// Rays spread evenly over views and pixels by the additive recurrence of the generalised golden
 /// ratio (Roberts 2018), of those that meet the input.
-std::vector<Bundle> draw(const Request& want, const ViewGeometry& geometry) {
+Drawn draw(const Request& want, const ViewGeometry& geometry) {
     constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};
-    std::vector<Bundle> bundles;
+    // Without blocks to prepare a ray costs less.
+    const double most_length = (want.input.samples() <= kSmallInput ? 2 : 1) * kLength;
+    Drawn drawn;
     double length = 0;
-    for (int i = 0; i < kTries && bundles.size() < kMost; ++i) {
-        if (bundles.size() >= kFewest && length > kLength) break;
+    int tries = 0;
+    for (; tries < kTries && drawn.bundles.size() < kMost; ++tries) {
+        if (drawn.bundles.size() >= kFewest && length > most_length) break;
         std::array<double, 3> u;
         for (int axis = 0; axis < 3; ++axis)
-            u[axis] = std::fmod(0.5 + ratio[axis] * (i + 1), 1.0);
-        const OutputSample at{
-            static_cast<int>(u[2] * want.frames),
-            static_cast<std::int64_t>(u[0] * static_cast<double>(want.screen.x)),
-            static_cast<std::int64_t>(u[1] * static_cast<double>(want.screen.y)), 0};
+            u[axis] = std::fmod(0.5 + ratio[axis] * (tries + 1), 1.0);
+        const OutputSample at{static_cast<int>(u[2] * want.frames),
+                              static_cast<std::int64_t>(u[0] * static_cast<double>(want.screen.x)),
+                              static_cast<std::int64_t>(u[1] * static_cast<double>(want.screen.y)),
+                              0};
         const std::optional<RaySpan> ray = geometry.ray(at);
         if (!ray) continue;
-        bundles.push_back(bundle_at(want, geometry, at, true));
+        // Cells of a lattice, so that each pixel is part of one bundle.
+        drawn.bundles.push_back(
+            bundle_at(want, geometry, {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, true));
         length += ray->high - ray->low;
     }
-    return bundles;
+    drawn.pixels = static_cast<double>(want.screen.x * want.screen.y) * want.frames *
+                   static_cast<double>(drawn.bundles.size()) / std::max(1, tries);
+    return drawn;
 }
 
 /// Tallies of everything that is compared, by the name of its fact.
 struct Tallies {
-    std::map<std::string, ErrorTally> by_name;
-    ErrorTally fine, noisy;
+    std::map<std::string, ErrorTally> drawn, chosen;
+    double chosen_rays = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
 
-double square_of(const Stretch& got, const Stretch& expected, const Request& want) {
-    std::array<double, 4> a{}, b{};
-    got.result(want, a.data());
-    expected.result(want, b.data());
+constexpr std::array<const char*, ScreenPicture::kMethods> kMethods = {"zoh", "foh", "bspline3",
+                                                                       "me"};
+/// Edges of project/ stop a ray where less than this is left to see.
+constexpr double kTerminated = 1.0 / 4096;
+/// Through less than this, no error of an integral makes a mean wrong by more than its range.
+constexpr double kShortest = 0.5;
+
+using Values = std::array<double, 4>;
+
+Values values_of(const Stretch& stretch, const Request& want) {
+    Values values{};
+    stretch.result(want, values.data());
+    return values;
+}
+
+double square_of(const Values& a, const Values& b, const Request& want) {
     double square = 0;
-    for (int c = 0; c < 4; ++c) square += (a[c] - b[c]) * (a[c] - b[c]);
+    for (std::size_t c = 0; c < a.size(); ++c) square += (a[c] - b[c]) * (a[c] - b[c]);
     return want.mode == Mode::composite ? square / 4 : square;
 }
 
-void tally(const Bundle& bundle, const Request& want, Tallies& tallies) {
+/// Calls each(name, square) for everything that is measured on one ray.
+template <class Each>
+void compare(const Traced& traced, const Request& want, Each&& each) {
+    const Values expected = values_of(traced.reference, want);
+    const auto against = [&](const Stretch& got) {
+        return square_of(values_of(got, want), expected, want);
+    };
+    for (std::size_t hold = 0; hold < kPreviewHolds.size(); ++hold)
+        for (std::size_t s = 0; s < kSteps.size(); ++s)
+            each(fmt::format("picture/{}/{}", kPreviewHolds[hold], kSteps[s]),
+                 against(traced.cast[hold][s]));
+    for (PreviewHold hold : {kZoh, kFoh}) {
+        const Values clean = values_of(traced.cast[hold][0], want);
+        each(fmt::format("noisy/{}", kPreviewHolds[hold]),
+             square_of(values_of(traced.noisy[hold], want), clean, want));
+        if (!traced.sheared) continue;
+        Values values{};
+        traced.sheared->result(hold, want, values);
+        each(fmt::format("picture/shear_warp/{}", kPreviewHolds[hold]),
+             square_of(values, expected, want));
+    }
+    for (std::size_t method = 0; traced.screen && method < kMethods.size(); ++method)
+        each(fmt::format("picture/screen/{}", kMethods[method]),
+             against(traced.screen->of(method)));
+    if (want.mode == Mode::mean)
+        each("rays/inverse_length",
+             std::pow(std::max(kShortest, traced.ray.high - traced.ray.low), -2));
+    if (want.mode == Mode::composite)
+        each("picture/ended", traced.reference.transparency < kTerminated ? 1.0 : 0.0);
+}
+
+/// @param even  bundles count alike: each was drawn as often as it has rays that meet the input
+void tally(const Bundle& bundle, const Request& want, bool even, Tallies& tallies) {
+    auto& by_name = bundle.drawn ? tallies.drawn : tallies.chosen;
     const int channels = want.mode == Mode::composite ? 4 : 1;
+    const double weight = even ? 1 / static_cast<double>(bundle.rays.size()) : 1;
     for (const Traced& traced : bundle.rays) {
-        std::array<double, 4> value{};
-        traced.reference.result(want, value.data());
+        const Values value = values_of(traced.reference, want);
         for (int c = 0; c < channels; ++c) {
             tallies.low = std::min(tallies.low, value[c]);
             tallies.high = std::max(tallies.high, value[c]);
         }
+        compare(traced, want, [&](const std::string& name, double square) {
+            by_name[name].add(square * weight, weight);
+        });
     }
-    if (!bundle.counted) return;
-    for (std::size_t hold = 0; hold < kPreviewHolds.size(); ++hold)
-        for (std::size_t s = 0; s < kSteps.size(); ++s) {
-            ErrorTally& errors =
-                tallies.by_name[fmt::format("picture/{}/{}", kPreviewHolds[hold], kSteps[s])];
-            for (const Traced& traced : bundle.rays)
-                errors.add(square_of(traced.cast[hold][s], traced.reference, want), 1);
-            errors.close();
-        }
-    for (const Traced& traced : bundle.rays) {
-        tallies.fine.add(square_of(traced.fine, traced.reference, want), 1);
-        tallies.noisy.add(square_of(traced.noisy, traced.cast[kFoh][0], want), 1);
-    }
-    tallies.fine.close();
-    tallies.noisy.close();
-    for (int method = 0; method < 4; ++method) {
-        ErrorTally& errors =
-            tallies.by_name[method < 3 ? fmt::format("field/{}", kPreviewHolds[method])
-                                       : "field/me"];
-        errors.add(bundle.field[method], bundle.points);
-        errors.close();
-    }
+    if (!bundle.drawn) tallies.chosen_rays += static_cast<double>(bundle.rays.size());
+    for (std::size_t method = 0; method < kMethods.size(); ++method)
+        by_name[fmt::format("field/{}", kMethods[method])].add(bundle.field[method], bundle.points);
+    for (std::size_t i = 0; i < bundle.sheared.size(); ++i)
+        by_name[fmt::format("sheared/{}", kMethods[i + 1])].add(bundle.sheared[i],
+                                                                bundle.sheared_points);
+    for (auto& [name, errors] : by_name) errors.close();
+}
+
+/// Combining adds what it does to samples without error (of a formula: to the best), and that is
+/// independent of what is wrong with the samples. The rest of each picture's error is theirs. As
+/// errors may count more or less in a picture than their RMS tells (a blur hardly changes an
+/// integral, a random displacement averages out), "combined/..." is the error that, times the gain
+/// of linear interpolation, gives the picture's.
+void split_combining(std::map<std::string, double>& facts, Field field) {
+    const auto picture = [&](const char* method) {
+        return facts.at(fmt::format("picture/screen/{}", method));
+    };
+    if (!facts.contains("picture/screen/zoh")) return;
+    double added = picture(field == Field::nearest  ? "zoh"
+                           : field == Field::linear ? "foh"
+                                                    : "bspline3");
+    if (field == Field::formula)
+        for (const char* method : kMethods) added = std::min(added, picture(method));
+    const auto rest = [&](const char* method) {
+        return std::sqrt(std::max(0.0, picture(method) * picture(method) - added * added));
+    };
+    const double blur = facts.at("field/foh");
+    const double gain = blur > 0 && rest("foh") > 0 ? rest("foh") / blur : 1;
+    for (const char* method : kMethods)
+        facts[fmt::format("combined/{}", method)] = rest(method) / gain;
+    // The real rule repeats, and so does what it displaces: a pattern of it need not average out as
+    // random displacements do, but not worse than noise of two samples alike.
+    const auto noise = facts.find("gain/noise/zoh");
+    if (noise != facts.end())
+        facts["combined/me"] = std::max(facts["combined/me"], std::numbers::sqrt2 * noise->second *
+                                                                  facts.at("field/me") / gain);
+    facts["gain/blur"] = gain;
+    facts["picture/combined"] = added;
 }
 
 }  // namespace
 
-Preview preview_rays(const Request& want, const ReferenceField& field,
-                     const Statistics& statistics, std::pmr::memory_resource* memory) {
+Preview preview_rays(const Request& want, const ReferenceField& field, const Statistics& statistics,
+                     std::pmr::memory_resource* memory) {
     const ViewGeometry geometry(want);
     // About the rounding to 8 bits: gains of a maximum depend on how large noise is.
     const Setting setting{want, field, 1e-3 * (statistics.high - statistics.low)};
-    std::vector<Bundle> bundles = draw(want, geometry);
-    for (const OutputSample& at : likely_extremes(want, field, geometry, statistics))
-        bundles.push_back(bundle_at(want, geometry, at, false));
-    tbb::parallel_for(std::size_t{0}, bundles.size(),
-                      [&](std::size_t i) { measure(bundles[i], setting, memory); });
+    // In a small input rays cost little, and in a small picture a few pixels carry the error.
+    const bool is_small = field.extent().samples() <= kSmallInput;
+    const bool take_every = is_small && want.output().samples() * want.frames <= kSmallPicture;
+    auto [bundles, pixels, all] = take_every ? take_all(want, geometry) : draw(want, geometry);
+    std::optional<PreviewBlock> whole;
+    for (OutputSample at : likely_extremes(want, field, geometry, statistics)) {
+        at.x -= is_small;
+        at.y -= is_small;
+        bundles.push_back(bundle_at(want, geometry, at, false, is_small ? 4 : 2));
+    }
+    if (is_small) whole.emplace(field, Region::all(field.extent()), memory);
+    tbb::parallel_for(std::size_t{0}, bundles.size(), [&](std::size_t i) {
+        measure(bundles[i], setting, whole ? &*whole : nullptr, memory);
+    });
 
     Tallies tallies;
-    for (const Bundle& bundle : bundles) tally(bundle, want, tallies);
+    for (const Bundle& bundle : bundles) tally(bundle, want, !all && bundle.drawn, tallies);
     Preview preview{.facts = {}, .low = tallies.low, .high = tallies.high};
-    for (const auto& [name, errors] : tallies.by_name) preview.facts[name] = errors.upper();
-    if (tallies.by_name.empty()) return preview;
-    const double blur = tallies.by_name["field/foh"].rms();
-    if (blur > 0) preview.facts["gain/blur"] = tallies.fine.rms() / blur;
-    if (setting.noise > 0) preview.facts["gain/noise"] = tallies.noisy.rms() / setting.noise;
+    const double share = all ? 0 : std::min(1.0, tallies.chosen_rays / std::max(1.0, pixels));
+    for (const auto& [name, errors] : tallies.drawn)
+        if (name.starts_with("noisy/")) {
+            if (setting.noise > 0)
+                preview.facts["gain/noise/" + name.substr(6)] = errors.rms() / setting.noise;
+        } else {
+            preview.facts[name] = upper_of(
+                std::array{Stratum{1 - share, errors}, Stratum{share, tallies.chosen[name], true}});
+        }
+    split_combining(preview.facts, field.kind());
     return preview;
 }
 

@@ -83,7 +83,7 @@ Error error(const Offer& offer, const Ask& ask) {
                               : std::cbrt(static_cast<double>(want.input.samples())) * want.unit;
     const double samples = std::cbrt(static_cast<double>(want.input.samples()));
     return {.gain = ask.scene.fact("gain/blur").value_or(length),
-            .noise_gain = ask.scene.fact("gain/noise").value_or(length / std::sqrt(samples)),
+            .noise_gain = ask.scene.fact("gain/noise/zoh").value_or(length / std::sqrt(samples)),
             .bias = ghosts_of(window_of(offer.with)) * ask.scene.range *
                     (want.mode == Mode::mean ? kShortRays : 1)};
 }

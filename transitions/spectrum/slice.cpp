@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum_slice.hpp"
@@ -61,7 +62,7 @@ constexpr double kTrilinear = 2;
 constexpr double kFaces = 4e-3, kFacesMean = 1.2e-2;
 // What sampling at pixel centres folds into the picture: 3e-3 with pixels as large as voxels, 4e-3
 // and 1.2e-2 with two and four times as large.
-constexpr double kFolded = 3e-3, kFoldedGrowth = 1.3;
+constexpr double kFolded = 3e-3, kFoldedMean = 6e-3, kFoldedGrowth = 1.3;
 
 // A guess, for a formula without a preview.
 constexpr double kFormula = 0.01;
@@ -90,13 +91,28 @@ double pixel_size(const Request& want) {
     return largest / want.spacing.minCoeff();
 }
 
+/// How much more of an integral's error is left in a mean, which divides it by the length of the
+/// ray: the RMS of the longest ray over each.
+std::optional<double> shortness(const Ask& ask) {
+    const std::optional<double> inverse = ask.scene.fact("rays/inverse_length");
+    if (!inverse) return {};
+    const Extent& n = ask.want.input;
+    const Vec3 size =
+        Vec3(static_cast<double>(n.x), static_cast<double>(n.y), static_cast<double>(n.z))
+            .cwiseProduct(ask.want.spacing) /
+        ask.want.unit;
+    return std::max(1.0, *inverse * size.maxCoeff());
+}
+
 Error error(const Offer& offer, const Ask& ask) {
     const bool mean = ask.want.mode == Mode::mean;
     double bias = mean ? kInsideMean : kInside;
     if (ask.want.field == Field::linear) bias *= kTrilinear;
-    bias += (mean ? kFacesMean : kFaces) * faces_reached(ask) / 6;
+    const double short_rays = mean ? shortness(ask).value_or(kFacesMean / kFaces) : 1;
+    bias += kFaces * short_rays * faces_reached(ask) / 6;
     if (offer.with.word("band") == "picture")
-        bias += kFolded * std::pow(std::max(1., pixel_size(ask.want)), kFoldedGrowth);
+        bias += (mean ? kFoldedMean : kFolded) *
+                std::pow(std::max(1., pixel_size(ask.want)), kFoldedGrowth);
     bias *= ask.scene.range;
     // A formula need not be what its samples say; cubic samples of the preview tell how far it is.
     if (ask.want.field == Field::formula)

@@ -40,9 +40,9 @@ std::vector<std::string> numbered_files(const std::string& header, std::string_v
         refuse(header,
                fmt::format("its data files are numbered {} to {} by {}", first, last, step));
     std::vector<std::string> files;
-    for (std::int64_t i = first; step > 0 ? i <= last : i >= last; i += step)
-        files.push_back(beside(
-            header, fmt::format("{}{:0{}}{}", pattern.before, i, pattern.width, pattern.after)));
+    for (std::int64_t i = 0; i <= (last - first) / step; ++i)
+        files.push_back(beside(header, fmt::format("{}{:0{}}{}", pattern.before, first + i * step,
+                                                   pattern.width, pattern.after)));
     return files;
 }
 

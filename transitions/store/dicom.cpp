@@ -379,6 +379,9 @@ void compressed(Header& header, Stored& stored, const Slices& files) {
                    "its compressed pixels have another size or type than its header says");
     }
     stored.type = static_cast<Type>(images[0].type);
+    for (const DicomFile& file : files)
+        check_density(file.path, file.rows * file.columns * file.samples * file.frames,
+                      file.pixel_bytes, kDensest);
     header.type = stored.type;
     header.values = {};  // the decoder applies slope and intercept
     header.reading_bytes = bytes_of(Library::itk) + static_cast<std::size_t>(stored.numbers()) *

@@ -230,6 +230,10 @@ Header inspect_exr(const std::string& path) {
     if (height / 256 * 8 > static_cast<std::int64_t>(file.size()))
         refuse(path,
                fmt::format("{} x {} pixels do not fit into {} bytes", width, height, file.size()));
+    check_density(path,
+                  product(path, header.extent.samples(),
+                          static_cast<std::int64_t>(4 * shape.channels.size())),
+                  file.size(), kDensest);
     if (!shape.plain || !is_simple(shape)) return inspect_by_oiio(path);
     header.channels = static_cast<int>(shape.channels.size());
     header.type = shape.channels[0].type == 1 ? Type::f16 : Type::f32;

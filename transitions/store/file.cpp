@@ -32,9 +32,10 @@ class PlainStream : public Stream {
         at_ += got;
         return got;
     }
-    void skip(std::uint64_t bytes) override {
-        if (bytes > (end_ > at_ ? end_ - at_ : 0)) refuse(file_->path(), "data end too early");
+    bool skip(std::uint64_t bytes) override {
+        if (bytes > (end_ > at_ ? end_ - at_ : 0)) return false;
         at_ += bytes;
+        return true;
     }
 
  private:
@@ -134,14 +135,15 @@ Bytes File::head(std::size_t most) const {
     return bytes;
 }
 
-void Stream::skip(std::uint64_t bytes) {
+bool Stream::skip(std::uint64_t bytes) {
     std::array<std::byte, 1 << 14> scratch;
     while (bytes > 0) {
         const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(bytes, scratch.size()));
         const std::size_t got = read(std::span(scratch).first(part));
-        if (got < part) throw InputError("data end too early");
+        if (got < part) return false;
         bytes -= got;
     }
+    return true;
 }
 
 std::size_t MemoryStream::read(std::span<std::byte> into) {
@@ -155,6 +157,11 @@ void read_all(Stream& stream, std::span<std::byte> into, const std::string& file
     const std::size_t got = stream.read(into);
     if (got < into.size())
         refuse(file, fmt::format("short data: expected {} bytes more, got {}", into.size(), got));
+}
+
+void skip_all(Stream& stream, std::uint64_t bytes, const std::string& file) {
+    if (!stream.skip(bytes))
+        refuse(file, fmt::format("data end too early: {} bytes were to be skipped", bytes));
 }
 
 std::unique_ptr<Stream> open_stream(FilePointer file, std::uint64_t begin, std::uint64_t end,
@@ -194,8 +201,10 @@ std::string beside(const std::string& header, std::string_view name) {
         refuse(header, "names its data '" + shown(name) + "', outside its own folder");
     const fs::path folder = folder_of(header), path = folder / relative;
     std::error_code error;
-    if (!fs::exists(path, error))
+    if (name.find('\0') != name.npos || !fs::exists(path, error))
         refuse(header, "its data file '" + shown(name) + "' does not exist");
+    if (!fs::is_regular_file(path, error))
+        refuse(header, "its data file '" + shown(name) + "' is not a regular file");
     const fs::path real = fs::canonical(path, error), root = fs::canonical(folder, error);
     const auto [end, _] = std::mismatch(root.begin(), root.end(), real.begin(), real.end());
     if (error || end != root.end())

@@ -40,7 +40,8 @@ class Stream {
     virtual ~Stream() = default;
     /// Fills `into` unless the end comes first. @return bytes read
     virtual std::size_t read(std::span<std::byte> into) = 0;
-    virtual void skip(std::uint64_t bytes);
+    /// @return whether so many bytes were there
+    virtual bool skip(std::uint64_t bytes);
 };
 /// Bytes that are in memory already.
 class MemoryStream : public Stream {
@@ -55,6 +56,9 @@ class MemoryStream : public Stream {
 void read_all(Stream&, std::span<std::byte> into, const std::string& file);
 
 enum class Wrapping { none, gzip, zlib };
+/// @throws InputError where the data end before so many bytes
+void skip_all(Stream&, std::uint64_t bytes, const std::string& file);
+
 /// @param begin,end bytes of the file that belong to the stream
 std::unique_ptr<Stream> open_stream(FilePointer, std::uint64_t begin, std::uint64_t end, Wrapping);
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "transitions/store/reader.hpp"
 #include "transitions/store/store.hpp"
 #include "transitions/store/text.hpp"
 
@@ -142,6 +143,9 @@ std::string cannot_write(std::string_view path, const Header& what) {
         return fmt::format("{} holds images, not volumes", format.name);
     if (!what.volume && !format.images)
         return fmt::format("{} holds volumes, not images", format.name);
+    if (format.name == "NIfTI" && !what.volume && what.channels > 1 && !is_nifti_colour(what))
+        return fmt::format("NIfTI cannot say that {} channels of {} are an image", what.channels,
+                           name_of(what.type));
     if (what.times != 1) return "time series are not written";
     if (!has(format.types, what.type))
         return fmt::format("{} cannot hold {}", format.name, name_of(what.type));

@@ -17,8 +17,10 @@ namespace {
 constexpr std::size_t kBuffer = 1 << 16;
 constexpr unsigned kExifMarker = JPEG_APP0 + 1, kIccMarker = JPEG_APP0 + 2;
 constexpr std::string_view kExifName{"Exif\0\0", 6};
-constexpr int kMostScans =
-    500;  // a small file may ask for thousands of passes over a large picture
+// A small file may ask for thousands of passes over a large picture.
+constexpr int kMostScans = 500;
+// Huffman codes take a bit for each block of 64 samples; arithmetic ones may take less.
+constexpr std::int64_t kDensest = 3 * 64 * 8, kDensestArithmetic = 1 << 18;
 
 std::string text_of(j_common_ptr jpeg) {
     char text[JMSG_LENGTH_MAX];
@@ -201,6 +203,8 @@ Header inspect_jpeg(const std::string& path) {
     const int orientation = exif_orientation(header.exif);
     set_upright(header.exif);
     take_size(header, decoder.jpeg.image_width, decoder.jpeg.image_height, orientation);
+    check_density(path, header.extent.samples() * header.channels, file.size(),
+                  decoder.jpeg.arith_code ? kDensestArithmetic : kDensest);
     // A progressive picture is kept as coefficients of two bytes until its last scan.
     if (jpeg_has_multiple_scans(&decoder.jpeg))
         header.reading_bytes +=

@@ -199,7 +199,7 @@ class MetaImage {
         }
         if (name_.starts_with("LIST")) return listed();
         const auto parts = words(name_);
-        if (parts.size() == 1 || parts[0].find('%') == std::string_view::npos)
+        if (parts.size() < 2 || parts[0].find('%') == std::string_view::npos)
             return {beside(path_, name_)};
         const auto number = [&](std::size_t i, std::int64_t otherwise) {
             if (i >= parts.size()) return otherwise;

@@ -114,6 +114,7 @@ Header inspect_by(Library library, const std::string& path) {
         for (int row = 0; row < 3; ++row)
             header.direction[axis][row] = image.direction[3 * axis + row];
     }
+    check_density(path, bytes, File(path).size(), kDensest);
     // Both libraries hold a second copy while they decode.
     header.reading_bytes = bytes_of(library) + 2 * static_cast<std::size_t>(bytes);
     header.reader = std::make_shared<const ModuleReader>(library, path, image);

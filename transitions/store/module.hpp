@@ -32,6 +32,9 @@ using ModuleInspect = bool (*)(const char* path, ModuleImage* found, char* error
 using ModuleRead = bool (*)(const char* path, const ModuleImage* image, void* into,
                             std::size_t bytes, char* error);
 
+/// What these libraries decode hardly shrinks further, not even constant pictures.
+inline constexpr std::int64_t kDensest = 1 << 16;
+
 /// Resident memory that opening the library takes.
 std::size_t bytes_of(Library library) noexcept;
 /// @throws InputError the library is not there, or cannot read the file

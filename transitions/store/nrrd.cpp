@@ -116,9 +116,9 @@ class Nrrd {
     }
 
     void sample_type() {
+        const std::string type = lower(need("type"));
         std::string name;  // blanks between the words may be any
-        for (std::string_view word : words(lower(need("type"))))
-            (name += name.empty() ? "" : " ") += word;
+        for (std::string_view word : words(type)) (name += name.empty() ? "" : " ") += word;
         for (const TypeName& row : kTypes)
             if (row.name == name) {
                 stored_.type = row.type;

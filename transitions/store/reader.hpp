@@ -40,8 +40,14 @@ struct Stored {
     std::int64_t numbers() const noexcept;
 };
 
+/// Checks that a compressed file of `there` bytes can hold `bytes` bytes of samples at all, so that
+/// nothing large is allocated for a small file that lies. 64 MiB are always believed.
+/// @param densest bytes of samples that one byte of the file may stand for
+void check_density(const std::string& file, std::int64_t bytes, std::uint64_t there,
+                   std::int64_t densest);
+
 /// Fills the header's extent, channels and times from the axes.
-/// @throws InputError a size below 1, products that overflow, files too short for them
+/// @throws InputError a size below 1, products that overflow, two axes of one kind
 void take_axes(Header&, const Stored&);
 /// Checks that every piece is there and long enough. A file that holds more is no error.
 void check_pieces(const std::string& file, const Stored&);
@@ -93,6 +99,13 @@ void write_png(Replacement&, const Header&, const void* samples);
 void write_jpeg(Replacement&, const Header&, const void* samples, int quality);
 void write_tiff(Replacement&, const Header&, const void* samples);
 void write_exr(Replacement&, const Header&, const void* samples);
+
+/// NIfTI has types for RGB and RGBA, whose values are never scaled; other channels are its fifth
+/// axis, and that makes a volume.
+inline bool is_nifti_colour(const Header& what) {
+    return what.type == Type::u8 && (what.channels == 3 || what.channels == 4) &&
+           what.values.identity();
+}
 
 inline std::span<const std::byte> samples_of(const Header& what, const void* samples) {
     return {static_cast<const std::byte*>(samples),

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fmt/format.h>
 
+#include "graph/errors.hpp"
 #include "transitions/store/reader.hpp"
 #include "transitions/store/text.hpp"
 
@@ -81,7 +82,7 @@ class Scatter {
     }
 
     void skip(std::int64_t count) {
-        if (count > 0) stream_.skip(static_cast<std::uint64_t>(count) * width_);
+        if (count > 0) skip_all(stream_, static_cast<std::uint64_t>(count) * width_, file_);
     }
 
     /// One run of numbers; where nothing changes it goes straight to its place.
@@ -223,14 +224,15 @@ class PieceStream : public Stream {
         }
         return done;
     }
-    void skip(std::uint64_t bytes) override {
+    bool skip(std::uint64_t bytes) override {
         while (bytes > 0 && (left_ > 0 || next())) {
             const auto part = std::min(left_, bytes);
-            current_->skip(part);
+            skip_all(*current_, part, path_);
             bytes -= part;
             left_ -= part;
             if (left_ == 0) finish();
         }
+        return bytes == 0;
     }
 
  private:
@@ -240,7 +242,7 @@ class PieceStream : public Stream {
         path_ = piece.path;
         const auto file = std::make_shared<const File>(piece.path);
         current_ = open_stream(file, piece.offset, file->size(), wrapping_of(stored_.encoding));
-        if (stored_.skip > 0) current_->skip(stored_.skip);
+        if (stored_.skip > 0) skip_all(*current_, stored_.skip, path_);
         if (stored_.encoding == Stored::Encoding::text)
             current_ = text_stream(std::move(current_), stored_.type, path_);
         left_ = piece_bytes_;
@@ -265,8 +267,15 @@ class StoredReader : public Reader {
     explicit StoredReader(Stored stored) : stored_(std::move(stored)) {}
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
               std::vector<std::string>& warnings) const override {
-        PieceStream stream(stored_, warnings);
-        scatter(stored_, pick, stream, header.file, into, warnings);
+        try {
+            PieceStream stream(stored_, warnings);
+            scatter(stored_, pick, stream, header.file, into, warnings);
+        } catch (const InputError& error) {
+            // What is wrong with a data file is told under the name that was asked for.
+            const std::string what = error.what();
+            if (what.find(header.file) != what.npos) throw;
+            refuse(header.file, what);
+        }
     }
 
  private:
@@ -281,9 +290,17 @@ std::int64_t Stored::numbers() const noexcept {
     return count;
 }
 
+void check_density(const std::string& file, std::int64_t bytes, std::uint64_t there,
+                   std::int64_t densest) {
+    constexpr std::int64_t kBelieved = 64 << 20;
+    if (bytes > kBelieved && bytes / densest > static_cast<std::int64_t>(there))
+        refuse(file, fmt::format("{} bytes of samples do not fit into {} bytes", bytes, there));
+}
+
 void take_axes(Header& header, const Stored& stored) {
     std::int64_t count = static_cast<std::int64_t>(bytes_of(stored.type));
     constexpr const char* kNames[] = {"x", "y", "z", "channels", "times"};
+    std::array<std::int64_t, 5> sizes{1, 1, 1, 1, 1};
     for (const Axis& axis : stored.axes) {
         if (axis.size < 1)
             refuse(header.file, fmt::format("size of {} is {}, expected 1 or more",
@@ -292,10 +309,14 @@ void take_axes(Header& header, const Stored& stored) {
         if (axis.kind >= Axis::channel && axis.size > (1 << 20))
             refuse(header.file,
                    fmt::format("{} {} are not supported", axis.size, kNames[axis.kind]));
-        if (axis.kind <= Axis::z) header.extent[axis.kind] = axis.size;
-        if (axis.kind == Axis::channel) header.channels = static_cast<int>(axis.size);
-        if (axis.kind == Axis::time) header.times = static_cast<int>(axis.size);
+        // One kind once, or memory is asked for less than the walk over all axes fills.
+        if (axis.size > 1 && sizes[axis.kind] > 1)
+            refuse(header.file, fmt::format("two axes of {} are not supported", kNames[axis.kind]));
+        sizes[axis.kind] = std::max(sizes[axis.kind], axis.size);
     }
+    header.extent = {sizes[Axis::x], sizes[Axis::y], sizes[Axis::z]};
+    header.channels = static_cast<int>(sizes[Axis::channel]);
+    header.times = static_cast<int>(sizes[Axis::time]);
     header.type = stored.type;
 }
 
@@ -310,7 +331,9 @@ void check_pieces(const std::string& file, const Stored& stored) {
         const std::int64_t there =
             data.size() > piece.offset ? static_cast<std::int64_t>(data.size() - piece.offset) : 0;
         std::int64_t least = bytes / count;
-        if (stored.encoding == Stored::Encoding::text) least = stored.numbers() / count * 2 - 1;
+        // Each number takes a digit and a blank at least.
+        if (stored.encoding == Stored::Encoding::text)
+            least = product(file, stored.numbers() / count, 2) - 1;
         if (wrapping_of(stored.encoding) != Wrapping::none) least = least / kDeflateRatio + 1;
         if (there < least)
             refuse(

@@ -92,7 +92,11 @@ class Decoder {
         if (width == 0 || height == 0 || static_cast<std::size_t>(TIFFTileSize64(tiff_)) != bytes ||
             bytes > static_cast<std::size_t>(kLargestAllocation))
             fail();
-        Bytes tile(bytes), band(row_.size() * height);
+        check_density(client_.file.path(), static_cast<std::int64_t>(bytes), page.stored,
+                      kTiffDensest);
+        // A tile may reach beyond the picture.
+        const auto rows = static_cast<std::size_t>(std::min<std::int64_t>(height, page.height));
+        Bytes tile(bytes), band(row_.size() * rows);
         for (std::int64_t top = 0; top < page.height; top += height) {
             for (std::int64_t left = 0; left < page.width; left += width) {
                 const auto index = TIFFComputeTile(tiff_, static_cast<std::uint32_t>(left),
@@ -103,7 +107,7 @@ class Decoder {
                 const auto used =
                     static_cast<std::size_t>(std::min<std::int64_t>(width, page.width - left)) *
                     pixel;
-                for (std::size_t y = 0; y < height; ++y)
+                for (std::size_t y = 0; y < rows; ++y)
                     std::memcpy(
                         band.data() + y * row_.size() + static_cast<std::size_t>(left) * pixel,
                         tile.data() + y * width * pixel, used);

@@ -12,7 +12,6 @@ namespace {
 constexpr std::size_t kMostPages = 1 << 20;
 constexpr std::uint64_t kMostEntries = 4096;
 constexpr std::uint64_t kMostStrips = 1 << 26;
-constexpr std::int64_t kDensest = 1 << 14;  // LZW, deflate and the rest expand less than this
 
 class Directory {
  public:
@@ -179,7 +178,7 @@ class Directory {
         const std::int64_t pixels = product(file_.path(), page.width, page.height);
         const std::int64_t bytes =
             product(file_.path(), pixels, std::int64_t{page.bits} * page.samples) / 8;
-        const std::int64_t most = page.compression == 1 ? 1 : kDensest;
+        const std::int64_t most = page.compression == 1 ? 1 : kTiffDensest;
         if (bytes / most > static_cast<std::int64_t>(page.stored))
             refuse(file_.path(), fmt::format("{} x {} pixels do not fit into {} bytes of strips",
                                              page.width, page.height, page.stored));

@@ -7,6 +7,9 @@
 
 namespace edgewise::store {
 
+/// LZW, deflate and the rest expand less than this.
+inline constexpr std::int64_t kTiffDensest = 1 << 14;
+
 /// One page of a TIFF or BigTIFF, read and checked without libtiff.
 struct TiffPage {
     std::uint64_t at = 0;  // of its directory

@@ -79,7 +79,7 @@ class Fields {
 };
 
 int nifti_code(const Header& what) {
-    if (what.channels > 1 && what.type == Type::u8) return what.channels == 3 ? 128 : 2304;
+    if (is_nifti_colour(what)) return what.channels == 3 ? 128 : 2304;
     switch (what.type) {
         case Type::u8:
             return 2;
@@ -156,7 +156,7 @@ void nifti_fields(Fields& f, const Header& ras, bool two) {
     const std::size_t pixdim = two ? 104 : 76, slope = two ? 176 : 112,
                       quaternion = two ? 352 : 256;
     const std::size_t rows = two ? 400 : 280;
-    const bool planar = ras.channels > 1 && ras.type != Type::u8;
+    const bool planar = ras.channels > 1 && !is_nifti_colour(ras);
     const std::int64_t axes = planar ? 5 : ras.volume ? 3 : 2;
     const std::int64_t dims[8] = {
         axes, ras.extent.x, ras.extent.y, ras.extent.z, 1, planar ? ras.channels : 1, 1, 1};
@@ -341,7 +341,7 @@ void write_nifti(Replacement& out, const Header& what, const void* samples) {
     sink.write(nifti_header(what).bytes());
     const auto all = samples_of(what, samples);
     const auto channels = static_cast<std::size_t>(what.channels);
-    if (channels == 1 || what.type == Type::u8) {
+    if (channels == 1 || is_nifti_colour(what)) {
         sink.write(all);
     } else {  // the fifth axis is the slowest: one channel after another
         const std::size_t width = bytes_of(what.type), step = width * channels;

@@ -185,6 +185,7 @@ class Vti {
         return result;
     }
     void image(const Tag& tag) {
+        if (!stored_.axes.empty()) refuse(path_, "tag ImageData is repeated");
         extent_ = tag.attribute("WholeExtent");
         const auto bounds = integers(path_, "WholeExtent", extent_);
         if (bounds.size() != 6)
@@ -257,9 +258,10 @@ class Vti {
     }
     void check_size() const {
         // Each number takes a digit and a blank at least.
-        const auto expected = array_.form == Array::Form::ascii
-                                  ? stored_.numbers() * 2 - 1
-                                  : stored_.numbers() * static_cast<std::int64_t>(bytes_of(stored_.type));
+        const auto expected =
+            array_.form == Array::Form::ascii
+                ? product(path_, stored_.numbers(), 2) - 1
+                : stored_.numbers() * static_cast<std::int64_t>(bytes_of(stored_.type));
         const std::int64_t there = static_cast<std::int64_t>(array_.end - array_.begin);
         if (expected / (array_.compressed ? kDeflateRatio : 1) > there)
             refuse(path_, fmt::format("short data: expected {} bytes, found {}", expected, there));

@@ -8,6 +8,7 @@
 
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
+#include "transitions/warp/equiareal.hpp"
 
 namespace edgewise {
 namespace {
@@ -107,10 +108,6 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .gathers = seen * count.points * offer.from.channels};
 }
 
-/// RMS error of a hold over the range of the data, where no scene was measured: the median of the
-/// thesis's and our scanned volumes turned by 5 to 45 degrees is of this size.
-double guess(Hold hold) { return hold == Hold::zoh ? 0.03 : hold == Hold::foh ? 0.015 : 0.002; }
-
 /// What the samples stand for is just what the hold computes.
 bool is_the_field(Hold hold, Field field) {
     return (hold == Hold::zoh && field == Field::nearest) ||
@@ -154,8 +151,7 @@ Error error(const Offer& offer, const Ask& ask) {
     Error error{.noise_gain = std::pow(noise_gain_of(hold), fewest), .noise = 0x1p-23 * greatest};
     if (most == 0 && ask.want.views.different() <= 8) return error;
     if (is_the_field(hold, ask.want.field)) return error;
-    error.bias = scene.fact("field/" + offer.with.word("filter"))
-                     .value_or(guess(hold) * (scene.high - scene.low));
+    error.bias = hold_error(offer.with.word("filter"), ask);
     return error;
 }
 

@@ -69,11 +69,17 @@ int axes_between_samples(const kernels::ShearChain& chain) {
     return axes;
 }
 
-double guessed_error(const std::string& filter) {
+double hold_error(const std::string& filter, const Ask& ask) {
+    const Scene& scene = ask.scene;
+    if (ask.want.job == Job::render)
+        if (const auto fact = scene.fact("combined/" + filter)) return *fact;
+    if (const auto fact = scene.fact("field/" + filter)) return *fact;
     // Medians over scanned volumes turned by 5 to 45 degrees are of this size.
-    if (filter == "me") return 0.04;
-    if (filter == "zoh") return 0.03;
-    return filter == "foh" ? 0.015 : 0.002;
+    const double guess = filter == "me"    ? 0.04
+                         : filter == "zoh" ? 0.03
+                         : filter == "foh" ? 0.015
+                                           : 0.002;
+    return guess * (scene.high - scene.low);
 }
 
 }  // namespace edgewise

@@ -10,8 +10,8 @@ namespace edgewise {
 
 /// The first reason why samples of this kind cannot be moved by shears to the views of a request:
 /// the samples themselves, or a view that scales (|det T| differs from 1) or has no chain of
-/// shears; empty where they can. `judge` may refuse a chain; it is given every different view that is no
-/// rotation: those have chains that pay.
+/// shears; empty where they can. `judge` may refuse a chain; it is given every different view that
+/// is no rotation: those have chains that pay.
 std::string not_equiareal(
     const Representation& from, const Ask& ask,
     const std::function<std::string(int view, const kernels::ShearChain&)>& judge);
@@ -26,7 +26,8 @@ kernels::Affine inverse_map(const Representation& from, const Request& want, int
 /// permutation, and those with a shift by a part of a sample.
 int axes_between_samples(const kernels::ShearChain& chain);
 
-/// A guess of the RMS error over the range of the data, where no scene was measured.
-double guessed_error(const std::string& filter);
+/// RMS error of samples reconstructed once by zoh, foh, bspline3 or an assignment (me): measured
+/// (Scene::facts), else a guess. On the way to a picture as far as the picture shows it.
+double hold_error(const std::string& filter, const Ask& ask);
 
 }  // namespace edgewise

@@ -86,9 +86,7 @@ Error error(const Offer& offer, const Ask& ask) {
     if (most == 0 && ask.want.views.different() == looked_at) return error;
     if (send == Send::foh && ask.want.field == Field::linear) return error;
     if (send == Send::zoh && ask.want.field == Field::nearest) return error;
-    const std::string& filter = offer.with.word("filter");
-    error.bias =
-        scene.fact("field/" + filter).value_or(guessed_error(filter) * (scene.high - scene.low));
+    error.bias = hold_error(offer.with.word("filter"), ask);
     return error;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <tbb/parallel_for.h>
 #include <vector>
 
@@ -101,10 +102,23 @@ Error error(const Offer& offer, const Ask& ask) {
     Error error{.noise = 0x1p-23 * greatest * std::sqrt(std::max(passes, 1.0))};
     if (passes == 0 && ask.want.views.different() == looked_at) return error;
     const std::string& filter = offer.with.word("filter");
-    const double once =
-        scene.fact("field/" + filter).value_or(guessed_error(filter) * (scene.high - scene.low));
-    // Each pass blurs as one axis of the direct hold does, and losses of one sign add.
-    error.bias = once * std::max(passes / std::max(axes, 1.0), 1.0);
+    error.bias = hold_error(filter, ask);
+    const std::optional<double> pass = scene.fact("sheared/" + filter);
+    if (!pass) {
+        error.bias *= std::max(passes / std::max(axes, 1.0), 1.0);
+        return error;
+    }
+    // The first pass interpolates along the samples' own lines, as the direct hold does; later ones
+    // along slanted lines of the field. A linear hold blurs these as it does the axes that it has
+    // no pass for; of a spline all that they get wrong is new. Losses of one sign add.
+    const double after_first = std::max(passes - 1, 0.0), direct = error.bias;
+    error.bias += after_first * *pass;
+    if (filter == "foh" && ask.want.field != Field::linear)
+        error.bias = std::max(direct + std::max(passes - axes, 0.0) * *pass,
+                              direct / std::max(axes, 1.0) + after_first * *pass);
+    // What sheared grids fold over has no sign, and passes into a picture as noise does.
+    if (ask.want.job == Job::render)
+        error.noise = std::hypot(error.noise, *pass * std::sqrt(after_first));
     return error;
 }
 

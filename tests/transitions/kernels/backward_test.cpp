@@ -325,6 +325,7 @@ TEST(Backward, HomographyMatchesTheDefinition) {
     const Homography h{1, 0.1, -20, -0.1, 1, 30, -4e-3, 2e-3, 0.71};  // w = 0 crosses the screen
     for (int channels : {1, 3}) {
         const Samples<float> in(n, channels, random);
+        const double tolerance = 3e-6 * in.range();
         for (const Hold hold : {Hold::zoh, Hold::foh, Hold::bspline3}) {
             const BackwardWarp warp(in.grid(Type::f32), h, hold, -4);
             const auto got = warped(warp, n, channels, {64, 32, 1});
@@ -342,7 +343,7 @@ TEST(Backward, HomographyMatchesTheDefinition) {
                         const bool sees = w > 0 && inside(p, n);
                         seen += sees;
                         const double want = sees ? reference(in, hold, p, c) : -4;
-                        ASSERT_NEAR(got[i], want, 3e-6 * in.range()) << x << " " << y;
+                        ASSERT_NEAR(got[i], want, tolerance) << x << " " << y;
                     }
             EXPECT_GT(seen, 5000);
         }

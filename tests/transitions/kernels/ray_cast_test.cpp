@@ -116,17 +116,20 @@ double sampled(const Grid& g, Hold hold, Vector p) {
         return stored(g, static_cast<std::int64_t>(std::floor(p[0] + 0.5)),
                       static_cast<std::int64_t>(std::floor(p[1] + 0.5)),
                       static_cast<std::int64_t>(std::floor(p[2] + 0.5)));
+    std::array<std::array<double, 4>, 3> weights;
+    std::array<std::array<std::int64_t, 4>, 3> indices;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int k = 0; k < 4; ++k) {
+            const auto i = static_cast<std::int64_t>(std::floor(p[axis])) - 1 + k;
+            weights[axis][k] = weight(hold, p[axis] - static_cast<double>(i));
+            indices[axis][k] = mirrored(i, g.extent[axis]);
+        }
     double sum = 0;
-    std::int64_t at[3];
-    for (int axis = 0; axis < 3; ++axis) at[axis] = static_cast<std::int64_t>(std::floor(p[axis]));
-    for (std::int64_t k = at[2] - 1; k <= at[2] + 2; ++k)
-        for (std::int64_t j = at[1] - 1; j <= at[1] + 2; ++j)
-            for (std::int64_t i = at[0] - 1; i <= at[0] + 2; ++i) {
-                const double w =
-                    weight(hold, p[0] - i) * weight(hold, p[1] - j) * weight(hold, p[2] - k);
-                if (w != 0)
-                    sum += w * stored(g, mirrored(i, g.extent.x), mirrored(j, g.extent.y),
-                                      mirrored(k, g.extent.z));
+    for (int k = 0; k < 4; ++k)
+        for (int j = 0; j < 4; ++j)
+            for (int i = 0; i < 4; ++i) {
+                const double w = weights[0][i] * weights[1][j] * weights[2][k];
+                if (w != 0) sum += w * stored(g, indices[0][i], indices[1][j], indices[2][k]);
             }
     return sum;
 }

@@ -1,9 +1,8 @@
 #include "transitions/store/crop.hpp"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <gtest/gtest.h>
 
 namespace edgewise {
 namespace {
@@ -58,8 +57,7 @@ TEST(Crop, KeepsTheBoxAndItsMarginWhereTheyWere) {
     for (std::int64_t z = 0; z < 28; ++z)
         for (std::int64_t y = 0; y < 21; ++y)
             for (std::int64_t x = 0; x < 34; ++x)
-                ASSERT_EQ(out.as<std::uint16_t>()[x + 34 * (y + 21 * z)],
-                          c.at(x + 18, y, z + 8));
+                ASSERT_EQ(out.as<std::uint16_t>()[x + 34 * (y + 21 * z)], c.at(x + 18, y, z + 8));
 }
 
 TEST(Crop, StopsWhenAsked) {

@@ -1,9 +1,8 @@
 #include "transitions/store/precision.hpp"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 #include <string>
@@ -24,10 +23,14 @@ Data volume_of(const std::vector<T>& values, Type type) {
 
 double value_of(const Data& data, std::int64_t i) {
     switch (data.what.type) {
-        case Type::u8: return data.what.values(data.as<std::uint8_t>()[i]);
-        case Type::i16: return data.what.values(data.as<std::int16_t>()[i]);
-        case Type::u16: return data.what.values(data.as<std::uint16_t>()[i]);
-        default: return data.what.values(static_cast<double>(data.as<float>()[i]));
+        case Type::u8:
+            return data.what.values(data.as<std::uint8_t>()[i]);
+        case Type::i16:
+            return data.what.values(data.as<std::int16_t>()[i]);
+        case Type::u16:
+            return data.what.values(data.as<std::uint16_t>()[i]);
+        default:
+            return data.what.values(static_cast<double>(data.as<float>()[i]));
     }
 }
 
@@ -60,8 +63,10 @@ TEST_P(Quantised, NoiseIsThatOfItsStepsAndTheCommonestValueIsExact) {
     for (std::size_t i = 0; i < values.size(); ++i) {
         const double d =
             value_of(out, static_cast<std::int64_t>(i)) - static_cast<double>(values[i]);
-        if (i < 5000) ASSERT_LT(std::abs(d), 1e-12);
-        else sum += d * d;
+        if (i < 5000)
+            ASSERT_LT(std::abs(d), 1e-12);
+        else
+            sum += d * d;
         worst = std::max(worst, std::abs(d));
     }
     // 15000 uniform errors: their RMS is known to 1 / sqrt(5 x 15000) = 0.4 %; four of these.

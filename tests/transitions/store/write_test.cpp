@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cstring>
-#include <span>
 #include <gtest/gtest.h>
+#include <span>
 
 #include "tests/transitions/store/store_testing.hpp"
 
@@ -49,6 +49,50 @@ TEST(Write, VolumesKeepSamplesAndGeometry) {
         EXPECT_EQ(got.header.unit, "mm") << ending;
         EXPECT_TRUE(got.header.warnings.empty()) << ending << got.header.warnings[0];
     }
+}
+
+/// Whatever a format says that it writes comes back: every type, grey and colour, image and volume.
+TEST(Write, EveryFormatKeepsEveryTypeThatItLists) {
+    Scratch scratch;
+    int combinations = 0;
+    for (const Format& format : formats())
+        for (const Type type : format.types)
+            for (const int channels : {1, 2, 3, 4})
+                for (const bool volume : {false, true}) {
+                    Header what = volume_of(type);
+                    what.volume = volume;
+                    what.channels = channels;
+                    if (!volume) what.extent.z = 1;
+                    const std::string path = scratch.path("a" + format.endings[0]);
+                    if (!cannot_write(path, what).empty()) continue;
+                    // Bytes of small numbers, whatever their type: f16 and f32 stay finite.
+                    const auto count = static_cast<std::size_t>(what.extent.samples() * channels);
+                    std::vector<std::uint8_t> bytes(count * bytes_of(type));
+                    for (std::size_t i = 0; i < bytes.size(); ++i)
+                        bytes[i] = static_cast<std::uint8_t>(i * 37 % 60);
+                    write(path, what, bytes.data());
+                    const Loaded got = loaded(path);
+                    ++combinations;
+                    const std::string label = format.name + " " + std::string(name_of(type)) +
+                                              (volume ? " volume " : " image ") +
+                                              std::to_string(channels);
+                    EXPECT_EQ(got.header.extent, what.extent) << label;
+                    EXPECT_EQ(got.header.volume, volume) << label;
+                    EXPECT_EQ(got.header.channels, channels) << label;
+                    if (loaded_type(type) == type && format.name != "JPEG") {
+                        ASSERT_EQ(got.samples.bytes(), bytes.size()) << label;
+                        EXPECT_EQ(std::memcmp(got.samples.data(), bytes.data(), bytes.size()), 0)
+                            << label;
+                    }
+                    const bool geometry = format.name == "NIfTI" || format.name == "NRRD" ||
+                                          format.name == "MetaImage";
+                    if (!volume || !geometry) continue;
+                    EXPECT_EQ(got.header.spacing, what.spacing) << label;
+                    EXPECT_EQ(got.header.origin, what.origin) << label;
+                    EXPECT_EQ(got.header.direction, what.direction) << label;
+                    EXPECT_EQ(got.header.orientation, "PRS") << label;
+                }
+    EXPECT_GT(combinations, 100);
 }
 
 TEST(Write, NiftiSaysTheRotationTwice) {

@@ -1,5 +1,3 @@
-#include "transitions/kernels/permutation.hpp"
-
 #include <Eigen/Dense>
 #include <cmath>
 #include <cstring>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "transitions/kernels/backward.hpp"
+#include "transitions/kernels/permutation.hpp"
 #include "transitions/warp/shear_chain.hpp"
 
 namespace edgewise::kernels {

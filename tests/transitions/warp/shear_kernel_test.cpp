@@ -1,5 +1,3 @@
-#include "transitions/kernels/shear.hpp"
-
 #include <Eigen/Dense>
 #include <cmath>
 #include <functional>
@@ -10,6 +8,7 @@
 
 #include "transitions/kernels/axis_permutation.hpp"
 #include "transitions/kernels/backward.hpp"
+#include "transitions/kernels/shear.hpp"
 #include "transitions/warp/shear_chain.hpp"
 
 namespace edgewise::kernels {

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "transitions/reference/answer.hpp"
+#include "transitions/reference/preview_block.hpp"
+
+namespace edgewise {
+
+// Pictures of one ray by other ways than casting, written once more in f64: a preview measures what
+// these do, as no formula tells. Each is traced piece by piece, from near to far.
+
+/// A volume warped to the screen and combined there: samples at whole t, each for the cell around
+/// it; what of the ray no sample's cell covers belongs to the nearest one (kernels/combine.hpp).
+class ScreenPicture {
+ public:
+    static constexpr std::size_t kMethods = 4;  // the holds of kPreviewHolds, and "me"
+
+    ScreenPicture(const RaySpan& ray, Mode mode);
+    /// Samples with t < end.
+    void trace(const PreviewBlock& block, double end, const Request& want);
+    const Stretch& of(std::size_t method) const { return stretches_[method]; }
+
+ private:
+    RaySpan ray_;
+    std::int64_t next_;
+    std::array<Stretch, kMethods> stretches_;
+};
+
+/// Slices sheared onto an intermediate image with a pixel a voxel, which is then read at the ray:
+/// four neighbours by a bilinear picture, the nearest by one without interpolation. The slices are
+/// those across the axis along which the ray advances fastest; pixels lie at whole positions in the
+/// slice that is nearest to the eye. Parallel rays only.
+class ShearedPicture {
+ public:
+    ShearedPicture(const RaySpan& ray, const Extent& input, Mode mode);
+    void trace(const PreviewBlock& block, double end, const Request& want);
+    /// One value, or premultiplied red, green, blue and opacity.
+    void result(PreviewHold hold, const Request& want, std::span<double, 4> values) const;
+
+ private:
+    /// A pixel of the intermediate image: where it crosses the first slice, its span in slices.
+    struct Pixel {
+        double low = 0, high = -1, weight = 0;
+        std::array<double, 2> at{};
+        Stretch stretch;
+    };
+    Pixel pixel_at(double u, double v, double weight, Mode mode) const;
+    void add(Pixel& pixel, PreviewHold hold, const PreviewBlock& block, const Request& want);
+
+    RaySpan ray_;
+    Extent input_;
+    int axis_ = 2;
+    std::array<int, 2> across_{};
+    std::array<double, 2> shear_{};  // from slice to slice
+    double step_ = 1;                // from slice to slice [t]
+    double first_ = 0;               // t of the first slice
+    std::int64_t next_ = 0;          // slice, counted from the eye
+    std::array<Pixel, 4> corners_;
+    Pixel nearest_;
+};
+
+}  // namespace edgewise
