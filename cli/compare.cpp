@@ -14,6 +14,7 @@
 #include "cli/request_options.hpp"
 #include "cli/verbs.hpp"
 #include "graph/errors.hpp"
+#include "graph/with_type.hpp"
 #include "runtime/memory_budget.hpp"
 #include "transitions/reference/verify.hpp"
 
@@ -35,23 +36,11 @@ struct Comparison {
 /// All stored numbers of an input as values, one after another.
 template <class Body>
 void with_values(const Data& data, Body&& body) {
-    const auto from = [&](auto zero) {
+    with_type(data.what.type, [&](auto zero) {
         const auto* stored = data.as<decltype(zero)>();
         const ValueMap& values = data.what.values;
         body([stored, &values](std::int64_t i) { return values(static_cast<double>(stored[i])); });
-    };
-    switch (data.what.type) {
-        case Type::u8:
-            return from(std::uint8_t{});
-        case Type::i8:
-            return from(std::int8_t{});
-        case Type::u16:
-            return from(std::uint16_t{});
-        case Type::i16:
-            return from(std::int16_t{});
-        default:
-            return from(float{});
-    }
+    });
 }
 
 /// A number that only one side has makes the difference infinite; one that is finite on neither

@@ -7,6 +7,7 @@
 
 #include "cli/numbers.hpp"
 #include "graph/errors.hpp"
+#include "graph/with_type.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -54,27 +55,10 @@ std::shared_ptr<const Data> premultiplied_data(const Data& straight, double opaq
     what.type = Type::f32;
     auto data = std::make_shared<Data>(Data::make(what, memory));
     const auto samples = static_cast<std::size_t>(what.samples());
-    const auto from = [&](auto zero) {
+    with_type(straight.what.type, [&](auto zero) {
         premultiply(straight.as<decltype(zero)>(), what.channels, samples, opaque,
                     data->as<float>());
-    };
-    switch (straight.what.type) {
-        case Type::u8:
-            from(std::uint8_t{});
-            break;
-        case Type::u16:
-            from(std::uint16_t{});
-            break;
-        case Type::i8:
-            from(std::int8_t{});
-            break;
-        case Type::i16:
-            from(std::int16_t{});
-            break;
-        default:
-            from(float{});
-            break;
-    }
+    });
     return data;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "graph/with_type.hpp"
+
 namespace edgewise::cli {
 namespace {
 
@@ -36,18 +38,8 @@ double ranked(const Data& data, double low, double high, double share) {
 }  // namespace
 
 double percentile_of(const Data& data, double low, double high, double share) {
-    switch (data.what.type) {
-        case Type::u8:
-            return ranked<std::uint8_t>(data, low, high, share);
-        case Type::i8:
-            return ranked<std::int8_t>(data, low, high, share);
-        case Type::u16:
-            return ranked<std::uint16_t>(data, low, high, share);
-        case Type::i16:
-            return ranked<std::int16_t>(data, low, high, share);
-        default:
-            return ranked<float>(data, low, high, share);
-    }
+    return with_type(data.what.type,
+                     [&](auto zero) { return ranked<decltype(zero)>(data, low, high, share); });
 }
 
 }  // namespace edgewise::cli

@@ -6,33 +6,12 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "graph/with_type.hpp"
+
 namespace edgewise::cli {
 namespace {
 
 constexpr std::size_t kLeaf = 1 << 16;  // samples
-
-/// Calls body with a value of the C++ type that stands for a written type.
-template <class Body>
-void with_type(Type type, Body&& body) {
-    switch (type) {
-        case Type::u8:
-            return body(std::uint8_t{});
-        case Type::i8:
-            return body(std::int8_t{});
-        case Type::u16:
-            return body(std::uint16_t{});
-        case Type::i16:
-            return body(std::int16_t{});
-        case Type::u32:
-            return body(std::uint32_t{});
-        case Type::i32:
-            return body(std::int32_t{});
-        case Type::f64:
-            return body(double{});
-        default:
-            return body(float{});
-    }
-}
 
 /// Rounded to the nearest number of the type, halves to even, clipped at its ends; NaN becomes the
 /// number nearest to 0.

@@ -1,11 +1,10 @@
 #include "transitions/reference/answer.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory_resource>
+#include <tbb/parallel_for.h>
 
 namespace edgewise {
 namespace {
@@ -184,8 +183,10 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
         for (std::int64_t k = first; k <= last; ++k) {
             const std::int64_t tile =
                 tile_of(ray->origin + cell_of(*ray, k).middle * ray->direction);
-            if (k > first && visits.back().tile == tile) visits.back().last = k;
-            else visits.push_back({tile, i, k, k});
+            if (k > first && visits.back().tile == tile)
+                visits.back().last = k;
+            else
+                visits.push_back({tile, i, k, k});
         }
     }
     const std::vector<std::size_t> begins = sort_by_tile(visits);

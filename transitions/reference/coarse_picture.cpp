@@ -1,11 +1,10 @@
 #include "transitions/reference/coarse_picture.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tbb/parallel_for.h>
 
 #include "transitions/reference/answer.hpp"
 #include "transitions/reference/stored.hpp"
@@ -27,8 +26,8 @@ Stretch cast(const T* stored, const Data& data, const RaySpan& ray, const Reques
     const Extent& n = data.what.extent;
     const int axes = data.what.axes;
     const double span = ray.high - ray.low;
-    const auto count = static_cast<std::int64_t>(
-        std::ceil(span * ray.direction.cwiseAbs().maxCoeff() / kStep));
+    const auto count =
+        static_cast<std::int64_t>(std::ceil(span * ray.direction.cwiseAbs().maxCoeff() / kStep));
     const double piece = span / static_cast<double>(std::max<std::int64_t>(1, count));
     Stretch stretch = Stretch::empty(want.mode);
     for (std::int64_t k = 0; k < std::max<std::int64_t>(1, count); ++k) {

@@ -39,8 +39,8 @@ Line cardinal(double p, std::int64_t n) {
     for (std::int64_t k = cell - reach - 1; k < cell + reach + 3; ++k) {
         double sum = 0;
         for (int i = 0; i < 4; ++i)
-            sum += spline[i] * std::pow(kSplinePole,
-                                        static_cast<double>(std::abs(k - (cell + i - 1))));
+            sum += spline[i] *
+                   std::pow(kSplinePole, static_cast<double>(std::abs(k - (cell + i - 1))));
         const std::int64_t place = mirrored_index(k, n) - line.begin;
         // A reflection that lands outside of the stretch weighs less than what the stretch leaves
         // out.
@@ -144,10 +144,9 @@ void ReferenceField::spline(const Vec3& p, double* values) const {
             double sum = 0;
             for (int k = 0; k < line[2].size; ++k)
                 for (int j = 0; j < line[1].size; ++j) {
-                    const auto* row =
-                        samples + c +
-                        channels * place_of(extent(), line[0].begin, line[1].begin + j,
-                                            line[2].begin + k);
+                    const auto* row = samples + c +
+                                      channels * place_of(extent(), line[0].begin,
+                                                          line[1].begin + j, line[2].begin + k);
                     double along = 0;
                     for (int i = 0; i < line[0].size; ++i) {
                         const double stored = as_double(row[i * channels]);
@@ -168,9 +167,12 @@ bool ReferenceField::at(const Vec3& p, std::span<double> values) const {
     }
     if (!nearest_is_finite(p)) return false;
     const Vec3 q = clamped(p);
-    if (kind_ == Field::nearest) nearest(q, values.data());
-    else if (kind_ == Field::linear) linear(q, values.data());
-    else spline(q, values.data());
+    if (kind_ == Field::nearest)
+        nearest(q, values.data());
+    else if (kind_ == Field::linear)
+        linear(q, values.data());
+    else
+        spline(q, values.data());
     return true;
 }
 

@@ -39,8 +39,8 @@ Interval root_mean_interval(std::span<const double> squares, std::uint64_t seed)
     for (double& statistic : t) {
         double drawn = 0, drawn_squares = 0;
         for (std::size_t i = 0; i < n; ++i) {
-            const auto at = static_cast<std::size_t>(static_cast<double>(bits() >> 11) * 0x1p-53 *
-                                                     count);
+            const auto at =
+                static_cast<std::size_t>(static_cast<double>(bits() >> 11) * 0x1p-53 * count);
             drawn += squares[at];
             drawn_squares += squares[at] * squares[at];
         }

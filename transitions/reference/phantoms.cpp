@@ -1,15 +1,14 @@
 #include "transitions/reference/phantoms.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <numbers>
 #include <random>
+#include <tbb/parallel_for.h>
 
 #include "graph/errors.hpp"
 
@@ -47,8 +46,7 @@ double cube(const Vec3& index, double side) {
 double marschner_lobb(const Vec3& index, double side) {
     constexpr double alpha = 0.25, frequency = 6;
     const Vec3 p = relative(index, side);
-    const double ring =
-        std::cos(2 * pi * frequency * std::cos(pi * std::hypot(p.x(), p.y()) / 2));
+    const double ring = std::cos(2 * pi * frequency * std::cos(pi * std::hypot(p.x(), p.y()) / 2));
     return (1 - std::sin(pi * p.z() / 2) + alpha * (1 + ring)) / (2 * (1 + alpha));
 }
 

@@ -245,8 +245,6 @@ constexpr std::array<const char*, ScreenPicture::kMethods> kMethods = {"zoh", "f
                                                                        "me"};
 /// Edges of project/ stop a ray where less than this is left to see.
 constexpr double kTerminated = 1.0 / 4096;
-/// Through less than this, no error of an integral makes a mean wrong by more than its range.
-constexpr double kShortest = 0.5;
 
 using Values = std::array<double, 4>;
 
@@ -286,9 +284,6 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
     for (std::size_t method = 0; traced.screen && method < kMethods.size(); ++method)
         each(fmt::format("picture/screen/{}", kMethods[method]),
              against(traced.screen->of(method)));
-    if (want.mode == Mode::mean)
-        each("rays/inverse_length",
-             std::pow(std::max(kShortest, traced.ray.high - traced.ray.low), -2));
     if (want.mode == Mode::composite)
         each("picture/ended", traced.reference.transparency < kTerminated ? 1.0 : 0.0);
 }

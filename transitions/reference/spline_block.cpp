@@ -100,8 +100,8 @@ SplineBlock<Real>::SplineBlock(const Data& data, const Region& cells, int margin
         pad_[axis] = padded ? kLead : 0;
         padded_[axis] = held_.extent()[axis] + (padded ? kLead + kTrail : 0);
     }
-    coefficients_ = Array(
-        static_cast<std::size_t>(padded_.samples() * channels_) * sizeof(Real), memory);
+    coefficients_ =
+        Array(static_cast<std::size_t>(padded_.samples() * channels_) * sizeof(Real), memory);
     first_ = static_cast<Real*>(coefficients_.data());
     load(data);
     prefilter();
@@ -125,15 +125,18 @@ void SplineBlock<Real>::load(const Data& data) {
                         samples + c +
                         channels_ * (held_.begin[0] +
                                      n.x * (held_.begin[1] + y + n.y * (held_.begin[2] + z)));
-                    Real* to = first_ + pad_[0] +
-                               padded_.x * (pad_[1] + y + padded_.y * (pad_[2] + z + padded_.z * c));
+                    Real* to =
+                        first_ + pad_[0] +
+                        padded_.x * (pad_[1] + y + padded_.y * (pad_[2] + z + padded_.z * c));
                     for (std::int64_t x = 0; x < held.x; ++x)
                         to[x] = slope * static_cast<Real>(from[x * channels_]) + offset;
                     if constexpr (std::is_integral_v<decltype(zero)>) continue;
                     Real last = 0;
                     for (std::int64_t x = 0; x < held.x; ++x)
-                        if (std::isfinite(to[x])) last = to[x];
-                        else to[x] = last;
+                        if (std::isfinite(to[x]))
+                            last = to[x];
+                        else
+                            to[x] = last;
                 }
     });
 }

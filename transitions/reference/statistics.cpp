@@ -1,7 +1,5 @@
 #include "transitions/reference/statistics.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <memory_resource>
 #include <random>
 #include <span>
+#include <tbb/parallel_for.h>
 #include <vector>
 
 #include "transitions/reference/stored.hpp"
@@ -197,7 +196,7 @@ Region occupied_box(const T* stored, const Extent& n, int channels, double commo
 
 template <class T>
 std::int64_t first_with(const T* stored, std::int64_t values, const Found& found, double wanted,
-                        double Tally::* extreme) {
+                        double Tally::*extreme) {
     for (std::int64_t chunk = 0; chunk < kChunks; ++chunk) {
         if (found.chunks[static_cast<std::size_t>(chunk)].*extreme != wanted) continue;
         const Chunk range = chunk_of(values, chunk);
@@ -220,7 +219,8 @@ Statistics statistics_of(const Data& data, std::pmr::memory_resource* memory) {
         Found found;
         if constexpr (std::is_integral_v<T> && sizeof(T) <= 2)
             found = by_histogram(stored, values, memory);
-        else found = by_scan(stored, values);
+        else
+            found = by_scan(stored, values);
         Tally all;
         for (const Tally& chunk : found.chunks) {
             all.low = std::min(all.low, chunk.low);

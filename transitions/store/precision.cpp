@@ -4,7 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <stdexcept>
+
+#include "graph/with_type.hpp"
 
 namespace edgewise {
 namespace {
@@ -72,30 +73,6 @@ Error error(const Offer& offer, const Ask& ask) {
         return {.noise = largest * 0x1p-24 / std::sqrt(3.0)};
     }
     return {.noise = std::abs(offer.to.values.slope) / std::sqrt(12.0)};
-}
-
-template <class Body>
-void with_type(Type type, Body&& body) {
-    switch (type) {
-        case Type::u8:
-            return body(std::uint8_t{});
-        case Type::i8:
-            return body(std::int8_t{});
-        case Type::u16:
-            return body(std::uint16_t{});
-        case Type::i16:
-            return body(std::int16_t{});
-        case Type::u32:
-            return body(std::uint32_t{});
-        case Type::i32:
-            return body(std::int32_t{});
-        case Type::f32:
-            return body(float{});
-        case Type::f64:
-            return body(double{});
-        default:
-            throw std::logic_error("not offered");
-    }
 }
 
 template <class To, class From>

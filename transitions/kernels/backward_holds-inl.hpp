@@ -1,0 +1,243 @@
+// The holds of the backward warp on vectors of places, compiled once a target: the value of a cell
+// from its taps, away from borders and near them.
+// No pragma once: the guard toggles, so that every target sees the text once.
+#if defined(EDGEWISE_BACKWARD_HOLDS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef EDGEWISE_BACKWARD_HOLDS_INL
+#undef EDGEWISE_BACKWARD_HOLDS_INL
+#else
+#define EDGEWISE_BACKWARD_HOLDS_INL
+#endif
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "hwy/highway.h"
+#include "transitions/kernels/backward_rows.hpp"
+#include "transitions/kernels/gathers-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace edgewise::kernels {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+using namespace gathers::HWY_NAMESPACE;  // NOLINT: the vectors and gathers
+
+/// a + f (b - a) (EQ 14). Where f is 0 the sample itself: not 0 * NaN, and -0 keeps its sign.
+/// Border cells also have f = 1, where this formula would be off by a rounding.
+template <class T, bool kBorder>
+HWY_INLINE VF linear(VF a, VF b, VF f) {
+    const Floats d;
+    VF blend = hn::MulAdd(f, hn::Sub(b, a), a);
+    if constexpr (!std::is_same_v<T, float>) return blend;
+    if constexpr (kBorder) blend = hn::IfThenElse(hn::Eq(f, hn::Set(d, 1.0f)), b, blend);
+    return hn::IfThenElse(hn::Eq(f, hn::Zero(d)), a, blend);
+}
+
+/// Weights of the cubic B-spline for the taps at cell-1 .. cell+2.
+struct CubicWeights {
+    VF w[4];
+};
+
+HWY_INLINE CubicWeights cubic_weights(VF f) {
+    const Floats d;
+    const VF sixth = hn::Set(d, 1.0f / 6), half = hn::Set(d, 0.5f), centre = hn::Set(d, 2.0f / 3);
+    const VF one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
+    const VF g = hn::Sub(one, f), ff = hn::Mul(f, f), gg = hn::Mul(g, g);
+    CubicWeights weights;
+    weights.w[0] = hn::Mul(hn::Mul(gg, g), sixth);
+    weights.w[1] = hn::NegMulAdd(hn::Mul(ff, half), hn::Sub(two, f), centre);
+    weights.w[2] = hn::NegMulAdd(hn::Mul(gg, half), hn::Add(one, f), centre);
+    weights.w[3] = hn::Mul(hn::Mul(ff, f), sixth);
+    return weights;
+}
+
+/// Positions of a vector of columns: cells counted from the block's origin, and fractions in [0,
+/// 1).
+template <int kAxes>
+struct Places {
+    VI cell[kAxes];
+    VF fraction[kAxes];
+};
+
+/// Byte offsets of the cells from `base`.
+template <class T, int kAxes, bool kNeighbours>
+HWY_INLINE VI offsets_of(const BackwardPlan& plan, const Places<kAxes>& at) {
+    const Ints di;
+    VI offset = hn::Mul(at.cell[1], hn::Set(di, std::int32_t(plan.stride[1])));
+    if constexpr (kAxes == 3)
+        offset = hn::Add(offset, hn::Mul(at.cell[2], hn::Set(di, std::int32_t(plan.stride[2]))));
+    if constexpr (!kNeighbours)
+        return hn::Add(offset, hn::Mul(at.cell[0], hn::Set(di, std::int32_t(plan.stride[0]))));
+    return hn::Add(offset, hn::ShiftLeft<sizeof(T) / 2>(at.cell[0]));
+}
+
+/// Bilinear or trilinear value of cells whose upper neighbours exist (or have the fraction 0).
+template <class T, int kAxes, bool kNeighbours, bool kBorder>
+HWY_INLINE VF linear_value(const BackwardPlan& plan, const std::uint8_t* base, VI offset,
+                           const Places<kAxes>& at) {
+    const auto line = [&](const std::uint8_t* row) HWY_ATTR {
+        if constexpr (kNeighbours) {
+            const Pair taps = gather_pair<T>(row, offset);
+            return linear<T, kBorder>(taps.first, taps.second, at.fraction[0]);
+        } else {
+            const VF first = gather_one<T>(row, offset);
+            const VF second = gather_one<T>(row + plan.next[0], offset);
+            return linear<T, kBorder>(first, second, at.fraction[0]);
+        }
+    };
+    const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
+        const VF low = line(slice), high = line(slice + plan.next[1]);
+        return linear<T, kBorder>(low, high, at.fraction[1]);
+    };
+    if constexpr (kAxes == 2) {
+        return plane(base);
+    } else {
+        const VF low = plane(base), high = plane(base + plan.next[2]);
+        return linear<T, kBorder>(low, high, at.fraction[2]);
+    }
+}
+
+/// Cubic B-spline value where all taps exist.
+template <int kAxes, bool kNeighbours>
+HWY_INLINE VF cubic_value(const BackwardPlan& plan, const std::uint8_t* base, VI offset,
+                          const Places<kAxes>& at) {
+    const CubicWeights wx = cubic_weights(at.fraction[0]), wy = cubic_weights(at.fraction[1]);
+    const auto pair = [&](const std::uint8_t* row) HWY_ATTR {
+        if constexpr (kNeighbours) return gather_pair<float>(row, offset);
+        return Pair{gather_one<float>(row, offset),
+                    gather_one<float>(row + plan.stride[0], offset)};
+    };
+    const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
+        VF sum = hn::Zero(Floats());
+        for (int j = 0; j < 4; ++j) {
+            const std::uint8_t* row = slice + (j - 1) * plan.stride[1];
+            const Pair left = pair(row - plan.stride[0]), right = pair(row + plan.stride[0]);
+            VF line = hn::Mul(wx.w[0], left.first);
+            line = hn::MulAdd(wx.w[1], left.second, line);
+            line = hn::MulAdd(wx.w[2], right.first, line);
+            line = hn::MulAdd(wx.w[3], right.second, line);
+            sum = hn::MulAdd(wy.w[j], line, sum);
+        }
+        return sum;
+    };
+    if constexpr (kAxes == 2) {
+        return plane(base);
+    } else {
+        const CubicWeights wz = cubic_weights(at.fraction[2]);
+        VF sum = hn::Zero(Floats());
+        for (int k = 0; k < 4; ++k)
+            sum = hn::MulAdd(wz.w[k], plane(base + (k - 1) * plan.stride[2]), sum);
+        return sum;
+    }
+}
+
+/// Reconstruction where all taps exist. `base` points at the origin's sample.
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
+HWY_INLINE VF inner_value(const BackwardPlan& plan, const std::uint8_t* base,
+                          const Places<kAxes>& at) {
+    const VI offset = offsets_of<T, kAxes, kNeighbours>(plan, at);
+    if constexpr (kHold == Hold::zoh) {
+        return gather_one<T>(base, offset);
+    } else if constexpr (kHold == Hold::foh) {
+        return linear_value<T, kAxes, kNeighbours, false>(plan, base, offset, at);
+    } else {
+        return cubic_value<kAxes, kNeighbours>(plan, base, offset, at);
+    }
+}
+
+/// Whole-sample mirror for taps at most three samples outside; axes of 1 and 2 samples included.
+HWY_INLINE VI mirror_lanes(VI index, VI low, VI high) {
+    index = hn::Add(low, hn::Abs(hn::Sub(index, low)));
+    index = hn::Sub(high, hn::Abs(hn::Sub(high, index)));
+    index = hn::Add(low, hn::Abs(hn::Sub(index, low)));
+    return hn::Min(hn::Max(index, low), high);
+}
+
+/// The four mirrored taps of one axis near a border: byte offsets from `base`, and weights.
+struct MirroredTaps {
+    VI offset[4];
+    CubicWeights weights;
+
+    HWY_INLINE MirroredTaps(VI cell, VF fraction, VI low, VI high, VI stride)
+        : weights(cubic_weights(fraction)) {
+        for (int i = 0; i < 4; ++i) {
+            const VI index = hn::Add(cell, hn::Set(Ints(), i - 1));
+            offset[i] = hn::Mul(mirror_lanes(index, low, high), stride);
+        }
+    }
+
+    template <class Value>
+    HWY_INLINE VF join(const Value& value) const {
+        VF sum = hn::Mul(weights.w[0], value(offset[0]));
+        for (int i = 1; i < 4; ++i) sum = hn::MulAdd(weights.w[i], value(offset[i]), sum);
+        return sum;
+    }
+};
+
+/// Clamps cells to low..high; the fraction becomes 0 below and `beyond` above.
+HWY_INLINE void clamp_place(VI& cell, VF& fraction, VI low, VI high, VF beyond) {
+    const Floats d;
+    fraction = hn::IfThenZeroElse(hn::RebindMask(d, hn::Lt(cell, low)), fraction);
+    fraction = hn::IfThenElse(hn::RebindMask(d, hn::Gt(cell, high)), beyond, fraction);
+    cell = hn::Min(hn::Max(cell, low), high);
+}
+
+/// Reconstruction with the border rule. `corner` is the cell of `base`; cells count from there.
+template <class T, Hold kHold, int kAxes, bool kNeighbours>
+HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
+                           const std::array<std::int64_t, 3>& corner, Places<kAxes> at) {
+    const Ints di;
+    const VF one = hn::Set(Floats(), 1.0f);
+    VI low[kAxes], high[kAxes];
+    for (int a = 0; a < kAxes; ++a) {
+        low[a] = hn::Set(di, std::int32_t(-corner[a]));
+        high[a] = hn::Set(di, std::int32_t(plan.extent[a] - 1 - corner[a]));
+    }
+    if constexpr (kHold == Hold::zoh) {
+        for (int a = 0; a < kAxes; ++a) at.cell[a] = hn::Min(hn::Max(at.cell[a], low[a]), high[a]);
+        return gather_one<T>(base, offsets_of<T, kAxes, kNeighbours>(plan, at));
+    } else if constexpr (kHold == Hold::foh) {
+        // The last centre is the far end of the last cell, so that both taps exist.
+        for (int a = 0; a < kAxes; ++a) {
+            const bool thin = plan.extent[a] == 1;
+            if (thin) at.fraction[a] = hn::Zero(Floats());
+            clamp_place(at.cell[a], at.fraction[a], low[a],
+                        thin ? high[a] : hn::Sub(high[a], hn::Set(di, 1)),
+                        thin ? hn::Zero(Floats()) : one);
+        }
+        const VI offset = offsets_of<T, kAxes, kNeighbours>(plan, at);
+        return linear_value<T, kAxes, kNeighbours, true>(plan, base, offset, at);
+    } else {
+        for (int a = 0; a < kAxes; ++a)
+            clamp_place(at.cell[a], at.fraction[a], low[a], hn::Sub(high[a], hn::Set(di, 1)), one);
+        const auto taps = [&](int a) HWY_ATTR {
+            return MirroredTaps(at.cell[a], at.fraction[a], low[a], high[a],
+                                hn::Set(di, std::int32_t(plan.stride[a])));
+        };
+        const MirroredTaps x = taps(0), y = taps(1);
+        const auto plane = [&](VI slice) HWY_ATTR {
+            return y.join([&](VI row) HWY_ATTR {
+                const VI line = hn::Add(slice, row);
+                return x.join([&](VI column)
+                                  HWY_ATTR { return gather_one<T>(base, hn::Add(line, column)); });
+            });
+        };
+        if constexpr (kAxes == 2) {
+            return plane(hn::Zero(di));
+        } else {
+            return taps(2).join(plane);
+        }
+    }
+}
+
+HWY_INLINE VF mapped_value(const BackwardPlan& plan, VF value) {
+    if (!plan.mapped) return value;
+    const Floats d;
+    return hn::MulAdd(value, hn::Set(d, plan.slope), hn::Set(d, plan.offset));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace edgewise::kernels
+HWY_AFTER_NAMESPACE();
+
+#endif
