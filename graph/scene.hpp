@@ -22,7 +22,8 @@ struct Scene {
     ///  - "field/FILTER": RMS error of the samples reconstructed by zoh, foh, bspline3, me;
     ///  - "combined/FILTER": the same as far as a picture combined of warped samples shows it;
     ///  - "sheared/FILTER": RMS error of one pass of shears along slanted lines (foh, bspline3);
-    ///  - "picture/FILTER/STEP": RMS error of a picture cast with that hold and step (1, 0.5, 0.25);
+    ///  - "picture/FILTER/STEP": RMS error of a picture cast with that hold and step (1, 0.5,
+    ///  0.25);
     ///  - "picture/combined": what combining along z adds; "picture/screen/FILTER": with the warp;
     ///  - "picture/shear_warp/FILTER": RMS error of a picture by shear-warp;
     ///  - "picture/ended": root of the share of rays that end early, of composite;

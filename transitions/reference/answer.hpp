@@ -11,9 +11,10 @@ namespace edgewise {
 /// A stretch of a view ray, combined: front and back join associatively (Lemma 4.1), so that
 /// stretches may be worked out in any order.
 struct Stretch {
-    std::array<double, 3> light{};  // composite: premultiplied; else [0]: largest value, or integral
-    double transparency = 1;        // composite
-    double length = 0;              // where the field is present [unit]
+    std::array<double, 3>
+        light{};              // composite: premultiplied; else [0]: largest value, or integral
+    double transparency = 1;  // composite
+    double length = 0;        // where the field is present [unit]
 
     static Stretch empty(Mode mode) noexcept;
     /// Adds a value that holds for a length [unit].
@@ -26,10 +27,10 @@ struct Stretch {
 
 /// The answer without shortcuts, in f64, one output sample at a time.
 ///
-/// Warp: the field at the sample's place. Render: cells k/8 <= t < (k + 1)/8 of each ray, cut at the
-/// faces of the input, each sampled at the middle of what is left of it and weighed by its length;
-/// no early end; where the field is absent, nothing. Result values are those that edges deliver:
-/// for composite premultiplied red, green, blue and opacity, before the background.
+/// Warp: the field at the sample's place. Render: cells k/8 <= t < (k + 1)/8 of each ray, cut at
+/// the faces of the input, each sampled at the middle of what is left of it and weighed by its
+/// length; no early end; where the field is absent, nothing. Result values are those that edges
+/// deliver: for composite premultiplied red, green, blue and opacity, before the background.
 /// Written without the kernels that it judges.
 class Reference {
  public:
@@ -44,8 +45,8 @@ class Reference {
     /// Whether an output sample counts: a warp's comes from inside the input, a pixel's ray meets
     /// it.
     bool sees_input(const OutputSample& at) const;
-    /// [samples][channels]; NaN where a sample does not see the input, or sees no finite value. Runs
-    /// in threads; the bytes do not depend on their number.
+    /// [samples][channels]; NaN where a sample does not see the input, or sees no finite value.
+    /// Runs in threads; the bytes do not depend on their number.
     std::vector<double> values(std::span<const OutputSample> samples) const;
     /// Upper bound of the memory that values() takes for each thread.
     double bytes_a_thread() const noexcept;

@@ -61,8 +61,7 @@ class FieldPiece {
     static constexpr int kMargin = 24;
 
     /// @param cells  floor of the clamped positions that will be asked for
-    FieldPiece(const ReferenceField& field, const Region& cells,
-               std::pmr::memory_resource* memory);
+    FieldPiece(const ReferenceField& field, const Region& cells, std::pmr::memory_resource* memory);
     /// As ReferenceField::at.
     bool at(const Vec3& p, double* values) const;
 

@@ -12,8 +12,8 @@ struct Interval {
 
 /// The root of the mean of a population, from squares drawn from it at random. Squares of errors
 /// have heavy tails (a few pixels at edges carry them), where the normal interval is too short and
-/// ends too low; the bootstrap of Student's t follows the skew (Efron, Tibshirani 1993, ch. 12). The
-/// wider end of both is taken on each side.
+/// ends too low; the bootstrap of Student's t follows the skew (Efron, Tibshirani 1993, ch. 12).
+/// The wider end of both is taken on each side.
 /// @param seed  of the resampling; the same squares and seed give the same interval
 Interval root_mean_interval(std::span<const double> squares, std::uint64_t seed);
 

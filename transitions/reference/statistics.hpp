@@ -6,12 +6,12 @@ namespace edgewise {
 
 /// What one pass over the samples tells. Values are mapped; all channels count alike.
 struct Statistics {
-    double low = 0, high = 0, mean = 0;     // over finite values; 0 where there is none
-    std::int64_t lowest = 0, highest = 0;   // the first sample that has them
-    double commonest = 0;                   // of ties the smallest
-    std::int64_t non_finite = 0;            // values
-    Region occupied;                        // box of the samples that differ from the commonest
-    double occupied_fraction = 0;           // of all values
+    double low = 0, high = 0, mean = 0;    // over finite values; 0 where there is none
+    std::int64_t lowest = 0, highest = 0;  // the first sample that has them
+    double commonest = 0;                  // of ties the smallest
+    std::int64_t non_finite = 0;           // values
+    Region occupied;                       // box of the samples that differ from the commonest
+    double occupied_fraction = 0;          // of all values
 };
 
 /// Types of up to 16 bits by histogram, exactly. Of others the commonest value is that of 4096

@@ -1,7 +1,7 @@
 #pragma once
 
-// Reads stored numbers of any type, for the reference alone: it shares no code with the kernels that
-// it judges.
+// Reads stored numbers of any type, for the reference alone: it shares no code with the kernels
+// that it judges.
 
 #include <cmath>
 #include <cstdint>
@@ -32,16 +32,26 @@ struct StoredHalf {
 template <class Body>
 decltype(auto) with_stored_type(Type type, Body&& body) {
     switch (type) {
-        case Type::u8: return body(std::uint8_t{});
-        case Type::i8: return body(std::int8_t{});
-        case Type::u16: return body(std::uint16_t{});
-        case Type::i16: return body(std::int16_t{});
-        case Type::u32: return body(std::uint32_t{});
-        case Type::i32: return body(std::int32_t{});
-        case Type::f16: return body(StoredHalf{});
-        case Type::f32: return body(float{});
-        case Type::f64: return body(double{});
-        case Type::c64: break;
+        case Type::u8:
+            return body(std::uint8_t{});
+        case Type::i8:
+            return body(std::int8_t{});
+        case Type::u16:
+            return body(std::uint16_t{});
+        case Type::i16:
+            return body(std::int16_t{});
+        case Type::u32:
+            return body(std::uint32_t{});
+        case Type::i32:
+            return body(std::int32_t{});
+        case Type::f16:
+            return body(StoredHalf{});
+        case Type::f32:
+            return body(float{});
+        case Type::f64:
+            return body(double{});
+        case Type::c64:
+            break;
     }
     throw std::invalid_argument("complex samples have no scalar value");
 }
@@ -49,8 +59,10 @@ decltype(auto) with_stored_type(Type type, Body&& body) {
 /// A stored number as f64, before the value map. StoredHalf goes through float, exactly.
 template <class T>
 double as_double(T stored) noexcept {
-    if constexpr (std::is_same_v<T, StoredHalf>) return static_cast<float>(stored);
-    else return static_cast<double>(stored);
+    if constexpr (std::is_same_v<T, StoredHalf>)
+        return static_cast<float>(stored);
+    else
+        return static_cast<double>(stored);
 }
 
 /// One value, mapped. `index` counts stored numbers.

@@ -22,14 +22,15 @@ struct RaySpan {
 /// Where the samples of results lie in the input, straight from the request's matrices.
 ///
 /// Orthographic rays are the lines of constant screen x and y, and t is screen z. Perspective rays
-/// start at the eye (t = 0) and pass pixel (x, y) at (x, y, plane); t is a length in units. Screen x
-/// and y count output samples, z units: a sample is as many units wide as the rows of the view's
+/// start at the eye (t = 0) and pass pixel (x, y) at (x, y, plane); t is a length in units. Screen
+/// x and y count output samples, z units: a sample is as many units wide as the rows of the view's
 /// matrix, taken per length in the input, say.
 class ViewGeometry {
  public:
     explicit ViewGeometry(const Request& want);
 
-    /// The input index that a warp's output sample shows; none where a homography has no such point.
+    /// The input index that a warp's output sample shows; none where a homography has no such
+    /// point.
     std::optional<Vec3> point(const OutputSample& at) const;
     /// The part of a pixel's ray inside the box; none where it misses.
     std::optional<RaySpan> ray(const OutputSample& at) const { return ray(at.view, at.x, at.y); }

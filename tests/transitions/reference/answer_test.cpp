@@ -1,11 +1,10 @@
 #include "transitions/reference/answer.hpp"
 
-#include <gtest/gtest.h>
-#include <tbb/global_control.h>
-
 #include <Eigen/Geometry>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <random>
+#include <tbb/global_control.h>
 
 namespace edgewise {
 namespace {
@@ -52,8 +51,7 @@ TEST(Reference, IntegratesThePhantomSphere) {
         const double d = std::hypot(static_cast<double>(samples[i].x) - middle, 60 - middle);
         const double half = std::sqrt(std::max(0.0, radius * radius - d * d));
         // The integral of 1 - sqrt(d^2 + t^2) / R over the chord.
-        const double integral =
-            half > 0 ? half - d * d / radius * std::asinh(half / d) : 0;
+        const double integral = half > 0 ? half - d * d / radius * std::asinh(half / d) : 0;
         EXPECT_NEAR(peaks[i], std::max(0.0, 1 - d / radius), 2e-4);  // t off by at most 1/16
         EXPECT_NEAR(sums[i], integral, 5e-4);  // midpoint rule at a kink: h^2 / 8 over R
     }
@@ -142,14 +140,15 @@ TEST(Reference, WarpsTheSameAloneAndInTiles) {
         std::vector<OutputSample> many;
         std::mt19937 bits(2);
         std::uniform_int_distribution<std::int64_t> index(0, 119);
-        for (int i = 0; i < 1500; ++i)
-            many.push_back({0, index(bits), index(bits), index(bits)});
+        for (int i = 0; i < 1500; ++i) many.push_back({0, index(bits), index(bits), index(bits)});
         const auto together = reference.values(many);
         for (std::size_t i = 0; i < 40; ++i) {
             const double alone = reference.values(std::span(&many[i], 1))[0];
             EXPECT_EQ(std::isnan(alone), !reference.sees_input(many[i]));
-            if (std::isnan(alone)) EXPECT_TRUE(std::isnan(together[i]));
-            else EXPECT_NEAR(together[i], alone, 1e-12);
+            if (std::isnan(alone))
+                EXPECT_TRUE(std::isnan(together[i]));
+            else
+                EXPECT_NEAR(together[i], alone, 1e-12);
         }
     }
 }

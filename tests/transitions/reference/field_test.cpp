@@ -1,10 +1,9 @@
 #include "transitions/reference/field.hpp"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 
@@ -21,8 +20,10 @@ Data volume_of(const Extent& n, Type type, int axes = 3, int channels = 1) {
     std::mt19937 bits(7);
     for (std::int64_t i = 0; i < n.samples() * channels; ++i) {
         const auto byte = static_cast<std::uint8_t>(bits() >> 24);
-        if (type == Type::u8) data.as<std::uint8_t>()[i] = byte;
-        else data.as<float>()[i] = static_cast<float>(byte) / 16 - 3;
+        if (type == Type::u8)
+            data.as<std::uint8_t>()[i] = byte;
+        else
+            data.as<float>()[i] = static_cast<float>(byte) / 16 - 3;
     }
     return data;
 }
@@ -109,9 +110,9 @@ TEST_P(Splines, AgreeWithTheWholeVolumeSolvedDensely) {
             Vec3 p, q;
             for (int axis = 0; axis < 3; ++axis) {
                 p[axis] = uniform(bits) * static_cast<double>(n[axis]) - 0.5;
-                q[axis] = static_cast<double>(cells.begin[axis]) +
-                          uniform(bits) *
-                              static_cast<double>(cells.end[axis] - cells.begin[axis] - 1);
+                q[axis] =
+                    static_cast<double>(cells.begin[axis]) +
+                    uniform(bits) * static_cast<double>(cells.end[axis] - cells.begin[axis] - 1);
             }
             double value = 0;
             // Values up to 255, sums of 64 taps, margins of 24 samples: 255 x 1e-13.
@@ -162,8 +163,7 @@ TEST(ReferenceField, IsAbsentAroundValuesThatAreNotFiniteAndFiniteElsewhere) {
     data.as<float>()[5 + 12 * (5 + 12 * 5)] = std::numeric_limits<float>::quiet_NaN();
     for (Field kind : {Field::spline, Field::linear, Field::nearest}) {
         const ReferenceField field(data, kind);
-        const FieldPiece piece(field, Region::all({12, 12, 12}),
-                               std::pmr::get_default_resource());
+        const FieldPiece piece(field, Region::all({12, 12, 12}), std::pmr::get_default_resource());
         double value = 0;
         EXPECT_FALSE(field.at({5.3, 4.8, 5}, {&value, 1}));
         EXPECT_FALSE(piece.at({5.3, 4.8, 5}, &value));

@@ -1,8 +1,7 @@
 #include "transitions/reference/phantoms.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 
@@ -32,8 +31,8 @@ TEST(Phantoms, FollowTheirFormulas) {
         const double x = (p.x() - 31.5) / 32, y = (p.y() - 31.5) / 32, z = (p.z() - 31.5) / 32;
         const double ring = std::cos(12 * std::numbers::pi *
                                      std::cos(std::numbers::pi * std::sqrt(x * x + y * y) / 2));
-        EXPECT_NEAR(lobb.at(p),
-                    (1 - std::sin(std::numbers::pi * z / 2) + 0.25 * (1 + ring)) / 2.5, 1e-13);
+        EXPECT_NEAR(lobb.at(p), (1 - std::sin(std::numbers::pi * z / 2) + 0.25 * (1 + ring)) / 2.5,
+                    1e-13);
         const double r2 = std::pow(p.x() - 31.5, 2) + std::pow(p.y() - 31.5, 2);
         EXPECT_NEAR(plate.at(p), 0.5 + 0.5 * std::cos(std::numbers::pi * 0.8 * r2 / 64), 1e-12);
         if (std::hypot(x / .69, y / .92, z / .81) > 1) {

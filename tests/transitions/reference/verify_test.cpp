@@ -1,11 +1,10 @@
 #include "transitions/reference/verify.hpp"
 
-#include <gtest/gtest.h>
-#include <tbb/global_control.h>
-
 #include <Eigen/Geometry>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <limits>
+#include <tbb/global_control.h>
 
 #include "transitions/reference/interval.hpp"
 
@@ -58,8 +57,8 @@ std::vector<Data> results(const Request& want, const ReferenceField& field) {
     return frames;
 }
 
-Verified verified(const Request& want, const ReferenceField& field,
-                  const std::vector<Data>& frames, std::int64_t samples, std::uint64_t seed) {
+Verified verified(const Request& want, const ReferenceField& field, const std::vector<Data>& frames,
+                  std::int64_t samples, std::uint64_t seed) {
     Verifier verifier(want, field, samples, seed, heap());
     for (int frame = 0; frame < want.frames; ++frame)
         verifier.frame(frame, frames[static_cast<std::size_t>(frame)]);
@@ -78,10 +77,10 @@ TEST(Verifier, AgreesWithACountOverAllSamples) {
     std::int64_t count = 0;
     for (int frame = 0; frame < 2; ++frame)
         for (std::int64_t i = 0; i < 80 * 70; ++i) {
-            const Vec3 p = (want.views.at(frame).inverse() *
-                            Vec3(static_cast<double>(i % 80), static_cast<double>(i / 80), 0)
-                                .homogeneous())
-                               .head<3>();
+            const Vec3 p =
+                (want.views.at(frame).inverse() *
+                 Vec3(static_cast<double>(i % 80), static_cast<double>(i / 80), 0).homogeneous())
+                    .head<3>();
             if (p.x() < -0.5 || p.x() > 63.5 || p.y() < -0.5 || p.y() > 63.5) continue;
             const double expected = phantom.at(p);
             const double d =
@@ -131,15 +130,17 @@ TEST_P(Intervals, HoldTheFullError) {
     EXPECT_GE(held, 184);
     EXPECT_LT(width, 0.8);
 }
-INSTANTIATE_TEST_SUITE_P(
-    Requests, Intervals,
-    testing::Values(Case{"zone-plate", Job::warp, Mode::mip}, Case{"checker", Job::warp, Mode::mip},
-                    Case{"gaussians", Job::warp, Mode::mip},
-                    Case{"shepp-logan", Job::render, Mode::mip},
-                    Case{"gaussians", Job::render, Mode::mip},
-                    Case{"sphere", Job::render, Mode::xray},
-                    Case{"noise", Job::render, Mode::composite}),
-    [](const auto& tested) { return "number_" + std::to_string(tested.index); });
+INSTANTIATE_TEST_SUITE_P(Requests, Intervals,
+                         testing::Values(Case{"zone-plate", Job::warp, Mode::mip},
+                                         Case{"checker", Job::warp, Mode::mip},
+                                         Case{"gaussians", Job::warp, Mode::mip},
+                                         Case{"shepp-logan", Job::render, Mode::mip},
+                                         Case{"gaussians", Job::render, Mode::mip},
+                                         Case{"sphere", Job::render, Mode::xray},
+                                         Case{"noise", Job::render, Mode::composite}),
+                         [](const auto& tested) {
+                             return "number_" + std::to_string(tested.index);
+                         });
 
 TEST(Verifier, CountsLabelsThatDiffer) {
     const Data data = make_phantom("checker", 64, heap());
@@ -156,8 +157,8 @@ TEST(Verifier, CountsLabelsThatDiffer) {
         frames[0].as<float>()[i] = 7;  // how far off does not matter
     }
     const Verified all = verified(want, field, frames, 0, 1);
-    EXPECT_NEAR(all.nrmse,
-                std::sqrt(static_cast<double>(changed) / static_cast<double>(seen)), 1e-12);
+    EXPECT_NEAR(all.nrmse, std::sqrt(static_cast<double>(changed) / static_cast<double>(seen)),
+                1e-12);
     const Verified some = verified(want, field, frames, 500, 3);
     EXPECT_LE(some.low, all.nrmse);
     EXPECT_GE(some.high, all.nrmse);
