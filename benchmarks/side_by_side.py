@@ -294,7 +294,7 @@ def xray():
 
 JOBS = {"warp2d": warp_2d, "warp3d": warp_3d, "mip": lambda: cast("mip", True),
         "composite": lambda: cast("composite", False), "shear_warp": lambda: shear_warp("zoh", 3),
-        "shear_warp_foh": lambda: shear_warp("foh", None), "xray": xray}
+        "shear_warp_foh": lambda: shear_warp("foh", 3), "xray": xray}
 
 
 def main():

@@ -5,6 +5,7 @@
 
 #include "transitions/kernels/scalar_load.hpp"
 #include "transitions/kernels/shear_warp.hpp"
+#include "transitions/kernels/shear_warp_max.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transitions/kernels/shear_warp_simd.cpp"
@@ -208,32 +209,51 @@ namespace edgewise::kernels {
 
 HWY_EXPORT(shear_warp_on);
 
+namespace {
+
+/// Cuts from .. to, where a ray is inside along other axes, to where it is so along this one.
+void clip(double origin, double slope, std::int64_t count, double& from, double& to) {
+    const double first = -0.5, last = static_cast<double>(count) - 0.5;
+    if (slope == 0) {
+        if (origin < first || origin > last) to = from - 1;
+        return;
+    }
+    const double a = (first - origin) / slope, b = (last - origin) / slope;
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+}
+
+}  // namespace
+
 void shear_warp(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
                 std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
+    if (shear_warp_max(warp, i, j, width, height, spans, states)) return;
     HWY_DYNAMIC_DISPATCH(shear_warp_on)(warp, i, j, width, height, spans, states);
 }
 
 void shear_spans(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
                  std::int64_t height, float* low, float* high, std::ptrdiff_t pitch) {
     const Extent& n = warp.volume.extent;
-    const auto clip = [](double o, double d, std::int64_t count, double& from, double& to) {
-        const double first = -0.5, last = static_cast<double>(count) - 0.5;
-        if (d == 0) {
-            if (o < first || o > last) to = from - 1;
-            return;
+    constexpr std::int64_t kTogether = 128;  // columns
+    double begin[kTogether], end[kTogether];
+    for (std::int64_t first = 0; first < width; first += kTogether) {
+        const std::int64_t columns = std::min(kTogether, width - first);
+        for (std::int64_t column = 0; column < columns; ++column) {
+            begin[column] = -0.5, end[column] = static_cast<double>(n.z) - 0.5;
+            clip(static_cast<double>(i + first + column) + warp.x, warp.dx, n.x, begin[column],
+                 end[column]);
         }
-        const double a = (first - o) / d, b = (last - o) / d;
-        from = std::max(from, std::min(a, b));
-        to = std::min(to, std::max(a, b));
-    };
-    for (std::int64_t row = 0; row < height; ++row)
-        for (std::int64_t column = 0; column < width; ++column) {
+        for (std::int64_t row = 0; row < height; ++row) {
             double from = -0.5, to = static_cast<double>(n.z) - 0.5;
-            clip(static_cast<double>(i + column) + warp.x, warp.dx, n.x, from, to);
             clip(static_cast<double>(j + row) + warp.y, warp.dy, n.y, from, to);
-            low[row * pitch + column] = static_cast<float>(from);
-            high[row * pitch + column] = static_cast<float>(to);
+            float* row_low = low + row * pitch + first;
+            float* row_high = high + row * pitch + first;
+            for (std::int64_t column = 0; column < columns; ++column) {
+                row_low[column] = static_cast<float>(std::max(begin[column], from));
+                row_high[column] = static_cast<float>(std::min(end[column], to));
+            }
         }
+    }
 }
 
 }  // namespace edgewise::kernels

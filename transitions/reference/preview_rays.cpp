@@ -354,7 +354,8 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
     // In a small input rays cost little, and in a small picture a few pixels carry the error.
     const bool is_small = field.extent().samples() <= kSmallInput;
     const bool take_every = is_small && want.output().samples() * want.frames <= kSmallPicture;
-    auto [bundles, pixels, all] = take_every ? take_all(want, geometry) : draw(want, geometry);
+    Drawn drawn = take_every ? take_all(want, geometry) : draw(want, geometry);
+    std::vector<Bundle>& bundles = drawn.bundles;
     std::optional<PreviewBlock> whole;
     for (OutputSample at : likely_extremes(want, field, geometry, statistics)) {
         at.x -= is_small;
@@ -367,9 +368,10 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
     });
 
     Tallies tallies;
-    for (const Bundle& bundle : bundles) tally(bundle, want, !all && bundle.drawn, tallies);
+    for (const Bundle& bundle : bundles) tally(bundle, want, !drawn.all && bundle.drawn, tallies);
     Preview preview{.facts = {}, .low = tallies.low, .high = tallies.high};
-    const double share = all ? 0 : std::min(1.0, tallies.chosen_rays / std::max(1.0, pixels));
+    const double share =
+        drawn.all ? 0 : std::min(1.0, tallies.chosen_rays / std::max(1.0, drawn.pixels));
     for (const auto& [name, errors] : tallies.drawn)
         if (name.starts_with("noisy/")) {
             if (setting.noise > 0)

@@ -169,7 +169,8 @@ Region occupied_box(const T* stored, const Extent& n, int channels, double commo
         return false;
     };
     Region box = Region::all(n);
-    auto& [begin, end] = box;
+    auto& begin = box.begin;
+    auto& end = box.end;
     while (begin[2] < end[2] && !plane_differs(begin[2])) ++begin[2];
     if (begin[2] == end[2]) return {};
     while (!plane_differs(end[2] - 1)) --end[2];
