@@ -23,7 +23,7 @@ namespace edgewise::cli {
 namespace {
 
 struct CalibrateOptions {
-    bool quick = false;
+    bool quick = false, quiet = false;
     std::optional<std::string> out, json;
 };
 
@@ -204,11 +204,12 @@ int do_calibrate(const CalibrateOptions& options) {
         if (file != "-") expect_writable("-o", file);
         if (options.json && *options.json != "-") expect_writable("--json", *options.json);
         Messages messages;
+        if (options.quiet) messages.configure("error", "never", true);
         const Profile profile = Calibration(options.quick).measure(messages);
         const std::string text = to_json(profile).dump(2) + "\n";
         write_text(file, text);
         if (options.json) write_text(*options.json, text);
-        if (file != "-")
+        if (file != "-" && !options.quiet)
             fmt::print(stderr, "edgewise: {} measured, written to {}\n", profile.cpu, file);
         return static_cast<int>(kDone);
     });
@@ -223,6 +224,7 @@ Verb add_calibrate(CLI::App& main) {
     add_text(*app, "-o", options->out, "default: where the other verbs look for it")
         ->type_name("FILE");
     add_text(*app, "--json", options->json, "the profile as well, to FILE or -");
+    app->add_flag("--quiet", options->quiet, "errors only");
     return {app, [options] { return do_calibrate(*options); }};
 }
 

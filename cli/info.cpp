@@ -21,6 +21,7 @@ using Json = nlohmann::ordered_json;
 struct InfoOptions {
     std::string file;
     std::optional<std::string> series, time, channel, orient, json;
+    bool quiet = false;
 };
 
 struct Facts {
@@ -157,6 +158,7 @@ Verb add_info(CLI::App& main) {
     add_text(*app, "--channel", options->channel, "which channel, from 0");
     add_text(*app, "--orient", options->orient, "where x, y, z point, as RAS");
     add_text(*app, "--json", options->json, "report, to FILE or - for standard output");
+    app->add_flag("--quiet", options->quiet, "errors only; what is in the file is the output");
     return {app, [options] { return do_info(*options); }};
 }
 

@@ -266,6 +266,8 @@ class Refusals(Command):
     def test_quiet_leaves_errors_only(self):
         done = self.run_it("warp", "phantom:noise:16", "-o", "null:", "--quiet")
         self.assertEqual(done.stderr + done.stdout, b"")
+        for verb in (("info", "phantom:noise:16"), ("compare", "phantom:noise:8", "phantom:cube:8")):
+            self.assertEqual(self.run_it(*verb, "--quiet").stderr, b"")
 
 
 class Files(Command):
