@@ -14,8 +14,8 @@
 namespace edgewise {
 namespace {
 
-constexpr int kFewest = 28, kMost = 448;  // bundles
-constexpr double kLength = 28 * 256.0;    // that all bundles together should reach [unit]
+constexpr int kFewest = 56, kMost = 448;  // bundles
+constexpr double kLength = 56 * 256.0;    // that all bundles together should reach [unit]
 constexpr int kTries = 64 * kFewest + kMost;
 // Inputs of so many samples are prepared once for all bundles.
 constexpr std::int64_t kSmallInput = 1 << 18;
