@@ -3,27 +3,14 @@
 #include <fmt/format.h>
 #include <set>
 
+#include "cli/quantities.hpp"
+#include "cli/rivals.hpp"
 #include "cli/session.hpp"
 
 namespace edgewise::cli {
 namespace {
 
 constexpr std::size_t kMostPaths = 2000, kMostRows = 40;
-
-std::string seconds_text(double seconds) {
-    if (seconds < 1e-3) return fmt::format("{:.1f} us", seconds * 1e6);
-    if (seconds < 1) return fmt::format("{:.2f} ms", seconds * 1e3);
-    return fmt::format("{:.3f} s", seconds);
-}
-
-std::string bytes_text(double bytes) { return fmt::format("{:.1f} MiB", bytes / 0x1p20); }
-
-std::string error_text(const Predicted& predicted) {
-    if (!predicted.known) return "unknown";
-    const double decibels = -20 * std::log10(predicted.error);
-    if (!std::isfinite(decibels)) return fmt::format("{:.3g}", predicted.error);
-    return fmt::format("{:.3g} ({:.1f} dB)", predicted.error, decibels);
-}
 
 std::string path_text(const Plan& plan) {
     return plan.steps.empty() ? "(the input itself)"
@@ -66,7 +53,7 @@ std::string why_not(const Predicted& other, const std::optional<Predicted>& chos
 
 /// All paths, those of the front first.
 std::vector<Plan> paths_of(const Session& session) {
-    const std::vector<Source> sources{{session.input->data->what}};
+    const std::vector<Source> sources = session.sources();
     const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.demands);
     std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
                                         session.profile, session.plan_options, kMostPaths);
@@ -107,17 +94,53 @@ std::string budget_text(const Request& want) {
     return fmt::format("{}; least {}", fmt::join(parts, ", "), name_of(want.minimize));
 }
 
+std::string measured_row(const std::string& predicted, const std::string& measured, double ratio,
+                         const std::string& what) {
+    return fmt::format("  {:>19} {:>19} {:>7}  {}\n", predicted, measured,
+                       std::isfinite(ratio) ? fmt::format("{:.2f}", ratio) : "", what);
+}
+
+/// Prediction against measurement. The time of the last run is shared among its steps as the time
+/// of all their threads is; steps of a plan that took over were not predicted.
+std::string measured_table(const Session& session) {
+    const Plan& plan = *session.answer->plan;
+    const Measured& measured = *session.measured;
+    double threads = 0;  // [s]
+    for (const double each : measured.step_seconds) threads += each;
+    const double wall = threads > 0 ? measured.seconds.back() / threads : 0;
+    std::string text = measured_row("predicted", "measured", NAN, "step");
+    for (std::size_t i = 0; i < measured.steps.size() && i < measured.step_seconds.size(); ++i) {
+        const double took = wall * measured.step_seconds[i];
+        const bool planned = i < plan.steps.size() && plan.steps[i].text() == measured.steps[i];
+        const double expected = planned ? plan.steps[i].predicted.seconds : NAN;
+        text += measured_row(planned ? seconds_text(expected) : "not planned", seconds_text(took),
+                             took / expected, measured.steps[i]);
+    }
+    const Predicted& all = plan.predicted;
+    const double seconds = median(measured.seconds);
+    text += measured_row(seconds_text(all.seconds), seconds_text(seconds), seconds / all.seconds,
+                         "all steps");
+    text += measured_row(bytes_text(all.bytes), bytes_text(measured.bytes),
+                         measured.bytes / all.bytes, "peak memory");
+    text += measured_row(
+        error_text(all),
+        measured.error ? error_text({.error = measured.error->nrmse}) : "not verified",
+        measured.error && all.known ? measured.error->nrmse / all.error : NAN, "error");
+    return text;
+}
+
 }  // namespace
 
 std::string explanation_of(const Session& session) {
     const Answer& answer = *session.answer;
     const Request& want = session.want();
     std::string text = fmt::format(
-        "{} {}: {} view{}, {} threads, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
+        "{} {}: {} view{}, {} threads{}, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
         "edges\n",
         name_of(want.job), session.options.input, want.frames, want.frames > 1 ? "s" : "",
-        want.threads, session.profile.name, budget_text(want), seconds_text(answer.seconds),
-        answer.vertices, answer.edges);
+        want.threads, want.ranks > 1 ? fmt::format(" on each of {} ranks", want.ranks) : "",
+        session.profile.name, budget_text(want), seconds_text(answer.seconds), answer.vertices,
+        answer.edges);
     std::optional<Predicted> chosen;
     if (answer.plan) {
         chosen = answer.plan->predicted;
@@ -125,6 +148,7 @@ std::string explanation_of(const Session& session) {
     } else {
         text += "\nno plan: " + answer.problem + "\n";
     }
+    text += margin_text(session);
     const std::vector<Plan> plans = paths_of(session);
     text += fmt::format("\npaths ({}{}; > chosen, * on the front)\n", plans.size(),
                         plans.size() == kMostPaths ? " and more" : "");
@@ -148,8 +172,10 @@ std::string explanation_of(const Session& session) {
 
 std::string measurement_of(const Session& session) {
     const Measured& measured = *session.measured;
-    std::string text = fmt::format("measured: {}, peak {}", seconds_text(median(measured.seconds)),
-                                   bytes_text(measured.bytes));
+    std::string text;
+    if (session.options.explain && session.answer->plan) text = measured_table(session) + "\n";
+    text += fmt::format("measured: {}, peak {}", seconds_text(median(measured.seconds)),
+                        bytes_text(measured.bytes));
     if (measured.error) {
         const Verified& e = *measured.error;
         text += fmt::format(

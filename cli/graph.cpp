@@ -33,7 +33,7 @@ void expect_ending(const std::optional<std::string>& out) {
 std::string graph_of(Session& session, bool json) {
     take_request(session);
     const TransformGraph spanned =
-        expand(session.edges, session.ask(), {{session.input->data->what}}, session.demands);
+        expand(session.edges, session.ask(), session.sources(), session.demands);
     const auto cost = [&](const Arc& arc) {
         return cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer, session.ask(),
                        session.profile, session.want().threads);

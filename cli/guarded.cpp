@@ -41,6 +41,17 @@ Ending ending_of_current() {
 
 }  // namespace
 
+int ending_of(const std::function<void()>& body, std::string& message) {
+    try {
+        body();
+        return kDone;
+    } catch (...) {
+        const Ending ending = ending_of_current();
+        message = ending.message;
+        return ending.code;
+    }
+}
+
 int guarded(const std::function<int()>& body,
             const std::function<void(int, const std::string&)>& failed) {
     Ending ending;

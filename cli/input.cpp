@@ -102,6 +102,9 @@ Input inspected(const std::string& name, const store::Selection& selection) {
     if (name.starts_with("phantom:")) {
         input.phantom = phantom_of(name);
         input.header = header_of(name, *input.phantom);
+    } else if (name.starts_with("describe:")) {
+        input.described = described_by(name);
+        input.header = header_of(name, *input.described);
     } else {
         input.header = store::inspect(name, selection);
     }
@@ -111,6 +114,27 @@ Input inspected(const std::string& name, const store::Selection& selection) {
                                        *selection.channel, name, channels,
                                        channels > 1 ? "s" : ""));
     return input;
+}
+
+namespace {
+
+Representation loaded_as(const Input& input) {
+    const store::Header& header = input.header;
+    Representation what;
+    what.axes = header.volume ? 3 : 2;
+    what.extent = header.extent;
+    what.channels = input.channels();
+    what.type = store::loaded_type(header.type);
+    what.values = header.values;
+    return what;
+}
+
+}  // namespace
+
+std::shared_ptr<const Data> described_data(const Input& input) {
+    auto data = std::make_shared<Data>();
+    data->what = loaded_as(input);
+    return data;
 }
 
 std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory) {
@@ -123,13 +147,7 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
         const store::Header& header = input.header;
         // Beyond the selection's limit: told with its size, before anything is allocated.
         store::loaded_bytes(header, input.selection);
-        Representation what;
-        what.axes = header.volume ? 3 : 2;
-        what.extent = header.extent;
-        what.channels = input.channels();
-        what.type = store::loaded_type(header.type);
-        what.values = header.values;
-        auto data = std::make_shared<Data>(Data::make(what, memory));
+        auto data = std::make_shared<Data>(Data::make(loaded_as(input), memory));
         for (std::string& warning : store::read_samples(
                  header, input.selection, data->samples.data(), data->samples.bytes()))
             warnings.push_back(std::move(warning));

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "cli/describe.hpp"
 #include "cli/geometry.hpp"
 #include "graph/data.hpp"
 #include "transitions/reference/phantoms.hpp"
@@ -16,6 +17,7 @@ struct Input {
     store::Header header;
     store::Selection selection;
     std::optional<Phantom> phantom;
+    std::optional<Described> described;
     std::shared_ptr<const Data> data;
     double read_seconds = 0;
 
@@ -39,6 +41,9 @@ Input inspected(const std::string& name, const store::Selection& selection);
 /// Reads the samples. @throws InputError, RequestError, std::bad_alloc
 /// @return warnings
 std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory);
+
+/// The same of what was described: a representation without samples.
+std::shared_ptr<const Data> described_data(const Input& input);
 
 InputGrid grid_of(const Input& input);
 

@@ -17,11 +17,11 @@ struct JobOptions {
     std::optional<std::string> orient, series, time, channel;
     std::optional<std::string> mode, zero, background, transfer, window, outside;
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
-    std::optional<std::string> threads, machine, planner;
+    std::optional<std::string> threads, ranks, machine, planner, planning_time;
     std::vector<std::string> via, without;
     std::optional<std::string> bits, quality, json, verify, seed, repeat, trace, flow;
     std::optional<std::string> progress, log;
-    bool explain = false, quiet = false;
+    bool explain = false, quiet = false, strict = false;
 };
 
 }  // namespace edgewise::cli

@@ -7,6 +7,7 @@
 #include "cli/outputs.hpp"
 #include "cli/report.hpp"
 #include "cli/request_options.hpp"
+#include "cli/rivals.hpp"
 #include "cli/session.hpp"
 #include "cli/verbs.hpp"
 
@@ -28,11 +29,13 @@ void report(const Session& session, bool with_run, const std::optional<Failure>&
 /// @param runs  else it is only planned, and explained
 int do_job(const JobOptions& options, bool runs) {
     Session session(options);
+    session.runs = runs;
     bool explained = false;
     return guarded(
         [&] {
             take_request(session);
             make_plan(session);
+            if (options.explain || options.json || !runs) weigh(session);
             if (options.explain || (!runs && options.json != "-")) {
                 explain(session, explanation_of(session));
                 explained = true;

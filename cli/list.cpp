@@ -12,6 +12,7 @@
 #include "cli/request_options.hpp"
 #include "cli/verbs.hpp"
 #include "graph/errors.hpp"
+#include "planner/machines.hpp"
 #include "transitions/catalogue.hpp"
 #include "transitions/reference/phantoms.hpp"
 #include "transitions/store/store.hpp"
@@ -103,9 +104,11 @@ Json machines() {
         list.push_back({{"name", profile.name},
                         {"cpu", profile.cpu},
                         {"processors", profile.processors},
+                        {"ranks", profile.ranks},
                         {"file", file.empty() ? Json() : Json(file)}});
     };
     add(default_profile(), "");
+    for (const std::string& name : bundled_machines()) add(*bundled_profile(name), "");
     std::vector<std::string> files;
     std::error_code none;
     for (const auto& entry : fs::directory_iterator(config_folder(), none))
@@ -147,7 +150,9 @@ std::string line_of(const Json& entry) {
     if (entry.contains("axes")) text += fmt::format(" ({}D)", entry["axes"].get<int>());
     if (entry.contains("processors"))
         text += fmt::format(
-            ": {} processors, {}", entry["processors"].get<int>(),
+            ": {}{} processors, {}",
+            entry["ranks"].get<int>() > 1 ? fmt::format("{} x ", entry["ranks"].get<int>()) : "",
+            entry["processors"].get<int>(),
             entry["cpu"].get<std::string>().empty() ? "built in" : entry["cpu"].get<std::string>());
     if (entry.contains("meaning") && !entry["meaning"].get<std::string>().empty())
         text += ": " + entry["meaning"].get<std::string>();

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "graph/errors.hpp"
+#include "planner/machines.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -170,6 +171,7 @@ Profile chosen_profile(const std::optional<std::string>& machine) {
     if (fs::is_regular_file(name, none)) return load_profile(name);
     if (!folder.empty() && fs::exists(folder + "/" + name + ".json", none))
         return load_profile(folder + "/" + name + ".json");
+    if (auto bundled = bundled_profile(name)) return *bundled;
     throw RequestError(fmt::format(
         "--machine: '{}' is neither a file nor a profile; `edgewise list machines` shows them",
         name));

@@ -52,7 +52,14 @@ void take_budgets(Wish& wish, const JobOptions& o) {
                        ? usable_cores()
                        : static_cast<int>(whole_of(o.threads ? "--threads" : "EDGEWISE_THREADS",
                                                    threads, 1, kMostThreads));
-    chosen("--planner", o.planner, {"estimate"}, 0);
+    wish.planner = static_cast<Planner>(
+        chosen("--planner", o.planner, {"estimate", "pilot", "exhaustive"}, 0));
+    if (o.planning_time) {
+        wish.planning_time = time_budget(*o.planning_time);
+        if (wish.planner == Planner::estimate)
+            throw RequestError("--planning-time: of --planner pilot and exhaustive only");
+    }
+    wish.strict = o.strict;
 }
 
 void take_mode(Wish& wish, const JobOptions& o) {
@@ -140,6 +147,8 @@ void take_values(Wish& wish, const JobOptions& o, const Data& data, const Statis
     double low = statistics.low, high = statistics.high;
     if (wish.window) {
         const auto value = [&](const WindowEnd& end) {
+            if (end.percentile && !data.samples.data())
+                throw RequestError("--window: percentiles need samples; give values");
             return end.percentile
                        ? percentile_of(data, statistics.low, statistics.high, end.at / 100)
                        : end.at;

@@ -9,6 +9,9 @@
 namespace edgewise::cli {
 
 /// All that can be said of a request before the input's samples are read. @throws RequestError
+/// How costs are found: from models alone, by running the contenders, or all.
+enum class Planner { estimate, pilot, exhaustive };
+
 struct Wish {
     Request want;  // without geometry and without what hangs on the samples
     std::optional<Window> window;
@@ -17,6 +20,9 @@ struct Wish {
     int repeat = 1, quality = 95;
     std::optional<int> bits;
     bool memory_given = false;  // --max-memory
+    Planner planner = Planner::estimate;
+    std::optional<double> planning_time;  // [s]
+    bool strict = false;                  // a broken budget is a failure
     store::Selection selection;
 };
 Wish wish_of(const JobOptions& options);

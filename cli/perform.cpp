@@ -44,7 +44,7 @@ class Performance {
             poll();
         }
         end_run();
-        judge();
+        if (!session_.wish.strict) keeps_budgets();
     }
 
  private:
@@ -140,6 +140,8 @@ class Performance {
         if (verifier_) session_.measured->error = verifier_->finish();
         verifier_.reset();
         session_.memory->trim();
+        if (session_.wish.strict && !keeps_budgets())
+            throw RunError("--strict: a budget is broken; nothing is written");
         if (session_.writes_at_once() || !writes_) return;
         // From here on nobody reads the samples: their bytes are the last form's.
         field_.reset();
@@ -160,8 +162,8 @@ class Performance {
         return levels_of(frames_, session_.wish.window, tail);
     }
 
-    /// Whether what was measured keeps the budgets that were given.
-    void judge() {
+    /// Whether what was measured keeps the budgets that were given; a warning says which not.
+    bool keeps_budgets() {
         Measured& measured = *session_.measured;
         measured.bytes = resident_peak();
         const Budget& budget = want_.budget;
@@ -178,6 +180,7 @@ class Performance {
             broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, " MiB");
         if (measured.error && budget.error && !budget.error_is_default)
             broken("error:", measured.error->nrmse, *budget.error, "");
+        return measured.kept;
     }
 
     Session& session_;

@@ -52,7 +52,9 @@ void add_geometry(CLI::App& app, JobOptions& o) {
 }
 
 void add_input(CLI::App& app, JobOptions& o) {
-    app.add_option("FILE", o.input, "file, folder, phantom:NAME:N or raw:FILE:WxHxD:TYPE")
+    app.add_option("FILE", o.input,
+                   "file, folder, phantom:NAME:N, raw:FILE:WxHxD:TYPE or, for plans, "
+                   "describe:WxHxD:TYPE")
         ->required();
     add_text(app, "--orient", o.orient, "where x, y, z point, as RAS")->type_name("RAS|...");
     add_text(app, "--series", o.series, "which DICOM series of a folder")->type_name("UID|N");
@@ -85,8 +87,13 @@ void add_budgets(CLI::App& app, JobOptions& o) {
     text("--max-memory", o.max_memory, "M", "512MiB, 2GB: peak of the process");
     text("--minimize", o.minimize, "WHAT", "time, error or memory");
     text("--threads", o.threads, "N", "default: the cores this process may use");
+    text("--ranks", o.ranks, "N", "plan: memories that samples lie in; default: the machine's");
     text("--machine", o.machine, "FILE|NAME", "profile to predict with");
-    text("--planner", o.planner, "estimate", "how costs are found");
+    text("--planner", o.planner, "estimate|pilot|exhaustive",
+         "models alone, contenders measured, or all paths");
+    text("--planning-time", o.planning_time, "T", "pilot, exhaustive: then the best so far");
+    app.add_flag("--strict", o.strict, "a measured budget that is broken: exit 1, no output")
+        ->group("Budgets");
     const char* value = "NAME[/key=value]...";
     add_list(app, "--via", o.via, "an edge or a family that must be on the path")
         ->type_name(value)

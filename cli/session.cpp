@@ -1,12 +1,18 @@
 #include "cli/session.hpp"
 
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <fmt/format.h>
 
 #include "cli/errors.hpp"
 #include "cli/machine.hpp"
+#include "cli/numbers.hpp"
+#include "cli/pilot.hpp"
 #include "cli/signals.hpp"
 #include "graph/errors.hpp"
 #include "transitions/catalogue.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/reference/scene.hpp"
 
 namespace edgewise::cli {
@@ -25,6 +31,21 @@ void check_outputs(Session& session) {
         if (*file && **file != "-") expect_writable(option, **file);
 }
 
+/// How many memories there are, and who shares one: by default as the machine has them.
+void take_ranks(Session& session) {
+    Request& want = session.wish.want;
+    const JobOptions& o = session.options;
+    constexpr std::int64_t kMostRanks = 1 << 24;
+    want.ranks = session.profile.ranks;
+    if (o.ranks) want.ranks = static_cast<int>(whole_of("--ranks", *o.ranks, 1, kMostRanks));
+    if (want.ranks == 1) return;
+    if (session.runs)
+        throw RequestError(
+            fmt::format("{}: {} ranks: a run is on one rank; `edgewise plan` plans for more",
+                        o.ranks ? "--ranks" : "--machine", want.ranks));
+    if (!o.threads && !std::getenv("EDGEWISE_THREADS")) want.threads = session.profile.processors;
+}
+
 void take_edges(Session& session) {
     session.edges = catalogue();
     for (const std::string& text : session.options.via)
@@ -32,7 +53,9 @@ void take_edges(Session& session) {
     for (const std::string& text : session.options.without)
         session.demands.without.push_back(demand_of(text, session.edges));
     session.profile = chosen_profile(session.options.machine);
-    if (!session.profile.cpu.empty() && session.profile.cpu != cpu_name())
+    take_ranks(session);
+    if (session.want().ranks == 1 && !session.profile.cpu.empty() &&
+        session.profile.cpu != cpu_name())
         session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",
                                              session.profile.name, session.profile.cpu));
 }
@@ -40,6 +63,12 @@ void take_edges(Session& session) {
 /// The budget of all samples and scratch: what is allowed less what the process has already.
 void open_memory(Session& session) {
     Budget& budget = session.wish.want.budget;
+    if (session.want().ranks > 1) {
+        // Of a rank of a machine that is elsewhere only its samples are known.
+        if (!budget.bytes && session.profile.memory > 0) budget.bytes = session.profile.memory;
+        session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(free_memory()));
+        return;
+    }
     session.resident = resident_now() + kReserve + kReserveAThread * session.want().threads;
     if (!budget.bytes) budget.bytes = resident_now() + free_memory();
     const double left = *budget.bytes - session.resident;
@@ -52,6 +81,7 @@ void open_memory(Session& session) {
 }
 
 void expect_room_for(const Session& session, const Input& input) {
+    if (input.described) return;
     const double bytes = input.bytes();
     const auto limit = static_cast<double>(session.memory->limit());
     if (bytes <= limit) return;
@@ -67,7 +97,21 @@ void take_written(Session& session, double low, double high) {
             written_of(session.wish, session.geometry, *session.input, *session.outputs, low, high);
 }
 
+/// What there is no data of: guesses take the place of measurements.
+void take_description(Session& session) {
+    Input& input = *session.input;
+    input.data = described_data(input);
+    const Statistics statistics = described_statistics(*input.described, input.header);
+    take_values(session.wish, session.options, *input.data, statistics);
+    session.scene = described_scene(*input.described, input.header);
+    take_written(session, statistics.low, statistics.high);
+}
+
 void read_input(Session& session) {
+    if (session.input->described) {
+        take_description(session);
+        return;
+    }
     const EndsAtOnce nothing_to_tidy;
     Input& input = *session.input;
     for (const std::string& warning : read_data(input, session.memory.get()))
@@ -79,6 +123,7 @@ void read_input(Session& session) {
     take_values(session.wish, session.options, *input.data, statistics);
     session.scene = measure_scene(*input.data, session.want(),
                                   input.phantom ? &*input.phantom : nullptr, session.memory.get());
+    measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
     take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
 }
@@ -95,6 +140,9 @@ double pinned_bytes(const Session& session) {
     const int channels = want.job == Job::warp ? session.input->channels() : 1;
     const double frame = frame_bytes(want) * channels;
     const double written = frame / sizeof(float) * double(bytes_of(session.written.tail.type));
+    // Ranks read what they work on, and keep their share of the results.
+    if (want.ranks > 1)
+        return session.writes_at_once() ? 0 : frame * (want.frames - 1) / want.ranks;
     const double samples = session.input->bytes();
     // The planner counts one result; the others wait beside it.
     double pinned = samples;
@@ -102,6 +150,26 @@ double pinned_bytes(const Session& session) {
     // A single result is finished after the samples are given back.
     pinned += want.frames > 1 ? written : std::max(0.0, written - samples);
     return pinned;
+}
+
+/// @throws RequestError where there are no samples
+void pilot(Session& session) {
+    if (!session.input->data->samples.data())
+        throw RequestError("--planner: without samples nothing can be measured; only estimate");
+    const Answer& answer = *session.answer;
+    // As long as a few dozen runs take, within reason.
+    constexpr double kRuns = 40, kLeast = 1, kMost = 20;
+    const double guess = answer.plan ? answer.plan->predicted.seconds : kMost / kRuns;
+    const double limit =
+        session.wish.planning_time.value_or(std::clamp(kRuns * guess, kLeast, kMost));
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+        measure_contenders(session, session.wish.planner == Planner::exhaustive, limit);
+    } catch (const std::bad_alloc&) {
+        session.messages.warning("--planner: no memory left to measure with; models decide");
+    }
+    session.answer->seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 /// Why an edge that was asked for cannot serve, or "".
@@ -127,9 +195,18 @@ std::string nearest_text(const std::vector<Plan>& nearest) {
 }  // namespace
 
 bool Session::writes_at_once() const noexcept {
-    if (want().frames == 1) return false;
+    if (want().frames == 1 || wish.strict) return false;
     const bool writes = outputs && !outputs->none();
     return !writes || !written.tail.view || (wish.window && wish.window->values());
+}
+
+std::vector<Source> Session::sources() const {
+    const Representation& what = input->data->what;
+    if (want().ranks == 1) return {{what}};
+    Representation on_disk = what;
+    on_disk.place = Place::disk;
+    const double bytes = what.bytes();
+    return {{on_disk}, {what, Label{.peak = bytes, .held = bytes}}};
 }
 
 void take_request(Session& session) {
@@ -144,6 +221,11 @@ void take_request(Session& session) {
         const EndsAtOnce nothing_to_tidy;
         session.input = inspected(o.input, session.wish.selection);
     }
+    if (session.runs && session.input->described)
+        throw RequestError(
+            fmt::format("{}: a description has no samples to run on; "
+                        "`edgewise plan` and `edgewise graph` take it",
+                        o.input));
     session.geometry = take_geometry(session.wish.want, o, *session.input);
     if (session.outputs) session.outputs->expect_frames(session.want().frames);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
@@ -157,14 +239,16 @@ void make_plan(Session& session) {
         session.plan_options.demands = session.demands;
         session.plan_options.pinned = pinned_bytes(session);
         session.plan_options.resident = session.resident;
-        session.answer = plan(session.edges, session.ask(), {{session.input->data->what}},
-                              session.profile, session.plan_options);
+        session.answer = plan(session.edges, session.ask(), session.sources(), session.profile,
+                              session.plan_options);
     }
+    if (session.wish.planner != Planner::estimate) pilot(session);
     for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);
     if (session.answer->plan) return;
     const std::string refused = refused_demand(session);
+    session.way_out = way_out_of(session);
     throw NoPlan((refused.empty() ? session.answer->problem : refused) +
-                 nearest_text(session.answer->nearest));
+                 nearest_text(session.answer->nearest) + text_of(*session.way_out));
 }
 
 }  // namespace edgewise::cli

@@ -7,8 +7,9 @@
 #include "cli/make_request.hpp"
 #include "cli/messages.hpp"
 #include "cli/outputs.hpp"
+#include "cli/way_out.hpp"
 #include "cli/written.hpp"
-#include "planner/planner.hpp"
+#include "planner/margin.hpp"
 #include "runtime/runtime.hpp"
 #include "transitions/reference/verify.hpp"
 
@@ -30,6 +31,7 @@ struct Session {
     explicit Session(const JobOptions& typed) : options(typed) {}
 
     const JobOptions& options;
+    bool runs = false;  // and is not only planned: on one rank, with data
     Messages messages;
     std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
     double resident = 0;                   // bytes of the process beside `memory`
@@ -44,6 +46,8 @@ struct Session {
     Written written;
     PlanOptions plan_options;
     std::optional<Answer> answer;
+    std::optional<Margin> margin;   // of its plan
+    std::optional<WayOut> way_out;  // where it has none
     std::optional<Measured> measured;
     std::vector<std::string> files;  // written
 
@@ -52,6 +56,9 @@ struct Session {
     /// Frames are written as they come; else they wait until all are there: the default window
     /// needs the range of all.
     bool writes_at_once() const noexcept;
+    /// Where a path may start: at the samples in memory; where there are ranks, also at the samples
+    /// on disk, of which every rank reads its share.
+    std::vector<Source> sources() const;
 };
 
 /// Checks what is to be written, reads the options and the input, and measures its scene.
@@ -66,7 +73,7 @@ void perform(Session& session);
 
 /// The plan and its alternatives as a table.
 std::string explanation_of(const Session& session);
-/// What the run took and, where it was verified, its error, in a line.
+/// What the run took beside what was predicted, step by step; and, where it was verified, its error.
 std::string measurement_of(const Session& session);
 
 }  // namespace edgewise::cli

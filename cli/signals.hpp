@@ -21,4 +21,14 @@ class EndsAtOnce {
     EndsAtOnce& operator=(const EndsAtOnce&) = delete;
 };
 
+/// While one of these lives there are results to keep: EndsAtOnce does nothing, the first signal
+/// only sets the flag.
+class KeepsResults {
+ public:
+    KeepsResults() noexcept;
+    ~KeepsResults();
+    KeepsResults(const KeepsResults&) = delete;
+    KeepsResults& operator=(const KeepsResults&) = delete;
+};
+
 }  // namespace edgewise::cli

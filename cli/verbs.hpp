@@ -24,6 +24,11 @@ Verb add_info(CLI::App& main);
 Verb add_compare(CLI::App& main);
 Verb add_list(CLI::App& main);
 Verb add_calibrate(CLI::App& main);
+Verb add_audit(CLI::App& main);
+Verb add_advise(CLI::App& main);
+
+/// Runs `body` and says nothing. @return the exit code that it would end with, and why
+int ending_of(const std::function<void()>& body, std::string& message);
 
 /// Runs `body`, says what fails, and turns it into an exit code.
 /// @param failed  told code and message, before they are said

@@ -5,14 +5,19 @@
 namespace edgewise {
 
 /// Counted for one run of one edge at one view, never timed: a machine profile makes seconds of it.
+/// Where samples are spread over ranks, operations and accesses are the sum over ranks, which share
+/// them evenly; messages and bytes in memory are those of one rank.
 struct Work {
     double operations =
         0;                // additions, multiplications, roundings, comparisons: one each, as [W93]
     double streamed = 0;  // bytes read or written in address order
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
     double local = 0;     // L: samples read from a neighbouring tile or rank
-    double global = 0;    // G: samples sent to an arbitrary rank, before congestion N
-    double scratch = 0;   // bytes alive while one leaf runs, for each thread
+    double global = 0;    // G: samples sent to an arbitrary rank, one to one
+    double congested = 0;  // G that may meet at one rank, before congestion N
+    double messages = 0;   // one after another, of the rank that sends most
+    double sent = 0;       // bytes in these messages
+    double scratch = 0;    // bytes alive while one leaf runs, for each thread
     double workspace = 0;  // bytes alive while the step runs, whatever the number of threads
 };
 
@@ -44,6 +49,7 @@ struct Label {
 /// What a plan or a step is expected to take.
 struct Predicted {
     double seconds = 0;  // all frames
+    double spread = 0;   // of seconds: standard deviation of the log
     double bytes = 0;    // peak
     double error = 0;    // NRMSE
     bool known = true;   // of error

@@ -40,6 +40,7 @@ struct Plan {
 /// An edge that was accepted nowhere, and why.
 struct Refusal {
     std::string transition, reason;
+    bool asked = true;  // the reason is its own; else nothing made what it reads
 };
 
 }  // namespace edgewise

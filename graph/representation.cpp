@@ -26,7 +26,10 @@ std::string joined(const std::set<std::string>& facets) {
     return text;
 }
 
-const char* name_of(Layout layout) { return layout == Layout::linear ? "linear" : "bricked"; }
+const char* name_of(Layout layout) {
+    constexpr const char* kNames[] = {"linear", "bricked", "columns", "slice-and-dice"};
+    return kNames[static_cast<int>(layout)];
+}
 
 }  // namespace
 

@@ -40,7 +40,10 @@ class Placement {
     std::shared_ptr<const State> state_;
 };
 
-enum class Layout : std::uint8_t { linear, bricked };
+/// How samples follow one another: row by row, or in bricks; and where they are spread over ranks,
+/// how the box is cut (virtualization, [W93] 3.8 and FIGURE 41): columns give each rank all of z,
+/// slice and dice cuts every axis.
+enum class Layout : std::uint8_t { linear, bricked, columns, diced };
 enum class Place : std::uint8_t { memory, disk, ranks };
 
 /// A vertex: all that a later edge, a cost model and the memory count must know of data, no more.

@@ -66,7 +66,8 @@ Representation screen_picture(const Representation& from, const Request& want) {
 
 bool is_target(const Representation& here, const Request& want) {
     const char* content = want.job == Job::warp ? "scalar" : "picture";
-    return here.space == "screen" && here.content == content && here.place == Place::memory;
+    return here.space == "screen" && here.content == content &&
+           (here.place == Place::memory || (here.place == Place::ranks && want.ranks > 1));
 }
 
 }  // namespace edgewise

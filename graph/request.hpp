@@ -72,6 +72,8 @@ struct Request {
     Budget budget;
     Minimize minimize = Minimize::time;
     int threads = 1;
+    int ranks =
+        1;  // processors with memory of their own that samples may be spread over (plans only)
 
     /// Extent of one result: the warped samples, or one picture.
     Extent output() const noexcept {

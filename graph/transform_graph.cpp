@@ -141,7 +141,8 @@ class Expansion {
             spanned.graph[added.first].index = boost::num_edges(spanned.graph) - 1;
         }
         for (std::size_t i = 0; i < catalogue_.size(); ++i)
-            if (!accepted_[i]) spanned.refused.push_back({catalogue_[i].name, reason(i)});
+            if (!accepted_[i])
+                spanned.refused.push_back({catalogue_[i].name, reason(i), !reasons_[i].empty()});
         return spanned;
     }
 

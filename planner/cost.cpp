@@ -21,6 +21,9 @@ Work mean_work(const Transition& edge, const Offer& offer, const Ask& ask) {
         mean.gathers += work.gathers / asked;
         mean.local += work.local / asked;
         mean.global += work.global / asked;
+        mean.congested += work.congested / asked;
+        mean.messages += work.messages / asked;
+        mean.sent += work.sent / asked;
         mean.scratch = std::max(mean.scratch, work.scratch);
         mean.workspace = std::max(mean.workspace, work.workspace);
     }
@@ -38,13 +41,25 @@ double unit_random(std::uint64_t state) {
 
 }  // namespace
 
+std::string timing_name(const Transition& edge, const Offer& offer, const Request& want) {
+    const std::string_view kind = offer.to.content == "picture" ? name_of(want.mode)
+                                  : offer.from.axes == 2        ? "2d"
+                                                                : "3d";
+    return fmt::format("{}{} {} {}", edge.name, offer.with.text(), kind, name_of(offer.from.type));
+}
+
 StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,
                  int threads) {
     StepCost cost;
     cost.work = mean_work(edge, offer, ask);
+    if (offer.from.place == Place::ranks) cost.from_ranks = ask.want.ranks;
+    if (offer.to.place == Place::ranks) cost.to_ranks = ask.want.ranks;
 
-    cost.seconds =
-        offer.to.runs() * profile.seconds(edge.name + offer.with.text(), cost.work, threads);
+    const int among = offer.from.place == Place::ranks ? ask.want.ranks : 1;
+    const Seconds run =
+        profile.seconds(timing_name(edge, offer, ask.want), cost.work, threads, among);
+    cost.seconds = offer.to.runs() * run.seconds;
+    cost.spread = run.spread;
     cost.scratch = cost.work.scratch * threads + cost.work.workspace +
                    part_bytes(edge.parts(offer, ask), offer);
     cost.error = edge.error(offer, ask);
@@ -66,13 +81,13 @@ void randomise(StepCost& cost, const Transition& edge, const Offer& offer, std::
 
 Label extend(const Label& label, const Offer& offer, const StepCost& cost, bool from_source,
              double pinned) {
-    const double input = from_source ? 0 : offer.from.bytes();
+    const double input = from_source ? 0 : offer.from.bytes() / cost.from_ranks;
     const bool kept = offer.to.runs() > offer.from.runs();  // the next views need the input again
     Label next = label;
     next.seconds += cost.seconds;
     next.held += kept ? input : 0;
-    next.peak = std::max(label.peak,
-                         pinned + next.held + (kept ? 0 : input) + offer.to.bytes() + cost.scratch);
+    next.peak = std::max(label.peak, pinned + next.held + (kept ? 0 : input) +
+                                         offer.to.bytes() / cost.to_ranks + cost.scratch);
     next.bias = cost.error.gain * label.bias + cost.error.bias;
     next.noise = std::hypot(cost.error.noise_gain * label.noise, cost.error.noise);
     next.known = label.known && cost.error.known;

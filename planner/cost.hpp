@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "graph/plan.hpp"
 #include "planner/profile.hpp"
@@ -10,11 +11,17 @@ namespace edgewise {
 
 /// What one arc of the transform graph costs for all views of a request.
 struct StepCost {
-    Work work;           // one run: the mean of at most eight views
-    double seconds = 0;  // all runs
-    double scratch = 0;  // bytes beside input and output
+    Work work;                            // one run: the mean of at most eight views
+    double seconds = 0;                   // all runs
+    double spread = 0;                    // of seconds: standard deviation of the log
+    double scratch = 0;                   // bytes beside input and output, of one rank
+    double from_ranks = 1, to_ranks = 1;  // that input and output are spread over
     Error error;
 };
+
+/// "EDGE/key=value... KIND TYPE": what decides how an edge's kernels run, beside the size. KIND is
+/// the mode of a picture, else 2d or 3d; TYPE that of the samples it reads.
+std::string timing_name(const Transition& edge, const Offer& offer, const Request& want);
 
 /// @param threads  that share one run
 StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,

@@ -4,88 +4,15 @@
 #include <chrono>
 #include <fmt/format.h>
 #include <functional>
-#include <limits>
 #include <tuple>
 
-#include "planner/search.hpp"
+#include "planner/choice.hpp"
 
 namespace edgewise {
 namespace {
 
 constexpr double kThin =
     0.01;  // plans of the front closer than this in all three are reported once
-
-std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& catalogue,
-                            const Ask& ask, const Profile& profile, int threads,
-                            const PlanOptions& options) {
-    std::vector<StepCost> costs(boost::num_edges(spanned.graph));
-    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
-        const Arc& what = spanned.graph[arc];
-        StepCost& cost = costs[what.index];
-        cost = cost_of(catalogue[what.edge], what.offer, ask, profile, threads);
-        if (options.random_costs)
-            randomise(cost, catalogue[what.edge], what.offer, *options.random_costs);
-    }
-    return costs;
-}
-
-Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogue, const Ask& ask,
-             double resident) {
-    const Graph& graph = priced.spanned.graph;
-    Plan plan;
-    plan.source = graph[route.source].what;
-    Label label = priced.start(route.source);
-    for (const auto arc : route.arcs) {
-        const Arc& what = graph[arc];
-        const StepCost& cost = priced.cost(arc);
-        Label unlimited = label;
-        unlimited.peak = 0;
-        const double peak = priced.step(unlimited, arc).peak;
-        label = priced.step(label, arc);
-        plan.steps.push_back({&catalogue[what.edge],
-                              what.offer,
-                              cost.work,
-                              cost.seconds,
-                              cost.scratch,
-                              label,
-                              {cost.seconds, peak, label.error() / ask.scene.range, label.known}});
-    }
-    // A plan without steps still holds what it was given.
-    label.peak = std::max(label.peak, priced.pinned);
-    plan.label = label;
-    plan.predicted = {label.seconds, resident + label.peak, label.error() / ask.scene.range,
-                      label.known};
-    return plan;
-}
-
-bool within(const std::optional<double>& limit, double value) { return !limit || value <= *limit; }
-
-bool accurate_enough(const Plan& plan, const Budget& budget) {
-    if (!budget.error) return true;
-    return plan.predicted.known && plan.predicted.error <= *budget.error;
-}
-bool fast_enough(const Plan& plan, const Budget& budget) {
-    return within(budget.seconds, plan.predicted.seconds);
-}
-bool small_enough(const Plan& plan, const Budget& budget) {
-    return within(budget.bytes, plan.predicted.bytes);
-}
-bool feasible(const Plan& plan, const Budget& budget) {
-    return accurate_enough(plan, budget) && fast_enough(plan, budget) && small_enough(plan, budget);
-}
-
-/// What is minimised; an unknown error is worse than any known one.
-double objective(const Plan& plan, Minimize what) {
-    switch (what) {
-        case Minimize::time:
-            return plan.predicted.seconds;
-        case Minimize::memory:
-            return plan.predicted.bytes;
-        case Minimize::error:
-            break;
-    }
-    return plan.predicted.known ? plan.predicted.error : std::numeric_limits<double>::infinity();
-}
 
 /// The best of the plans that pass; ties go to the faster, then the smaller, then the more
 /// accurate.
@@ -95,9 +22,9 @@ const Plan* best(const std::vector<Plan>& plans, Minimize what,
     for (std::size_t i = 0; i < plans.size(); ++i) {
         if (!passes(i)) continue;
         const Plan& plan = plans[i];
-        if (!chosen || objective(plan, what) < objective(*chosen, what) ||
-            (objective(plan, what) == objective(*chosen, what) &&
-             before(plan.label, chosen->label)))
+        const double value = objective(plan.predicted, what);
+        const double least = chosen ? objective(chosen->predicted, what) : 0;
+        if (!chosen || value < least || (value == least && before(plan.label, chosen->label)))
             chosen = &plan;
     }
     return chosen;
@@ -141,15 +68,15 @@ std::vector<Plan> nearest_plans(const std::vector<Plan>& plans, const Budget& bu
     const auto at = [&](std::size_t i) -> const Plan& { return plans[i]; };
     if (budget.error)
         add(best(plans, Minimize::error, [&](std::size_t i) {
-            return fast_enough(at(i), budget) && small_enough(at(i), budget);
+            return fast_enough(at(i).predicted, budget) && small_enough(at(i).predicted, budget);
         }));
     if (budget.seconds)
         add(best(plans, Minimize::time, [&](std::size_t i) {
-            return accurate_enough(at(i), budget) && small_enough(at(i), budget);
+            return accurate_enough(at(i).predicted, budget) && small_enough(at(i).predicted, budget);
         }));
     if (budget.bytes)
         add(best(plans, Minimize::memory, [&](std::size_t i) {
-            return accurate_enough(at(i), budget) && fast_enough(at(i), budget);
+            return accurate_enough(at(i).predicted, budget) && fast_enough(at(i).predicted, budget);
         }));
     const auto any = [](std::size_t) { return true; };
     add(best(plans, Minimize::time, any));
@@ -175,10 +102,10 @@ void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<P
     Budget budget = want.budget;
     const auto pick = [&](const Budget& limits, Minimize what) -> const Plan* {
         const Plan* chosen = best(choice, what, [&](std::size_t i) {
-            return feasible(choice[i], limits) && feasible(real[i], limits);
+            return feasible(choice[i].predicted, limits) && feasible(real[i].predicted, limits);
         });
         if (!chosen)  // the profile's processors may be slower than the threads given
-            chosen = best(choice, what, [&](std::size_t i) { return feasible(real[i], limits); });
+            chosen = best(choice, what, [&](std::size_t i) { return feasible(real[i].predicted, limits); });
         return chosen ? &real[static_cast<std::size_t>(chosen - choice.data())] : nullptr;
     };
     const Plan* chosen = pick(budget, want.minimize);

@@ -5,27 +5,47 @@
 #include <string>
 
 #include "graph/cost.hpp"
+#include "planner/rates.hpp"
 
 namespace edgewise {
+
+/// Predicted seconds, and how far the truth may be from them: standard deviation of the log.
+struct Seconds {
+    double seconds = 0, spread = 0;
+};
 
 /// A machine as the mixed cost communication machine sees it (MCCM, [W93] 2.2.2): how long a
 /// counted unit of work takes, and a fitted factor for each edge whose counts miss something.
 struct Profile {
     std::string name = "default";
-    std::string cpu;  // of the machine that was measured; empty: none
-    int processors = 1;
+    std::string cpu;     // of the machine that was measured; empty: none
+    std::string build;   // version of the program that measured
+    std::string when;    // UTC, "2026-11-21T20:15:00Z"
+    int processors = 1;  // that share one memory
+    int ranks = 1;       // memories, each with so many processors; 1: a machine of shared memory
+    double memory = 0;   // [byte] of one rank; 0: not known
     double operation = 0.05e-9;  // [s]; operations run in vectors, so far below a cycle
     double streamed = 0.12e-9;   // [s/byte]
     double gather = 0.22e-9;     // [s]
     double local = 0.3e-9;       // [s]
     double global = 1e-9;        // [s], before congestion
+    double congestion = 1;       // N: how many times that where accesses meet
+    double latency = 0;          // [s] once a message
+    double byte = 0;             // [s/byte] in messages
     double start = 20e-6;        // [s] once a run of an edge
     double serial = 0.05;        // share of a run that further threads do not speed up
+    double spread = 0.35;        // of predicted seconds, at least: standard deviation of the log
     /// Measured over counted seconds, by "EDGE" or "EDGE/key=value..."; the longest name that fits.
     std::map<std::string, double> factors;
+    /// The same measured here by size, kind and type of sample; these go before `factors`.
+    Rates rates;
+    /// Where a number comes from, by its name above: "measured", "fitted", "derived" or "guessed",
+    /// then from what.
+    std::map<std::string, std::string> provenance;
 
-    /// Seconds of one run of an edge.
-    double seconds(const std::string& edge, const Work& work, int threads) const;
+    /// Seconds of one run of an edge; all but its messages is shared by `among` ranks.
+    /// @param edge  "EDGE/key=value... KIND TYPE", as Rates has it; KIND and TYPE may be missing
+    Seconds seconds(const std::string& edge, const Work& work, int threads, int among = 1) const;
     /// Seconds of the counted work alone, on one thread.
     double counted(const Work& work) const noexcept;
     double factor(const std::string& edge) const;
@@ -36,6 +56,8 @@ struct Profile {
 Profile default_profile();
 /// @throws InputError naming the file and the field
 Profile load_profile(const std::string& file);
+/// The same of a text. @param file  what messages call it
+Profile parse_profile(const std::string& text, const std::string& file);
 nlohmann::json to_json(const Profile& profile);
 
 }  // namespace edgewise

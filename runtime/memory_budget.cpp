@@ -57,6 +57,10 @@ std::size_t MemoryBudget::peak() const noexcept {
     const std::lock_guard lock(state_->mutex);
     return state_->peak;
 }
+void MemoryBudget::reset_peak() noexcept {
+    const std::lock_guard lock(state_->mutex);
+    state_->peak = state_->used + state_->kept;
+}
 std::size_t MemoryBudget::limit() const noexcept { return state_->limit; }
 
 void MemoryBudget::trim() noexcept {

@@ -14,6 +14,8 @@ class MemoryBudget : public std::pmr::memory_resource {
     ~MemoryBudget() override;
     std::size_t used() const noexcept;
     std::size_t peak() const noexcept;
+    /// From now on the peak is counted anew.
+    void reset_peak() noexcept;
     std::size_t limit() const noexcept;
     /// Gives back what is kept for reuse.
     void trim() noexcept;

@@ -1,6 +1,7 @@
 #include "transitions/catalogue.hpp"
 
 #include "transitions/filter/prefilter.hpp"
+#include "transitions/net/spread.hpp"
 #include "transitions/project/combine.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
@@ -21,6 +22,7 @@ Catalogue catalogue() {
         // Preparations, in the order in which they apply: what is cropped away need not be
         // converted,
         // and no transform gains from samples that were made coarser before it.
+        spread_over_ranks(),
         crop(),
         spline_prefilter_edge(),
         spectrum_forward(),

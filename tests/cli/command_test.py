@@ -231,7 +231,7 @@ class Refusals(Command):
                  ["render", volume, "--zero", "3"], ["warp", volume, "--channel", "4"],
                  ["warp", volume, "--seed", "-1"], ["warp", volume, "--repeat", "0"],
                  ["warp", volume, "--range", "0"], ["warp", volume, "--log", "loud"],
-                 ["warp", volume, "--planner", "pilot"], ["warp", "phantom:none:16"],
+                 ["warp", volume, "--planner", "guess"], ["warp", "phantom:none:16"],
                  ["warp", "phantom:cube:0"]]
         for words in cases:
             done = self.run_it(*words, "-o", "null:", code=2)

@@ -105,9 +105,9 @@ TEST(Profile, SecondsAreLinearInCountsAndShareThreads) {
     work.local = 4;
     work.global = 5;
     EXPECT_EQ(profile.counted(work), 54321);
-    EXPECT_EQ(profile.seconds("a.b", work, 1), 54321.5);
-    EXPECT_EQ(profile.seconds("a.b", work, 3), 0.5 + 54321 * (0.25 + 0.75 / 3));
-    EXPECT_EQ(profile.seconds("a.b", work, 0), 54321.5);  // no threads are one
+    EXPECT_EQ(profile.seconds("a.b", work, 1).seconds, 54321.5);
+    EXPECT_EQ(profile.seconds("a.b", work, 3).seconds, 0.5 + 54321 * (0.25 + 0.75 / 3));
+    EXPECT_EQ(profile.seconds("a.b", work, 0).seconds, 54321.5);  // no threads are one
 }
 
 TEST(Profile, LongestNameThatFitsGivesTheFactor) {

@@ -8,7 +8,7 @@ namespace edgewise::kernels {
 namespace {
 
 constexpr double kExactEntry = 1e-12, kExactShift = 1e-9;
-constexpr std::int64_t kTile = 32;  // 32 x 32 samples of 8 bytes, read and written: half an L1
+constexpr std::int64_t kTile = 64;  // samples along each side of a square
 
 /// One copy, with the strides of the input along the axes of the output [bytes].
 struct Copy {
@@ -37,6 +37,74 @@ void copy_row(const Copy& copy, std::int64_t begin, std::int64_t end, std::int64
         std::memcpy(to, from, size);
 }
 
+/// Small samples as fields of 64 bits: kSide of them are a row of a block that is transposed by
+/// exchanging halves, quarters and eighths of rows.
+template <std::size_t size>
+struct Block {
+    static constexpr std::int64_t kSide = 8 / size;
+    std::array<std::uint64_t, kSide> rows;
+
+    void transpose() noexcept {
+        if constexpr (kSide == 8) exchange<4>();
+        exchange<2>();
+        exchange<1>();
+    }
+
+ private:
+    /// Exchanges fields `half` apart with rows `half` apart.
+    template <std::int64_t half>
+    void exchange() noexcept {
+        constexpr int bits = static_cast<int>(half * 8 * std::int64_t(size));
+        constexpr std::uint64_t low = ~std::uint64_t{0} / ((std::uint64_t{1} << bits) + 1);
+        for (std::int64_t i = 0; i < kSide; ++i) {
+            if ((i & half) != 0) continue;
+            const std::uint64_t change = ((rows[i] >> bits) ^ rows[i + half]) & low;
+            rows[i + half] ^= change;
+            rows[i] ^= change << bits;
+        }
+    }
+};
+
+/// The square [x0, x1) x [a0, a1) of the output's x and `along`, whose neighbours along `along` are
+/// neighbours in the input.
+template <std::size_t size>
+struct Square {
+    const Copy& copy;
+    int along;
+    std::int64_t other, x0, x1, a0, a1;
+
+    const std::byte* source(std::int64_t x, std::int64_t a) const {
+        return along == 1 ? copy.source(x, a, other) : copy.source(x, other, a);
+    }
+    std::byte* target(std::int64_t x, std::int64_t a) const {
+        return along == 1 ? copy.target(x, a, other) : copy.target(x, other, a);
+    }
+    void one_by_one() const {
+        for (std::int64_t a = a0; a < a1; ++a) {
+            const std::byte* from = source(x0, a);
+            std::byte* to = target(x0, a);
+            for (std::int64_t x = x0; x < x1; ++x, from += copy.stride[0], to += size)
+                std::memcpy(to, from, size);
+        }
+    }
+    /// Blocks of rows that lie forwards in the input.
+    void by_blocks() const {
+        constexpr std::int64_t kSide = Block<size>::kSide;
+        const std::int64_t x2 = x1 - (x1 - x0) % kSide, a2 = a1 - (a1 - a0) % kSide;
+        for (std::int64_t a = a0; a < a2; a += kSide)
+            for (std::int64_t x = x0; x < x2; x += kSide) {
+                Block<size> block;
+                for (std::int64_t i = 0; i < kSide; ++i)
+                    std::memcpy(&block.rows[i], source(x + i, a), 8);
+                block.transpose();
+                for (std::int64_t i = 0; i < kSide; ++i)
+                    std::memcpy(target(x, a + i), &block.rows[i], 8);
+            }
+        Square{copy, along, other, x2, x1, a0, a2}.one_by_one();
+        Square{copy, along, other, x0, x1, a2, a1}.one_by_one();
+    }
+};
+
 /// The output's x and `along` (1 or 2) go through small squares, so that the lines of the cache
 /// that a column of the input touches are used up before they leave it.
 template <std::size_t size>
@@ -44,13 +112,21 @@ void copy_squares(const Copy& copy, int along) {
     const Region& part = copy.filled;
     const int other = 3 - along;
     for (std::int64_t o = part.begin[other]; o < part.end[other]; ++o)
-        for (std::int64_t a0 = part.begin[along]; a0 < part.end[along]; a0 += kTile)
-            for (std::int64_t x0 = part.begin[0]; x0 < part.end[0]; x0 += kTile) {
-                const std::int64_t a1 = std::min(a0 + kTile, part.end[along]);
-                const std::int64_t x1 = std::min(x0 + kTile, part.end[0]);
-                for (std::int64_t a = a0; a < a1; ++a)
-                    along == 1 ? copy_row<size>(copy, x0, x1, a, o)
-                               : copy_row<size>(copy, x0, x1, o, a);
+        for (std::int64_t a = part.begin[along]; a < part.end[along]; a += kTile)
+            for (std::int64_t x = part.begin[0]; x < part.end[0]; x += kTile) {
+                const Square<size> square{copy,
+                                          along,
+                                          o,
+                                          x,
+                                          std::min(x + kTile, part.end[0]),
+                                          a,
+                                          std::min(a + kTile, part.end[along])};
+                if constexpr (size == 1 || size == 2)
+                    if (copy.stride[along] > 0) {
+                        square.by_blocks();
+                        continue;
+                    }
+                square.one_by_one();
             }
 }
 

@@ -67,6 +67,7 @@ struct RayCast {
     double bound = 0;  // of over: a ray ends where less than this transparency is left; the result
                        // differs by at most bound x the largest emission or background
     const Bricks* bricks = nullptr;
+    std::int64_t* taken = nullptr;  // counts the samples that rays take; of one thread
 };
 
 /// Fills width x height pixels, from pixel (x, y) on. Single-threaded; no allocation; each pixel

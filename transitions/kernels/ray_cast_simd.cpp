@@ -175,17 +175,35 @@ HWY_INLINE void walk_all(const Lanes& lanes, const Sampler& sampler, Sum& sum, i
     }
 }
 
+/// Adds cells times the rays that have them, where somebody counts.
+class Count {
+ public:
+    Count(const RayCast& cast, const Packet& packet)
+        : taken_(cast.taken),
+          rays_(cast.taken ? std::count(packet.hit, packet.hit + kLanes, true) : 0) {}
+    HWY_INLINE void operator()(int cells) const {
+        if (taken_) *taken_ += cells * rays_;
+    }
+
+ private:
+    std::int64_t* taken_;
+    std::int64_t rays_;
+};
+
 template <class Sampler, class Sum>
 HWY_NOINLINE void walk_inside(const RayCast& cast, const Packet& packet, const Sampler& sampler,
                               Sum& sum) {
     const Lanes lanes(packet);
     const int begin = packet.inner_begin, end = packet.inner_end;
+    const Count count(cast, packet);
     if constexpr (Sum::kSkips) {
         if (cast.bricks) {
             const Levels levels(*cast.bricks, cast.hold, packet.steepest);
             // A few of the samples, taken first, tell early which stretches cannot matter.
-            if constexpr (Sum::kAnyOrder)
+            if constexpr (Sum::kAnyOrder) {
                 walk_all(lanes, sampler, sum, begin + kChecked, end, 2 * kChecked);
+                count((end - begin) / (2 * kChecked));
+            }
             for (int cell = begin; cell < end && sum.alive(); cell += levels.cells()) {
                 const VF middle =
                     hn::Add(lanes.offset(cell), hn::Set(DF(), 0.5f * (levels.cells() - 1)));
@@ -193,14 +211,19 @@ HWY_NOINLINE void walk_inside(const RayCast& cast, const Packet& packet, const S
                 const VF inside = hn::Min(middle, lanes.offset(end - 1));
                 const VF level =
                     levels.at(lanes.at(inside, 0), lanes.at(inside, 1), lanes.at(inside, 2));
-                if (sum.needs(level))
-                    walk_all(lanes, sampler, sum, cell, std::min(cell + levels.cells(), end));
+                if (!sum.needs(level)) continue;
+                const int next = std::min(cell + levels.cells(), end);
+                walk_all(lanes, sampler, sum, cell, next);
+                count(next - cell);
             }
             return;
         }
     }
-    for (int cell = begin; cell < end && sum.alive(); cell += kChecked)
-        walk_all(lanes, sampler, sum, cell, std::min(cell + kChecked, end));
+    for (int cell = begin; cell < end && sum.alive(); cell += kChecked) {
+        const int next = std::min(cell + kChecked, end);
+        walk_all(lanes, sampler, sum, cell, next);
+        count(next - cell);
+    }
 }
 
 template <class Sampler, class Sum>

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "graph/spread.hpp"
 #include "transitions/kernels/combine.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_path.hpp"
+#include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
 
 namespace edgewise {
@@ -26,7 +28,22 @@ double tile_bytes(Mode mode) {
     return planes * kWidth * kHeight * 4.0 + 2 * kArraySlack;
 }
 
+/// Spread over ranks as in the thesis: the samples lie along z already, one beside the other.
+Work spread_work(const Offer& offer, const Ask& ask) {
+    const kernels::Optics optics = optics_of(ask.want, offer.from.values);
+    double rule = 1;
+    // TABLE 36 and 37, front to back: 3 a colour, 2 of transparency.
+    if (ask.want.mode == Mode::composite)
+        rule = static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) + 3 * 3 + 2;
+    Work work{.operations = rule * static_cast<double>(offer.from.samples()),
+              .streamed = offer.from.bytes() + offer.to.bytes()};
+    const Cut cut = cut_of(offer.from.layout, offer.from.extent, 3, ask.want.ranks);
+    add_parallel_product(work, ask.want.mode, cut, static_cast<double>(offer.to.samples()));
+    return work;
+}
+
 Work work(const Offer& offer, const Ask& ask, int) {
+    if (is_spread(offer.from)) return spread_work(offer, ask);
     const kernels::Optics optics = optics_of(ask.want, offer.from.values);
     // Two comparisons with the span of the ray, its share, and the rule.
     double rule = 5;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "graph/spread.hpp"
 #include "transitions/kernels/ray_path.hpp"
 
 namespace edgewise {
@@ -29,8 +30,7 @@ std::string no_picture(const Representation& from, const Ask& ask) {
     if (from.axes != 3) return "an image has no depth to look through";
     if (from.channels != 1) return fmt::format("{} channels; rays combine one", from.channels);
     if (from.type == Type::c64) return "complex samples have no largest value and no opacity";
-    if (from.layout != Layout::linear || from.place != Place::memory)
-        return "needs all samples in memory, row by row";
+    if (!is_whole(from) && !is_spread(from)) return "needs all samples in memory, row by row";
     for (int variant = 0; variant < want.views.different(); ++variant) {
         const int view = want.views.first_view(variant);
         const Mat4& map = want.views.at(view);

@@ -26,6 +26,9 @@ kernels::Rays rays_of(const Representation& from, const Request& want, int view,
 /// where the screen shows all of them, else from a lattice of rays.
 double mean_length(const Representation& from, const Request& want, int view);
 
+/// A logarithm and an exponential, for opacities over another length than theirs.
+inline constexpr double kCorrectionOperations = 40;
+
 /// A ray ends where so little is left to see: far below half of an 8-bit step.
 inline constexpr double kTerminated = 1.0 / 4096;
 

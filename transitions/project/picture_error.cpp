@@ -98,14 +98,10 @@ Error cast_error(const std::string& filter, double step, const Ask& ask) {
 Error sheared_error(const std::string& filter, double step, const Ask& ask) {
     // Unmeasured: two reconstructions within a slice, none along z, against one along each axis.
     constexpr double kTwice = 1.4;
-    // Composites of nearest samples are worse than the preview sees, by 1.22 at most on an engine
-    // and Marschner and Lobb's signal; which part of the kernel it leaves out is not known.
-    constexpr double kUnseen = 1.25;
     Error error = gains(filter, ask);
     error.bias = ask.scene.fact("picture/shear_warp/" + filter)
-                     .value_or(kTwice * at_step(filter, step, ask));
-    if (ask.want.mode == Mode::composite && filter == "zoh") error.bias *= kUnseen;
-    error.bias += terminated(ask);
+                     .value_or(kTwice * at_step(filter, step, ask)) +
+                 terminated(ask);
     return error;
 }
 

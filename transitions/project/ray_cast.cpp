@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <tbb/parallel_for.h>
 
+#include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_cast.hpp"
+#include "transitions/project/bricks_of.hpp"
+#include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
 
 namespace edgewise {
@@ -29,6 +31,9 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
                                       : "filter=bspline3 reads the coefficients of a prefilter");
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
+    if (is_spread(from) && ask.want.eye)
+        return Offer::no(
+            "over ranks: the eye is at a finite distance, boxes have no order along z");
     if (ask.want.field == Field::nearest && hold != Hold::zoh)
         return Offer::no("labels: only filter=zoh makes no new value");
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
@@ -53,11 +58,25 @@ double brick_bytes(const Representation& from) {
     return 4 * static_cast<double>(from.samples()) / kBrick * 1.1 + 4096;
 }
 
-/// Operations to combine one sample (TABLE 37: 3 a colour and 2 of transparency).
-double combining(const Ask& ask, const kernels::Optics& optics) {
+/// Operations to combine one sample (TABLE 37: 3 a colour and 2 of transparency); where the step is
+/// not the opacities' unit, 1 - (1 - a)^power as well.
+double combining(const Ask& ask, const kernels::Optics& optics, double step) {
     if (ask.want.mode != Mode::composite) return 1;
     const double colors = optics.grey ? 1 : 3;
-    return static_cast<double>(optics.ramps.size()) * (6 + 2 * colors) + 2 * colors + 4;
+    return static_cast<double>(optics.ramps.size()) * (6 + 2 * colors) + 2 * colors + 4 +
+           (step == optics.unit ? 0 : kCorrectionOperations);
+}
+
+/// The samples that rays take: what is empty or hidden is left out, as counted on the preview.
+/// Cropped data hold less that can be left out, so counts are a pixel's, not shares.
+double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks) {
+    const auto pixels = static_cast<double>(offer.to.samples());
+    if (const auto counted = ask.scene.fact(bricks ? "cast/bricks" : "cast/taken"))
+        return std::min(samples, *counted * pixels / offer.with.number("step"));
+    if (!bricks) return samples;
+    // Measured on CT and MR: a MIP's bricks leave out about half of the samples.
+    return ask.want.mode == Mode::mip ? 0.5 * samples
+                                      : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
 }
 
 Work work(const Offer& offer, const Ask& ask, int view) {
@@ -68,18 +87,18 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double taps = hold == Hold::zoh ? 1 : hold == Hold::foh ? 8 : 64;
     const double samples = samples_of(offer, ask, view);
     const bool bricks = with_bricks(offer, ask, samples);
-    // Measured on CT and MR: a MIP's bricks leave out about half of the samples.
-    const double taken = !bricks ? samples
-                         : ask.want.mode == Mode::mip
-                             ? 0.5 * samples
-                             : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
+    const double taken = taken_of(offer, ask, samples, bricks);
     const kernels::Optics optics = optics_of(ask.want, offer.from.values);
     const double pixels = static_cast<double>(offer.to.samples());
-    return {.operations = taken * (9 + filter + combining(ask, optics)) + 60 * pixels +
-                          (bricks ? 2.0 * static_cast<double>(offer.from.samples()) : 0),
-            .streamed = offer.to.bytes() + (bricks ? offer.from.bytes() : 0),
-            .gathers = taken * taps,
-            .workspace = bricks ? brick_bytes(offer.from) : 0};
+    Work work{
+        .operations = taken * (9 + filter + combining(ask, optics, offer.with.number("step"))) +
+                      60 * pixels +
+                      (bricks ? 2.0 * static_cast<double>(offer.from.samples()) + 2 * samples : 0),
+        .streamed = offer.to.bytes() + (bricks ? offer.from.bytes() : 0),
+        .gathers = taken * taps,
+        .workspace = bricks ? brick_bytes(offer.from) : 0};
+    if (is_spread(offer.from)) add_subframes(work, offer, ask, view);
+    return work;
 }
 
 Error error(const Offer& offer, const Ask& ask) {
@@ -89,21 +108,6 @@ Error error(const Offer& offer, const Ask& ask) {
 Partition parts(const Offer& offer, const Ask&) {
     const Extent& to = offer.to.extent;
     return {.kind = Partition::output, .leaf = {to.x, std::min(to.y, 2 * kTile), 1}};
-}
-
-std::unique_ptr<kernels::Bricks> bricks_of(const kernels::Grid& volume,
-                                           const kernels::Optics* optics, Context& context) {
-    auto bricks = std::make_unique<kernels::Bricks>(volume.extent, context.memory);
-    constexpr std::int64_t kLayers = 4;
-    const std::int64_t layers = bricks->extent.z;
-    tbb::parallel_for(std::int64_t{0}, (layers + kLayers - 1) / kLayers, [&](std::int64_t i) {
-        if (context.stopped()) return;
-        const std::int64_t begin = i * kLayers;
-        kernels::brick_layers(volume, optics, begin, std::min(begin + kLayers, layers), *bricks);
-    });
-    context.poll();
-    kernels::spread_bricks(*bricks);
-    return bricks;
 }
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
@@ -128,7 +132,9 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
         static_cast<double>(region.extent().samples()) / static_cast<double>(offer.to.samples());
     std::unique_ptr<kernels::Bricks> bricks;
     if (with_bricks(offer, ask, samples_of(offer, ask, context.view) * share))
-        bricks = bricks_of(cast.volume, composite ? &optics : nullptr, context);
+        bricks = bricks_of(cast.volume, composite ? &optics : nullptr, context.memory,
+                           [&] { return context.stopped(); });
+    context.poll();
     cast.bricks = bricks.get();
     const std::int64_t channels = out.what.channels, row = out.what.extent.x * channels;
     for_tiles(region, kTile, kTile, context, [&](const Region& tile) {

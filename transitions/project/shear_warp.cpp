@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "graph/spread.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/shear_warp.hpp"
@@ -15,7 +16,8 @@ namespace {
 
 constexpr std::int64_t kWidth = 128, kHeight = 16;  // of a tile: states and rows stay in the caches
 
-/// One view, factored: intermediate pixel (i, j) is the ray through (i + x, j + y) of slice 0.
+/// One view, factored: intermediate pixel (i, j) is the ray through (i + x, j + y) of slice 0. In
+/// the slice nearest to the eye, which hides the others, these are places of samples.
 struct Factored {
     double x = 0, dx = 0, y = 0, dy = 0;  // as in kernels::ShearWarp [voxel]
     double step = 1;                      // from slice to slice [t]
@@ -34,9 +36,10 @@ Factored factored(const Representation& from, const Request& want, int view) {
     f.step = 1 / std::abs(d[2]);
     f.backwards = d[2] < 0;
     // Slices 0 ... nz - 1 and half a spacing beyond reach over these pixels.
-    const auto frame = [&n](double shear, std::int64_t along, double& first, std::int64_t& size) {
+    const auto frame = [&](double shear, std::int64_t along, double& first, std::int64_t& size) {
         const double low = -0.5 * shear, high = (static_cast<double>(n.z) - 0.5) * shear;
-        first = std::floor(-0.5 - std::max(low, high)) - 1;
+        const double nearest = f.backwards ? static_cast<double>(n.z - 1) * shear : 0;
+        first = std::floor(-0.5 - std::max(low, high) + nearest) - 1 - nearest;
         const double last = static_cast<double>(along) - 0.5 - std::min(low, high);
         size = static_cast<std::int64_t>(std::ceil(last) - first) + 2;
     };
@@ -61,6 +64,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (ask.want.eye) return Offer::no("the eye is at a finite distance: shears differ by slice");
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
+    if (!is_whole(from)) return Offer::no("slices are sheared in the memory of one rank");
     if (ask.want.field == Field::nearest && with.word("filter") != "zoh")
         return Offer::no("labels: only filter=zoh makes no new value");
     constexpr double kSteepest = 1 + 1e-9;
@@ -94,11 +98,12 @@ bool smooth(const std::string& filter, Mode mode) { return filter == "foh" && mo
 
 /// Operations a voxel: three interpolations of two operations, then the rule with its states. The
 /// largest integers stay in registers, bytes in lanes of 16 bits (kernels::shear_warp_max).
-double voxel_operations(const Offer& offer, const Ask& ask, bool nearest) {
+double voxel_operations(const Offer& offer, const Ask& ask, bool nearest, double step) {
     const double hold = nearest ? 0 : 6;
     if (ask.want.mode == Mode::composite) {
         const kernels::Optics optics = optics_of(ask.want, offer.from.values);
-        return hold + 14 + static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12);
+        return hold + 14 + static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) +
+               (step == optics.unit ? 0 : kCorrectionOperations);
     }
     if (ask.want.mode != Mode::mip) return hold + 5;
     switch (offer.from.type) {
@@ -124,7 +129,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // recursions of its prefilter.
     const double hold = spline ? 54 : nearest ? 0 : 9 * channels;
     const double finish = spline ? 60 : 40;
-    return {.operations = voxels * voxel_operations(offer, ask, nearest) +
+    return {.operations = voxels * voxel_operations(offer, ask, nearest, f.step) +
                           finish * static_cast<double>(f.image.samples()) + pixels * (14 + hold),
             .streamed = offer.from.bytes() + 2 * image_bytes(f, ask.want.mode) + offer.to.bytes(),
             .gathers = pixels *

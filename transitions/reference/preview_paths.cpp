@@ -80,7 +80,16 @@ ShearedPicture::ShearedPicture(const RaySpan& ray, const Extent& input, Mode mod
             pixel_at(whole[0] + i, whole[1] + j, (i > 0 ? u : 1 - u) * (j > 0 ? v : 1 - v), mode);
     }
     nearest_ = pixel_at(std::floor(at[0] + 0.5), std::floor(at[1] + 0.5), 1, mode);
-    next_ = static_cast<std::int64_t>(std::floor((ray.low - first_) / step_)) - 2;
+    double begin = static_cast<double>(input[axis_]), end = -1;
+    const auto join = [&](const Pixel& pixel) {
+        if (pixel.weight == 0) return;
+        begin = std::min(begin, std::ceil(pixel.low));
+        end = std::max(end, std::floor(pixel.high));
+    };
+    for (const Pixel& corner : corners_) join(corner);
+    join(nearest_);
+    next_ = static_cast<std::int64_t>(begin);
+    last_ = static_cast<std::int64_t>(end);
 }
 
 ShearedPicture::Pixel ShearedPicture::pixel_at(double u, double v, double weight, Mode mode) const {
@@ -107,10 +116,7 @@ void ShearedPicture::add(Pixel& pixel, PreviewHold hold, const PreviewBlock& blo
 }
 
 void ShearedPicture::trace(const PreviewBlock& block, double end, const Request& want) {
-    // Neighbouring pixels enter and leave the input up to two slices before and after the ray.
-    for (const double last = (ray_.high - first_) / step_ + 2;
-         static_cast<double>(next_) <= last && first_ + static_cast<double>(next_) * step_ < end;
-         ++next_) {
+    for (; next_ <= last_ && begin() < end; ++next_) {
         for (Pixel& corner : corners_) add(corner, kFoh, block, want);
         add(nearest_, kZoh, block, want);
     }

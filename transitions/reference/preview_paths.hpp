@@ -33,10 +33,17 @@ class ScreenPicture {
 /// four neighbours by a bilinear picture, the nearest by one without interpolation. The slices are
 /// those across the axis along which the ray advances fastest; pixels lie at whole positions in the
 /// slice that is nearest to the eye. Parallel rays only.
+///
+/// Where rays run nearly along a face, a neighbouring pixel stays inside for many slices that the
+/// ray itself does not meet: begin() and end() tell how far a block must reach.
 class ShearedPicture {
  public:
     ShearedPicture(const RaySpan& ray, const Extent& input, Mode mode);
+    /// Slices with t < end. The block must reach one sample farther than the ray across it.
     void trace(const PreviewBlock& block, double end, const Request& want);
+    /// Of the slices that any of the pixels meets [t]; begin > end: none.
+    double begin() const noexcept { return first_ + static_cast<double>(next_) * step_; }
+    double end() const noexcept { return first_ + static_cast<double>(last_) * step_; }
     /// One value, or premultiplied red, green, blue and opacity.
     void result(PreviewHold hold, const Request& want, std::span<double, 4> values) const;
 
@@ -54,10 +61,10 @@ class ShearedPicture {
     Extent input_;
     int axis_ = 2;
     std::array<int, 2> across_{};
-    std::array<double, 2> shear_{};  // from slice to slice
-    double step_ = 1;                // from slice to slice [t]
-    double first_ = 0;               // t of the first slice
-    std::int64_t next_ = 0;          // slice, counted from the eye
+    std::array<double, 2> shear_{};      // from slice to slice
+    double step_ = 1;                    // from slice to slice [t]
+    double first_ = 0;                   // t of the first slice
+    std::int64_t next_ = 0, last_ = -1;  // slices, counted from the eye
     std::array<Pixel, 4> corners_;
     Pixel nearest_;
 };

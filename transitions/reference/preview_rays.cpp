@@ -10,12 +10,14 @@
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_block.hpp"
 #include "transitions/reference/preview_paths.hpp"
+#include "transitions/reference/preview_short.hpp"
+#include "transitions/reference/preview_spectrum.hpp"
 
 namespace edgewise {
 namespace {
 
-constexpr int kFewest = 56, kMost = 448;  // bundles
-constexpr double kLength = 56 * 256.0;    // that all bundles together should reach [unit]
+constexpr int kFewest = 96, kMost = 448;  // bundles
+constexpr double kLength = 96 * 256.0;    // that all bundles together should reach [unit]
 constexpr int kTries = 64 * kFewest + kMost;
 // Inputs of so many samples are prepared once for all bundles.
 constexpr std::int64_t kSmallInput = 1 << 18;
@@ -28,17 +30,24 @@ constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers 
 /// One ray with all pictures that it is part of.
 struct Traced {
     RaySpan ray;
+    OutputSample at;
     Stretch reference;
     std::array<Stretch, 2> noisy;  // zoh, foh with noise in the samples, step 1
     std::array<std::array<Stretch, kSteps.size()>, 3> cast;  // by hold and step
     std::optional<ScreenPicture> screen;
     std::optional<ShearedPicture> sheared;               // of parallel rays
+    std::vector<SpectrumPicture::Named> spectrum;        // squared errors
     std::array<std::int64_t, 1 + kSteps.size()> next{};  // cell, of the fine step and the others
+    double low = 0, high = 0;  // part of the ray that any of the pictures needs [t]
 };
+
+/// What a ray was taken for: drawn at random; chosen, because the reference is likely to be extreme
+/// there; of the classes of ShortRays.
+enum Among : std::size_t { kDrawn, kChosen, kShort, kAmong = kShort + ShortRays::kClasses };
 
 /// Neighbouring pixels, so that their rays share blocks of the input.
 struct Bundle {
-    bool drawn = true;  // false: chosen, because the reference is likely to be extreme there
+    std::size_t among = kDrawn;
     std::vector<Traced> rays;
     std::array<double, 4> field{};    // squared errors of zoh, foh, bspline3, me
     std::array<double, 2> sheared{};  // of a pass of shears: foh, bspline3
@@ -56,26 +65,37 @@ struct Setting {
 /// eye, as in project.ray_cast.
 double front_of(const Request& want) { return want.eye ? 0 : -0.5; }
 
-/// @param side  pixels along x and y
+bool is_short(const RaySpan& ray, const Request& want) {
+    return ShortRays::class_of(ray, want) < ShortRays::kClasses;
+}
+
+/// @param side   pixels along x and y
+/// @param whole  with the short rays too, where they are drawn by themselves
 Bundle bundle_at(const Request& want, const ViewGeometry& geometry, const OutputSample& corner,
-                 bool drawn, int side = 2) {
-    Bundle bundle{.drawn = drawn, .rays = {}};
+                 std::size_t among, int side = 2, bool whole = true) {
+    Bundle bundle{.among = among, .rays = {}};
     for (int i = 0; i < side * side; ++i) {
         const std::int64_t x = corner.x + i % side, y = corner.y + i / side;
         if (x < 0 || y < 0 || x >= want.screen.x || y >= want.screen.y) continue;
         const std::optional<RaySpan> ray =
             geometry.ray(corner.view, static_cast<double>(x), static_cast<double>(y));
-        if (!ray) continue;
+        if (!ray || (!whole && is_short(*ray, want))) continue;
         const Stretch empty = Stretch::empty(want.mode);
         Traced traced{.ray = *ray,
+                      .at = {corner.view, x, y, 0},
                       .reference = empty,
                       .noisy = {empty, empty},
                       .cast = {},
                       .screen = {},
-                      .sheared = {}};
+                      .sheared = {},
+                      .spectrum = {},
+                      .low = ray->low,
+                      .high = ray->high};
         if (!want.eye) {
             traced.screen.emplace(*ray, want.mode);
             traced.sheared.emplace(*ray, want.input, want.mode);
+            traced.low = std::min(traced.low, traced.sheared->begin());
+            traced.high = std::max(traced.high, traced.sheared->end());
         }
         for (auto& steps : traced.cast) steps.fill(empty);
         traced.next[0] = static_cast<std::int64_t>(std::floor(ray->low / kFine));
@@ -148,8 +168,8 @@ void trace(Traced& traced, const PreviewBlock& block, double end, const Setting&
 Region cells_between(const Bundle& bundle, double begin, double end, const ReferenceField& field) {
     Region cells{{field.extent().x, field.extent().y, field.extent().z}, {0, 0, 0}};
     for (const Traced& traced : bundle.rays)
-        for (double t : {std::max(begin, traced.ray.low), std::min(end, traced.ray.high)}) {
-            if (t < traced.ray.low || t > traced.ray.high) continue;
+        for (double t : {std::max(begin, traced.low), std::min(end, traced.high)}) {
+            if (t < traced.low || t > traced.high) continue;
             const Vec3 p = field.clamped(traced.ray.origin + t * traced.ray.direction);
             for (int axis = 0; axis < 3; ++axis) {
                 const auto cell = static_cast<std::int64_t>(std::floor(p[axis]));
@@ -170,8 +190,8 @@ void measure(Bundle& bundle, const Setting& setting, const PreviewBlock* whole,
     }
     double low = kEnd, high = -low, speed = 0;
     for (const Traced& traced : bundle.rays) {
-        low = std::min(low, traced.ray.low);
-        high = std::max(high, traced.ray.high);
+        low = std::min(low, traced.low);
+        high = std::max(high, traced.high);
         speed = std::max(speed, traced.ray.direction.cwiseAbs().maxCoeff());
     }
     const double piece = kBlockSide / speed;
@@ -186,7 +206,7 @@ void measure(Bundle& bundle, const Setting& setting, const PreviewBlock* whole,
 
 struct Drawn {
     std::vector<Bundle> bundles;
-    double pixels = 0;  // of all views that see the input, about
+    double pixels = 0;  // of all views that see the input, about; without short rays
     bool all = false;   // every pixel is there, once
 };
 
@@ -197,7 +217,7 @@ Drawn take_all(const Request& want, const ViewGeometry& geometry) {
     for (int view = 0; view < want.frames; ++view)
         for (std::int64_t y = 0; y < want.screen.y; y += 2)
             for (std::int64_t x = 0; x < want.screen.x; x += 2) {
-                Bundle bundle = bundle_at(want, geometry, {view, x, y, 0}, true);
+                Bundle bundle = bundle_at(want, geometry, {view, x, y, 0}, kDrawn);
                 drawn.pixels += static_cast<double>(bundle.rays.size());
                 if (!bundle.rays.empty()) drawn.bundles.push_back(std::move(bundle));
             }
@@ -223,10 +243,10 @@ Drawn draw(const Request& want, const ViewGeometry& geometry) {
                               static_cast<std::int64_t>(u[1] * static_cast<double>(want.screen.y)),
                               0};
         const std::optional<RaySpan> ray = geometry.ray(at);
-        if (!ray) continue;
+        if (!ray || is_short(*ray, want)) continue;
         // Cells of a lattice, so that each pixel is part of one bundle.
         drawn.bundles.push_back(
-            bundle_at(want, geometry, {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, true));
+            bundle_at(want, geometry, {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, kDrawn, 2, false));
         length += ray->high - ray->low;
     }
     drawn.pixels = static_cast<double>(want.screen.x * want.screen.y) * want.frames *
@@ -236,7 +256,7 @@ Drawn draw(const Request& want, const ViewGeometry& geometry) {
 
 /// Tallies of everything that is compared, by the name of its fact.
 struct Tallies {
-    std::map<std::string, ErrorTally> drawn, chosen;
+    std::array<std::map<std::string, ErrorTally>, kAmong> among;
     double chosen_rays = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
@@ -258,6 +278,20 @@ double square_of(const Values& a, const Values& b, const Request& want) {
     double square = 0;
     for (std::size_t c = 0; c < a.size(); ++c) square += (a[c] - b[c]) * (a[c] - b[c]);
     return want.mode == Mode::composite ? square / 4 : square;
+}
+
+/// Whether slices of a spectrum make such pictures.
+bool has_slices(const Request& want, const Statistics& statistics) {
+    return !want.eye && !want.projective() && want.axes == 3 && want.field != Field::nearest &&
+           statistics.non_finite == 0 && (want.mode == Mode::xray || want.mode == Mode::mean);
+}
+
+void add_spectrum(Traced& traced, const SpectrumPicture& picture, const Request& want) {
+    constexpr std::size_t kFinest = kSteps.size() - 1;
+    traced.spectrum = picture.squares(traced.ray, traced.at,
+                                      {.expected = values_of(traced.reference, want)[0],
+                                       .spline = values_of(traced.cast[kSpline][kFinest], want)[0],
+                                       .linear = values_of(traced.cast[kFoh][kFinest], want)[0]});
 }
 
 /// Calls each(name, square) for everything that is measured on one ray.
@@ -284,13 +318,15 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
     for (std::size_t method = 0; traced.screen && method < kMethods.size(); ++method)
         each(fmt::format("picture/screen/{}", kMethods[method]),
              against(traced.screen->of(method)));
+    for (const SpectrumPicture::Named& spectrum : traced.spectrum)
+        each(spectrum.name, spectrum.square);
     if (want.mode == Mode::composite)
         each("picture/ended", traced.reference.transparency < kTerminated ? 1.0 : 0.0);
 }
 
 /// @param even  bundles count alike: each was drawn as often as it has rays that meet the input
 void tally(const Bundle& bundle, const Request& want, bool even, Tallies& tallies) {
-    auto& by_name = bundle.drawn ? tallies.drawn : tallies.chosen;
+    auto& by_name = tallies.among[bundle.among];
     const int channels = want.mode == Mode::composite ? 4 : 1;
     const double weight = even ? 1 / static_cast<double>(bundle.rays.size()) : 1;
     for (const Traced& traced : bundle.rays) {
@@ -303,7 +339,7 @@ void tally(const Bundle& bundle, const Request& want, bool even, Tallies& tallie
             by_name[name].add(square * weight, weight);
         });
     }
-    if (!bundle.drawn) tallies.chosen_rays += static_cast<double>(bundle.rays.size());
+    if (bundle.among == kChosen) tallies.chosen_rays += static_cast<double>(bundle.rays.size());
     for (std::size_t method = 0; method < kMethods.size(); ++method)
         by_name[fmt::format("field/{}", kMethods[method])].add(bundle.field[method], bundle.points);
     for (std::size_t i = 0; i < bundle.sheared.size(); ++i)
@@ -344,6 +380,23 @@ void split_combining(std::map<std::string, double>& facts, Field field) {
     facts["picture/combined"] = added;
 }
 
+/// Of the pixels that see the input.
+std::array<double, kAmong> shares_of(const Drawn& drawn, const ShortRays& short_rays,
+                                     const Tallies& tallies) {
+    std::array<double, kAmong> shares{1};
+    if (drawn.all) return shares;
+    double pixels = drawn.pixels;
+    for (const ShortRays::Class& of : short_rays.classes) pixels += of.pixels;
+    pixels = std::max(1.0, pixels);
+    shares[kChosen] = std::min(1.0, tallies.chosen_rays / pixels);
+    for (std::size_t c = 0; c < short_rays.classes.size(); ++c)
+        shares[kShort + c] = short_rays.classes[c].pixels / pixels;
+    shares[kDrawn] = 1;
+    for (std::size_t among = kChosen; among < kAmong; ++among) shares[kDrawn] -= shares[among];
+    shares[kDrawn] = std::max(0.0, shares[kDrawn]);
+    return shares;
+}
+
 }  // namespace
 
 Preview preview_rays(const Request& want, const ReferenceField& field, const Statistics& statistics,
@@ -360,26 +413,44 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
     for (OutputSample at : likely_extremes(want, field, geometry, statistics)) {
         at.x -= is_small;
         at.y -= is_small;
-        bundles.push_back(bundle_at(want, geometry, at, false, is_small ? 4 : 2));
+        bundles.push_back(bundle_at(want, geometry, at, kChosen, is_small ? 4 : 2));
     }
+    ShortRays short_rays;
+    if (!drawn.all) short_rays = draw_short_rays(want, geometry);
+    for (std::size_t c = 0; c < short_rays.classes.size(); ++c)
+        for (const OutputSample& at : short_rays.classes[c].drawn)
+            bundles.push_back(bundle_at(want, geometry, at, kShort + c, 1));
     if (is_small) whole.emplace(field, Region::all(field.extent()), memory);
+    std::optional<SpectrumPicture> spectrum;
+    if (has_slices(want, statistics)) spectrum.emplace(want, field.samples(), statistics);
     tbb::parallel_for(std::size_t{0}, bundles.size(), [&](std::size_t i) {
         measure(bundles[i], setting, whole ? &*whole : nullptr, memory);
+        if (!spectrum) return;
+        for (Traced& traced : bundles[i].rays) add_spectrum(traced, *spectrum, want);
     });
 
     Tallies tallies;
-    for (const Bundle& bundle : bundles) tally(bundle, want, !drawn.all && bundle.drawn, tallies);
+    for (const Bundle& bundle : bundles)
+        tally(bundle, want, !drawn.all && bundle.among == kDrawn, tallies);
     Preview preview{.facts = {}, .low = tallies.low, .high = tallies.high};
-    const double share =
-        drawn.all ? 0 : std::min(1.0, tallies.chosen_rays / std::max(1.0, drawn.pixels));
-    for (const auto& [name, errors] : tallies.drawn)
-        if (name.starts_with("noisy/")) {
-            if (setting.noise > 0)
-                preview.facts["gain/noise/" + name.substr(6)] = errors.rms() / setting.noise;
-        } else {
-            preview.facts[name] = upper_of(
-                std::array{Stratum{1 - share, errors}, Stratum{share, tallies.chosen[name], true}});
+    const std::array<double, kAmong> shares = shares_of(drawn, short_rays, tallies);
+    for (const auto& [name, errors] : tallies.among[kDrawn]) {
+        // Points of the field are weighed by the length of rays, of which short ones have nothing.
+        const bool is_picture = name.starts_with("picture/") || name.starts_with("noisy/");
+        std::vector<Stratum> strata;
+        double square = 0;
+        for (std::size_t among = 0; among < (is_picture ? kAmong : kShort); ++among) {
+            const ErrorTally& tally = tallies.among[among][name];
+            const bool whole_one =
+                among == kChosen || (among >= kShort && short_rays.classes[among - kShort].whole);
+            strata.push_back({shares[among], tally, whole_one});
+            square += shares[among] * tally.mean();
         }
+        if (!name.starts_with("noisy/"))
+            preview.facts[name] = upper_of(strata);
+        else if (setting.noise > 0)
+            preview.facts["gain/noise/" + name.substr(6)] = std::sqrt(square) / setting.noise;
+    }
     split_combining(preview.facts, field.kind());
     return preview;
 }

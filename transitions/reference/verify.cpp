@@ -171,7 +171,7 @@ void Verifier::compare_all(int frame, const Data& result) {
                             copy_values(result, place_in(n, at),
                                         delivered.data() + delivered.size() - channels);
                         }
-                compare(samples, delivered);
+                compare(samples, delivered, reference_.values(samples));
             }
 }
 
@@ -183,9 +183,9 @@ void Verifier::take(const std::vector<double>& reference) {
     }
 }
 
-void Verifier::compare(std::span<const OutputSample> samples, std::span<const float> delivered) {
+void Verifier::compare(std::span<const OutputSample> samples, std::span<const float> delivered,
+                       const std::vector<double>& reference) {
     const auto channels = static_cast<std::size_t>(reference_.channels());
-    const std::vector<double> reference = reference_.values(samples);
     take(reference);
     for (std::size_t i = 0; i < samples.size(); ++i) {
         const double* expected = reference.data() + i * channels;
@@ -209,9 +209,21 @@ void Verifier::compare(std::span<const OutputSample> samples, std::span<const fl
     }
 }
 
+void Verifier::begin_again() {
+    std::fill(delivered_.begin(), delivered_.end(), std::numeric_limits<float>::quiet_NaN());
+    largest_.clear();
+    smallest_.clear();
+    squares_.clear();
+    sum_ = largest_difference_ = 0;
+    low_ = kInfinity;
+    high_ = -kInfinity;
+    compared_ = 0;
+}
+
 Verified Verifier::finish() {
     if (!all_) {
-        compare(drawn_, delivered_);
+        if (reference_of_drawn_.empty()) reference_of_drawn_ = reference_.values(drawn_);
+        compare(drawn_, delivered_, reference_of_drawn_);
         std::vector<OutputSample> extremes;
         for (const Extreme& extreme : largest_) extremes.push_back(extreme.at);
         for (const Extreme& extreme : smallest_) extremes.push_back(extreme.at);
@@ -221,15 +233,17 @@ Verified Verifier::finish() {
     verified.samples = compared_;
     verified.max = largest_difference_;
     verified.range = labels_ ? 1 : want_.range.value_or(range_between(low_, high_));
-    if (compared_ == 0) return verified;
-    const double root = std::sqrt(sum_ / static_cast<double>(compared_));
-    Interval interval{root, root};
-    if (!all_ && std::isfinite(root))
-        interval = labels_ ? root_share_interval(std::llround(sum_), compared_)
-                           : root_mean_interval(squares_, seed_);
-    verified.nrmse = root / verified.range;
-    verified.low = interval.low / verified.range;
-    verified.high = interval.high / verified.range;
+    if (compared_ > 0) {
+        const double root = std::sqrt(sum_ / static_cast<double>(compared_));
+        Interval interval{root, root};
+        if (!all_ && std::isfinite(root))
+            interval = labels_ ? root_share_interval(std::llround(sum_), compared_)
+                               : root_mean_interval(squares_, seed_);
+        verified.nrmse = root / verified.range;
+        verified.low = interval.low / verified.range;
+        verified.high = interval.high / verified.range;
+    }
+    begin_again();
     return verified;
 }
 

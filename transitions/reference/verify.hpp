@@ -36,7 +36,8 @@ class Verifier {
     /// Takes one frame's result, of any type. Once a frame, in any order, not at once.
     /// @throws std::invalid_argument where extent or channels are not the request's
     void frame(int frame, const Data& result);
-    /// After the last frame.
+    /// After the last frame. What follows is the first frame of other results of the same request:
+    /// the reference of the drawn samples is worked out once.
     Verified finish();
 
     /// Bytes needed beside samples and results, for a number of threads.
@@ -51,7 +52,9 @@ class Verifier {
     void draw(std::int64_t samples);
     void find_extremes(int frame, const Data& result);
     void compare_all(int frame, const Data& result);
-    void compare(std::span<const OutputSample> samples, std::span<const float> delivered);
+    void compare(std::span<const OutputSample> samples, std::span<const float> delivered,
+                 const std::vector<double>& reference);
+    void begin_again();
     void take(const std::vector<double>& reference);
 
     const Request& want_;
@@ -60,6 +63,7 @@ class Verifier {
     bool all_ = false, labels_ = false;
     std::vector<OutputSample> drawn_;  // in order of frames
     std::vector<float> delivered_;     // [drawn][channels]
+    std::vector<double> reference_of_drawn_;
     std::vector<Extreme> largest_, smallest_;
     std::vector<double> squares_;  // one a compared sample, unless all
     double sum_ = 0, largest_difference_ = 0, low_, high_;

@@ -34,6 +34,21 @@ kernels::KaiserBessel window_of(const Parameters& with) {
     return {static_cast<int>(with.number("width")), with.number("padding")};
 }
 
+// The same of what pictures by all windows get wrong.
+constexpr double kInside = 1e-3, kInsideMean = 2e-3;
+// The trilinear field has more beyond the cutoff than the spline.
+constexpr double kTrilinear = 2;
+// A guess, for a formula.
+constexpr double kFormula = 0.01;
+
+/// Error by all windows, where no preview tells [value].
+double inside_of(const Ask& ask) {
+    double error = ask.want.mode == Mode::mean ? kInsideMean : kInside;
+    if (ask.want.field == Field::linear) error *= kTrilinear;
+    if (ask.want.field == Field::formula) error += kFormula;
+    return error * ask.scene.range;
+}
+
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
     if (std::string reason = no_projection(ask); !reason.empty())
         return Offer::no(std::move(reason));
@@ -82,10 +97,14 @@ Error error(const Offer& offer, const Ask& ask) {
                               ? 1
                               : std::cbrt(static_cast<double>(want.input.samples())) * want.unit;
     const double samples = std::cbrt(static_cast<double>(want.input.samples()));
+    const kernels::KaiserBessel window = window_of(offer.with);
+    const double ghosts =
+        ghosts_of(window) * ask.scene.range * (want.mode == Mode::mean ? kShortRays : 1);
+    // What every window gets wrong is counted here too, as one number with this one's ghosts.
+    const double ends = ask.scene.fact("picture/spectrum/ends").value_or(inside_of(ask));
     return {.gain = ask.scene.fact("gain/blur").value_or(length),
             .noise_gain = ask.scene.fact("gain/noise/zoh").value_or(length / std::sqrt(samples)),
-            .bias = ghosts_of(window_of(offer.with)) * ask.scene.range *
-                    (want.mode == Mode::mean ? kShortRays : 1)};
+            .bias = measured_error(window, offer.from, ask).value_or(ends + ghosts)};
 }
 
 void run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region&,

@@ -45,6 +45,13 @@ std::string window_facet(const kernels::KaiserBessel& window) {
     return fmt::format("window{}x{}", window.width(), window.padding());
 }
 
+std::optional<double> measured_error(const kernels::KaiserBessel& window,
+                                     const Representation& from, const Ask& ask) {
+    const bool whole = from.extent == ask.want.input;
+    return ask.scene.fact(fmt::format("picture/spectrum/{}x{}{}", window.width(), window.padding(),
+                                      whole ? "" : "/cropped"));
+}
+
 std::string spectrum_kind(const kernels::KaiserBessel& window) {
     return "object/spectrum+" + window_facet(window);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,10 @@ namespace edgewise {
 
 /// Vertices of the spectrum differ by the window that they were made for: a facet names it.
 std::string window_facet(const kernels::KaiserBessel& window);
+/// What a preview measured that pictures by this window get wrong, all in all [value].
+/// @param from  what is transformed: the input, or what store.crop leaves of it
+std::optional<double> measured_error(const kernels::KaiserBessel& window,
+                                     const Representation& from, const Ask& ask);
 /// The window of a spectrum.
 kernels::KaiserBessel window_of(const Representation& spectrum);
 /// Every window there is.

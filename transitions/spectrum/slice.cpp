@@ -1,12 +1,8 @@
 #include "transitions/spectrum/slice.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fmt/format.h>
-#include <limits>
-#include <optional>
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum_slice.hpp"
@@ -57,73 +53,9 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                 slice, kernels::SpectrumShape::period_of(offer.from.extent))};
 }
 
-// Errors of an X-ray over the range of the picture, measured as those of spectrum.forward; the mean
-// takes the larger ones, for the sake of short rays.
-constexpr double kInside = 1e-3, kInsideMean = 2e-3;
-// What a mean's short rays make of it: four times the step, the most that was measured on a CT and
-// an MR head, an engine and phantoms.
-constexpr double kShortRays = 4;
-// The trilinear field has more beyond the cutoff than the spline.
-constexpr double kTrilinear = 2;
 // What sampling at pixel centres folds into the picture: 3e-3 with pixels as large as voxels, 4e-3
 // and 1.2e-2 with two and four times as large.
 constexpr double kFolded = 3e-3, kFoldedMean = 6e-3, kFoldedGrowth = 1.3;
-
-// A guess, for a formula without a preview.
-constexpr double kFormula = 0.01;
-
-/// Voxels along an axis that a ray passes while it is inside the box by the other two.
-double drift(const Vec3& ray, const Extent& box, int axis) {
-    double length = std::numeric_limits<double>::infinity();
-    for (int other = 0; other < 3; ++other)
-        if (other != axis)
-            length = std::min(
-                length, static_cast<double>(box[other]) / std::max(std::abs(ray[other]), 1e-12));
-    return std::abs(ray[axis]) * length;
-}
-
-/// Mean square error [value^2] of what the volume's end does to one view.
-///
-/// At a face that the rays run along the picture drops by J, the integral along the face, within no
-/// distance at all; the slice makes of this a step without the frequencies above half a sample.
-/// What it lacks, and as much again folded in by sampling, is J^2 / 5 over a line one voxel wide
-/// (twice the integral of 1 / (2 pi f)^2 over |f| > 1/2), of the n voxels that the picture is wide.
-/// Rays that leave a face by s voxels make a ramp of the step, and 1 / (1 + 14.6 s^2) of that. A
-/// mean divides ramps by the length of their rays, which near the edges of the box is next to
-/// nothing.
-double faces_of_view(const Ask& ask, int view) {
-    const Request& want = ask.want;
-    const Mat4& map = want.views.at(view);
-    const Vec3 ray = map.topLeftCorner<3, 3>().inverse().col(2);
-    Eigen::Index principal = 0;
-    ray.cwiseAbs().maxCoeff(&principal);
-    std::array<double, 3> step{};
-    double ramps = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double away = drift(ray, want.input, axis);
-        step[axis] = 1 / (1 + 14.6 * away * away);
-        if (axis != principal) ramps = std::max(ramps, 1 - step[axis]);
-    }
-    if (want.mode != Mode::mean) ramps = 0;
-    double sum = 0;
-    for (int face = 0; face < 6; ++face) {
-        const int axis = face / 2;
-        const double jump = ask.scene.fact(fmt::format("face/{}", face)).value_or(0);
-        sum += 0.2 * jump * jump * (step[axis] + kShortRays * kShortRays * ramps) /
-               static_cast<double>(want.input[axis]);
-    }
-    return sum;
-}
-
-/// RMS error of all views for the faces of the volume [value]; of many views every few.
-double faces_of(const Ask& ask) {
-    constexpr int kLookedAt = 32;
-    const int views = ask.want.views.different(), looked_at = std::min(views, kLookedAt);
-    double sum = 0;
-    for (int i = 0; i < looked_at; ++i)
-        sum += faces_of_view(ask, ask.want.views.first_view(i * views / looked_at));
-    return std::sqrt(sum / looked_at);
-}
 
 /// The largest distance of pixels, in the smallest spacing of the input.
 double pixel_size(const Request& want) {
@@ -138,19 +70,12 @@ double pixel_size(const Request& want) {
     return largest / want.spacing.minCoeff();
 }
 
+/// What is left out of the picture's band; spectrum.forward knows the rest.
 Error error(const Offer& offer, const Ask& ask) {
-    const bool mean = ask.want.mode == Mode::mean;
-    double bias = mean ? kInsideMean : kInside;
-    if (ask.want.field == Field::linear) bias *= kTrilinear;
-    if (offer.with.word("band") == "picture")
-        bias += (mean ? kFoldedMean : kFolded) *
-                std::pow(std::max(1., pixel_size(ask.want)), kFoldedGrowth);
-    bias *= ask.scene.range;
-    bias += faces_of(ask);
-    // A formula need not be what its samples say; cubic samples of the preview tell how far it is.
-    if (ask.want.field == Field::formula)
-        bias += ask.scene.fact("picture/bspline3/0.25").value_or(kFormula * ask.scene.range);
-    return {.bias = bias};
+    if (offer.with.word("band") == "volume") return {};
+    const double folded = ask.want.mode == Mode::mean ? kFoldedMean : kFolded;
+    return {.bias = folded * std::pow(std::max(1., pixel_size(ask.want)), kFoldedGrowth) *
+                    ask.scene.range};
 }
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,

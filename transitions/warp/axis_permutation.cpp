@@ -177,8 +177,14 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return to_screen(with) ? offer_screen(from, ask, with) : offer_aligned(from, ask, with);
 }
 
-Work work(const Offer& offer, const Ask&, int) {
-    return {.streamed = offer.from.bytes() + offer.to.bytes()};
+/// Rows that stay rows are copied; those that become columns are read sample by sample.
+Work work(const Offer& offer, const Ask& ask, int view) {
+    Work work{.streamed = offer.from.bytes() + offer.to.bytes()};
+    const kernels::AxisPermutation permutation =
+        to_screen(offer.with) ? permutation_to_screen(offer.from, ask.want, view).value()
+                              : permutation_to_rays(offer.from, ask.want, view);
+    if (permutation.from[0] != 0) work.gathers = static_cast<double>(offer.from.samples());
+    return work;
 }
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
@@ -196,15 +202,20 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     std::vector<std::byte> beyond(bytes * in.what.channels);
     for (int c = 0; c < in.what.channels; ++c)
         std::memcpy(beyond.data() + c * bytes, outside.data(), bytes);
+    // Blocks along the output axis that the input's rows become: whole lines of the input are read.
     const Extent& to = out.what.extent;
-    constexpr std::int64_t kRows = 32;
-    const std::int64_t blocks = (to.y + kRows - 1) / kRows;
-    tbb::parallel_for(std::int64_t{0}, blocks * to.z, [&](std::int64_t i) {
+    constexpr std::int64_t kRows = 64;
+    const int along = permutation.from[2] == 0 ? 2 : 1, other = 3 - along;
+    const std::int64_t blocks = (to[along] + kRows - 1) / kRows;
+    tbb::parallel_for(std::int64_t{0}, blocks * to[other], [&](std::int64_t i) {
         if (context.stopped()) return;
-        const std::int64_t y = i % blocks * kRows, z = i / blocks;
+        Region part = Region::all(to);
+        part.begin[along] = i % blocks * kRows;
+        part.end[along] = std::min(part.begin[along] + kRows, to[along]);
+        part.begin[other] = i / blocks;
+        part.end[other] = part.begin[other] + 1;
         kernels::copy_permuted(in.samples.data(), in.what.extent, beyond.size(), permutation,
-                               beyond.data(), out.samples.data(), to,
-                               {{0, y, z}, {to.x, std::min(y + kRows, to.y), z + 1}});
+                               beyond.data(), out.samples.data(), to, part);
     });
     context.poll();
 }

@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "graph/spread.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
+#include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 
 namespace edgewise {
@@ -20,12 +22,16 @@ Hold hold_of(const Parameters& with) {
     return filter == "zoh" ? Hold::zoh : filter == "foh" ? Hold::foh : Hold::bspline3;
 }
 
+bool affine(const Mat4& map) { return map.row(3) == Eigen::RowVector4d(0, 0, 0, 1); }
+
 /// Screen index -> index of `from`.
 Mat4 to_input(const Representation& from, const Request& want, int view) {
-    return residual(from, want, view).inverse();
+    const Mat4 map = residual(from, want, view);
+    Mat4 inverse = map.inverse();
+    // Rounding leaves 1 - 2^-53 in the corner now and then, and would make a homography of it.
+    if (affine(map)) inverse.row(3) << 0, 0, 0, 1;
+    return inverse;
 }
-
-bool affine(const Mat4& map) { return map.row(3) == Eigen::RowVector4d(0, 0, 0, 1); }
 
 /// What only needs the request: kept apart, so that views are looked at last.
 std::string refusal(const Representation& from, const Ask& ask, const Parameters& with) {
@@ -38,7 +44,7 @@ std::string refusal(const Representation& from, const Ask& ask, const Parameters
         return "labels: only filter=zoh makes no new value";
     if (ask.want.eye) return "the eye is at a finite distance: its rays are not parallel to z";
     if (from.type == Type::c64) return "complex samples have no hold";
-    if (from.layout != Layout::linear || from.place != Place::memory)
+    if (!is_whole(from) && !is_spread(from))
         return "gathers at computed addresses need all samples in memory, row by row";
     return {};
 }
@@ -90,16 +96,30 @@ struct Count {
 };
 
 Count count_of(Hold hold, int axes) {
-    // FIGURE 27 and TABLE 6: inverse, clip, rounding; filter 3 operations an interpolation (EQ 16),
-    // points of EQ 21.
-    const double place = axes == 2 ? 8 + 4 + 2 : 15 + 6 + 3;
-    if (hold == Hold::zoh) return {place, 0, 1};
-    if (hold == Hold::foh) return axes == 2 ? Count{place, 9, 4} : Count{place, 21, 8};
+    // FIGURE 27: a clip of two comparisons an axis, which TABLE 6 leaves out.
+    const WarpCounts counts = backward_counts(hold == Hold::foh ? 1 : 0, axes);
+    const double place = counts.inverse.sum() + 2 * axes;
+    if (hold != Hold::bspline3) return {place, counts.filter.sum(), counts.congested};
     // Weights 16 an axis; a sum of four products (7) for each row of taps, each row of these, ...
     return axes == 2 ? Count{place + 32, 35, 16} : Count{place + 48, 147, 64};
 }
 
+/// Spread over ranks as in the thesis: every point is read from the rank that has it (TABLE 6).
+Work spread_work(const Offer& offer, const Ask& ask, int view) {
+    const int order = hold_of(offer.with) == Hold::foh ? 1 : 0;
+    const WarpCounts counts = backward_counts(order, offer.from.axes);
+    const Moves moves =
+        moves_of(to_input(offer.from, ask.want, view), offer.to.extent, offer.from.extent,
+                 offer.from.axes, offer.from.layout, ask.want.ranks);
+    const double seen = static_cast<double>(offer.to.samples()) * moves.seen;
+    const double channels = offer.from.channels, reads = seen * counts.congested * channels;
+    return {.operations = seen * (counts.inverse.sum() + counts.filter.sum() * channels),
+            .streamed = offer.to.bytes(),
+            .congested = reads * moves.meet};
+}
+
 Work work(const Offer& offer, const Ask& ask, int view) {
+    if (is_spread(offer.from)) return spread_work(offer, ask, view);
     const Count count = count_of(hold_of(offer.with), offer.from.axes);
     const double seen = static_cast<double>(offer.to.samples()) *
                         seen_share(to_input(offer.from, ask.want, view), offer);

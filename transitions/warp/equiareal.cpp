@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/warp/shear_chain.hpp"
 
@@ -16,8 +17,7 @@ std::string samples_refused(const Representation& from, const Ask& ask) {
     if (ask.want.eye) return "the eye is at a finite distance: its rays are not parallel to z";
     if (ask.want.projective()) return "a projective map is not equiareal";
     if (from.type == Type::c64) return "complex samples have no hold";
-    if (from.layout != Layout::linear || from.place != Place::memory)
-        return "needs all samples in memory, row by row";
+    if (!is_whole(from) && !is_spread(from)) return "needs all samples in memory, row by row";
     return {};
 }
 

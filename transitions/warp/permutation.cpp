@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/permutation.hpp"
+#include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 
 namespace edgewise {
@@ -52,19 +54,47 @@ double rule_operations(const ShearChain& chain) {
     return count;
 }
 
+/// Of one sample; the rule alone sends the sample that is there already.
+WarpCounts counts_of(Send send, int axes) {
+    WarpCounts counts = forward_counts(send == Send::foh ? 1 : 0, axes);
+    if (send != Send::me) return counts;
+    counts.inverse = {};
+    counts.local = 0;
+    return counts;
+}
+
+/// Spread over ranks, in step, as in the thesis (TABLE 6): no product by zero is left out, and the
+/// neighbours' samples lie in a halo that every rank keeps.
+Work spread_work(const Offer& offer, const Ask& ask, int view) {
+    const Representation& from = offer.from;
+    const WarpCounts counts = counts_of(send_of(offer.with), from.axes);
+    const Moves moves = moves_of(residual(from, ask.want, view), from.extent, offer.to.extent,
+                                 from.axes, from.layout, ask.want.ranks);
+    const double samples = static_cast<double>(from.samples()), channels = from.channels;
+    const double sends = samples * channels * counts.global;
+    const Cut cut = cut_of(from.layout, from.extent, from.axes, ask.want.ranks);
+    constexpr int kHalo =
+        2;  // a point moves by at most 1.104 samples, and foh reads the one behind
+    return {.operations =
+                samples * ((counts.rule + counts.inverse).sum() + counts.filter.sum() * channels),
+            .streamed = from.bytes() + 2 * offer.to.bytes(),
+            .local = samples * channels * counts.local,
+            .global = sends,
+            .congested = sends * (moves.meet - 1),
+            .workspace = halo_samples(from.extent, cut, kHalo) * from.bytes() / samples};
+}
+
 Work work(const Offer& offer, const Ask& ask, int view) {
-    const Send send = send_of(offer.with);
-    const bool image = offer.from.axes == 2;
-    // FIGURE 30 and TABLE 6: clip, inverse, rounding; an interpolation is 3 operations (EQ 16).
-    const double clip = image ? 4 : 6;
-    const double point = send == Send::me ? 0 : image ? 6 + 2 : 15 + 3;
-    const double filter = send != Send::foh ? 0 : image ? 9 : 21;
-    const double reads = send == Send::me ? 0 : send == Send::zoh ? 1 : image ? 3 : 7;
+    if (is_spread(offer.from)) return spread_work(offer, ask, view);
+    const WarpCounts counts = counts_of(send_of(offer.with), offer.from.axes);
+    // FIGURE 30: a clip of two comparisons an axis, which TABLE 6 leaves out.
+    const double clip = 2 * offer.from.axes;
     const double samples = static_cast<double>(offer.from.samples());
     const double rule = rule_operations(chain_of(offer.from, ask.want, view));
-    return {.operations = samples * (rule + clip + point + filter * offer.from.channels),
+    return {.operations = samples * (rule + clip + counts.inverse.sum() +
+                                     counts.filter.sum() * offer.from.channels),
             .streamed = offer.from.bytes() + 2 * offer.to.bytes(),  // the screen is cleared first
-            .local = samples * reads * offer.from.channels,
+            .local = samples * counts.local * offer.from.channels,
             .global = samples * offer.from.channels};
 }
 

@@ -8,10 +8,12 @@
 #include <tbb/parallel_for.h>
 #include <vector>
 
+#include "graph/spread.hpp"
 #include "transitions/kernels/axis_permutation.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/shear.hpp"
+#include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 
 namespace edgewise {
@@ -41,6 +43,8 @@ std::string too_steep(int view, const ShearChain& chain) {
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
     if (ask.want.field == Field::nearest)
         return Offer::no("labels: interpolation would make new values");
+    if (is_spread(from) && hold_of(with) != Hold::foh)
+        return Offer::no("over ranks: passes by filter=foh only");
     if (from.channels != 1) return Offer::no(fmt::format("{} channels; moves one", from.channels));
     if (ask.scene.non_finite > 0)
         return Offer::no(fmt::format("{} samples are not finite: every pass would spread them",
@@ -65,7 +69,21 @@ double samples_of(const Region& box) {
     return box.empty() ? 0 : static_cast<double>(box.extent().samples());
 }
 
+/// Spread over ranks (TABLE 6): the passes read neighbours, and one send puts samples in place.
+Work spread_work(const Offer& offer, const Ask& ask, int view) {
+    const ShearChain chain = chain_of(offer.from, ask.want, view);
+    const WarpCounts counts = multipass_counts(chain.count);
+    const double samples = static_cast<double>(offer.from.samples());
+    const double floats = samples * sizeof(float);
+    return {.operations = samples * counts.filter.sum(),
+            .streamed = 2 * chain.count * floats,
+            .local = samples * counts.local,
+            .global = samples * counts.global,
+            .workspace = 2 * floats / ask.want.ranks};
+}
+
 Work work(const Offer& offer, const Ask& ask, int view) {
+    if (is_spread(offer.from)) return spread_work(offer, ask, view);
     const auto [chain, passes] = passes_of(offer, ask, view);
     const double each = hold_of(offer.with) == Hold::foh ? 8 : 18;
     constexpr double kFloat = sizeof(float);

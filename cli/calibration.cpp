@@ -1,0 +1,279 @@
+#include "cli/calibration.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <set>
+
+#include "cli/machine.hpp"
+#include "cli/quantiles.hpp"
+#include "cli/session.hpp"
+#include "cli/signals.hpp"
+#include "graph/errors.hpp"
+#include "graph/with_type.hpp"
+#include "planner/cost.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// What is timed: a request, with the phantom's samples in another type.
+struct Trial {
+    Job job;
+    std::string input;
+    Type type;
+    const char* turn;
+    const char* mode;  // null: a warp
+};
+
+/// Sizes within the caches and beyond them; volumes that are full and mostly empty, seen along
+/// different axes. Those that most requests resemble come first: time may run out.
+std::vector<Trial> trials(bool quick) {
+    std::vector<Trial> all;
+    const auto volume = [&](const char* input, const char* turn, std::vector<Type> types) {
+        for (const Type type : types) {
+            for (const char* mode : {"mip", "xray", "composite"})
+                all.push_back({Job::render, input, type, turn, mode});
+            all.push_back({Job::warp, input, type, turn, nullptr});
+        }
+    };
+    const auto image = [&](const char* input, std::vector<Type> types) {
+        for (const Type type : types) all.push_back({Job::warp, input, type, "20", nullptr});
+    };
+    if (quick) {
+        volume("phantom:gaussians:80", "20,-15,10", {Type::u8, Type::f32});
+        image("phantom:zone-plate:700", {Type::u8, Type::f32});
+        return all;
+    }
+    volume("phantom:gaussians:112", "20,-15,10", {Type::u8, Type::i16, Type::f32});
+    image("phantom:zone-plate:900", {Type::u8, Type::f32});
+    volume("phantom:noise:48", "10,70,-25", {Type::u8, Type::f32});
+    volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
+    image("phantom:zone-plate:256", {Type::u8, Type::f32});
+    image("phantom:zone-plate:2000", {Type::u8, Type::f32});
+    all.push_back({Job::render, "phantom:gaussians:112", Type::u8, "20,-15,10", "mean"});
+    all.push_back({Job::render, "phantom:gaussians:112", Type::f32, "20,-15,10", "mean"});
+    all.push_back({Job::warp, "phantom:gaussians:112", Type::u8, "90,0,0", nullptr});
+    all.push_back({Job::warp, "phantom:gaussians:112", Type::f32, "90,0,90", nullptr});
+    return all;
+}
+
+/// Requests unlike the trials, on which the fit is judged.
+std::vector<Trial> exams() {
+    return {{Job::render, "phantom:marschner-lobb:80", Type::u8, "-35,25,60", "mip"},
+            {Job::render, "phantom:sphere:128", Type::u8, "5,-50,15", "xray"},
+            {Job::render, "phantom:shepp-logan:96", Type::f32, "-20,15,40", "composite"},
+            {Job::warp, "phantom:sphere:96", Type::u8, "12,33,-21", nullptr}};
+}
+
+JobOptions options_of(const Trial& trial) {
+    JobOptions options;
+    options.job = trial.job;
+    options.input = trial.input;
+    options.geometry.steps = {{"rotate", trial.turn}};
+    if (trial.mode) options.mode = trial.mode;
+    options.machine = "default";
+    options.threads = "1";
+    options.quiet = true;
+    return options;
+}
+
+/// The same values, rounded, in another type.
+std::shared_ptr<Data> retyped(const Data& from, Type type, MemoryBudget* memory) {
+    Representation what = from.what;
+    what.type = type;
+    const double top = type == Type::f32 ? 1 : type == Type::u8 ? 255 : 4095;
+    what.values = {1 / top, 0};
+    auto to = std::make_shared<Data>(Data::make(what, memory));
+    with_type(type, [&]<class T>(T) {
+        for (std::int64_t i = 0; i < what.samples(); ++i) {
+            const double value = top * double(from.as<float>()[i]);
+            to->as<T>()[i] = static_cast<T>(is_integer(type) ? std::round(value) : value);
+        }
+    });
+    return to;
+}
+
+class Calibration {
+ public:
+    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 7 : 50) {
+        profile_ = default_profile();
+        profile_.processors = usable_cores();
+    }
+
+    Profile measure(Messages& messages) {
+        const std::vector<Trial> all = trials(quick_);
+        begin_ = Clock::now();
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            messages.progress(since(begin_) / limit_,
+                              fmt::format("{} {} {}", name_of(all[i].job),
+                                          all[i].mode ? all[i].mode : "", all[i].input));
+            // What a trial leaves of its time goes to those that follow.
+            end_ = limit_ * static_cast<double>(i + 1) / static_cast<double>(all.size());
+            try_all(all[i]);
+        }
+        fit();
+        if (!quick_)
+            for (const Trial& exam : exams()) judge(exam);
+        messages.end_progress();
+        return finished();
+    }
+
+ private:
+    /// A session with the phantom's samples in the trial's type.
+    struct Prepared {
+        explicit Prepared(const Trial& trial) : options(options_of(trial)), session(options) {
+            take_request(session);
+            session.input->data = retyped(*session.input->data, trial.type, session.memory.get());
+        }
+        std::vector<Plan> paths(const Profile& profile) {
+            const std::vector<Source> sources{{session.input->data->what}};
+            const TransformGraph spanned = expand(session.edges, session.ask(), sources);
+            return all_paths(spanned, session.edges, session.ask(), sources, profile,
+                             session.plan_options, 1000);
+        }
+        JobOptions options;
+        Session session;
+    };
+
+    void try_all(const Trial& trial) {
+        Prepared prepared(trial);
+        Session& session = prepared.session;
+        std::vector<Plan> plans = prepared.paths(profile_);
+        // The cheap ones first: the dear ones may find their steps already timed.
+        std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
+            return a.predicted.seconds < b.predicted.seconds;
+        });
+        std::set<std::string> seen;  // at this size
+        for (const Plan& plan : plans) {
+            const auto name = [&](const Step& step) {
+                return timing_name(*step.by, step.offer, session.want());
+            };
+            if (std::all_of(plan.steps.begin(), plan.steps.end(),
+                            [&](const Step& step) { return seen.contains(name(step)); }))
+                continue;
+            // The cheapest few are timed even where the time is used up.
+            if (since(begin_) > end_ && seen.size() >= 4) return;
+            if (stop_flag()) throw Cancelled();
+            time(session, plan);
+            for (const Step& step : plan.steps) seen.insert(name(step));
+        }
+    }
+
+    /// One thread and all of them in turn, so that both meet the same load; the first run of each
+    /// only warms up, and is all there is of one that takes long.
+    void time(Session& session, const Plan& plan) {
+        constexpr double kLong = 0.15;
+        const int processors = profile_.processors, most = quick_ ? 2 : 4;
+        std::vector<std::vector<double>> alone(plan.steps.size()), together(plan.steps.size());
+        int runs = 0;
+        for (int i = 0; i < most; ++i) {
+            const Outcome one = once(session, plan, 1);
+            const Outcome all = processors > 1 ? once(session, plan, processors) : one;
+            if (one.steps != plan.texts() || all.steps != plan.texts()) return;  // a step failed
+            for (std::size_t k = 0; k < plan.steps.size(); ++k) {
+                if (i == 1) alone[k].clear(), together[k].clear();
+                alone[k].push_back(one.step_seconds[k]);
+                together[k].push_back(all.step_seconds[k]);
+            }
+            runs = std::max(1, i);
+            if (one.seconds > kLong) break;
+        }
+        for (std::size_t k = 0; k < plan.steps.size(); ++k) {
+            const Step& step = plan.steps[k];
+            timed_[timing_name(*step.by, step.offer, session.want())].push_back(
+                {.counted = profile_.counted(step.work),
+                 .alone = median(alone[k]) / step.runs(),
+                 .together = median(together[k]) / step.runs(),
+                 .runs = runs});
+        }
+    }
+
+    /// How far the fit is from paths that it has not seen, on all processors.
+    void judge(const Trial& exam) {
+        constexpr double kMost = 0.1;
+        Prepared prepared(exam);
+        for (const Plan& plan : prepared.paths(profile_)) {
+            double predicted = 0;
+            for (const Step& step : plan.steps)
+                predicted += step.runs() * profile_
+                                               .seconds(timing_name(*step.by, step.offer,
+                                                                    prepared.session.want()),
+                                                        step.work, profile_.processors)
+                                               .seconds;
+            if (predicted > kMost) continue;
+            if (stop_flag()) throw Cancelled();
+            std::vector<double> seconds;
+            for (int i = 0; i < 4; ++i)
+                seconds.push_back(once(prepared.session, plan, profile_.processors).seconds);
+            seconds.erase(seconds.begin());
+            missed_.push_back(std::log(median(seconds) / predicted));
+        }
+    }
+
+    static Outcome once(Session& session, const Plan& plan, int threads) {
+        RunOptions options;
+        options.threads = threads;
+        options.memory = session.memory.get();
+        options.stop = &stop_flag();
+        return run(
+            plan, session.ask(), session.input->data,
+            [](int, const std::shared_ptr<const Data>&) {}, options);
+    }
+
+    void fit() {
+        profile_.rates = rates_of(timed_);
+        std::vector<double> shared;
+        for (const auto& [name, curve] : profile_.rates.measured())
+            for (const Rate& rate : curve) shared.push_back(rate.shared);
+        const double each = 1.0 / profile_.processors;
+        if (profile_.processors > 1 && !shared.empty())
+            profile_.serial = std::clamp((median(shared) - each) / (1 - each), 0.0, 1.0);
+    }
+
+    Profile finished() {
+        profile_.name = quick_ ? "this machine (quick)" : "this machine";
+        profile_.cpu = cpu_name();
+        profile_.build = EDGEWISE_VERSION;
+        profile_.when = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+        if (!missed_.empty()) {
+            for (double& miss : missed_) miss = std::abs(miss);
+            // The median of a normal distribution's absolute value is 0.6745 of its deviation.
+            profile_.spread = std::clamp(median(missed_) / 0.6745, 0.02, 2.0);
+        }
+        profile_.provenance = {
+            {"rates", "measured; phantoms of 48^3 to 192^3 and 256^2 to 2000^2 samples"},
+            {"serial", "derived from rates"},
+            {"spread",
+             fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
+            {"factors", "guessed: of another machine; where rates have no name"},
+            {"operation", "guessed: of another machine; rates refer to it"},
+            {"streamed", "guessed: of another machine; rates refer to it"},
+            {"gather", "guessed: of another machine; rates refer to it"},
+            {"start", "guessed: of another machine"}};
+        return profile_;
+    }
+
+    bool quick_;
+    double limit_, end_ = 0;  // [s] since the begin: of everything, of the trial at hand
+    Clock::time_point begin_;
+    Profile profile_;
+    std::map<std::string, std::vector<Timed>> timed_;
+    std::vector<double> missed_;  // logarithms of measured over predicted
+};
+
+}  // namespace
+
+Profile measured_profile(bool quick, Messages& messages) {
+    return Calibration(quick).measure(messages);
+}
+
+}  // namespace edgewise::cli

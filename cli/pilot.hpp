@@ -1,0 +1,22 @@
+#pragma once
+
+namespace edgewise::cli {
+
+struct Session;
+
+/// Measures the paths that could still win, and puts the best of them into the answer.
+///
+/// The path that the models chose comes first, then the others, fastest predicted first; a path is
+/// left out when even the low end of its predicted seconds is beyond the best measured ones, or
+/// its predicted error too far beyond the budget. Of many frames a few are run. Each path is run
+/// and verified once, the close ones again and again in turn, forwards and backwards. What comes
+/// out is kept (Wisdom), and paths that are known are not run again. All runs use the profile's
+/// processors, so that the choice does not depend on --threads.
+///
+/// A rival must be faster than the models' choice by more than what two runs of one path differ
+/// by: else that stays.
+/// @param all    every path (exhaustive), else only contenders (pilot)
+/// @param limit  [s] after which the best so far is taken
+void measure_contenders(Session& session, bool all, double limit);
+
+}  // namespace edgewise::cli

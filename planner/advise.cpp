@@ -1,0 +1,290 @@
+#include "planner/advise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace edgewise {
+namespace {
+
+constexpr double kAlike = 1.35;    // sizes within this factor are one, as in Rates
+constexpr int kQuantiles = 256;    // that stand for a log-normal distribution
+constexpr double kMeasured = 3;    // runs that a measurement takes
+constexpr double kFar = 2;         // times its bound: an edge that is missing
+constexpr double kNothing = 1e-6;  // of the plan's seconds
+
+using At = Graph::vertex_descriptor;
+using ArcOf = Graph::edge_descriptor;
+
+/// Where a normal distribution has so much below it.
+double normal_quantile(double share) {
+    double low = -9, high = 9;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (low + high);
+        (0.5 * std::erfc(-middle / std::sqrt(2.0)) < share ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+const std::vector<double>& normal_quantiles() {
+    static const std::vector<double> all = [] {
+        std::vector<double> z;
+        for (int k = 0; k < kQuantiles; ++k) z.push_back(normal_quantile((k + 0.5) / kQuantiles));
+        return z;
+    }();
+    return all;
+}
+
+/// Where a cost comes from; "measured" needs no advice.
+std::string state_of(const std::string& name, double counted, const Profile& profile,
+                     const std::string& build) {
+    const auto found = profile.rates.measured().find(name);
+    if (found != profile.rates.measured().end() && counted > 0) {
+        const std::vector<Rate>& curve = found->second;
+        if (profile.build != build) return "stale";
+        const bool among =
+            counted * kAlike >= curve.front().counted && counted <= kAlike * curve.back().counted;
+        return among ? "measured" : "beyond";
+    }
+    if (profile.rates.at(name, counted).ratio > 0) return "borrowed";
+    for (std::string known = name.substr(0, name.find(' '));; known.resize(known.rfind('/'))) {
+        if (profile.factors.contains(known)) {
+            const auto origin = profile.provenance.find("factors." + known);
+            if (origin == profile.provenance.end()) return "guessed";
+            return origin->second.substr(0, origin->second.find_first_of(" :,;"));
+        }
+        if (known.find('/') == std::string::npos) return "guessed";
+    }
+}
+
+class Adviser {
+ public:
+    Adviser(const Candidates& paths, const Plan& plan, const Profile& profile,
+            const std::string& build)
+        : paths_(paths),
+          graph_(paths.spanned().graph),
+          profile_(profile),
+          build_(build),
+          want_(paths.ask().want),
+          budget_(want_.budget) {
+        budget_.seconds.reset();
+        if (budget_.error_is_default && !accurate_enough(plan.predicted, budget_))
+            budget_.error.reset();
+        chosen_ = paths.find(plan.texts());
+        if (!chosen_) return;
+        name_arcs();
+        for (const Candidate& path : paths.all())
+            if (could_win(path.choice)) able_.push_back(&path);
+    }
+
+    Advice advice() const {
+        Advice advice;
+        if (!chosen_) return advice;
+        advice.seconds = chosen_->choice.seconds;
+        if (!chosen_->route.arcs.empty())
+            advice.bound =
+                bound(chosen_->route.source, boost::target(chosen_->route.arcs.back(), graph_));
+        for (std::size_t name = 0; name < names_.size(); ++name) advise_cost(name, advice);
+        std::stable_sort(
+            advice.costs.begin(), advice.costs.end(),
+            [](const CostAdvice& a, const CostAdvice& b) { return a.worth() > b.worth(); });
+        advice.arcs = missing();
+        return advice;
+    }
+
+ private:
+    void name_arcs() {
+        std::map<std::string, std::size_t> places;
+        name_of_.resize(boost::num_edges(graph_));
+        for (const ArcOf arc : boost::make_iterator_range(boost::edges(graph_))) {
+            const Arc& what = graph_[arc];
+            const Transition& edge = paths_.catalogue()[static_cast<std::size_t>(what.edge)];
+            const auto [place, fresh] =
+                places.emplace(timing_name(edge, what.offer, want_), names_.size());
+            if (fresh) names_.push_back(place->first);
+            name_of_[what.index] = place->second;
+        }
+    }
+
+    bool could_win(const Predicted& predicted) const {
+        return feasible(predicted, budget_) &&
+               (want_.minimize == Minimize::time ||
+                objective(predicted, want_.minimize) <= objective(chosen_->choice, want_.minimize));
+    }
+
+    double seconds_in(const Candidate& path, std::size_t name) const {
+        double sum = 0;
+        for (const ArcOf arc : path.route.arcs)
+            if (name_of_[graph_[arc].index] == name) sum += paths_.priced().cost(arc).seconds;
+        return path.scale * sum;
+    }
+
+    /// The arc of that name that is run fastest, on paths that could win.
+    std::optional<ArcOf> fastest(std::size_t name) const {
+        std::optional<ArcOf> best;
+        for (const Candidate* path : able_)
+            for (const ArcOf arc : path->route.arcs)
+                if (name_of_[graph_[arc].index] == name && (!best || one_run(arc) < one_run(*best)))
+                    best = arc;
+        return best;
+    }
+
+    double one_run(ArcOf arc) const {
+        return paths_.priced().cost(arc).seconds / graph_[arc].offer.to.runs();
+    }
+
+    void advise_cost(std::size_t name, Advice& advice) const {
+        const auto arc = fastest(name);
+        if (!arc) return;
+        const StepCost& cost = paths_.priced().cost(*arc);
+        const double among = std::max(1.0, cost.from_ranks);
+        CostAdvice one;
+        one.name = names_[name];
+        one.state = state_of(one.name, profile_.counted(cost.work) / among, profile_, build_);
+        if (one.state == "measured") {
+            ++advice.measured;
+            return;
+        }
+        if (one.state == "stale") one.when = profile_.when;
+        one.seconds = one_run(*arc);
+        one.spread = cost.spread;
+        one.measuring = kMeasured * one.seconds;
+        one.regret = regret(name, cost.spread);
+        if (one.regret > kNothing * chosen_->choice.seconds)
+            advice.costs.push_back(std::move(one));
+        else
+            ++advice.idle;
+    }
+
+    /// Each path is a line in this cost; of those of one slope the lowest counts.
+    double regret(std::size_t name, double spread) const {
+        std::map<double, double> lines;  // slope, the rest
+        for (const Candidate* path : able_) {
+            const double slope = seconds_in(*path, name);
+            const double rest = path->choice.seconds - slope;
+            const auto [line, fresh] = lines.emplace(slope, rest);
+            if (!fresh) line->second = std::min(line->second, rest);
+        }
+        const double own = seconds_in(*chosen_, name), rest = chosen_->choice.seconds - own;
+        double sum = 0;
+        for (const double z : normal_quantiles()) {
+            const double factor = std::exp(spread * z), now = rest + own * factor;
+            double best = now;
+            for (const auto& [slope, others] : lines)
+                best = std::min(best, others + slope * factor);
+            sum += now - best;
+        }
+        return sum / kQuantiles;
+    }
+
+    double bound(At from, At to) const {
+        const Representation &in = graph_[from].what, &out = graph_[to].what;
+        const Work least{.operations = static_cast<double>(std::max(in.samples(), out.samples())),
+                         .streamed = in.bytes() + out.bytes()};
+        const bool spread = in.place == Place::ranks || out.place == Place::ranks;
+        return out.runs() * profile_.counted(least) / std::max(1, profile_.processors) /
+               (spread ? std::max(1, want_.ranks) : 1);
+    }
+
+    /// A path with an ideal edge in place of its arcs from `i` to before `j`.
+    Predicted with_ideal(const Candidate& path, std::size_t i, std::size_t j, double least) const {
+        const Priced& priced = paths_.priced();
+        const auto& arcs = path.route.arcs;
+        Label label = priced.start(path.route.source);
+        for (std::size_t k = 0; k < arcs.size(); ++k) {
+            if (k == i) {
+                const At from = boost::source(arcs[i], graph_),
+                         to = boost::target(arcs[j - 1], graph_);
+                StepCost ideal;
+                ideal.seconds = least;
+                ideal.from_ranks = priced.cost(arcs[i]).from_ranks;
+                ideal.to_ranks = priced.cost(arcs[j - 1]).to_ranks;
+                label = extend(label, {.from = graph_[from].what, .to = graph_[to].what}, ideal,
+                               graph_[from].source >= 0, priced.pinned);
+            }
+            if (k < i || k >= j) label = priced.step(label, arcs[k]);
+        }
+        return {label.seconds, 0, paths_.options().resident + std::max(label.peak, priced.pinned),
+                label.error() / paths_.ask().scene.range, label.known};
+    }
+
+    /// A part of a path: what there is between two vertices.
+    struct Known {
+        const Candidate* path = nullptr;
+        std::size_t begin = 0, end = 0;  // of its arcs
+        double seconds = 0;
+    };
+
+    std::vector<ArcAdvice> missing() const {
+        std::map<std::pair<At, At>, Known> known;     // the fastest way
+        std::map<std::pair<At, At>, double> planned;  // the fastest path with an ideal edge there
+        for (const Candidate& path : paths_.all()) {
+            const auto& arcs = path.route.arcs;
+            for (std::size_t i = 0; i < arcs.size(); ++i) {
+                double seconds = 0;
+                for (std::size_t j = i + 1; j <= arcs.size(); ++j) {
+                    seconds += path.scale * paths_.priced().cost(arcs[j - 1]).seconds;
+                    const std::pair ends{boost::source(arcs[i], graph_),
+                                         boost::target(arcs[j - 1], graph_)};
+                    Known& way = known[ends];
+                    if (!way.path || seconds < way.seconds) way = {&path, i, j, seconds};
+                    const Predicted ideal = with_ideal(path, i, j, bound(ends.first, ends.second));
+                    if (!could_win(ideal)) continue;
+                    const auto [best, fresh] = planned.emplace(ends, ideal.seconds);
+                    if (!fresh) best->second = std::min(best->second, ideal.seconds);
+                }
+            }
+        }
+        std::vector<ArcAdvice> all;
+        for (const auto& [ends, seconds] : planned) {
+            const Known& way = known[ends];
+            const double least = bound(ends.first, ends.second);
+            const double gain = chosen_->choice.seconds - seconds;
+            if (way.seconds < kFar * least || gain <= kNothing * chosen_->choice.seconds) continue;
+            all.push_back(arc_advice(ends.first, ends.second, way, least));
+            all.back().plan = seconds;
+            all.back().gain = gain;
+        }
+        return ranked(std::move(all));
+    }
+
+    ArcAdvice arc_advice(At from, At to, const Known& way, double least) const {
+        const Representation &in = graph_[from].what, &out = graph_[to].what;
+        const auto begin = way.path->steps.begin();
+        ArcAdvice one{in.text(), out.text(), in.kind(), out.kind(), {}, way.seconds, least};
+        one.best.assign(begin + std::ptrdiff_t(way.begin), begin + std::ptrdiff_t(way.end));
+        return one;
+    }
+
+    /// Largest gain first; vertices that differ in history alone are one.
+    static std::vector<ArcAdvice> ranked(std::vector<ArcAdvice> all) {
+        std::stable_sort(all.begin(), all.end(),
+                         [](const ArcAdvice& a, const ArcAdvice& b) { return a.gain > b.gain; });
+        std::set<std::pair<std::string, std::string>> seen;
+        std::vector<ArcAdvice> each;
+        for (ArcAdvice& one : all)
+            if (seen.emplace(one.from, one.to).second) each.push_back(std::move(one));
+        return each;
+    }
+
+    const Candidates& paths_;
+    const Graph& graph_;
+    const Profile& profile_;
+    const std::string& build_;
+    const Request& want_;
+    Budget budget_;
+    const Candidate* chosen_ = nullptr;
+    std::vector<std::string> names_;      // of costs
+    std::vector<std::size_t> name_of_;    // of arcs, by edge_index
+    std::vector<const Candidate*> able_;  // to win
+};
+
+}  // namespace
+
+Advice advise(const Candidates& paths, const Plan& plan, const Profile& profile,
+              const std::string& build) {
+    return Adviser(paths, plan, profile, build).advice();
+}
+
+}  // namespace edgewise

@@ -1,0 +1,100 @@
+#include "planner/candidates.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace edgewise {
+namespace {
+
+constexpr std::size_t kMostPaths = 3000;
+/// Makes a step so slow that only a path without it can be the fastest.
+constexpr double kNever = 1e9;
+
+}  // namespace
+
+Candidates::Candidates(const Catalogue& catalogue, const Ask& ask,
+                       const std::vector<Source>& sources, const Profile& profile,
+                       const PlanOptions& options, const Known& known)
+    : catalogue_(catalogue),
+      ask_(ask),
+      options_(options),
+      sources_(sources),
+      spanned_(expand(catalogue, ask, sources_, options.demands)),
+      choice_{spanned_, sources_, {}, options.pinned},
+      real_{spanned_, sources_, {}, options.pinned} {
+    choice_.costs = price(spanned_, catalogue, ask, profile, profile.processors, options);
+    real_.costs = ask.want.threads == profile.processors
+                      ? choice_.costs
+                      : price(spanned_, catalogue, ask, profile, ask.want.threads, options);
+    texts_.resize(choice_.costs.size());
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned_.graph))) {
+        const Arc& what = spanned_.graph[arc];
+        texts_[what.index] =
+            catalogue[static_cast<std::size_t>(what.edge)].name + what.offer.with.text();
+    }
+    std::vector<Route> simple = simple_routes(choice_, kMostPaths);
+    complete_ = simple.size() < kMostPaths;
+    for (Route& route : simple) add(std::move(route), known);
+    for (Route& route : pareto_routes(choice_)) add(std::move(route), known).front = true;
+    if (!complete_) add_replacements(known);
+}
+
+Candidate& Candidates::add(Route route, const Known& known) {
+    std::vector<std::size_t> key{route.source};
+    for (const auto arc : route.arcs) key.push_back(spanned_.graph[arc].index);
+    const auto [place, fresh] = places_.emplace(std::move(key), all_.size());
+    if (!fresh) return all_[place->second];
+    Candidate path;
+    for (const auto arc : route.arcs) path.steps.push_back(texts_[spanned_.graph[arc].index]);
+    path.choice = predicted_of(route, choice_, ask_, options_.resident);
+    path.real = predicted_of(route, real_, ask_, options_.resident);
+    if (const auto found = known.find(path.steps); found != known.end()) {
+        // Pilots run on the profile's processors; other threads keep their predicted ratio.
+        const double ratio =
+            path.choice.seconds > 0 ? found->second.seconds / path.choice.seconds : 1;
+        const double slower = path.choice.seconds > 0 ? path.real.seconds / path.choice.seconds : 1;
+        path.scale = ratio;
+        path.choice = path.real = found->second;
+        path.real.seconds *= slower;
+    }
+    path.route = std::move(route);
+    all_.push_back(std::move(path));
+    return all_.back();
+}
+
+void Candidates::add_replacements(const Known& known) {
+    std::set<std::string> steps;
+    for (const Route& route : pareto_routes(choice_))
+        for (const auto arc : route.arcs) steps.insert(texts_[spanned_.graph[arc].index]);
+    for (const std::string& step : steps) {
+        Priced slower = choice_;
+        for (std::size_t i = 0; i < texts_.size(); ++i)
+            if (texts_[i] == step) slower.costs[i].seconds *= kNever;
+        for (Route& route : pareto_routes(slower)) add(std::move(route), known);
+    }
+}
+
+double Candidates::seconds_in(const Candidate& path, const std::string& step, bool real) const {
+    double sum = 0;
+    for (const auto arc : path.route.arcs)
+        if (texts_[spanned_.graph[arc].index] == step)
+            sum += (real ? real_ : choice_).cost(arc).seconds;
+    return path.scale * sum;
+}
+
+double Candidates::spread_of(const Candidate& path, const std::string& step) const {
+    double spread = 0;
+    for (const auto arc : path.route.arcs)
+        if (texts_[spanned_.graph[arc].index] == step)
+            spread = std::max(spread, choice_.cost(arc).spread);
+    // A measured path is as uncertain as its measurement.
+    return path.scale == 1 ? spread : std::min(spread, path.choice.spread);
+}
+
+const Candidate* Candidates::find(const std::vector<std::string>& steps) const {
+    const auto found = std::find_if(all_.begin(), all_.end(),
+                                    [&](const Candidate& path) { return path.steps == steps; });
+    return found == all_.end() ? nullptr : &*found;
+}
+
+}  // namespace edgewise

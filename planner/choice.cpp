@@ -1,0 +1,100 @@
+#include "planner/choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace edgewise {
+namespace {
+
+bool within(const std::optional<double>& limit, double value) { return !limit || value <= *limit; }
+
+}  // namespace
+
+std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& catalogue,
+                            const Ask& ask, const Profile& profile, int threads,
+                            const PlanOptions& options) {
+    std::vector<StepCost> costs(boost::num_edges(spanned.graph));
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
+        const Arc& what = spanned.graph[arc];
+        StepCost& cost = costs[what.index];
+        cost = cost_of(catalogue[what.edge], what.offer, ask, profile, threads);
+        if (options.random_costs)
+            randomise(cost, catalogue[what.edge], what.offer, *options.random_costs);
+    }
+    return costs;
+}
+
+Predicted predicted_of(const Route& route, const Priced& priced, const Ask& ask, double resident) {
+    Label label = priced.start(route.source);
+    double uncertain = 0;  // [s]; steps are wrong independently of each other
+    for (const auto arc : route.arcs) {
+        const StepCost& cost = priced.cost(arc);
+        label = priced.step(label, arc);
+        uncertain = std::hypot(uncertain, cost.seconds * cost.spread);
+    }
+    // A plan without steps still holds what it was given.
+    const double peak = std::max(label.peak, priced.pinned);
+    return {label.seconds, label.seconds > 0 ? uncertain / label.seconds : 0, resident + peak,
+            label.error() / ask.scene.range, label.known};
+}
+
+Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogue, const Ask& ask,
+             double resident) {
+    const Graph& graph = priced.spanned.graph;
+    Plan plan;
+    plan.source = graph[route.source].what;
+    Label label = priced.start(route.source);
+    for (const auto arc : route.arcs) {
+        const Arc& what = graph[arc];
+        const StepCost& cost = priced.cost(arc);
+        Label unlimited = label;
+        unlimited.peak = 0;
+        const double peak = priced.step(unlimited, arc).peak;
+        label = priced.step(label, arc);
+        plan.steps.push_back(
+            {&catalogue[what.edge],
+             what.offer,
+             cost.work,
+             cost.seconds,
+             cost.scratch,
+             label,
+             {cost.seconds, cost.spread, peak, label.error() / ask.scene.range, label.known}});
+    }
+    label.peak = std::max(label.peak, priced.pinned);
+    plan.label = label;
+    plan.predicted = predicted_of(route, priced, ask, resident);
+    return plan;
+}
+
+bool accurate_enough(const Predicted& predicted, const Budget& budget) {
+    if (!budget.error) return true;
+    return predicted.known && predicted.error <= *budget.error;
+}
+
+bool fast_enough(const Predicted& predicted, const Budget& budget) {
+    return within(budget.seconds, predicted.seconds);
+}
+
+bool small_enough(const Predicted& predicted, const Budget& budget) {
+    return within(budget.bytes, predicted.bytes);
+}
+
+bool feasible(const Predicted& predicted, const Budget& budget) {
+    return accurate_enough(predicted, budget) && fast_enough(predicted, budget) &&
+           small_enough(predicted, budget);
+}
+
+double objective(const Predicted& predicted, Minimize what) {
+    switch (what) {
+        case Minimize::time:
+            return predicted.seconds;
+        case Minimize::memory:
+            return predicted.bytes;
+        case Minimize::error:
+            break;
+    }
+    return predicted.known ? predicted.error : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace edgewise

@@ -1,0 +1,170 @@
+#include "planner/rates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "graph/errors.hpp"
+#include "planner/json_fields.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr double kAlike = 1.35;        // sizes within this factor are one
+constexpr double kLeastSpread = 0.03;  // what two runs of the same differ by
+constexpr double kBorrowed = 0.25;     // spread of a rate under another name, at least
+constexpr double kBeyond = 0.1;        // more spread for each factor e beyond the measured sizes
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Median absolute deviation as the standard deviation of a normal distribution.
+double spread_of(const std::vector<double>& logs, double centre) {
+    std::vector<double> away;
+    for (double value : logs) away.push_back(std::abs(value - centre));
+    return std::max(kLeastSpread, 1.4826 * median(away));
+}
+
+/// One rate of several of about one size.
+Rate joined(const Rate* first, const Rate* last) {
+    std::vector<double> counted, ratio, shared;
+    Rate rate;
+    for (const Rate* each = first; each != last; ++each) {
+        counted.push_back(std::log(each->counted));
+        ratio.push_back(std::log(each->ratio));
+        shared.push_back(each->shared);
+        rate.runs += each->runs;
+        rate.spread = std::max(rate.spread, each->spread);
+    }
+    rate.counted = std::exp(median(counted));
+    const double centre = median(ratio);
+    rate.ratio = std::exp(centre);
+    rate.shared = median(shared);
+    rate.spread = std::max(rate.spread, spread_of(ratio, centre));
+    return rate;
+}
+
+/// Joins rates of about one size. @param rates  in any order
+std::vector<Rate> by_size(std::vector<Rate> rates) {
+    std::sort(rates.begin(), rates.end(),
+              [](const Rate& a, const Rate& b) { return a.counted < b.counted; });
+    std::vector<Rate> curve;
+    for (std::size_t begin = 0; begin < rates.size();) {
+        std::size_t end = begin;
+        while (end < rates.size() && rates[end].counted <= kAlike * rates[begin].counted) ++end;
+        curve.push_back(joined(rates.data() + begin, rates.data() + end));
+        begin = end;
+    }
+    return curve;
+}
+
+/// The name without its last part: type, kind, parameter; false where only the edge is left.
+bool shorten(std::string& name) {
+    const std::size_t cut = name.find_last_of(" /");
+    if (cut == std::string::npos) return false;
+    name.resize(cut);
+    return true;
+}
+
+Rate between(const std::vector<Rate>& curve, double counted) {
+    const auto above =
+        std::lower_bound(curve.begin(), curve.end(), counted,
+                         [](const Rate& rate, double value) { return rate.counted < value; });
+    const auto beyond = [&](Rate rate) {
+        rate.spread += kBeyond * std::abs(std::log(counted / rate.counted));
+        return rate;
+    };
+    if (above == curve.begin()) return beyond(curve.front());
+    if (above == curve.end()) return beyond(curve.back());
+    const Rate &low = *(above - 1), &high = *above;
+    const double f = std::log(counted / low.counted) / std::log(high.counted / low.counted);
+    return {.counted = counted,
+            .ratio = std::exp((1 - f) * std::log(low.ratio) + f * std::log(high.ratio)),
+            .shared = (1 - f) * low.shared + f * high.shared,
+            .spread = (1 - f) * low.spread + f * high.spread,
+            .runs = std::min(low.runs, high.runs)};
+}
+
+}  // namespace
+
+Rate Rates::at(const std::string& name, double counted) const {
+    if (!(counted > 0)) return {.ratio = 0};
+    if (const auto exact = measured_.find(name); exact != measured_.end())
+        return between(exact->second, counted);
+    for (std::string known = name; shorten(known);)
+        if (const auto found = pooled_.find(known); found != pooled_.end()) {
+            Rate rate = between(found->second, counted);
+            rate.spread = std::max(rate.spread, kBorrowed);
+            return rate;
+        }
+    return {.ratio = 0};
+}
+
+Rates::Rates(Curves measured) {
+    Curves all;
+    for (auto& [name, rates] : measured) {
+        if (rates.empty()) continue;
+        for (std::string known = name; shorten(known);)
+            all[known].insert(all[known].end(), rates.begin(), rates.end());
+        measured_[name] = by_size(std::move(rates));
+    }
+    for (auto& [name, rates] : all) pooled_[name] = by_size(std::move(rates));
+}
+
+Rates rates_of(const std::map<std::string, std::vector<Timed>>& timed) {
+    Rates::Curves curves;
+    for (const auto& [name, list] : timed)
+        for (const Timed& each : list)
+            if (each.counted > 0 && each.alone > 0)
+                curves[name].push_back(
+                    {.counted = each.counted,
+                     .ratio = each.alone / each.counted,
+                     .shared = each.together > 0 ? each.together / each.alone : 1,
+                     .spread = 0,
+                     .runs = each.runs});
+    return Rates(std::move(curves));
+}
+
+nlohmann::json to_json(const Rates& rates) {
+    nlohmann::json json = nlohmann::json::object();
+    for (const auto& [name, curve] : rates.measured()) {
+        nlohmann::json& list = json[name] = nlohmann::json::array();
+        for (const Rate& rate : curve)
+            list.push_back({{"counted", rate.counted},
+                            {"ratio", rate.ratio},
+                            {"shared", rate.shared},
+                            {"spread", rate.spread},
+                            {"runs", rate.runs}});
+    }
+    return json;
+}
+
+Rates rates_of(const nlohmann::json& json, const std::string& file) {
+    const JsonFields fields(file);
+    if (!json.is_object()) fields.reject("rates", "expected an object");
+    Rates::Curves curves;
+    for (const auto& [name, list] : json.items()) {
+        const std::string where = "rates." + name;
+        if (!list.is_array()) fields.reject(where, "expected a list");
+        std::vector<Rate> curve;
+        for (const nlohmann::json& each : list) {
+            if (!each.is_object()) fields.reject(where, "expected objects");
+            const auto number = [&](const char* key, double low, double high) {
+                return fields.number(each.value(key, nlohmann::json()), where + "." + key, low,
+                                     high);
+            };
+            curve.push_back({.counted = number("counted", 1e-12, 1e9),
+                             .ratio = number("ratio", 1e-6, 1e6),
+                             .shared = number("shared", 1e-6, 1e3),
+                             .spread = number("spread", 0, 10),
+                             .runs = static_cast<int>(number("runs", 1, 1e9))});
+        }
+        curves[name] = std::move(curve);
+    }
+    return Rates(std::move(curves));
+}
+
+}  // namespace edgewise

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace edgewise {
+
+/// What an edge took at one size, against what was counted.
+struct Rate {
+    double counted = 0;  // [s] of one run on one thread, by the machine's numbers alone
+    double ratio = 1;    // measured over counted seconds
+    double shared = 1;   // seconds with all processors over seconds with one
+    double spread = 0;   // of the ratio, between requests and runs: standard deviation of its log
+    int runs = 0;        // that were timed
+};
+
+/// One timed step.
+struct Timed {
+    double counted = 0, alone = 0, together = 0;  // [s] of one run: one thread, all processors
+    int runs = 0;
+};
+
+/// Seconds over counted seconds by name and size, as calibrated: no count knows caches, vector
+/// units and what a compiler made of a kernel. Names are "EDGE/key=value... KIND TYPE"; one that
+/// was not measured is served by those that share the most of it: without TYPE, without KIND,
+/// without the last parameters.
+class Rates {
+ public:
+    using Curves = std::map<std::string, std::vector<Rate>>;
+
+    Rates() = default;
+    /// Sizes within a third of each other are one: its rate is their median, so that a single bad
+    /// one moves nothing.
+    explicit Rates(Curves measured);
+
+    bool empty() const noexcept { return measured_.empty(); }
+    /// At so many counted seconds, between sizes by the logarithms of both, beyond them as at the
+    /// last. @return ratio 0 where nothing was measured under any part of the name
+    Rate at(const std::string& name, double counted) const;
+    /// By name, sorted by size.
+    const Curves& measured() const noexcept { return measured_; }
+
+ private:
+    Curves measured_, pooled_;  // as measured; by shortened names
+};
+
+/// What was timed, by name.
+Rates rates_of(const std::map<std::string, std::vector<Timed>>& timed);
+
+nlohmann::json to_json(const Rates& rates);
+/// @throws InputError naming the field; `file` is what messages call the text
+Rates rates_of(const nlohmann::json& json, const std::string& file);
+
+}  // namespace edgewise

@@ -1,0 +1,87 @@
+#include "planner/rates.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "graph/errors.hpp"
+
+namespace edgewise {
+namespace {
+
+Timed timed(double counted, double ratio, double shared = 0.5) {
+    return {.counted = counted,
+            .alone = counted * ratio,
+            .together = counted * ratio * shared,
+            .runs = 3};
+}
+
+TEST(Rates, RunBetweenSizesByLogarithms) {
+    const Rates rates = rates_of({{"e/f=x mip u8", {timed(1e-3, 4, 0.8), timed(1e-1, 1, 0.6)}}});
+    const Rate middle = rates.at("e/f=x mip u8", 1e-2);
+    EXPECT_NEAR(middle.ratio, 2, 1e-12);
+    EXPECT_NEAR(middle.shared, 0.7, 1e-12);
+    EXPECT_NEAR(rates.at("e/f=x mip u8", 1e-6).ratio, 4, 1e-12);
+    EXPECT_NEAR(rates.at("e/f=x mip u8", 10).ratio, 1, 1e-12);
+}
+
+TEST(Rates, FarBeyondTheMeasuredSizesAreLessCertain) {
+    const Rates rates = rates_of({{"e mip u8", {timed(1e-3, 2)}}});
+    EXPECT_GT(rates.at("e mip u8", 1e-1).spread, rates.at("e mip u8", 1e-2).spread);
+    EXPECT_GT(rates.at("e mip u8", 1e-2).spread, rates.at("e mip u8", 1e-3).spread);
+}
+
+TEST(Rates, OneOutlierOfAHundredTimesMovesNothing) {
+    std::vector<Timed> clean, dirty;
+    for (int i = 0; i < 9; ++i) clean.push_back(timed(1e-3 * (1 + 0.01 * i), 2 + 0.001 * i));
+    dirty = clean;
+    dirty[0].alone *= 100;
+    const double before = rates_of({{"e", clean}}).at("e", 1e-3).ratio;
+    const double after = rates_of({{"e", dirty}}).at("e", 1e-3).ratio;
+    EXPECT_NEAR(after / before, 1, 0.03);
+}
+
+TEST(Rates, WhatWasNotMeasuredIsServedByTheLongestNameThatFits) {
+    const Rates rates = rates_of({{"e/f=x/s=1 mip u8", {timed(1e-3, 2)}},
+                                  {"e/f=x/s=1 mip f32", {timed(1e-3, 4)}},
+                                  {"e/f=x/s=1 xray u8", {timed(1e-3, 8)}},
+                                  {"e/f=y/s=1 mip u8", {timed(1e-3, 32)}}});
+    const double kSquareRoot = std::sqrt(2 * 4);
+    // Without the type: of the two of this kind (of an even number the upper median counts).
+    const double borrowed = rates.at("e/f=x/s=1 mip i16", 1e-3).ratio;
+    EXPECT_TRUE(std::abs(borrowed - 4) < 1e-9 || std::abs(borrowed - kSquareRoot) < 1e-9);
+    EXPECT_NEAR(rates.at("e/f=x/s=1 mean u8", 1e-3).ratio, 4, 1e-9);
+    EXPECT_NEAR(rates.at("e/f=y/s=2 xray u8", 1e-3).ratio, 32, 1e-9);
+    EXPECT_EQ(rates.at("other mip u8", 1e-3).ratio, 0);
+    EXPECT_EQ(rates.at("e/f=x/s=1 mip u8", 0).ratio, 0) << "nothing counted, nothing predicted";
+    EXPECT_GT(rates.at("e/f=y/s=2 xray u8", 1e-3).spread,
+              rates.at("e/f=y/s=1 mip u8", 1e-3).spread);
+}
+
+TEST(Rates, GoToJsonAndBack) {
+    const Rates rates =
+        rates_of({{"e mip u8", {timed(1e-3, 2), timed(1e-1, 3)}}, {"g 2d f32", {timed(1, 1)}}});
+    const Rates back = rates_of(to_json(rates), "m.json");
+    for (const double counted : {1e-4, 1e-2, 1.0})
+        for (const char* name : {"e mip u8", "g 2d f32", "e mip f32"})
+            EXPECT_EQ(back.at(name, counted).ratio, rates.at(name, counted).ratio) << name;
+}
+
+TEST(Rates, BrokenOnesAreRefusedWithTheField) {
+    const auto problem = [](const char* text) -> std::string {
+        try {
+            rates_of(nlohmann::json::parse(text), "m.json");
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_NE(problem("[]").find("rates"), std::string::npos);
+    EXPECT_NE(problem(R"({"e": 1})").find("rates.e"), std::string::npos);
+    EXPECT_NE(problem(R"({"e": [{"counted": 1}]})").find("rates.e.ratio"), std::string::npos);
+    EXPECT_NE(problem(R"({"e": [{"counted": 1, "ratio": -1}]})").find("rates.e.ratio"),
+              std::string::npos);
+}
+
+}  // namespace
+}  // namespace edgewise

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "transitions/kernels/ray_cast.hpp"
+
+namespace edgewise {
+
+/// Levels of all bricks, made in parallel.
+/// @param stopped  asked now and then: levels stay unfinished where it says so; null: never
+std::unique_ptr<kernels::Bricks> bricks_of(const kernels::Grid& volume,
+                                           const kernels::Optics* optics,
+                                           std::pmr::memory_resource* memory,
+                                           const std::function<bool()>& stopped);
+
+}  // namespace edgewise

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "transitions/reference/answer.hpp"
+#include "transitions/reference/statistics.hpp"
+
+namespace edgewise {
+
+/// What a slice of the volume's spectrum gets wrong along one ray of an X-ray or mean, worked out
+/// where it arises, in object space and without a spectrum. Errors are integrals along the ray
+/// [value x unit].
+///
+/// - *Ghosts.* A spectrum read between its samples is that of a volume repeated a period away and
+///   faded by the window: a sample at x, in periods from the middle, appears once more at x + m
+///   with the weight W(x + m) / W(x), W the window's transform. What of these repetitions lies on
+///   the pixel's line, or on that of the same pixel periods of the picture away, is added up.
+/// - *Faces.* The slice knows samples that are the commonest value beyond the box, while the field
+///   that is asked for ends at a face at once. The difference is a product of errors of steps, one
+///   an axis, and is added up along the line as far as it is near a face.
+///
+/// Left out: frequencies beyond the slice's cutoff or the picture's band, rounding. Parallel rays,
+/// finite samples. Sources: Malzbender 1993; Jackson et al. 1991.
+class SpectrumRays {
+ public:
+    struct Window {
+        const char* name;  // the fact is "picture/spectrum/" and this
+        int width;
+        double shape;  // of the Kaiser-Bessel window
+    };
+    /// The windows that are planned with unless a path asks for others, all of one padding.
+    static constexpr std::array<Window, 2> kWindows = {
+        {{"4x1.25", 4, 4 * 1.78}, {"6x1.25", 6, 6 * 1.84}}};
+    static constexpr double kPadding = 1.25;
+    struct Ghosts {
+        std::array<double, kWindows.size()> seen{};
+        /// Of rays along an axis, the part that comes turned by a quarter of each wave along the
+        /// picture's rows: only its size is known here.
+        std::array<double, kWindows.size()> turned{};
+    };
+
+    /// @param box  the samples that are transformed; the others have the commonest value
+    /// Request and input must stay alive.
+    SpectrumRays(const Request& want, const Data& input, const Statistics& statistics,
+                 const Region& box);
+
+    double faces(const RaySpan& ray) const;
+    /// By window, in a pixel.
+    Ghosts ghosts(int view, double x, double y) const;
+
+ private:
+    static constexpr int kRepetitions = 4;  // on either side
+
+    struct Line {
+        Vec3 origin, direction;
+    };
+    struct Weights {
+        double period = 1;  // of the padded volume [voxel]
+        std::vector<std::array<double, kWindows.size()>> of,
+            turned;  // [repetition][sample of the box]
+    };
+    struct Stretch1d {
+        double low, high;
+    };
+    Weights weights_along(int axis) const;
+    void add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const;
+    double wrong_at(const Vec3& p, bool inside) const;
+    double step_at(double u) const;
+    double faces_between(const RaySpan& ray, double from, double to, bool inside) const;
+    /// Where a line lies in the box, widened on all sides; high < low: nowhere.
+    Stretch1d within(const Line& line, const Region& box, double wider) const;
+
+    const Request& want_;
+    const Data& input_;
+    double empty_;
+    Region box_;
+    int reach_;                       // samples from a face in which its error counts
+    std::vector<Mat4> to_input_;      // one a view
+    std::array<double, 2> period_{};  // of the picture [pixel]
+    std::vector<double> step_;        // a step through samples, by distance from the last 1
+    std::array<Weights, 3> weights_;
+};
+
+/// Everything that spectra make of a ray, for the facts of a preview.
+class SpectrumPicture {
+ public:
+    /// Squared errors of the picture [value^2], by name.
+    struct Named {
+        const char* name;
+        double square;
+    };
+    SpectrumPicture(const Request& want, const Data& input, const Statistics& statistics);
+
+    /// What is known of a ray already [value of the picture].
+    struct Known {
+        double expected = 0;  // the reference
+        double spline = 0;    // cast through the spline, and through the trilinear field
+        double linear = 0;
+    };
+    std::vector<Named> squares(const RaySpan& ray, const OutputSample& at,
+                               const Known& known) const;
+
+ private:
+    const Request& want_;
+    double low_, high_, longest_;
+    SpectrumRays whole_;
+    std::optional<SpectrumRays> cropped_;
+};
+
+}  // namespace edgewise
