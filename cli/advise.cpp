@@ -57,9 +57,10 @@ std::string arcs_text(const std::vector<AdvisedArc>& arcs, std::size_t requests)
     std::string text;
     for (std::size_t i = 0; i < arcs.size() && i < kMostRows; ++i) {
         const ArcAdvice& one = arcs[i].advice;
-        text += fmt::format("  {} -> {}\n    known: {} in {}; bound: {} ({:.3g} times less)\n",
+        text += fmt::format("  {} -> {}\n    known: {} in {}{}; bound: {} ({:.3g} times less)\n",
                             one.from, one.to, path_text(one.best), seconds_text(one.seconds),
-                            seconds_text(one.bound), one.seconds / one.bound);
+                            one.serves ? "" : ", which breaks a budget", seconds_text(one.bound),
+                            one.seconds / one.bound);
         text += requests == 1
                     ? fmt::format("    with an edge at the bound the plan takes {}, {} less\n",
                                   seconds_text(one.plan), seconds_text(one.gain))
@@ -109,6 +110,7 @@ Json report_json(const std::vector<Advised>& all, const Summary& summary) {
         arcs.push_back({{"from", one.from},
                         {"to", one.to},
                         {"best", one.best},
+                        {"serves", one.serves},
                         {"seconds", one.seconds},
                         {"bound", one.bound},
                         {"plan_seconds", one.plan},

@@ -34,7 +34,7 @@ std::vector<std::string> steps_of(const std::string& path) {
 /// What pilots measured of this request.
 Candidates::Known known_of(const Session& session) {
     Candidates::Known known;
-    if (session.wish.planner == Planner::estimate) return known;
+    if (session.wish.planner == Planner::estimate || session.input->described) return known;
     const Wisdom wisdom = Wisdom::load();
     const Wisdom::Paths* paths = wisdom.find(wisdom_key(session));
     if (!paths) return known;

@@ -58,6 +58,10 @@ void take_edges(Session& session) {
         session.profile.cpu != cpu_name())
         session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",
                                              session.profile.name, session.profile.cpu));
+    if (!session.profile.build.empty() && session.profile.build != EDGEWISE_VERSION)
+        session.messages.warning(
+            fmt::format("the profile '{}' was measured by version {}, this is {}: calibrate again",
+                        session.profile.name, session.profile.build, EDGEWISE_VERSION));
 }
 
 /// The budget of all samples and scratch: what is allowed less what the process has already.
@@ -71,23 +75,24 @@ void open_memory(Session& session) {
     }
     session.resident = resident_now() + kReserve + kReserveAThread * session.want().threads;
     if (!budget.bytes) budget.bytes = resident_now() + free_memory();
-    const double left = *budget.bytes - session.resident;
-    if (left <= 0)
-        throw NoPlan(fmt::format(
-            "--max-memory {:.0f} MiB: the process takes {:.0f} MiB before it holds any samples",
-            *budget.bytes / 0x1p20, session.resident / 0x1p20));
+    const double left = std::max(0.0, *budget.bytes - session.resident);  // see expect_room
     session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(left));
     if (session.wish.memory_given) fence_memory(left + kReserve + 10e6 * session.want().threads);
 }
 
-void expect_room_for(const Session& session, const Input& input) {
-    if (input.described) return;
-    const double bytes = input.bytes();
+/// Why there is no room for samples, or "".
+std::string lack_of_room(const Session& session) {
+    const Input& input = *session.input;
+    const Budget& budget = session.want().budget;
+    if (session.want().ranks == 1 && *budget.bytes <= session.resident)
+        return fmt::format(
+            "--max-memory {:.0f} MiB: the process takes {:.0f} MiB before it holds any samples",
+            *budget.bytes / 0x1p20, session.resident / 0x1p20);
     const auto limit = static_cast<double>(session.memory->limit());
-    if (bytes <= limit) return;
-    throw NoPlan(fmt::format("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
-                             input.name, bytes / 0x1p20, limit / 0x1p20,
-                             session.wish.memory_given ? " by --max-memory" : " on this machine"));
+    if (input.described || input.bytes() <= limit) return {};
+    return fmt::format("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
+                       input.name, input.bytes() / 0x1p20, limit / 0x1p20,
+                       session.wish.memory_given ? " by --max-memory" : " on this machine");
 }
 
 /// @param low,high  of the input's values
@@ -172,6 +177,30 @@ void pilot(Session& session) {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+void prepare_planning(Session& session) {
+    session.plan_options.demands = session.demands;
+    session.plan_options.pinned = pinned_bytes(session);
+    session.plan_options.resident = session.resident;
+}
+
+/// Before samples are read. Where there is no room for them, how much would do is planned as if
+/// they were only described.
+void expect_room(Session& session) {
+    const std::string lack = lack_of_room(session);
+    if (lack.empty()) return;
+    Input& input = *session.input;
+    if (!input.described)
+        input.described = Described{.extent = input.header.extent,
+                                    .volume = input.header.volume,
+                                    .type = input.header.type,
+                                    .spacing = input.header.spacing};
+    session.wish.window.reset();  // its percentiles are of samples
+    take_description(session);
+    prepare_planning(session);
+    session.way_out = way_out_of(session, Errors::guessed);
+    throw NoPlan(lack + text_of(*session.way_out));
+}
+
 /// Why an edge that was asked for cannot serve, or "".
 std::string refused_demand(const Session& session) {
     for (const Demand& demand : session.demands.via)
@@ -229,16 +258,14 @@ void take_request(Session& session) {
     session.geometry = take_geometry(session.wish.want, o, *session.input);
     if (session.outputs) session.outputs->expect_frames(session.want().frames);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
-    expect_room_for(session, *session.input);
+    expect_room(session);
     read_input(session);
 }
 
 void make_plan(Session& session) {
     {
         const EndsAtOnce nothing_to_tidy;
-        session.plan_options.demands = session.demands;
-        session.plan_options.pinned = pinned_bytes(session);
-        session.plan_options.resident = session.resident;
+        prepare_planning(session);
         session.answer = plan(session.edges, session.ask(), session.sources(), session.profile,
                               session.plan_options);
     }

@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kDigits = 4;             // so rounding adds at most 0.1 %
-constexpr double kPages = 256 * 1024;  // resident bytes that two runs of a command differ by
+constexpr double kPages = 384 * 1024;  // resident bytes that two runs of a command differ by
 
 /// The least number of four digits that `read` takes as no less than `value`.
 template <class Read>
@@ -90,7 +90,7 @@ std::string memory_text(double bytes) {
     return rounded_up(most / 0x1p20, "MiB", enough);
 }
 
-WayOut way_out_of(const Session& session) {
+WayOut way_out_of(const Session& session, Errors errors) {
     WayOut way_out;
     const auto drop = [&](bool budgets) {
         for (const Dropped& dropped :
@@ -99,8 +99,11 @@ WayOut way_out_of(const Session& session) {
             way_out.demands.push_back(changes_of(dropped, session.options));
     };
     const auto paths = candidates_of(session);
-    for (const Relaxed& relaxed : relaxed_budgets(*paths, session.want().budget, rounding()))
+    Budget budget = session.want().budget;
+    if (errors == Errors::guessed) budget.error.reset();
+    for (const Relaxed& relaxed : relaxed_budgets(*paths, budget, rounding()))
         way_out.budgets.push_back(changes_of(relaxed, session));
+    if (errors == Errors::guessed) return way_out;
     drop(true);
     if (!paths->all().empty()) return way_out;
     if (way_out.demands.empty()) {

@@ -29,8 +29,11 @@ struct WayOut {
     std::vector<std::vector<Refusal>> missing;
 };
 
-/// Of a session whose planner found nothing.
-WayOut way_out_of(const Session& session);
+/// Whether predicted errors are those of the data, or guesses that no way out can be told from.
+enum class Errors { predicted, guessed };
+
+/// Of a session whose planner finds nothing.
+WayOut way_out_of(const Session& session, Errors errors = Errors::predicted);
 
 /// "; it would work with\n  --max-error 0.0123 instead of 0.005\n ...", or "".
 std::string text_of(const WayOut& way_out);

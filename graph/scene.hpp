@@ -27,8 +27,9 @@ struct Scene {
     ///  - "picture/combined": what combining along z adds; "picture/screen/FILTER": with the warp;
     ///  - "picture/shear_warp/FILTER": RMS error of a picture by shear-warp;
     ///  - "picture/ended": root of the share of rays that end early, of composite;
-    ///  - "face/0" to "face/5": RMS over lines in the first layer along x ... the last along z of
-    ///    what a ray along them would collect beyond the commonest value (xray, mean);
+    ///  - "picture/spectrum/WINDOW[/cropped]": RMS error of pictures by slices of a spectrum;
+    ///  - "picture/spectrum/ends": what of it comes from the ends of rays;
+    ///  - "cast/all", "cast/taken", "cast/bricks": samples a pixel that a ray caster takes;
     ///  - "gain/blur": error of a combined picture over that of its samples ("combined/...");
     ///  - "gain/noise/FILTER": error of a picture over independent noise of its samples (zoh, foh).
     std::map<std::string, double> facts{};

@@ -214,6 +214,7 @@ class Adviser {
         const Candidate* path = nullptr;
         std::size_t begin = 0, end = 0;  // of its arcs
         double seconds = 0;
+        bool serves = false;  // on a path that could win: goes before one that is faster
     };
 
     std::vector<ArcAdvice> missing() const {
@@ -221,6 +222,7 @@ class Adviser {
         std::map<std::pair<At, At>, double> planned;  // the fastest path with an ideal edge there
         for (const Candidate& path : paths_.all()) {
             const auto& arcs = path.route.arcs;
+            const bool serves = could_win(path.choice);
             for (std::size_t i = 0; i < arcs.size(); ++i) {
                 double seconds = 0;
                 for (std::size_t j = i + 1; j <= arcs.size(); ++j) {
@@ -228,7 +230,8 @@ class Adviser {
                     const std::pair ends{boost::source(arcs[i], graph_),
                                          boost::target(arcs[j - 1], graph_)};
                     Known& way = known[ends];
-                    if (!way.path || seconds < way.seconds) way = {&path, i, j, seconds};
+                    if (!way.path || (serves == way.serves ? seconds < way.seconds : serves))
+                        way = {&path, i, j, seconds, serves};
                     const Predicted ideal = with_ideal(path, i, j, bound(ends.first, ends.second));
                     if (!could_win(ideal)) continue;
                     const auto [best, fresh] = planned.emplace(ends, ideal.seconds);
@@ -241,7 +244,9 @@ class Adviser {
             const Known& way = known[ends];
             const double least = bound(ends.first, ends.second);
             const double gain = chosen_->choice.seconds - seconds;
-            if (way.seconds < kFar * least || gain <= kNothing * chosen_->choice.seconds) continue;
+            if ((way.serves && way.seconds < kFar * least) ||
+                gain <= kNothing * chosen_->choice.seconds)
+                continue;
             all.push_back(arc_advice(ends.first, ends.second, way, least));
             all.back().plan = seconds;
             all.back().gain = gain;
@@ -252,7 +257,8 @@ class Adviser {
     ArcAdvice arc_advice(At from, At to, const Known& way, double least) const {
         const Representation &in = graph_[from].what, &out = graph_[to].what;
         const auto begin = way.path->steps.begin();
-        ArcAdvice one{in.text(), out.text(), in.kind(), out.kind(), {}, way.seconds, least};
+        ArcAdvice one{in.text(), out.text(), in.kind(),   out.kind(),
+                      {},        way.serves, way.seconds, least};
         one.best.assign(begin + std::ptrdiff_t(way.begin), begin + std::ptrdiff_t(way.end));
         return one;
     }

@@ -25,6 +25,7 @@ struct ArcAdvice {
     std::string from, to;            // Representation::text
     std::string from_kind, to_kind;  // Representation::kind
     std::vector<std::string> best;   // the fastest known way, as `--via` takes it
+    bool serves = true;              // on some path that could win, if only its steps were faster
     double seconds = 0;              // that it takes, all runs
     double bound = 0;                // [s] below which no edge can be
     double plan = 0;  // [s] of the whole path with an edge at this bound, if that errs nothing

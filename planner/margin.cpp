@@ -8,6 +8,7 @@ namespace edgewise {
 namespace {
 
 constexpr double kOneDeviation = 0.1587;  // of a normal distribution lies beyond one deviation
+constexpr double kRounding = 1e-12;
 
 double normal_tail(double z) { return 0.5 * std::erfc(z / std::sqrt(2.0)); }
 
@@ -134,7 +135,7 @@ class Margins {
         const double own = paths_.seconds_in(plan_, margin.step, true);
         if (!limit || !(own > 0)) return;
         const double factor = 1 + std::max(0.0, *limit - plan_.real.seconds) / own;
-        if (margin.factor && *margin.factor <= factor) return;
+        if (margin.factor && *margin.factor < factor * (1 - kRounding)) return;
         margin.factor = factor;
         margin.instead.clear();
         const Candidate* next = nullptr;
@@ -144,7 +145,8 @@ class Margins {
             then.seconds += (factor - 1) * its;
             // From this factor on: a path that grows as well and is at the limit is out too.
             const bool fits = feasible(then, rules_.budget) &&
-                              (its == 0 || then.seconds < *limit) && &other != &plan_;
+                              (its == 0 || then.seconds < *limit * (1 - kRounding)) &&
+                              &other != &plan_;
             if (fits && (!next || better(other, *next, rules_.aim))) next = &other;
         }
         if (next) margin.instead = next->steps;

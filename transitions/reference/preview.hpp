@@ -54,11 +54,6 @@ double upper_of(std::span<const Stratum> strata);
 /// Of warps: points.
 Preview preview_points(const Request& want, const ReferenceField& field,
                        const Statistics& statistics, std::pmr::memory_resource* memory);
-/// "face/0" (first layer along x) to "face/5" (last along z): RMS over the lines in that layer of
-/// what a ray along them would collect of values - empty, of an X-ray or a mean; the larger of two
-/// directions.
-void measure_faces(const Request& want, const Data& input, double empty,
-                   std::map<std::string, double>& facts);
 
 /// Of pictures: rays.
 Preview preview_rays(const Request& want, const ReferenceField& field, const Statistics& statistics,

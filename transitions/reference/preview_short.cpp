@@ -9,8 +9,8 @@ namespace {
 constexpr double kShortest = 1, kShort = 8;  // [unit]
 constexpr double kEdge = 1.5;                // [sample]
 constexpr double kThick = 64;  // where inputs are thinner, all of these are less in proportion
-constexpr std::int64_t kLookedAt = 1 << 17;             // pixels; of more, every few
-constexpr std::array<std::size_t, 2> kMost = {96, 48};  // rays of a class
+constexpr std::int64_t kLookedAt = 1 << 16;             // pixels; of more, every few
+constexpr std::array<std::size_t, 2> kMost = {96, 32};  // rays of a class
 
 }  // namespace
 

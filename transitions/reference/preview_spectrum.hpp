@@ -21,7 +21,7 @@ namespace edgewise {
 ///   that is asked for ends at a face at once. The difference is a product of errors of steps, one
 ///   an axis, and is added up along the line as far as it is near a face.
 ///
-/// Left out: frequencies beyond the slice's cutoff or the picture's band, rounding. Parallel rays,
+/// Left out: frequencies beyond the picture's band. Parallel rays,
 /// finite samples. Sources: Malzbender 1993; Jackson et al. 1991.
 class SpectrumRays {
  public:
@@ -51,7 +51,7 @@ class SpectrumRays {
     Ghosts ghosts(int view, double x, double y) const;
 
  private:
-    static constexpr int kRepetitions = 4;  // on either side
+    static constexpr int kRepetitions = 3;  // on either side
 
     struct Line {
         Vec3 origin, direction;

@@ -21,9 +21,6 @@ Scene measure_scene(const Data& input, const Request& want, const Phantom* formu
     Preview preview = want.job == Job::warp ? preview_points(want, field, statistics, memory)
                                             : preview_rays(want, field, statistics, memory);
     scene.facts = std::move(preview.facts);
-    if (want.job == Job::render && (want.mode == Mode::xray || want.mode == Mode::mean) &&
-        input.what.axes == 3)
-        measure_faces(want, input, statistics.commonest, scene.facts);
     const bool labels = want.job == Job::warp && want.field == Field::nearest;
     scene.range = labels ? 1 : want.range.value_or(range_between(preview.low, preview.high));
     return scene;

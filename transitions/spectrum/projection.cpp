@@ -47,9 +47,13 @@ std::string window_facet(const kernels::KaiserBessel& window) {
 
 std::optional<double> measured_error(const kernels::KaiserBessel& window,
                                      const Representation& from, const Ask& ask) {
+    // Rays of the preview are few, and what they see of far ghosts is less than all: on CT and MR a
+    // sixth of the measured errors were larger without this, by up to twice.
+    constexpr double kUnseen = 1.3;
     const bool whole = from.extent == ask.want.input;
-    return ask.scene.fact(fmt::format("picture/spectrum/{}x{}{}", window.width(), window.padding(),
-                                      whole ? "" : "/cropped"));
+    const auto seen = ask.scene.fact(fmt::format("picture/spectrum/{}x{}{}", window.width(),
+                                                 window.padding(), whole ? "" : "/cropped"));
+    return seen ? std::optional(kUnseen * *seen) : std::nullopt;
 }
 
 std::string spectrum_kind(const kernels::KaiserBessel& window) {
