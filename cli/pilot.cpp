@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kMostPaths = 200;
 constexpr std::int64_t kSamples = 1024;  // that an error is measured on
+constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
 constexpr int kFrames = 6;               // run of a long turntable
 constexpr int kRounds = 7;               // of close contenders
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
@@ -72,11 +73,14 @@ class Pilot {
 
     void run_all() {
         for (Contender& each : contenders_) {
-            if (each.known) continue;
+            if (each.failed || !each.seconds.empty()) continue;
             if (!each.is_default && (out_of_time() || !could_win(each))) continue;
-            try_first(each);
+            if (!each.known)
+                try_first(each);
+            else if (keeps_error(each) || each.is_default)
+                run_again(each);
         }
-        for (int round = 0; round < kRounds && !out_of_time(); ++round)
+        for (int round = 0; runs_ > 0 && round < kRounds && !out_of_time(); ++round)
             if (!run_round(round)) break;
         keep();
         choose();
@@ -104,6 +108,7 @@ class Pilot {
                 if (const auto found = known->find(text); found != known->end()) {
                     contender.known = found->second;
                     contender.seconds = found->second.seconds;
+                    contender.failed = found->second.given_up > 0;
                 }
             contender.plan = std::move(plan);
             contenders_.push_back(std::move(contender));
@@ -126,6 +131,13 @@ class Pilot {
         if (!budget.error) return true;
         // Half of the way to the end of the interval: a sample may flatter.
         return each.known && 0.5 * (each.known->error + each.known->high) <= *budget.error;
+    }
+
+    /// Whether the interval of the measured error holds the budget.
+    bool is_open(const Contender& each) const {
+        const Budget& budget = session_.want().budget;
+        return budget.error && each.known && each.known->low <= *budget.error &&
+               *budget.error <= each.known->high;
     }
 
     /// What is minimised, as measured; infinite where a budget is broken or nothing is known.
@@ -170,6 +182,7 @@ class Pilot {
     }
 
     std::optional<Outcome> run_once(Contender& each, const Deliver& deliver) {
+        ++runs_;
         const Contender* best = this->best();
         const double share = double(want_.frames) / session_.want().frames;
         const Watch watch(each.is_default || all_ || !best
@@ -190,33 +203,42 @@ class Pilot {
             // Out of memory, or a failure of an edge: this path does not win.
         }
         each.failed = true;
+        if (!each.known) each.known.emplace();
+        each.known->given_up = std::max(1e-9, watch.elapsed());
         return std::nullopt;
     }
 
     /// With its error; the time of this run warms up only, and stands alone where it is long.
     void try_first(Contender& each) {
-        if (!verifier_) {
+        if (!field_)
             field_.emplace(*session_.input->data, want_.field,
                            session_.input->phantom ? &*session_.input->phantom : nullptr);
-            verifier_.emplace(want_, *field_, kSamples, 1, session_.memory.get());
-        }
+        verify(each, verifier_, kSamples);
+        if (each.failed) return;
+        const Contender* best = this->best();
+        if (is_open(each) && !out_of_time() && (!best || could_win(each)))
+            verify(each, careful_, kMore);
+        if (each.failed) return;
+        if (keeps_error(each) || each.is_default) run_again(each);
+        session_.messages.progress(std::min(1.0, watch_.elapsed() / limit_),
+                                   path_text(each.plan.texts()));
+    }
+
+    void verify(Contender& each, std::optional<Verifier>& verifier, std::int64_t samples) {
+        if (!verifier) verifier.emplace(want_, *field_, samples, 1, session_.memory.get());
         session_.memory->reset_peak();
         const Deliver deliver = [&](int frame, const std::shared_ptr<const Data>& result) {
             // Waiting for its own tiles, this thread must not begin another frame's step.
-            tbb::this_task_arena::isolate([&] { verifier_->frame(frame, *result); });
+            tbb::this_task_arena::isolate([&] { verifier->frame(frame, *result); });
         };
         const auto outcome = run_once(each, deliver);
-        const Verified error = verifier_->finish();
+        const Verified error = verifier->finish();
         if (!outcome) return;
         each.known = Learned{.seconds = {},
                              .error = error.nrmse,
                              .low = error.low,
                              .high = error.high,
                              .bytes = session_.resident + double(outcome->peak)};
-        if (keeps_error(each) || each.is_default) run_again(each);
-        ++measured_;
-        session_.messages.progress(std::min(1.0, watch_.elapsed() / limit_),
-                                   path_text(each.plan.texts()));
     }
 
     void run_again(Contender& each) {
@@ -235,8 +257,8 @@ class Pilot {
             if (std::isfinite(cost(each)) && each.seconds.size() < std::size_t(kRounds) &&
                 each.median() <= kClose * best->median())
                 close.push_back(&each);
-        const bool is_open = close.size() > 1 || best->seconds.size() < 3;
-        if (!is_open) return false;
+        const bool undecided = close.size() > 1 || best->seconds.size() < 3;
+        if (!undecided) return false;
         if (round % 2) std::reverse(close.begin(), close.end());
         for (Contender* each : close) {
             if (out_of_time() && each->seconds.size() > 1) break;
@@ -246,10 +268,10 @@ class Pilot {
     }
 
     void keep() const {
-        if (measured_ == 0) return;
+        if (runs_ == 0) return;
         Wisdom::Paths learned;
         for (const Contender& each : contenders_)
-            if (each.known && !each.failed && !each.seconds.empty()) {
+            if (each.known) {
                 Learned& path = learned[path_text(each.plan.texts())] = *each.known;
                 path.seconds = each.seconds;
             }
@@ -318,12 +340,12 @@ class Pilot {
     Watch watch_{std::numeric_limits<double>::infinity()};
     const Request want_;                   // with few frames
     std::optional<ReferenceField> field_;  // made when something is verified
-    std::optional<Verifier> verifier_;
+    std::optional<Verifier> verifier_, careful_;
     std::string key_;
     Wisdom wisdom_;
     std::map<std::string, Plan> few_;  // paths of the request with few frames
     std::vector<Contender> contenders_;
-    int measured_ = 0;
+    int runs_ = 0;
 };
 
 }  // namespace

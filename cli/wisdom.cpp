@@ -57,20 +57,18 @@ std::optional<Learned> learned_of(const Json& json) {
     for (const auto& [key, member] : {std::pair{"error", &Learned::error},
                                       {"low", &Learned::low},
                                       {"high", &Learned::high},
-                                      {"bytes", &Learned::bytes}}) {
+                                      {"bytes", &Learned::bytes},
+                                      {"given_up", &Learned::given_up}}) {
         if (!json.contains(key) || !json[key].is_number() || !(json[key].get<double>() >= 0))
             return {};
         learned.*member = json[key].get<double>();
     }
-    return learned.seconds.empty() ? std::nullopt : std::optional(learned);
+    return learned;
 }
 
 Json json_of(const Learned& learned) {
-    return {{"seconds", learned.seconds},
-            {"error", learned.error},
-            {"low", learned.low},
-            {"high", learned.high},
-            {"bytes", learned.bytes}};
+    return {{"seconds", learned.seconds}, {"error", learned.error}, {"low", learned.low},
+            {"high", learned.high},       {"bytes", learned.bytes}, {"given_up", learned.given_up}};
 }
 
 void forget_oldest(Json& requests) {
