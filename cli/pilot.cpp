@@ -27,6 +27,7 @@ constexpr int kRounds = 7;               // of close contenders
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.
 constexpr double kOverestimate = 4;
+constexpr std::size_t kFewRuns = 3;
 constexpr double kClose = 1.3;     // slower than the best by more: no further runs
 constexpr double kHopeless = 3;    // slower by more: stopped
 constexpr double kPatience = 0.1;  // [s], never stopped before
@@ -40,6 +41,10 @@ struct Contender {
     std::optional<Learned> known;  // error and bytes
     bool is_default = false, failed = false;
 
+    double least() const {
+        return seconds.empty() ? std::numeric_limits<double>::infinity()
+                               : *std::min_element(seconds.begin(), seconds.end());
+    }
     double median() const {
         return seconds.empty() ? std::numeric_limits<double>::infinity() : cli::median(seconds);
     }
@@ -181,11 +186,12 @@ class Pilot {
         return set_up + frames * session_.want().frames / want_.frames;
     }
 
-    std::optional<Outcome> run_once(Contender& each, const Deliver& deliver) {
+    /// @param patient  verifying takes its own time
+    std::optional<Outcome> run_once(Contender& each, bool patient, const Deliver& deliver) {
         ++runs_;
         const Contender* best = this->best();
         const double share = double(want_.frames) / session_.want().frames;
-        const Watch watch(each.is_default || all_ || !best
+        const Watch watch(each.is_default || all_ || patient || !best
                               ? std::numeric_limits<double>::infinity()
                               : std::max(kPatience, kHopeless * best->median() * share));
         RunOptions options;
@@ -231,7 +237,7 @@ class Pilot {
             // Waiting for its own tiles, this thread must not begin another frame's step.
             tbb::this_task_arena::isolate([&] { verifier->frame(frame, *result); });
         };
-        const auto outcome = run_once(each, deliver);
+        const auto outcome = run_once(each, true, deliver);
         const Verified error = verifier->finish();
         if (!outcome) return;
         each.known = Learned{.seconds = {},
@@ -242,9 +248,15 @@ class Pilot {
     }
 
     void run_again(Contender& each) {
-        const auto outcome = run_once(each, [](int, const std::shared_ptr<const Data>&) {});
+        const auto outcome = run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
         if (outcome)
             each.seconds.push_back(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome));
+    }
+
+    /// The first runs of a path may have met other load.
+    static bool is_close(const Contender& each, const Contender& best) {
+        const double factor = each.seconds.size() < kFewRuns ? kHopeless : kClose;
+        return each.least() <= factor * best.median();
     }
 
     /// The close ones once more; the order turns round every time, so that no place in it wins.
@@ -255,7 +267,7 @@ class Pilot {
         std::vector<Contender*> close;
         for (Contender& each : contenders_)
             if (std::isfinite(cost(each)) && each.seconds.size() < std::size_t(kRounds) &&
-                each.median() <= kClose * best->median())
+                is_close(each, *best))
                 close.push_back(&each);
         const bool undecided = close.size() > 1 || best->seconds.size() < 3;
         if (!undecided) return false;
