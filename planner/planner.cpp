@@ -72,7 +72,8 @@ std::vector<Plan> nearest_plans(const std::vector<Plan>& plans, const Budget& bu
         }));
     if (budget.seconds)
         add(best(plans, Minimize::time, [&](std::size_t i) {
-            return accurate_enough(at(i).predicted, budget) && small_enough(at(i).predicted, budget);
+            return accurate_enough(at(i).predicted, budget) &&
+                   small_enough(at(i).predicted, budget);
         }));
     if (budget.bytes)
         add(best(plans, Minimize::memory, [&](std::size_t i) {
@@ -105,7 +106,8 @@ void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<P
             return feasible(choice[i].predicted, limits) && feasible(real[i].predicted, limits);
         });
         if (!chosen)  // the profile's processors may be slower than the threads given
-            chosen = best(choice, what, [&](std::size_t i) { return feasible(real[i].predicted, limits); });
+            chosen = best(choice, what,
+                          [&](std::size_t i) { return feasible(real[i].predicted, limits); });
         return chosen ? &real[static_cast<std::size_t>(chosen - choice.data())] : nullptr;
     };
     const Plan* chosen = pick(budget, want.minimize);
