@@ -304,7 +304,7 @@ def xray():
 
     def request(views):
         return ["render", ball, "-o", WORK / "xray_%03d.nrrd", "--mode", "xray", "--turntable", views, "--size", "256x256",
-                "--spacing", 1, "--max-error", ".02", "--via", "spectrum.slice"]
+                "--spacing", 1, "--max-error", ".02", "--via", "spectrum.forward/width=6", "--via", "spectrum.slice"]
 
     times = pair(drr, lambda: (seconds_of(*request(40), repeat=3) - seconds_of(*request(8), repeat=3)) / 32)
     theirs = np.fromfile(WORK / "drr_0000.raw", "f4")

@@ -183,7 +183,8 @@ void SpectrumRays::add_ghost(const Line& line, int axis, int repetition, Ghosts&
     const Weights& weights = weights_[axis];
     Line through = line;
     through.origin[axis] -= repetition * weights.period;
-    const auto [low, high] = within(through, box_, 0);
+    const Stretch1d inside = within(through, box_, 0);
+    const double low = inside.low, high = inside.high;
     if (!(low < high)) return;
     const double pieces = std::max(1.0, std::ceil(high - low)), piece = (high - low) / pieces;
     const auto* of = weights.of.data() + (repetition + kRepetitions) * size_along(box_, axis);
