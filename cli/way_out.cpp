@@ -14,8 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kDigits = 4;             // so rounding adds at most 0.1 %
-constexpr double kPages = 384 * 1024;  // resident bytes that two runs of a command differ by
+constexpr int kDigits = 4;               // so rounding adds at most 0.1 %
+constexpr double kPages = 1.5 * 0x1p20;  // resident bytes that two runs of a command differ by
 
 /// The least number of four digits that `read` takes as no less than `value`.
 template <class Read>

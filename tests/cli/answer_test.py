@@ -124,7 +124,9 @@ class Answer(unittest.TestCase):
             for option, value in changes.items():
                 if value is None:
                     continue
-                tighter = {**changes, option: f"{number(value) * 0.99:.17g}"}
+                # What a process holds before any sample differs by 1.5 MiB between runs, on either side.
+                share = 0.97 if option == "--max-memory" else 0.99
+                tighter = {**changes, option: f"{number(value) * share:.17g}"}
                 self.assertFalse(self.plans(self.with_budgets(words, tighter)), tighter)
         return relax
 
