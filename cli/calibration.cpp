@@ -6,6 +6,7 @@
 #include <ctime>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <limits>
 #include <set>
 
 #include "cli/machine.hpp"
@@ -168,34 +169,59 @@ class Calibration {
         }
     }
 
-    /// One thread and all of them in turn, so that both meet the same load; the first run of each
-    /// only warms up, and is all there is of one that takes long.
-    void time(Session& session, const Plan& plan) {
+    /// From the first node of a step to its last: its regions overlap, so their times do not add
+    /// up.
+    static std::vector<double> wall_of(const Outcome& outcome) {
+        const std::size_t steps = outcome.step_seconds.size();
+        std::vector<double> begin(steps, std::numeric_limits<double>::infinity()), wall(steps, 0);
+        for (const Ran& ran : outcome.trace)
+            begin[std::size_t(ran.step)] = std::min(begin[std::size_t(ran.step)], ran.begin);
+        for (const Ran& ran : outcome.trace)
+            wall[std::size_t(ran.step)] =
+                std::max(wall[std::size_t(ran.step)], ran.end - begin[std::size_t(ran.step)]);
+        return wall;
+    }
+
+    struct Runs {
+        std::vector<double> least;  // [s], of each step
+        int count = 0;              // 0: a step failed
+    };
+
+    /// The first run warms up only, and is all there is of one that takes long.
+    Runs runs_of(Session& session, const Plan& plan, int threads) {
         constexpr double kLong = 0.15;
-        const int processors = profile_.processors, most = quick_ ? 3 : 5;
-        std::vector<std::vector<double>> alone(plan.steps.size()), together(plan.steps.size());
-        int runs = 0;
+        const int most = quick_ ? 3 : 5;
+        Runs runs;
         for (int i = 0; i < most; ++i) {
-            const Outcome one = once(session, plan, 1);
-            const Outcome all = processors > 1 ? once(session, plan, processors) : one;
-            if (one.steps != plan.texts() || all.steps != plan.texts()) return;  // a step failed
-            for (std::size_t k = 0; k < plan.steps.size(); ++k) {
-                if (i == 1) alone[k].clear(), together[k].clear();
-                alone[k].push_back(one.step_seconds[k]);
-                together[k].push_back(all.step_seconds[k]);
-            }
-            runs = std::max(1, i);
-            if (one.seconds > kLong) break;
+            const Outcome outcome = once(session, plan, threads);
+            if (outcome.steps != plan.texts()) return {};
+            const std::vector<double> wall = wall_of(outcome);
+            if (i < 2)
+                runs.least = wall;
+            else
+                for (std::size_t k = 0; k < runs.least.size(); ++k)
+                    runs.least[k] = std::min(runs.least[k], wall[k]);
+            runs.count = std::max(1, i);
+            if (outcome.seconds > kLong) break;
         }
+        return runs;
+    }
+
+    /// One thread first, then all: a worker that slept through a run of one thread starts on the
+    /// core of its master, and is moved only after some milliseconds.
+    void time(Session& session, const Plan& plan) {
+        const int processors = profile_.processors;
+        Runs alone = runs_of(session, plan, 1);
+        Runs together = processors > 1 ? runs_of(session, plan, processors) : alone;
+        if (alone.count == 0 || together.count == 0) return;
         for (std::size_t k = 0; k < plan.steps.size(); ++k) {
             const Step& step = plan.steps[k];
             timed_[timing_name(*step.by, step.offer, session.want())].push_back(
                 {.counted = profile_.counted(step.work),
                  // The least: whatever else keeps a machine busy only makes runs longer.
-                 .alone = *std::min_element(alone[k].begin(), alone[k].end()) / step.runs(),
-                 .together =
-                     *std::min_element(together[k].begin(), together[k].end()) / step.runs(),
-                 .runs = runs});
+                 .alone = alone.least[k] / step.runs(),
+                 .together = together.least[k] / step.runs(),
+                 .runs = alone.count});
         }
     }
 
