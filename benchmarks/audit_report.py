@@ -56,6 +56,9 @@ def goals(summaries):
         ("regret, largest", "pilot 1.5", lambda s: cell(s["regret_max"])),
         ("regret of one fixed path a family", "", lambda s: "{} (p95 {})".format(
             cell(s["fixed_path"]["regret_geomean"]), cell(s["fixed_path"]["regret_p95"]))),
+        ("regret of others' fixed rules", "", lambda s: ", ".join(
+            "{} {} (keeps {} of {})".format(rule["library"], cell(rule["regret_geomean"]), rule["serves"], rule["requests"])
+            for rule in s.get("others", []) if rule["requests"]) or "–"),
         ("share of that gap closed", "", lambda s: cell(s["gap_closed"], "{:.0%}")),
         ("seconds, predicted / measured, median of chosen", "", lambda s: cell(s["time_ratio_median"])),
         ("its median \\|ln\\|", "0.10", lambda s: cell(s["time_ratio_median_abs_log"])),

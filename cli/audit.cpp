@@ -31,8 +31,8 @@ struct AuditOptions {
     bool quiet = false;
 };
 
-AuditSettings settings_of(const AuditOptions& options) {
-    AuditSettings settings;
+PathSettings settings_of(const AuditOptions& options) {
+    PathSettings settings;
     if (options.limit)
         settings.limit = static_cast<std::size_t>(whole_of("--limit", *options.limit, 1, 1 << 20));
     if (options.repeat)
@@ -117,7 +117,7 @@ class Audit {
 
     const AuditOptions& options_;
     Messages& messages_;
-    AuditSettings settings_;
+    PathSettings settings_;
     std::vector<AuditedRequest> done_;
 };
 

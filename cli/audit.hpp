@@ -7,47 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "graph/cost.hpp"
+#include "cli/path_runs.hpp"
 #include "graph/request.hpp"
-#include "transitions/reference/verify.hpp"
 
 namespace edgewise::cli {
 
 struct JobOptions;
-class Messages;
-
-/// How paths are measured.
-struct AuditSettings {
-    std::size_t limit = 200;      // paths a request
-    int repeat = 5;               // warm runs of every path that could be the fastest
-    std::int64_t samples = 2048;  // output samples that an error is measured on; 0: all
-    std::uint64_t seed = 1;       // of these samples, and of the paths beyond the limit
-};
 
 /// One request of the file of an audit.
 struct AuditRequest {
     std::vector<std::string> args;  // as on the command line
     std::string name;
     bool held_out = false;  // no fit has seen its like
-};
-
-/// One path: what it was predicted to take, and what it took.
-struct AuditedPath {
-    std::vector<std::string> steps;
-    Predicted predicted;
-    bool front = false, chosen = false;
-    std::optional<double> first;     // [s], with cold caches
-    std::vector<double> seconds;     // further runs
-    std::optional<double> given_up;  // [s] after which it was stopped: it takes longer
-    double bytes = 0;                // peak: what the process held before, and what was counted
-    std::optional<double> resident_bytes;  // peak as the system sees it, without what audits hold
-    std::optional<Verified> error;
-    std::string failure;  // why it has no result
-
-    bool measured() const noexcept { return first.has_value(); }
-    /// Of the warm runs, or the cold one where there is no other.
-    double median() const;
-    double least() const;
 };
 
 /// One request, all its paths run.
@@ -60,18 +31,18 @@ struct AuditedRequest {
     Minimize minimize = Minimize::time;
     int frames = 1, threads = 1;
     double planning_seconds = 0;
-    std::vector<AuditedPath> paths;
+    std::vector<MeasuredPath> paths;
     std::size_t all_paths = 0;  // that there are
     std::vector<std::string> warnings;
     int code = 0;  // of its failure
     std::string message;
 
-    const AuditedPath& chosen() const;
+    const MeasuredPath& chosen() const;
 };
 
 /// What the measurements say about the planner's choice.
 struct Verdict {
-    const AuditedPath* best = nullptr;
+    const MeasuredPath* best = nullptr;
     double regret = 1;  // what was minimised, of the chosen path over the best one
     bool error_kept = true, bytes_kept = true, seconds_kept = true;
 
@@ -80,9 +51,9 @@ struct Verdict {
 
 /// Whether a path's measurements keep the budgets of a request. Of a rival the error itself counts;
 /// of the chosen path a sampled error breaks the budget when its whole 95 % interval is beyond it.
-bool keeps_budgets(const AuditedPath& path, const AuditedRequest& request);
+bool keeps_budgets(const MeasuredPath& path, const AuditedRequest& request);
 /// What is minimised, of a path that was measured.
-double objective(const AuditedPath& path, const AuditedRequest& request);
+double objective(const MeasuredPath& path, const AuditedRequest& request);
 /// Regret is against the best path that keeps the budgets. Where none keeps the error's, against
 /// the best of those that are as accurate as the most accurate one within its 95 % interval.
 Verdict judge(const AuditedRequest& request);
@@ -90,7 +61,7 @@ Verdict judge(const AuditedRequest& request);
 /// Plans a request and runs its paths, interleaved.
 /// @throws what the request itself would end with; Cancelled
 AuditedRequest audited(const AuditRequest& asked, const JobOptions& options,
-                       const AuditSettings& settings);
+                       const PathSettings& settings);
 
 nlohmann::ordered_json audit_entry(const AuditedRequest& request);
 nlohmann::ordered_json audit_summary(const std::vector<AuditedRequest>& requests);

@@ -12,23 +12,14 @@ using Json = nlohmann::ordered_json;
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
-Json error_json(const std::optional<Verified>& error) {
-    if (!error) return nullptr;
-    return {{"nrmse", error->nrmse}, {"low", error->low},     {"high", error->high},
-            {"max", error->max},     {"range", error->range}, {"samples", error->samples}};
-}
-
 /// @param all  every single run as well
-Json path_json(const AuditedPath& path, bool all) {
+Json path_json(const MeasuredPath& path, bool all) {
     Json measured;
     if (path.measured()) {
-        measured = {{"seconds", path.median()},
-                    {"least", path.least()},
-                    {"first", *path.first},
-                    {"runs", path.seconds.size()},
-                    {"bytes", path.bytes},
-                    {"resident_bytes", or_null(path.resident_bytes)},
-                    {"error", error_json(path.error)}};
+        measured = {{"seconds", path.median()},    {"least", path.least()},
+                    {"first", *path.first},        {"runs", path.seconds.size()},
+                    {"bytes", path.bytes},         {"resident_bytes", or_null(path.resident_bytes)},
+                    {"error", to_json(path.error)}};
         if (all) measured["all_seconds"] = path.seconds;
     }
     Json json = {{"steps", path.steps},
@@ -58,7 +49,7 @@ Json head_of(const AuditedRequest& request) {
 Json audit_entry(const AuditedRequest& request) {
     Json json = head_of(request);
     if (request.code != 0) return json;
-    const AuditedPath& chosen = request.chosen();
+    const MeasuredPath& chosen = request.chosen();
     const Verdict verdict = judge(request);
     json["family"] = request.family;
     json["planner"] = request.planner;
@@ -81,7 +72,7 @@ Json audit_entry(const AuditedRequest& request) {
     json["paths"] = request.paths.size();
     json["all_paths"] = request.all_paths;
     json["measured_paths"] = Json::array();
-    for (const AuditedPath& path : request.paths)
+    for (const MeasuredPath& path : request.paths)
         json["measured_paths"].push_back(path_json(path, false));
     json["warnings"] = request.warnings;
     return json;

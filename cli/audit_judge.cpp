@@ -9,37 +9,37 @@ namespace {
 /// Least error that ratios tell apart: below it is the rounding of f32.
 constexpr double kLeastError = 1e-6;
 
-bool accurate(const AuditedPath& path, const AuditedRequest& request) {
+bool accurate(const MeasuredPath& path, const AuditedRequest& request) {
     if (!request.budget.error) return true;
     if (!path.error) return false;
     // Without sampling the interval is the error itself.
     return (path.chosen ? path.error->low : path.error->nrmse) <= *request.budget.error;
 }
 
-bool small(const AuditedPath& path, const AuditedRequest& request) {
+bool small(const MeasuredPath& path, const AuditedRequest& request) {
     return !request.budget.bytes ||
            std::max(path.bytes, path.resident_bytes.value_or(0)) <= *request.budget.bytes;
 }
 
-bool in_time(const AuditedPath& path, const AuditedRequest& request) {
+bool in_time(const MeasuredPath& path, const AuditedRequest& request) {
     return !request.budget.seconds || path.median() <= *request.budget.seconds;
 }
 
 /// The budgets other than that of the error.
-bool fits(const AuditedPath& path, const AuditedRequest& request) {
+bool fits(const MeasuredPath& path, const AuditedRequest& request) {
     // The fastest that keeps the others is the one that time could be asked of.
     return small(path, request) && (request.minimize == Minimize::time || in_time(path, request));
 }
 
 /// What there is to compare with where no path keeps the error budget.
-std::vector<const AuditedPath*> most_accurate(const AuditedRequest& request) {
-    const AuditedPath* least = nullptr;
-    for (const AuditedPath& path : request.paths)
+std::vector<const MeasuredPath*> most_accurate(const AuditedRequest& request) {
+    const MeasuredPath* least = nullptr;
+    for (const MeasuredPath& path : request.paths)
         if (path.measured() && path.error && fits(path, request) &&
             (!least || path.error->nrmse < least->error->nrmse))
             least = &path;
-    std::vector<const AuditedPath*> equals;
-    for (const AuditedPath& path : request.paths)
+    std::vector<const MeasuredPath*> equals;
+    for (const MeasuredPath& path : request.paths)
         if (least && path.measured() && path.error && fits(path, request) &&
             path.error->low <= least->error->high)
             equals.push_back(&path);
@@ -48,22 +48,16 @@ std::vector<const AuditedPath*> most_accurate(const AuditedRequest& request) {
 
 }  // namespace
 
-double AuditedPath::median() const { return seconds.empty() ? *first : cli::median(seconds); }
-
-double AuditedPath::least() const {
-    return seconds.empty() ? *first : *std::min_element(seconds.begin(), seconds.end());
-}
-
-const AuditedPath& AuditedRequest::chosen() const {
+const MeasuredPath& AuditedRequest::chosen() const {
     return *std::find_if(paths.begin(), paths.end(),
-                         [](const AuditedPath& path) { return path.chosen; });
+                         [](const MeasuredPath& path) { return path.chosen; });
 }
 
-bool keeps_budgets(const AuditedPath& path, const AuditedRequest& request) {
+bool keeps_budgets(const MeasuredPath& path, const AuditedRequest& request) {
     return path.measured() && accurate(path, request) && fits(path, request);
 }
 
-double objective(const AuditedPath& path, const AuditedRequest& request) {
+double objective(const MeasuredPath& path, const AuditedRequest& request) {
     switch (request.minimize) {
         case Minimize::time:
             return path.median();
@@ -76,15 +70,15 @@ double objective(const AuditedPath& path, const AuditedRequest& request) {
 }
 
 Verdict judge(const AuditedRequest& request) {
-    const AuditedPath& chosen = request.chosen();
-    std::vector<const AuditedPath*> rivals;
-    for (const AuditedPath& path : request.paths)
+    const MeasuredPath& chosen = request.chosen();
+    std::vector<const MeasuredPath*> rivals;
+    for (const MeasuredPath& path : request.paths)
         if (keeps_budgets(path, request)) rivals.push_back(&path);
     Verdict verdict;
     if (rivals.empty()) rivals = most_accurate(request);
     if (rivals.empty()) rivals.push_back(&chosen);
     verdict.best = *std::min_element(rivals.begin(), rivals.end(),
-                                     [&](const AuditedPath* a, const AuditedPath* b) {
+                                     [&](const MeasuredPath* a, const MeasuredPath* b) {
                                          return objective(*a, request) < objective(*b, request);
                                      });
     verdict.regret = objective(chosen, request) / objective(*verdict.best, request);

@@ -54,20 +54,20 @@ Json spread(const Values& ratios) {
 template <class Take>
 void each_path(const Requests& requests, const Take& take) {
     for (const AuditedRequest* request : requests)
-        for (const AuditedPath& path : request->paths)
+        for (const MeasuredPath& path : request->paths)
             if (path.measured()) take(*request, path);
 }
 
 void put_times(Json& json, const Requests& requests) {
     Values chosen, all, taus;
-    each_path(requests, [&](const AuditedRequest&, const AuditedPath& path) {
+    each_path(requests, [&](const AuditedRequest&, const MeasuredPath& path) {
         const double ratio = path.predicted.seconds / path.median();
         all.push_back(ratio);
         if (path.chosen) chosen.push_back(ratio);
     });
     for (const AuditedRequest* request : requests) {
         Values predicted, measured;
-        each_path({request}, [&](const AuditedRequest&, const AuditedPath& path) {
+        each_path({request}, [&](const AuditedRequest&, const MeasuredPath& path) {
             predicted.push_back(path.predicted.seconds);
             measured.push_back(path.median());
         });
@@ -89,7 +89,7 @@ void put_times(Json& json, const Requests& requests) {
 /// The share of measured medians within the interval that predictions carry, where they do.
 void put_coverage(Json& json, const Requests& requests) {
     int with = 0, within = 0, below = 0, chosen = 0, chosen_within = 0;
-    each_path(requests, [&](const AuditedRequest&, const AuditedPath& path) {
+    each_path(requests, [&](const AuditedRequest&, const MeasuredPath& path) {
         const Json predicted = to_json(path.predicted);
         const Json low = predicted.value("seconds_low", Json());
         const Json high = predicted.value("seconds_high", Json());
@@ -112,7 +112,7 @@ void put_coverage(Json& json, const Requests& requests) {
 void put_errors(Json& json, const Requests& requests) {
     Values ratios;
     int inside = 0, unknown = 0, below = 0;
-    each_path(requests, [&](const AuditedRequest&, const AuditedPath& path) {
+    each_path(requests, [&](const AuditedRequest&, const MeasuredPath& path) {
         if (!path.error) return;
         if (!path.predicted.known) {
             ++unknown;
@@ -131,23 +131,26 @@ void put_errors(Json& json, const Requests& requests) {
     json["error_ratio"]["unknown"] = unknown;
 }
 
+/// The expected peak against what the system shows; and the bound that budgets are held against
+/// against what was counted, reserves on both sides.
 void put_bytes(Json& json, const Requests& requests) {
-    Values chosen, all, resident;
-    each_path(requests, [&](const AuditedRequest&, const AuditedPath& path) {
-        if (path.resident_bytes) resident.push_back(path.predicted.bytes / *path.resident_bytes);
-        const double ratio = path.predicted.bytes / path.bytes;
+    Values chosen, all, counted;
+    each_path(requests, [&](const AuditedRequest&, const MeasuredPath& path) {
+        counted.push_back(path.predicted.bytes / path.bytes);
+        const double ratio =
+            path.predicted.expected_bytes() / path.resident_bytes.value_or(path.bytes);
         all.push_back(ratio);
         if (path.chosen) chosen.push_back(ratio);
     });
     json["bytes_ratio"] = spread(chosen);
     json["bytes_ratio_of_paths"] = spread(all);
-    if (!resident.empty()) json["resident_ratio_of_paths"] = spread(resident);
+    json["counted_ratio_of_paths"] = spread(counted);
 }
 
 void put_counts(Json& json, const Requests& requests, std::size_t asked) {
     std::size_t run = 0, given_up = 0, failed = 0;
     for (const AuditedRequest* request : requests)
-        for (const AuditedPath& path : request->paths) {
+        for (const MeasuredPath& path : request->paths) {
             run += path.measured();
             given_up += path.given_up.has_value();
             failed += !path.failure.empty();
@@ -168,6 +171,7 @@ Json summary_of(const Requests& requests, std::size_t asked) {
         put_errors(json, requests);
         put_bytes(json, requests);
         json["fixed_path"] = fixed_paths(requests);
+        json["others"] = rules_of_others(requests);
         const double fixed = json["fixed_path"]["regret_geomean"].get<double>() - 1;
         const double ours = json["regret_geomean"].get<double>() - 1;
         json["gap_closed"] = fixed > 0 ? Json(1 - ours / fixed) : Json();

@@ -6,7 +6,6 @@
 #include <ctime>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <limits>
 #include <set>
 
 #include "cli/machine.hpp"
@@ -62,6 +61,9 @@ std::vector<Trial> trials(bool quick) {
     image("phantom:zone-plate:2000", {Type::u8, Type::f32});
     all.push_back({Job::render, "phantom:gaussians:112", Type::u8, "20,-15,10", "mean"});
     all.push_back({Job::render, "phantom:gaussians:112", Type::f32, "20,-15,10", "mean"});
+    // What is empty is cropped away.
+    all.push_back({Job::render, "phantom:shepp-logan:128", Type::u8, "10,30,20", "mip"});
+    all.push_back({Job::render, "phantom:shepp-logan:128", Type::f32, "10,30,20", "xray"});
     all.push_back({Job::warp, "phantom:gaussians:112", Type::u8, "90,0,0", nullptr});
     all.push_back({Job::warp, "phantom:gaussians:112", Type::f32, "90,0,90", nullptr});
     return all;
@@ -105,7 +107,7 @@ std::shared_ptr<Data> retyped(const Data& from, Type type, MemoryBudget* memory)
 
 class Calibration {
  public:
-    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 44) {
+    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 48) {
         profile_ = default_profile();
         profile_.processors = usable_cores();
     }
@@ -113,14 +115,21 @@ class Calibration {
     Profile measure(Messages& messages) {
         const std::vector<Trial> all = trials(quick_);
         begin_ = Clock::now();
-        for (std::size_t i = 0; i < all.size(); ++i) {
-            messages.progress(since(begin_) / limit_,
-                              fmt::format("{} {} {}", name_of(all[i].job),
-                                          all[i].mode ? all[i].mode : "", all[i].input));
-            // What a trial leaves of its time goes to those that follow.
-            end_ = limit_ * static_cast<double>(i + 1) / static_cast<double>(all.size());
-            try_all(all[i]);
-        }
+        std::vector<Case> cases(all.size());
+        for (int pass = 0; pass < kPasses; ++pass)
+            for (std::size_t i = 0; i < all.size(); ++i) {
+                messages.progress(since(begin_) / limit_,
+                                  fmt::format("{} {} {}", name_of(all[i].job),
+                                              all[i].mode ? all[i].mode : "", all[i].input));
+                // What a trial leaves of its time goes to those that follow.
+                const double left = limit_ * (pass == 0 ? kFirstPass : 1) - since(begin_);
+                end_ = since(begin_) + left / static_cast<double>(all.size() - i);
+                if (pass == 0)
+                    begin_case(cases[i], all[i]);
+                else
+                    repeat_case(cases[i]);
+            }
+        for (const Case& each : cases) keep(each);
         fit();
         if (!quick_)
             for (const Trial& exam : exams()) judge(exam);
@@ -129,6 +138,10 @@ class Calibration {
     }
 
  private:
+    static constexpr int kPasses = 3, kFewRuns = 2, kMostRuns = 7;
+    static constexpr double kFirstPass = 0.65;  // of the time
+    static constexpr double kEnough = 0.02;     // [s]; of a longer run there is one a pass
+
     /// A session with the phantom's samples in the trial's type.
     struct Prepared {
         explicit Prepared(const Trial& trial) : options(options_of(trial)), session(options) {
@@ -145,84 +158,99 @@ class Calibration {
         Session session;
     };
 
-    void try_all(const Trial& trial) {
-        Prepared prepared(trial);
-        Session& session = prepared.session;
-        std::vector<Plan> plans = prepared.paths(profile_);
-        // The cheap ones first: the dear ones may find their steps already timed.
+    /// A path, and what its steps took: [s], the least of the passes, each the median of its runs.
+    /// Whatever else keeps a machine busy only makes runs longer, and seldom stays for two passes.
+    struct TimedPath {
+        Plan plan;
+        std::vector<double> alone, together;  // on one thread, on all
+        int runs = 0;
+    };
+
+    struct Case {
+        std::unique_ptr<Prepared> prepared;
+        std::vector<TimedPath> paths;  // the cheap ones first
+    };
+
+    std::string name(const Case& of, const Step& step) const {
+        return timing_name(*step.by, step.offer, of.prepared->session.want());
+    }
+
+    void begin_case(Case& one, const Trial& trial) {
+        one.prepared = std::make_unique<Prepared>(trial);
+        std::vector<Plan> plans = one.prepared->paths(profile_);
+        // The dear ones may find their steps already timed.
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
             return a.predicted.seconds < b.predicted.seconds;
         });
         std::set<std::string> seen;  // at this size
-        for (const Plan& plan : plans) {
-            const auto name = [&](const Step& step) {
-                return timing_name(*step.by, step.offer, session.want());
-            };
-            if (std::all_of(plan.steps.begin(), plan.steps.end(),
-                            [&](const Step& step) { return seen.contains(name(step)); }))
-                continue;
+        for (Plan& plan : plans) {
+            std::set<std::string> names;
+            for (const Step& step : plan.steps) names.insert(name(one, step));
+            if (std::includes(seen.begin(), seen.end(), names.begin(), names.end())) continue;
             // The cheapest few are timed even where the time is used up.
-            if (since(begin_) > end_ && seen.size() >= 4) return;
-            if (stop_flag()) throw Cancelled();
-            time(session, plan);
-            for (const Step& step : plan.steps) seen.insert(name(step));
+            if (since(begin_) > end_ && seen.size() >= 4) break;
+            TimedPath path{.plan = std::move(plan), .alone = {}, .together = {}};
+            if (!time(one, path)) continue;
+            one.paths.push_back(std::move(path));
+            seen.merge(names);
         }
+        one.prepared->session.memory->trim();
     }
 
-    /// From the first node of a step to its last: its regions overlap, so their times do not add
-    /// up.
-    static std::vector<double> wall_of(const Outcome& outcome) {
-        const std::size_t steps = outcome.step_seconds.size();
-        std::vector<double> begin(steps, std::numeric_limits<double>::infinity()), wall(steps, 0);
-        for (const Ran& ran : outcome.trace)
-            begin[std::size_t(ran.step)] = std::min(begin[std::size_t(ran.step)], ran.begin);
-        for (const Ran& ran : outcome.trace)
-            wall[std::size_t(ran.step)] =
-                std::max(wall[std::size_t(ran.step)], ran.end - begin[std::size_t(ran.step)]);
-        return wall;
-    }
-
-    struct Runs {
-        std::vector<double> least;  // [s], of each step
-        int count = 0;              // 0: a step failed
-    };
-
-    /// The first run warms up only, and is all there is of one that takes long.
-    Runs runs_of(Session& session, const Plan& plan, int threads) {
-        constexpr double kLong = 0.15;
-        const int most = quick_ ? 3 : 5;
-        Runs runs;
-        for (int i = 0; i < most; ++i) {
-            const Outcome outcome = once(session, plan, threads);
-            if (outcome.steps != plan.texts()) return {};
-            const std::vector<double> wall = wall_of(outcome);
-            if (i < 2)
-                runs.least = wall;
-            else
-                for (std::size_t k = 0; k < runs.least.size(); ++k)
-                    runs.least[k] = std::min(runs.least[k], wall[k]);
-            runs.count = std::max(1, i);
-            if (outcome.seconds > kLong) break;
-        }
-        return runs;
+    void repeat_case(Case& one) {
+        for (TimedPath& path : one.paths)
+            if (since(begin_) < end_) time(one, path);
+        one.prepared->session.memory->trim();
     }
 
     /// One thread first, then all: a worker that slept through a run of one thread starts on the
     /// core of its master, and is moved only after some milliseconds.
-    void time(Session& session, const Plan& plan) {
+    /// @return false where a step failed
+    bool time(Case& one, TimedPath& path) {
+        if (stop_flag()) throw Cancelled();
         const int processors = profile_.processors;
-        Runs alone = runs_of(session, plan, 1);
-        Runs together = processors > 1 ? runs_of(session, plan, processors) : alone;
-        if (alone.count == 0 || together.count == 0) return;
-        for (std::size_t k = 0; k < plan.steps.size(); ++k) {
-            const Step& step = plan.steps[k];
-            timed_[timing_name(*step.by, step.offer, session.want())].push_back(
-                {.counted = profile_.counted(step.work),
-                 // The least: whatever else keeps a machine busy only makes runs longer.
-                 .alone = alone.least[k] / step.runs(),
-                 .together = together.least[k] / step.runs(),
-                 .runs = alone.count});
+        const std::vector<double> alone = runs_of(one, path, 1);
+        const std::vector<double> together =
+            processors > 1 && !alone.empty() ? runs_of(one, path, processors) : alone;
+        if (alone.empty() || together.empty()) return false;
+        const auto least = [](std::vector<double>& into, const std::vector<double>& seconds) {
+            if (into.empty()) into = seconds;
+            for (std::size_t k = 0; k < into.size(); ++k) into[k] = std::min(into[k], seconds[k]);
+        };
+        least(path.alone, alone);
+        least(path.together, together);
+        return true;
+    }
+
+    /// The first run warms up only; short ones are run more often. @return the median of each
+    /// step's seconds; empty: it failed
+    std::vector<double> runs_of(Case& one, TimedPath& path, int threads) {
+        std::vector<std::vector<double>> seconds(path.plan.steps.size());
+        double spent = 0;
+        for (int i = 0; i <= kMostRuns && (i <= kFewRuns || spent < kEnough); ++i) {
+            const Outcome outcome = once(one.prepared->session, path.plan, threads);
+            if (outcome.steps != path.plan.texts()) return {};
+            if (i == 0) continue;
+            ++path.runs;
+            spent += outcome.seconds;
+            for (std::size_t k = 0; k < seconds.size(); ++k)
+                seconds[k].push_back(outcome.step_seconds[k]);
+            if (outcome.seconds > kEnough) break;
         }
+        std::vector<double> medians;
+        for (const std::vector<double>& step : seconds) medians.push_back(median(step));
+        return medians;
+    }
+
+    void keep(const Case& one) {
+        for (const TimedPath& path : one.paths)
+            for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
+                const Step& step = path.plan.steps[k];
+                timed_[name(one, step)].push_back({.counted = profile_.counted(step.work),
+                                                   .alone = path.alone[k] / step.runs(),
+                                                   .together = path.together[k] / step.runs(),
+                                                   .runs = path.runs});
+            }
     }
 
     /// How far the fit is from paths that it has not seen, on all processors.

@@ -20,7 +20,7 @@ std::string path_text(const Plan& plan) {
 std::string row(const std::string& mark, const Predicted& predicted, const std::string& path,
                 const std::string& why) {
     return fmt::format("{:1} {:>11} {:>12} {:>19}  {}{}\n", mark, seconds_text(predicted.seconds),
-                       bytes_text(predicted.bytes), error_text(predicted), path,
+                       bytes_text(predicted.expected_bytes()), error_text(predicted), path,
                        why.empty() ? "" : "  [" + why + "]");
 }
 
@@ -100,17 +100,14 @@ std::string measured_row(const std::string& predicted, const std::string& measur
                        std::isfinite(ratio) ? fmt::format("{:.2f}", ratio) : "", what);
 }
 
-/// Prediction against measurement. The time of the last run is shared among its steps as the time
-/// of all their threads is; steps of a plan that took over were not predicted.
+/// Prediction against measurement, of steps those of the last run; steps of a plan that took over
+/// were not predicted.
 std::string measured_table(const Session& session) {
     const Plan& plan = *session.answer->plan;
     const Measured& measured = *session.measured;
-    double threads = 0;  // [s]
-    for (const double each : measured.step_seconds) threads += each;
-    const double wall = threads > 0 ? measured.seconds.back() / threads : 0;
     std::string text = measured_row("predicted", "measured", NAN, "step");
     for (std::size_t i = 0; i < measured.steps.size() && i < measured.step_seconds.size(); ++i) {
-        const double took = wall * measured.step_seconds[i];
+        const double took = measured.step_seconds[i];
         const bool planned = i < plan.steps.size() && plan.steps[i].text() == measured.steps[i];
         const double expected = planned ? plan.steps[i].predicted.seconds : NAN;
         text += measured_row(planned ? seconds_text(expected) : "not planned", seconds_text(took),
@@ -120,8 +117,8 @@ std::string measured_table(const Session& session) {
     const double seconds = median(measured.seconds);
     text += measured_row(seconds_text(all.seconds), seconds_text(seconds), seconds / all.seconds,
                          "all steps");
-    text += measured_row(bytes_text(all.bytes), bytes_text(measured.bytes),
-                         measured.bytes / all.bytes, "peak memory");
+    text += measured_row(bytes_text(all.expected_bytes()), bytes_text(measured.bytes),
+                         measured.bytes / all.expected_bytes(), "peak memory");
     text += measured_row(
         error_text(all),
         measured.error ? error_text({.error = measured.error->nrmse}) : "not verified",

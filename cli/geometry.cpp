@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -105,6 +106,23 @@ std::vector<Mat4> turned(const Mat4& map, const GeometryWords& words, Job job) {
     return maps;
 }
 
+/// How much more an affine map stretches one direction than another. Steps that are fine one by one
+/// may flatten the input together, which the determinant of none of them shows.
+/// @throws RequestError where no f64 inverse of it would hold
+double condition_of(const Mat4& map, int axes) {
+    if (map.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) return 1;
+    constexpr double kFlat = 1e12;  // places of 4096 samples would be off by 2^-53 kFlat 4096 = 0.5
+    const Eigen::MatrixXd linear = map.topLeftCorner(axes, axes);
+    const Eigen::VectorXd stretch = Eigen::JacobiSVD<Eigen::MatrixXd>(linear).singularValues();
+    const double condition = stretch[0] / stretch[axes - 1];
+    if (!(condition <= kFlat))
+        throw RequestError(
+            fmt::format("the geometry options make a map of condition {:.3g}, which flattens the "
+                        "{}; at most {:.0g}",
+                        condition, axes == 2 ? "image" : "volume", kFlat));
+    return condition;
+}
+
 }  // namespace
 
 std::vector<Vec3> corners_of(const InputGrid& input) {
@@ -131,6 +149,7 @@ Geometry geometry_of(const GeometryWords& words, const InputGrid& input, Job job
         corner = (corner - centre_of(input.extent)).cwiseProduct(input.spacing);
 
     Geometry geometry;
+    geometry.condition = condition_of(maps[0], input.axes);
     geometry.grid = job == Job::warp ? warp_grid(words, input, maps[0], corners)
                                      : picture_grid(words, input, maps, corners);
     if (job == Job::render) geometry.unit = geometry.grid.spacing.z();

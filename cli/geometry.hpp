@@ -41,6 +41,7 @@ struct Geometry {
     ScreenGrid grid;          // render: extent.z and spacing.z are those of the depth
     double unit = 1;          // one step in screen z of a picture [file unit]
     std::optional<Eye> eye;
+    double condition = 1;  // of the affine map: its largest stretch over its least; a homography: 1
 };
 
 /// Works geometry out, for both jobs.

@@ -3,6 +3,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "charts/program.hpp"
+#include "charts/scales.hpp"
+#include "cli/errors.hpp"
+#include "cli/graph_picture.hpp"
 #include "cli/outputs.hpp"
 #include "cli/report.hpp"
 #include "cli/request_options.hpp"
@@ -20,17 +24,45 @@ struct GraphOptions {
     JobOptions warp, render;
 };
 
-bool is_json(const std::optional<std::string>& out) { return out && out->ends_with(".json"); }
+enum class Form { dot, json, svg };
+
+Form form_of(const std::optional<std::string>& out) {
+    if (out && out->ends_with(".json")) return Form::json;
+    return out && out->ends_with(".svg") ? Form::svg : Form::dot;
+}
 
 void expect_ending(const std::optional<std::string>& out) {
     if (!out || *out == "-") return;
-    if (!out->ends_with(".dot") && !is_json(out))
-        throw RequestError(fmt::format("-o {}: a graph is written as .dot or .json", *out));
+    if (!out->ends_with(".dot") && form_of(out) == Form::dot)
+        throw RequestError(fmt::format("-o {}: a graph is written as .dot, .json or .svg", *out));
     expect_writable("-o", *out);
+    if (form_of(out) == Form::svg && !charts::has_program("dot"))
+        throw RunError(fmt::format(
+            "-o {}: Graphviz draws it and is not installed; it is in the Debian package graphviz",
+            *out));
+}
+
+/// A graph that shows what was chosen; without a plan within the budgets it shows the rest.
+std::string picture_of(Session& session, const TransformGraph& spanned,
+                       const std::function<StepCost(const Arc&)>& cost) {
+    try {
+        make_plan(session);
+    } catch (const NoPlan&) {
+        session.messages.warning("no plan keeps the budgets: nothing is bold");
+    }
+    const CostWords words = [&](const Arc& arc) -> std::vector<std::string> {
+        const StepCost c = cost(arc);
+        const double error = std::hypot(c.error.bias, c.error.noise);
+        return {charts::seconds_text(c.seconds),
+                c.error.known ? fmt::format("error + {:.3g}", error) : "error unknown"};
+    };
+    const bool has_plan = session.answer && session.answer->plan;
+    return laid_out(
+        picture_dot(spanned, session.edges, words, has_plan ? &*session.answer->plan : nullptr));
 }
 
 /// The graph of a request, with what its edges cost.
-std::string graph_of(Session& session, bool json) {
+std::string graph_of(Session& session, Form form) {
     take_request(session);
     const TransformGraph spanned =
         expand(session.edges, session.ask(), session.sources(), session.demands);
@@ -38,7 +70,8 @@ std::string graph_of(Session& session, bool json) {
         return cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer, session.ask(),
                        session.profile, session.want().threads);
     };
-    if (!json)
+    if (form == Form::svg) return picture_of(session, spanned, cost);
+    if (form == Form::dot)
         return to_dot(spanned, session.edges, [&](const Arc& arc) {
             const StepCost c = cost(arc);
             return fmt::format("{:.3g} s, scratch {:.3g} MiB, error + {:.3g}", c.seconds,
@@ -56,9 +89,10 @@ std::string graph_of(Session& session, bool json) {
     return to_json(spanned, session.edges, entry).dump(2) + "\n";
 }
 
-std::string graph_without_request(bool json) {
+std::string graph_without_request(Form form) {
     const Catalogue edges = catalogue();
-    return json ? to_json(edges).dump(2) + "\n" : to_dot(edges);
+    if (form == Form::svg) return laid_out(to_dot(edges));
+    return form == Form::json ? to_json(edges).dump(2) + "\n" : to_dot(edges);
 }
 
 int do_graph(const GraphOptions& options, const JobOptions* job) {
@@ -67,9 +101,9 @@ int do_graph(const GraphOptions& options, const JobOptions* job) {
         std::string text;
         if (job) {
             Session session(*job);
-            text = graph_of(session, is_json(options.out));
+            text = graph_of(session, form_of(options.out));
         } else {
-            text = graph_without_request(is_json(options.out));
+            text = graph_without_request(form_of(options.out));
         }
         write_text(options.out.value_or("-"), text);
         return 0;
@@ -85,7 +119,7 @@ Verb add_graph(CLI::App& main) {
     auto options = std::make_shared<GraphOptions>();
     options->warp.job = Job::warp;
     add_text(*app, "-o", options->out, "default: DOT to standard output")
-        ->type_name("FILE.dot|.json");
+        ->type_name("FILE.dot|.json|.svg");
     app->require_subcommand(0, 1);
     CLI::App* warp = app->add_subcommand("warp", "of a warp");
     CLI::App* render = app->add_subcommand("render", "of a render");

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,7 +12,9 @@
 #include "cli/request_options.hpp"
 #include "cli/verbs.hpp"
 #include "runtime/memory_budget.hpp"
+#include "transitions/reference/histogram.hpp"
 #include "transitions/reference/statistics.hpp"
+#include "transitions/spectrum/radial_power.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -24,9 +27,17 @@ struct InfoOptions {
     bool quiet = false;
 };
 
+/// What is measured of samples; only this verb asks for histogram and spectrum.
+struct OfSamples {
+    Statistics statistics;
+    Histogram histogram;
+    RadialPower spectrum;
+    std::optional<double> dynamic_range;  // [dB]; none where nothing varies
+};
+
 struct Facts {
     Input input;
-    std::optional<Statistics> statistics;  // absent where something had to be selected first
+    std::optional<OfSamples> measured;  // absent where something had to be selected first
     std::vector<store::Series> series;
     std::vector<std::string> warnings;
 };
@@ -42,6 +53,49 @@ Json extent_of(const Extent& extent, int axes) {
     Json json = Json::array();
     for (int k = 0; k < axes; ++k) json.push_back(extent[k]);
     return json;
+}
+
+Json json_of(const Histogram& histogram) {
+    return {{"low", histogram.low},
+            {"high", histogram.high},
+            {"counts", histogram.counts},
+            {"samples", histogram.looked_at}};
+}
+
+Json json_of(const RadialPower& spectrum) {
+    return {{"frequency", spectrum.frequency}, {"power", spectrum.power},
+            {"share", spectrum.share},         {"bricks", spectrum.bricks},
+            {"empty", spectrum.empty},         {"samples", spectrum.samples}};
+}
+
+/// The range over what cannot be told from noise: what is there at the highest frequencies, taken
+/// as white, and at least the rounding of integers (uniform: a step over the root of 12).
+std::optional<double> dynamic_range_of(const OfSamples& of, const Representation& what) {
+    const double rounding =
+        is_integer(what.type) ? std::abs(what.values.slope) / std::sqrt(12.0) : 0;
+    const double range = of.statistics.high - of.statistics.low;
+    const double floor = std::max(of.spectrum.white(), rounding);
+    if (!(range > 0 && floor > 0)) return std::nullopt;
+    return 20 * std::log10(range / floor);
+}
+
+/// Which share of the power lies in which octave.
+std::string octaves_of(const RadialPower& spectrum) {
+    double all = 0;
+    for (const double power : spectrum.power) all += power;
+    if (!(all > 0)) return "nothing varies";
+    const auto between = [&](double low, double high) {
+        double part = 0;
+        for (std::size_t i = 0; i < spectrum.power.size(); ++i)
+            if (spectrum.frequency[i] > low && spectrum.frequency[i] <= high)
+                part += spectrum.power[i];
+        return 100 * part / all;
+    };
+    return fmt::format(
+        "{:.3g} % of the power up to 1/16 cycles a sample, {:.3g} % to 1/8, {:.3g} % to 1/4, "
+        "{:.3g} % to 1/2, {:.3g} % beyond (in {} bricks; {} are empty)",
+        between(-1, 1. / 16), between(1. / 16, 1. / 8), between(1. / 8, 1. / 4),
+        between(1. / 4, 1. / 2), between(1. / 2, 2), spectrum.bricks, spectrum.empty);
 }
 
 Json json_of(const Facts& facts) {
@@ -61,8 +115,8 @@ Json json_of(const Facts& facts) {
         json["direction"].push_back(axes_of(header.direction[static_cast<std::size_t>(k)], axes));
     json["orientation"] = header.orientation.empty() ? Json() : Json(header.orientation);
     json["type"] = name_of(header.type);
-    const bool there = facts.statistics.has_value();
-    const Statistics s = facts.statistics.value_or(Statistics{});
+    const bool there = facts.measured.has_value();
+    const Statistics s = there ? facts.measured->statistics : Statistics{};
     json["range"] = there ? Json{s.low, s.high} : Json();
     json["mean"] = there ? Json(s.mean) : Json();
     json["non_finite"] = there ? Json(s.non_finite) : Json();
@@ -70,6 +124,10 @@ Json json_of(const Facts& facts) {
         there ? Json{axes_of(s.occupied.begin, axes), axes_of(s.occupied.end, axes)} : Json();
     json["occupied_fraction"] = there ? Json(s.occupied_fraction) : Json();
     json["bytes"] = there ? Json(facts.input.bytes()) : Json();
+    json["histogram"] = there ? json_of(facts.measured->histogram) : Json();
+    json["spectrum"] = there ? json_of(facts.measured->spectrum) : Json();
+    const auto range = there ? facts.measured->dynamic_range : std::nullopt;
+    json["dynamic_range"] = range ? Json(*range) : Json();
     json["format"] = header.format;
     json["warnings"] = facts.warnings;
     json["series"] = Json::array();
@@ -102,11 +160,15 @@ std::string text_of_facts(const Facts& facts) {
                      (h.values.identity() ? ""
                                           : fmt::format(", value = {:.6g} x stored + {:.6g}",
                                                         h.values.slope, h.values.offset)));
-    if (facts.statistics) {
-        const Statistics& s = *facts.statistics;
+    if (facts.measured) {
+        const Statistics& s = facts.measured->statistics;
         line("range", fmt::format("{:.6g} to {:.6g}, mean {:.6g}", s.low, s.high, s.mean));
         if (s.non_finite) line("not finite", fmt::format("{} values", s.non_finite));
         line("occupied", fmt::format("{:.1f} % of the samples", s.occupied_fraction * 100));
+        line("spectrum", octaves_of(facts.measured->spectrum));
+        if (facts.measured->dynamic_range)
+            line("dynamic", fmt::format("{:.1f} dB from the range to the highest frequencies",
+                                        *facts.measured->dynamic_range));
         line("memory", fmt::format("{:.1f} MiB", facts.input.bytes() / 0x1p20));
     } else if (h.times > 1) {
         line("note", "several time points: --time N, from 0, says which");
@@ -132,7 +194,12 @@ Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     facts.warnings = facts.input.header.warnings;
     if (facts.input.header.times > 1 && !selection.time) return facts;
     facts.warnings = read_data(facts.input, &memory);
-    facts.statistics = statistics_of(*facts.input.data, &memory);
+    const Data& data = *facts.input.data;
+    OfSamples& measured = facts.measured.emplace();
+    measured.statistics = statistics_of(data, &memory);
+    measured.histogram = histogram_of(data, measured.statistics);
+    measured.spectrum = measure_radial_power(data, &memory);
+    measured.dynamic_range = dynamic_range_of(measured, data.what);
     return facts;
 }
 

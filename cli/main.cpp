@@ -68,9 +68,9 @@ int run(int count, char** words) {
                   "edgewise");
     main.set_version_flag("--version", "edgewise " EDGEWISE_VERSION);
     main.require_subcommand(1);
-    const Verb verbs[] = {add_info(main),  add_warp(main),  add_render(main),    add_plan(main),
-                          add_graph(main), add_list(main),  add_calibrate(main), add_compare(main),
-                          add_audit(main), add_advise(main)};
+    const Verb verbs[] = {add_info(main),  add_warp(main),   add_render(main),    add_plan(main),
+                          add_graph(main), add_list(main),   add_calibrate(main), add_compare(main),
+                          add_audit(main), add_advise(main), add_chart(main)};
     if (count < 2) {
         std::fputs(main.help().c_str(), stderr);
         return kBadRequest;

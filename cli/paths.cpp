@@ -96,26 +96,28 @@ std::vector<std::size_t> wanted(const std::vector<Plan>& plans, const std::vecto
 
 }  // namespace
 
-TriedPaths tried_paths(const Session& session, std::size_t limit, std::uint64_t seed) {
+TriedPaths tried_paths(const Session& session, std::size_t limit, std::uint64_t seed,
+                       const std::set<std::string>& only) {
     TriedPaths tried;
     std::vector<Plan> plans = all_plans(session);
-    std::vector<bool> front = front_of(plans);
+    const std::vector<bool> front = front_of(plans);
     tried.all = plans.size();
-    if (plans.size() > limit) {
+    std::vector<std::size_t> kept;
+    if (!only.empty()) {
+        for (std::size_t i = 0; i < plans.size(); ++i)
+            if (only.contains(path_text(plans[i].texts()))) kept.push_back(i);
+    } else {
         Texts chosen;
         const bool has_plan = session.answer && session.answer->plan;
         if (has_plan) chosen = session.answer->plan->texts();
-        std::vector<std::size_t> kept = wanted(plans, front, has_plan ? &chosen : nullptr, seed);
-        kept.resize(limit);
+        kept = wanted(plans, front, has_plan ? &chosen : nullptr, seed);
+        kept.resize(std::min(limit, kept.size()));
         std::sort(kept.begin(), kept.end());
-        for (const std::size_t place : kept) {
-            tried.plans.push_back(std::move(plans[place]));
-            tried.front.push_back(front[place]);
-        }
-        return tried;
     }
-    tried.plans = std::move(plans);
-    tried.front = std::move(front);
+    for (const std::size_t place : kept) {
+        tried.plans.push_back(std::move(plans[place]));
+        tried.front.push_back(front[place]);
+    }
     return tried;
 }
 

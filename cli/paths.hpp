@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,10 @@ struct TriedPaths {
 /// The simple paths over the parameter values that the planner tries, under --via and --without;
 /// budgets take none away. Beyond `limit`: what the planner chose, the front, its neighbours (one
 /// step more, less or another), and a sample of the rest that hangs on `seed` alone.
-TriedPaths tried_paths(const Session& session, std::size_t limit, std::uint64_t seed);
+/// @param only  where not empty: these (as path_text writes them) as far as they are there, and no
+///              others, whatever the limit
+TriedPaths tried_paths(const Session& session, std::size_t limit, std::uint64_t seed,
+                       const std::set<std::string>& only = {});
 
 /// The steps of a path as `--via` takes them, with " > " between them.
 std::string path_text(const std::vector<std::string>& steps);

@@ -20,21 +20,6 @@ Json parameters_of(const Parameters& with) {
     return json;
 }
 
-Json request_of(const Session& session) {
-    const Request& want = session.want();
-    Json json = {{"job", name_of(want.job)}, {"input", session.options.input}};
-    if (want.job == Job::render) json["mode"] = name_of(want.mode);
-    const Budget& budget = want.budget;
-    json["budget"] = {{"error", or_null(budget.error)},
-                      {"seconds", or_null(budget.seconds)},
-                      {"bytes", session.wish.memory_given ? or_null(budget.bytes) : Json()}};
-    json["minimize"] = name_of(want.minimize);
-    json["frames"] = want.frames;
-    json["threads"] = want.threads;
-    json["ranks"] = want.ranks;
-    return json;
-}
-
 Json short_plan(const Plan& plan) {
     return {{"steps", plan.texts()}, {"predicted", to_json(plan.predicted)}};
 }
@@ -46,24 +31,6 @@ Json work_json(const Work& work) {
             {"global", work.global},         {"congested", work.congested},
             {"messages", work.messages},     {"sent", work.sent},
             {"scratch", work.scratch},       {"workspace", work.workspace}};
-}
-
-Json plan_json(const Plan& plan) {
-    Json steps = Json::array();
-    for (const Step& step : plan.steps)
-        steps.push_back({{"transition", step.by->name},
-                         {"from", step.offer.from.text()},
-                         {"to", step.offer.to.text()},
-                         {"parameters", parameters_of(step.offer.with)},
-                         {"work", work_json(step.work)},
-                         {"predicted", to_json(step.predicted)}});
-    return {{"steps", steps}, {"predicted", to_json(plan.predicted)}};
-}
-
-Json error_json(const std::optional<Verified>& error) {
-    if (!error) return nullptr;
-    return {{"nrmse", error->nrmse}, {"low", error->low},     {"high", error->high},
-            {"max", error->max},     {"range", error->range}, {"samples", error->samples}};
 }
 
 Json measured_json(const Session& session) {
@@ -81,7 +48,7 @@ Json measured_json(const Session& session) {
             {"read_seconds", session.input ? Json(session.input->read_seconds) : Json()},
             {"write_seconds", measured.write_seconds},
             {"kept", measured.kept},
-            {"error", error_json(measured.error)},
+            {"error", to_json(measured.error)},
             {"steps", steps}};
 }
 
@@ -92,7 +59,7 @@ void add_answer(Json& report, const Session& session) {
     report["planning"] = nullptr;
     if (!session.answer) return;
     const Answer& answer = *session.answer;
-    if (answer.plan) report["plan"] = plan_json(*answer.plan);
+    if (answer.plan) report["plan"] = to_json(*answer.plan);
     for (const Plan& plan : answer.front) report["front"].push_back(short_plan(plan));
     for (const Refusal& refusal : answer.refused)
         report["refused"].push_back(
@@ -116,8 +83,42 @@ Json to_json(const Predicted& predicted) {
     return {{"seconds", predicted.seconds},
             {"seconds_low", predicted.seconds / reach},
             {"seconds_high", predicted.seconds * reach},
-            {"bytes", predicted.bytes},
+            {"bytes", predicted.expected_bytes()},
+            {"bytes_high", predicted.bytes},
             {"error", predicted.known ? Json(predicted.error) : Json()}};
+}
+
+Json request_json(const Session& session) {
+    const Request& want = session.want();
+    Json json = {{"job", name_of(want.job)}, {"input", session.options.input}};
+    if (want.job == Job::render) json["mode"] = name_of(want.mode);
+    const Budget& budget = want.budget;
+    json["budget"] = {{"error", or_null(budget.error)},
+                      {"seconds", or_null(budget.seconds)},
+                      {"bytes", session.wish.memory_given ? or_null(budget.bytes) : Json()}};
+    json["minimize"] = name_of(want.minimize);
+    json["frames"] = want.frames;
+    json["threads"] = want.threads;
+    json["ranks"] = want.ranks;
+    return json;
+}
+
+Json to_json(const Plan& plan) {
+    Json steps = Json::array();
+    for (const Step& step : plan.steps)
+        steps.push_back({{"transition", step.by->name},
+                         {"from", step.offer.from.text()},
+                         {"to", step.offer.to.text()},
+                         {"parameters", parameters_of(step.offer.with)},
+                         {"work", work_json(step.work)},
+                         {"predicted", to_json(step.predicted)}});
+    return {{"steps", steps}, {"predicted", to_json(plan.predicted)}};
+}
+
+Json to_json(const std::optional<Verified>& error) {
+    if (!error) return nullptr;
+    return {{"nrmse", error->nrmse}, {"low", error->low},     {"high", error->high},
+            {"max", error->max},     {"range", error->range}, {"samples", error->samples}};
 }
 
 Json report_head() { return {{"schema", 1}, {"version", EDGEWISE_VERSION}}; }
@@ -132,7 +133,7 @@ Json failure_of(int code, const std::string& message) {
 Json report_of(const Session& session, bool with_run, const std::optional<Failure>& failure) {
     Json report = report_head();
     report["warnings"] = session.messages.warnings();
-    report["request"] = request_of(session);
+    report["request"] = request_json(session);
     add_answer(report, session);
     if (with_run) {
         report["measured"] = measured_json(session);

@@ -4,7 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "graph/cost.hpp"
+#include "graph/plan.hpp"
+#include "transitions/reference/verify.hpp"
 
 namespace edgewise::cli {
 
@@ -23,6 +24,12 @@ nlohmann::ordered_json report_of(const Session& session, bool with_run,
 /// Of a request that failed before there was one, and of the other verbs.
 nlohmann::ordered_json failure_of(int code, const std::string& message);
 nlohmann::ordered_json to_json(const Predicted& predicted);
+/// {"steps": [...], "predicted": {...}}
+nlohmann::ordered_json to_json(const Plan& plan);
+/// null where nothing was verified
+nlohmann::ordered_json to_json(const std::optional<Verified>& error);
+/// What was asked for: the report's "request".
+nlohmann::ordered_json request_json(const Session& session);
 
 /// Indented, UTF-8, with a line's end.
 std::string text_of(const nlohmann::ordered_json& json);

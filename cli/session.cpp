@@ -21,6 +21,8 @@ namespace {
 /// What a run takes beside counted samples: stacks of threads, the flow graph, buffers of
 /// libraries.
 constexpr double kReserve = 12 << 20, kReserveAThread = 1 << 20;
+/// What it takes of that as a rule: the code of kernels, and what threads touch of their stacks.
+constexpr double kGrowth = 1 << 20, kGrowthAThread = 1 << 18;
 
 /// Everything that is to be written can be, before any work.
 void check_outputs(Session& session) {
@@ -157,6 +159,15 @@ double pinned_bytes(const Session& session) {
     return pinned;
 }
 
+/// What verifying needs beside samples and results, when the path has ended.
+double verifying_bytes(const Session& session) {
+    if (!session.wish.verify || !session.input->data->samples.data()) return 0;
+    const ReferenceField field(*session.input->data, session.want().field,
+                               session.input->phantom ? &*session.input->phantom : nullptr);
+    return verifier_bytes(session.want(), field, static_cast<std::int64_t>(*session.wish.verify),
+                          session.want().threads);
+}
+
 /// @throws RequestError where there are no samples
 void pilot(Session& session) {
     if (!session.input->data->samples.data())
@@ -181,6 +192,12 @@ void prepare_planning(Session& session) {
     session.plan_options.demands = session.demands;
     session.plan_options.pinned = pinned_bytes(session);
     session.plan_options.resident = session.resident;
+    if (session.want().ranks > 1) return;
+    session.plan_options.after = verifying_bytes(session);
+    // What reading and measuring have left behind counts once, as samples or as `held`.
+    session.memory->trim();
+    session.plan_options.held = std::max(0.0, resident_now() - double(session.memory->used())) +
+                                kGrowth + kGrowthAThread * session.want().threads;
 }
 
 /// Before samples are read. Where there is no room for them, how much would do is planned as if
@@ -256,6 +273,13 @@ void take_request(Session& session) {
                         "`edgewise plan` and `edgewise graph` take it",
                         o.input));
     session.geometry = take_geometry(session.wish.want, o, *session.input);
+    // Places of 512 samples are then off by 2^-53 512 times that, 2^-22 of a sample.
+    constexpr double kIllConditioned = 4e6;
+    if (session.geometry.condition > kIllConditioned)
+        session.messages.warning(fmt::format(
+            "the geometry options make a map of condition {:.3g}: nearly singular, places are "
+            "uncertain",
+            session.geometry.condition));
     if (session.outputs) session.outputs->expect_frames(session.want().frames);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
     expect_room(session);

@@ -19,7 +19,7 @@ namespace edgewise::cli {
 struct Measured {
     std::vector<double> seconds;       // one a repetition
     std::vector<std::string> steps;    // that ran
-    std::vector<double> step_seconds;  // of the last repetition
+    std::vector<double> step_seconds;  // of the last repetition: wall time
     double bytes = 0, write_seconds = 0;
     bool kept = true;
     std::optional<Verified> error;
@@ -73,7 +73,8 @@ void perform(Session& session);
 
 /// The plan and its alternatives as a table.
 std::string explanation_of(const Session& session);
-/// What the run took beside what was predicted, step by step; and, where it was verified, its error.
+/// What the run took beside what was predicted, step by step; and, where it was verified, its
+/// error.
 std::string measurement_of(const Session& session);
 
 }  // namespace edgewise::cli

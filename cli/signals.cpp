@@ -8,7 +8,7 @@ namespace {
 
 std::atomic<bool> g_stop = false;
 std::atomic<bool> g_at_once = false;
-std::atomic<bool> g_keeps = false;
+std::atomic<int> g_keeps = 0;
 std::atomic<int> g_code = 0;
 
 extern "C" void on_signal(int number) {
@@ -33,13 +33,13 @@ const std::atomic<bool>& stop_flag() noexcept { return g_stop; }
 int signal_exit_code() noexcept { return g_code; }
 
 EndsAtOnce::EndsAtOnce() noexcept {
-    if (g_keeps) return;
+    if (g_keeps > 0) return;
     g_at_once = true;
     if (g_stop) _exit(g_code);
 }
 EndsAtOnce::~EndsAtOnce() { g_at_once = false; }
 
-KeepsResults::KeepsResults() noexcept { g_keeps = true; }
-KeepsResults::~KeepsResults() { g_keeps = false; }
+KeepsResults::KeepsResults() noexcept { ++g_keeps; }
+KeepsResults::~KeepsResults() { --g_keeps; }
 
 }  // namespace edgewise::cli

@@ -22,7 +22,7 @@ class EndsAtOnce {
 };
 
 /// While one of these lives there are results to keep: EndsAtOnce does nothing, the first signal
-/// only sets the flag.
+/// only sets the flag. They may be within each other.
 class KeepsResults {
  public:
     KeepsResults() noexcept;

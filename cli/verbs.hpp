@@ -26,6 +26,7 @@ Verb add_list(CLI::App& main);
 Verb add_calibrate(CLI::App& main);
 Verb add_audit(CLI::App& main);
 Verb add_advise(CLI::App& main);
+Verb add_chart(CLI::App& main);
 
 /// Runs `body` and says nothing. @return the exit code that it would end with, and why
 int ending_of(const std::function<void()>& body, std::string& message);

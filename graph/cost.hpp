@@ -50,9 +50,13 @@ struct Label {
 struct Predicted {
     double seconds = 0;  // all frames
     double spread = 0;   // of seconds: standard deviation of the log
-    double bytes = 0;    // peak
+    double bytes = 0;    // peak at most: what budgets are held against
     double error = 0;    // NRMSE
     bool known = true;   // of error
+    /// The peak that is expected: with frames side by side, without reserves. 0: as `bytes`.
+    double expected = 0;
+
+    double expected_bytes() const noexcept { return expected > 0 ? expected : bytes; }
 };
 
 }  // namespace edgewise

@@ -36,6 +36,15 @@ class Expansion {
     Expansion(const Catalogue& catalogue, const Ask& ask, const Demands& demands)
         : catalogue_(catalogue), ask_(ask), demands_(demands), accepted_(catalogue.size()) {
         reasons_.resize(catalogue.size());
+        for (std::size_t i = 0; i < catalogue.size(); ++i)
+            for (const auto& [from, to] : catalogue[i].joins) {
+                std::vector<Leaving>& all = leaving_[from];
+                const bool prepares_only = prepares(from, to);
+                if (all.empty() || all.back().edge != static_cast<int>(i))
+                    all.push_back({static_cast<int>(i), prepares_only});
+                else
+                    all.back().prepares_only = all.back().prepares_only && prepares_only;
+            }
     }
 
     TransformGraph span(const std::vector<Source>& sources) {
@@ -57,19 +66,21 @@ class Expansion {
     using At = Graph::vertex_descriptor;
 
     void leave(At at) {
-        const std::string kind = graph_[at].what.kind();
-        for (std::size_t i = 0; i < catalogue_.size(); ++i) {
-            const Transition& edge = catalogue_[i];
-            const bool fits =
-                std::any_of(edge.joins.begin(), edge.joins.end(), [&](const auto& join) {
-                    return join.first == kind && !(prepares(join.first, join.second) &&
-                                                   out_of_order(graph_[at], static_cast<int>(i)));
-                });
-            if (!fits) continue;
+        const auto found = leaving_.find(graph_[at].what.kind());
+        if (found == leaving_.end()) return;
+        for (const Leaving& next : found->second) {
+            if (next.prepares_only && out_of_order(graph_[at], next.edge)) continue;
+            const Transition& edge = catalogue_[static_cast<std::size_t>(next.edge)];
             for (const Parameters& with : combinations(edge, next_demand(edge, graph_[at])))
-                follow(at, static_cast<int>(i), with);
+                follow(at, next.edge, with);
         }
     }
+
+    /// An edge that reads a kind, and whether it does nothing there but prepare.
+    struct Leaving {
+        int edge = 0;
+        bool prepares_only = true;
+    };
 
     /// A preparation leads from object space to object space.
     static bool prepares(std::string_view from, std::string_view to) {
@@ -178,6 +189,7 @@ class Expansion {
     const Catalogue& catalogue_;
     const Ask& ask_;
     const Demands& demands_;
+    std::unordered_map<std::string, std::vector<Leaving>> leaving_;  // by the kind they read
     Graph graph_;
     std::deque<At> waiting_;
     std::unordered_map<std::string, At> known_;

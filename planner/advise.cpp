@@ -205,7 +205,9 @@ class Adviser {
             }
             if (k < i || k >= j) label = priced.step(label, arcs[k]);
         }
-        return {label.seconds, 0, paths_.options().resident + std::max(label.peak, priced.pinned),
+        return {label.seconds, 0,
+                paths_.options().resident +
+                    std::max(label.peak, priced.pinned + paths_.options().after),
                 label.error() / paths_.ask().scene.range, label.known};
     }
 

@@ -46,15 +46,17 @@ Candidate& Candidates::add(Route route, const Known& known) {
     if (!fresh) return all_[place->second];
     Candidate path;
     for (const auto arc : route.arcs) path.steps.push_back(texts_[spanned_.graph[arc].index]);
-    path.choice = predicted_of(route, choice_, ask_, options_.resident);
-    path.real = predicted_of(route, real_, ask_, options_.resident);
+    path.choice = predicted_of(route, choice_, ask_, options_);
+    path.real = predicted_of(route, real_, ask_, options_);
     if (const auto found = known.find(path.steps); found != known.end()) {
         // Pilots run on the profile's processors; other threads keep their predicted ratio.
         const double ratio =
             path.choice.seconds > 0 ? found->second.seconds / path.choice.seconds : 1;
         const double slower = path.choice.seconds > 0 ? path.real.seconds / path.choice.seconds : 1;
         path.scale = ratio;
+        const double expected = path.real.expected;
         path.choice = path.real = found->second;
+        path.choice.expected = path.real.expected = expected;
         path.real.seconds *= slower;
     }
     path.route = std::move(route);

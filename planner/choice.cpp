@@ -9,6 +9,36 @@ namespace {
 
 bool within(const std::optional<double>& limit, double value) { return !limit || value <= *limit; }
 
+/// The peak where as many frames are made side by side as there are threads. Each holds what its
+/// step reads, makes and works in; threads share one scratch each, whatever they work on.
+double peak_side_by_side(const Route& route, const Priced& priced, const Ask& ask) {
+    const Graph& graph = priced.spanned.graph;
+    double peak = priced.start(route.source).peak, held = priced.start(route.source).held;
+    for (const auto arc : route.arcs) {
+        const Offer& offer = graph[arc].offer;
+        const StepCost& cost = priced.cost(arc);
+        const bool from_source = graph[boost::source(arc, graph)].source >= 0;
+        const double input = from_source ? 0 : offer.from.bytes() / cost.from_ranks;
+        const bool kept = offer.to.runs() > offer.from.runs();
+        if (kept) held += input;
+        const double scratch = std::min(cost.scratch, cost.work.scratch * ask.want.threads);
+        const double each =
+            (kept ? 0 : input) + offer.to.bytes() / cost.to_ranks + cost.scratch - scratch;
+        const int lanes = std::max(1, std::min(ask.want.threads, offer.to.runs()));
+        peak = std::max(peak, priced.pinned + held + lanes * each + scratch);
+    }
+    return peak;
+}
+
+/// Where budgets bound it, fewer frames are made side by side.
+double expected_bytes(double bytes, double side_by_side, const Ask& ask,
+                      const PlanOptions& options) {
+    if (options.held <= 0) return bytes;
+    double most = std::max(bytes, options.resident + side_by_side);
+    if (ask.want.budget.bytes) most = std::min(most, std::max(bytes, *ask.want.budget.bytes));
+    return most - std::max(0.0, options.resident - options.held);
+}
+
 }  // namespace
 
 std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& catalogue,
@@ -25,7 +55,8 @@ std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& cata
     return costs;
 }
 
-Predicted predicted_of(const Route& route, const Priced& priced, const Ask& ask, double resident) {
+Predicted predicted_of(const Route& route, const Priced& priced, const Ask& ask,
+                       const PlanOptions& options) {
     Label label = priced.start(route.source);
     double uncertain = 0;  // [s]; steps are wrong independently of each other
     for (const auto arc : route.arcs) {
@@ -34,13 +65,19 @@ Predicted predicted_of(const Route& route, const Priced& priced, const Ask& ask,
         uncertain = std::hypot(uncertain, cost.seconds * cost.spread);
     }
     // A plan without steps still holds what it was given.
-    const double peak = std::max(label.peak, priced.pinned);
-    return {label.seconds, label.seconds > 0 ? uncertain / label.seconds : 0, resident + peak,
-            label.error() / ask.scene.range, label.known};
+    const double least = priced.pinned + options.after;
+    const double bytes = options.resident + std::max(label.peak, least);
+    const double side_by_side = std::max(peak_side_by_side(route, priced, ask), least);
+    return {.seconds = label.seconds,
+            .spread = label.seconds > 0 ? uncertain / label.seconds : 0,
+            .bytes = bytes,
+            .error = label.error() / ask.scene.range,
+            .known = label.known,
+            .expected = expected_bytes(bytes, side_by_side, ask, options)};
 }
 
 Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogue, const Ask& ask,
-             double resident) {
+             const PlanOptions& options) {
     const Graph& graph = priced.spanned.graph;
     Plan plan;
     plan.source = graph[route.source].what;
@@ -63,7 +100,7 @@ Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogu
     }
     label.peak = std::max(label.peak, priced.pinned);
     plan.label = label;
-    plan.predicted = predicted_of(route, priced, ask, resident);
+    plan.predicted = predicted_of(route, priced, ask, options);
     return plan;
 }
 

@@ -13,10 +13,11 @@ std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& cata
                             const PlanOptions& options);
 
 /// What a route is expected to take.
-Predicted predicted_of(const Route& route, const Priced& priced, const Ask& ask, double resident);
+Predicted predicted_of(const Route& route, const Priced& priced, const Ask& ask,
+                       const PlanOptions& options);
 /// A route with all that is known of its steps.
 Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogue, const Ask& ask,
-             double resident);
+             const PlanOptions& options);
 
 bool accurate_enough(const Predicted& predicted, const Budget& budget);
 bool fast_enough(const Predicted& predicted, const Budget& budget);

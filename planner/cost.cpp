@@ -56,8 +56,8 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
     if (offer.to.place == Place::ranks) cost.to_ranks = ask.want.ranks;
 
     const int among = offer.from.place == Place::ranks ? ask.want.ranks : 1;
-    const Seconds run =
-        profile.seconds(timing_name(edge, offer, ask.want), cost.work, threads, among);
+    const Seconds run = profile.seconds(timing_name(edge, offer, ask.want), cost.work, threads,
+                                        among, offer.to.runs());
     cost.seconds = offer.to.runs() * run.seconds;
     cost.spread = run.spread;
     cost.scratch = cost.work.scratch * threads + cost.work.workspace +

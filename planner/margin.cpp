@@ -63,7 +63,7 @@ class Margins {
     Rival rival(const Candidate& other) const {
         Rival rival{.steps = other.steps, .predicted = other.real};
         rival.seconds = other.real.seconds - plan_.real.seconds;
-        rival.bytes = other.real.bytes - plan_.real.bytes;
+        rival.bytes = other.real.expected_bytes() - plan_.real.expected_bytes();
         if (other.real.known && plan_.real.known) rival.error = other.real.error - plan_.real.error;
         if (!accurate_enough(other.real, rules_.budget)) rival.breaks.push_back("error");
         if (!fast_enough(other.real, rules_.budget)) rival.breaks.push_back("time");

@@ -154,7 +154,7 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
     const auto plans = [&] {
         std::vector<Plan> all;
         for (const Route& route : routes)
-            all.push_back(plan_of(route, priced, catalogue, ask, options.resident));
+            all.push_back(plan_of(route, priced, catalogue, ask, options));
         return all;
     };
     const std::vector<Plan> choice = plans();
@@ -177,7 +177,7 @@ std::vector<Plan> all_paths(const TransformGraph& spanned, const Catalogue& cata
     priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
     std::vector<Plan> plans;
     for (const Route& route : simple_routes(priced, limit))
-        plans.push_back(plan_of(route, priced, catalogue, ask, options.resident));
+        plans.push_back(plan_of(route, priced, catalogue, ask, options));
     return plans;
 }
 

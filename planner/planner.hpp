@@ -14,8 +14,13 @@ struct PlanOptions {
     Demands demands = {};
     /// Bytes that stay whatever the path: loaded samples, waiting results, what verifying needs.
     double pinned = 0;
-    /// Bytes that the process already holds and paths do not count: code, libraries.
+    /// Bytes that the process takes at most beside what paths count: code, libraries, stacks.
     double resident = 0;
+    /// Bytes that are needed once a path has ended, beside what is pinned: those of verifying.
+    double after = 0;
+    /// Bytes that the process is expected to take beside what paths count: `resident` without
+    /// reserves, for Predicted::expected alone. 0: not known.
+    double held = 0;
     /// Replaces costs by seeded random ones, so that tests run paths that would never win.
     std::optional<std::uint64_t> random_costs = {};
 };

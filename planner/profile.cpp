@@ -71,10 +71,11 @@ double Profile::factor(const std::string& edge) const {
     }
 }
 
-Seconds Profile::seconds(const std::string& edge, const Work& work, int threads, int among) const {
+Seconds Profile::seconds(const std::string& edge, const Work& work, int threads, int among,
+                         int runs) const {
     const double sharing = std::max(1, threads), each = counted(work) / std::max(1, among);
     const double messages = work.messages * latency + work.sent * byte;
-    const Rate rate = rates.at(edge, each);
+    const Rate rate = rates.at(edge, each, runs);
     if (rate.ratio > 0) {
         // What all processors together took tells the share that threads do not speed up.
         const double alone = 1.0 / processors;

@@ -43,9 +43,11 @@ struct Profile {
     /// then from what.
     std::map<std::string, std::string> provenance;
 
-    /// Seconds of one run of an edge; all but its messages is shared by `among` ranks.
+    /// Seconds of one run of an edge, of `runs` that may overlap; all but its messages is shared by
+    /// `among` ranks.
     /// @param edge  "EDGE/key=value... KIND TYPE", as Rates has it; KIND and TYPE may be missing
-    Seconds seconds(const std::string& edge, const Work& work, int threads, int among = 1) const;
+    Seconds seconds(const std::string& edge, const Work& work, int threads, int among = 1,
+                    int runs = 1) const;
     /// Seconds of the counted work alone, on one thread.
     double counted(const Work& work) const noexcept;
     double factor(const std::string& edge) const;

@@ -14,6 +14,7 @@ constexpr double kAlike = 1.35;        // sizes within this factor are one
 constexpr double kLeastSpread = 0.03;  // what two runs of the same differ by
 constexpr double kBorrowed = 0.25;     // spread of a rate under another name, at least
 constexpr double kBeyond = 0.1;        // more spread for each factor e beyond the measured sizes
+constexpr std::size_t kNear = 4;       // neighbours on either side that sharing is the median of
 
 double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -61,6 +62,8 @@ std::vector<Rate> by_size(std::vector<Rate> rates) {
     return curve;
 }
 
+std::string edge_of(const std::string& name) { return name.substr(0, name.find_first_of(" /")); }
+
 /// The name without its last part: type, kind, parameter; false where only the edge is left.
 bool shorten(std::string& name) {
     const std::size_t cut = name.find_last_of(" /");
@@ -90,8 +93,46 @@ Rate between(const std::vector<Rate>& curve, double counted) {
 
 }  // namespace
 
-Rate Rates::at(const std::string& name, double counted) const {
+Rates::Shared Rates::shared_of(const Curves& curves) {
+    Shared edges;
+    for (const auto& [name, curve] : curves)
+        for (const Rate& rate : curve)
+            edges[edge_of(name)].push_back({rate.counted * rate.ratio, rate.shared});
+    for (auto& [edge, points] : edges) {
+        std::sort(points.begin(), points.end(),
+                  [](const Sharing& a, const Sharing& b) { return a.alone < b.alone; });
+        std::vector<Sharing> smooth;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const std::size_t side = std::min({kNear, i, points.size() - 1 - i});
+            std::vector<double> near;
+            for (std::size_t k = i - side; k <= i + side; ++k) near.push_back(points[k].shared);
+            smooth.push_back({points[i].alone, median(near)});
+        }
+        points = std::move(smooth);
+    }
+    return edges;
+}
+
+double Rates::shared_at(const std::string& name, double alone) const {
+    const std::vector<Sharing>& curve = shared_.at(edge_of(name));
+    const auto above =
+        std::lower_bound(curve.begin(), curve.end(), alone,
+                         [](const Sharing& each, double value) { return each.alone < value; });
+    if (above == curve.begin()) return curve.front().shared;
+    if (above == curve.end()) return curve.back().shared;
+    const Sharing &low = *(above - 1), &high = *above;
+    const double f = std::log(alone / low.alone) / std::log(high.alone / low.alone);
+    return (1 - f) * low.shared + f * high.shared;
+}
+
+Rate Rates::at(const std::string& name, double counted, int runs) const {
     if (!(counted > 0)) return {.ratio = 0};
+    Rate rate = alone_at(name, counted);
+    if (rate.ratio > 0) rate.shared = shared_at(name, counted * rate.ratio * runs);
+    return rate;
+}
+
+Rate Rates::alone_at(const std::string& name, double counted) const {
     if (const auto exact = measured_.find(name); exact != measured_.end())
         return between(exact->second, counted);
     for (std::string known = name; shorten(known);)
@@ -112,6 +153,7 @@ Rates::Rates(Curves measured) {
         measured_[name] = by_size(std::move(rates));
     }
     for (auto& [name, rates] : all) pooled_[name] = by_size(std::move(rates));
+    shared_ = shared_of(measured_);
 }
 
 Rates rates_of(const std::map<std::string, std::vector<Timed>>& timed) {

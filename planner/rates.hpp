@@ -37,13 +37,26 @@ class Rates {
 
     bool empty() const noexcept { return measured_.empty(); }
     /// At so many counted seconds, between sizes by the logarithms of both, beyond them as at the
-    /// last. @return ratio 0 where nothing was measured under any part of the name
-    Rate at(const std::string& name, double counted) const;
+    /// last. What several processors bring is a matter of the edge and of how long it runs (waking
+    /// threads takes a fixed time, parts that do not divide a fixed share), so it is the median
+    /// over the edge's parameters, kinds and types at about the seconds of all `runs`.
+    /// @return ratio 0 where nothing was measured under any part of the name
+    Rate at(const std::string& name, double counted, int runs = 1) const;
     /// By name, sorted by size.
     const Curves& measured() const noexcept { return measured_; }
 
  private:
+    /// What an edge's runs gained from all processors, by what they take on one.
+    struct Sharing {
+        double alone = 0, shared = 1;
+    };
+    using Shared = std::map<std::string, std::vector<Sharing>>;
+    static Shared shared_of(const Curves& curves);
+    double shared_at(const std::string& name, double alone) const;
+    Rate alone_at(const std::string& name, double counted) const;
+
     Curves measured_, pooled_;  // as measured; by shortened names
+    Shared shared_;             // by name of the edge, sorted by seconds
 };
 
 /// What was timed, by name.

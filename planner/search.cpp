@@ -1,9 +1,11 @@
 #include "planner/search.hpp"
 
 #include <algorithm>
-#include <boost/graph/dijkstra_shortest_paths.hpp>
-#include <boost/graph/r_c_shortest_paths.hpp>
+#include <functional>
 #include <limits>
+#include <optional>
+#include <queue>
+#include <utility>
 
 namespace edgewise {
 namespace {
@@ -11,91 +13,113 @@ namespace {
 using At = Graph::vertex_descriptor;
 using ArcOf = Graph::edge_descriptor;
 
-struct SearchVertex {};
-
-/// An arc of the search: one of the transform graph, or one from the super-source or to the
-/// super-sink, which r_c_shortest_paths needs and which cost nothing.
-struct SearchArc {
-    std::size_t index = 0;
-    ArcOf arc{};
-    bool real = false;
-    At source{};  // of an arc from the super-source
-    double seconds = 0;
-};
-
-using SearchGraph =
-    boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS, SearchVertex, SearchArc>;
-
-struct Search {
-    SearchGraph graph;
-    At from, to;
-
-    explicit Search(const Priced& priced)
-        : graph(boost::num_vertices(priced.spanned.graph) + 2),
-          from(boost::num_vertices(graph) - 2),
-          to(boost::num_vertices(graph) - 1) {
-        const Graph& spanned = priced.spanned.graph;
-        for (const At source : priced.spanned.sources)
-            add(from, source, {.source = source, .seconds = priced.start(source).seconds});
-        for (const ArcOf arc : boost::make_iterator_range(boost::edges(spanned)))
-            add(boost::source(arc, spanned), boost::target(arc, spanned),
-                {.arc = arc, .real = true, .seconds = priced.cost(arc).seconds});
-        for (const At target : priced.spanned.targets) add(target, to, {});
-    }
-
-    void add(At u, At v, SearchArc arc) {
-        arc.index = boost::num_edges(graph);
-        boost::add_edge(u, v, arc, graph);
-    }
-};
-
-/// The resources of a path; the queue of the search is ordered by operator<.
-struct Resources {
+/// A vertex and how it was reached.
+struct Reached {
     Label label;
-    // The library's concept asks for it; its code does not call it.
-    [[maybe_unused]] friend bool operator==(const Resources& a, const Resources& b) {
-        return !before(a.label, b.label) && !before(b.label, a.label);
-    }
-    friend bool operator<(const Resources& a, const Resources& b) {
-        return before(a.label, b.label);
-    }
+    At at{};
+    std::ptrdiff_t before = -1;  // the place of what it goes on from, or -1: a source
+    ArcOf arc{};                 // that led here
+    bool beaten = false;         // another label of this vertex dominates it
 };
 
-struct Extend {
-    const Priced* priced;
-    bool operator()(const SearchGraph& graph, Resources& to, const Resources& from,
-                    SearchGraph::edge_descriptor arc) const {
-        const SearchArc& step = graph[arc];
-        if (step.real)
-            to.label = priced->step(from.label, step.arc);
-        else if (boost::source(arc, graph) == boost::num_vertices(graph) - 2)
-            to.label = priced->start(step.source);
-        else
-            to.label = from.label;
-        return true;  // budgets choose on the finished front; nothing is pruned
-    }
-};
+/// Label setting with dominance (Martins 1984): the least label, in the order of `before`, goes on
+/// along all arcs; at every vertex those stay that no other dominates. Boost's r_c_shortest_paths
+/// does the same, and tests hold this one against it.
+class LabelSetting {
+ public:
+    explicit LabelSetting(const Priced& priced)
+        : priced_(priced),
+          fronts_(boost::num_vertices(priced.spanned.graph)),
+          open_([this](std::size_t a, std::size_t b) { return later(a, b); }) {}
 
-struct Dominance {
-    bool operator()(const Resources& a, const Resources& b) const {
-        return dominates(a.label, b.label);  // must be "<=" here: see dominates()
+    std::vector<Route> routes() {
+        const Graph& graph = priced_.spanned.graph;
+        for (const At source : priced_.spanned.sources)
+            reach({.label = priced_.start(source), .at = source});
+        while (!open_.empty()) {
+            const std::size_t place = open_.top();
+            open_.pop();
+            if (reached_[place].beaten) continue;
+            for (const ArcOf arc :
+                 boost::make_iterator_range(boost::out_edges(reached_[place].at, graph)))
+                reach({.label = priced_.step(reached_[place].label, arc),
+                       .at = boost::target(arc, graph),
+                       .before = static_cast<std::ptrdiff_t>(place),
+                       .arc = arc});
+        }
+        return found();
     }
-};
 
-Route route_of(const Search& search, const std::vector<SearchGraph::edge_descriptor>& path,
-               const Priced& priced) {
-    Route route;
-    for (const auto& arc : path) {
-        const SearchArc& step = search.graph[arc];
-        if (step.real)
-            route.arcs.push_back(step.arc);
-        else if (boost::source(arc, search.graph) == search.from)
-            route.source = step.source;
+ private:
+    /// A label of a vertex that none of the others there dominates; copied, as it is compared
+    /// often.
+    struct Kept {
+        Label label;
+        std::size_t place;
+    };
+
+    bool later(std::size_t a, std::size_t b) const {
+        const Label &x = reached_[a].label, &y = reached_[b].label;
+        return before(y, x) || (!before(x, y) && a > b);  // of equal ones the first
     }
-    route.label = priced.start(route.source);
-    for (const ArcOf arc : route.arcs) route.label = priced.step(route.label, arc);
-    return route;
-}
+
+    void reach(const Reached& next) {
+        std::vector<Kept>& front = fronts_[next.at];
+        for (const Kept& kept : front)
+            if (dominates(kept.label, next.label)) return;  // must be "<=": see dominates()
+        // An edge with a gain below 1 may make going round a cycle worth while, for ever.
+        if (was_at(next.before, next.at)) return;
+        std::erase_if(front, [&](const Kept& kept) {
+            const bool beaten = dominates(next.label, kept.label);
+            if (beaten) reached_[kept.place].beaten = true;
+            return beaten;
+        });
+        front.push_back({next.label, reached_.size()});
+        reached_.push_back(next);
+        open_.push(reached_.size() - 1);
+    }
+
+    bool was_at(std::ptrdiff_t place, At at) const {
+        for (; place >= 0; place = reached_[static_cast<std::size_t>(place)].before)
+            if (reached_[static_cast<std::size_t>(place)].at == at) return true;
+        return false;
+    }
+
+    /// What is left at all targets, in order: whatever dominates a label comes before it.
+    std::vector<Route> found() const {
+        std::vector<std::size_t> places;
+        for (const At target : priced_.spanned.targets)
+            for (const Kept& kept : fronts_[target]) places.push_back(kept.place);
+        std::sort(places.begin(), places.end(),
+                  [&](std::size_t a, std::size_t b) { return later(b, a); });
+        std::vector<Route> routes;
+        for (const std::size_t place : places) {
+            const Label& label = reached_[place].label;
+            if (std::none_of(routes.begin(), routes.end(),
+                             [&](const Route& other) { return dominates(other.label, label); }))
+                routes.push_back(route_to(place));
+        }
+        return routes;
+    }
+
+    Route route_to(std::size_t place) const {
+        Route route;
+        route.label = reached_[place].label;
+        for (; reached_[place].before >= 0;
+             place = static_cast<std::size_t>(reached_[place].before))
+            route.arcs.push_back(reached_[place].arc);
+        route.source = reached_[place].at;
+        std::reverse(route.arcs.begin(), route.arcs.end());
+        return route;
+    }
+
+    const Priced& priced_;
+    std::vector<Reached> reached_;
+    std::vector<std::vector<Kept>> fronts_;  // by vertex
+    std::priority_queue<std::size_t, std::vector<std::size_t>,
+                        std::function<bool(std::size_t, std::size_t)>>
+        open_;
+};
 
 void walk(const Priced& priced, std::size_t limit, At at, Route& so_far, std::vector<char>& seen,
           std::vector<Route>& found) {
@@ -127,54 +151,43 @@ Label Priced::step(const Label& label, ArcOf arc) const {
     return extend(label, spanned.graph[arc].offer, cost(arc), from_source, pinned);
 }
 
-std::vector<Route> pareto_routes(const Priced& priced) {
-    if (priced.spanned.targets.empty()) return {};
-    const Search search(priced);
-    std::vector<std::vector<SearchGraph::edge_descriptor>> paths;
-    std::vector<Resources> resources;
-    // The overload for one solution returns the first label that reached the target, not the best
-    // (Boost 1.74), so all are asked for and sorted here.
-    boost::r_c_shortest_paths(
-        search.graph, boost::get(boost::vertex_index, search.graph),
-        boost::get(&SearchArc::index, search.graph), search.from, search.to, paths, resources,
-        Resources{}, Extend{&priced}, Dominance{},
-        std::allocator<boost::r_c_shortest_paths_label<SearchGraph, Resources>>(),
-        boost::default_r_c_shortest_paths_visitor());
-    std::vector<Route> routes;
-    for (auto& path : paths) {
-        std::reverse(path.begin(), path.end());  // they come from target to source
-        routes.push_back(route_of(search, path, priced));
-    }
-    std::stable_sort(routes.begin(), routes.end(),
-                     [](const Route& a, const Route& b) { return before(a.label, b.label); });
-    return routes;
-}
+std::vector<Route> pareto_routes(const Priced& priced) { return LabelSetting(priced).routes(); }
 
 std::vector<Route> fastest_route(const Priced& priced) {
-    if (priced.spanned.targets.empty()) return {};
-    const Search search(priced);
-    std::vector<At> before_it(boost::num_vertices(search.graph));
-    std::vector<double> seconds(before_it.size());
-    boost::dijkstra_shortest_paths(
-        search.graph, search.from,
-        boost::weight_map(boost::get(&SearchArc::seconds, search.graph))
-            .predecessor_map(boost::make_iterator_property_map(
-                before_it.begin(), boost::get(boost::vertex_index, search.graph)))
-            .distance_map(boost::make_iterator_property_map(
-                seconds.begin(), boost::get(boost::vertex_index, search.graph))));
-    std::vector<SearchGraph::edge_descriptor> path;
-    for (At at = search.to; at != search.from; at = before_it[at]) {
-        // Of parallel arcs the cheapest is the one that Dijkstra took.
-        std::optional<SearchGraph::edge_descriptor> best;
-        for (const auto arc :
-             boost::make_iterator_range(boost::out_edges(before_it[at], search.graph)))
-            if (boost::target(arc, search.graph) == at &&
-                (!best || search.graph[arc].seconds < search.graph[*best].seconds))
-                best = arc;
-        path.push_back(*best);
+    const Graph& graph = priced.spanned.graph;
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    std::vector<double> seconds(boost::num_vertices(graph), kNone);
+    std::vector<std::optional<ArcOf>> by(seconds.size());
+    using Open = std::pair<double, At>;
+    std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
+    for (const At source : priced.spanned.sources) {
+        seconds[source] = priced.start(source).seconds;
+        open.emplace(seconds[source], source);
     }
-    std::reverse(path.begin(), path.end());
-    return {route_of(search, path, priced)};
+    while (!open.empty()) {
+        const auto [least, at] = open.top();
+        open.pop();
+        if (least > seconds[at]) continue;
+        for (const ArcOf arc : boost::make_iterator_range(boost::out_edges(at, graph))) {
+            const At to = boost::target(arc, graph);
+            const double sum = least + priced.cost(arc).seconds;
+            if (sum >= seconds[to]) continue;
+            seconds[to] = sum;
+            by[to] = arc;
+            open.emplace(sum, to);
+        }
+    }
+    std::optional<At> end;
+    for (const At target : priced.spanned.targets)
+        if (seconds[target] < kNone && (!end || seconds[target] < seconds[*end])) end = target;
+    if (!end) return {};
+    Route route{.source = *end, .arcs = {}, .label = {}};
+    for (; by[route.source]; route.source = boost::source(*by[route.source], graph))
+        route.arcs.push_back(*by[route.source]);
+    std::reverse(route.arcs.begin(), route.arcs.end());
+    route.label = priced.start(route.source);
+    for (const ArcOf arc : route.arcs) route.label = priced.step(route.label, arc);
+    return {route};
 }
 
 std::vector<Route> simple_routes(const Priced& priced, std::size_t limit) {

@@ -26,8 +26,7 @@ struct Priced {
     Label step(const Label& label, Graph::edge_descriptor arc) const;
 };
 
-/// All routes that no other dominates, in the order of `before` (label-setting:
-/// boost::r_c_shortest_paths, all-Pareto overload).
+/// All routes that no other dominates, in the order of `before`; of those with equal labels one.
 std::vector<Route> pareto_routes(const Priced& priced);
 
 /// The route of least seconds (Dijkstra), or none. Peak and error are no sums along edges, so it

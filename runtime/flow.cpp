@@ -9,6 +9,8 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include "runtime/flush_denormals.hpp"
+#include "runtime/one_thread_a_core.hpp"
 #include "runtime/runtime.hpp"
 #include "runtime/schedule.hpp"
 
@@ -60,7 +62,6 @@ class Flow {
         }
         for (std::size_t i = 0; i < products_.size(); ++i)
             products_[i].readers = schedule_.tasks[i].readers;
-        step_seconds.resize(plan.steps.size());
     }
 
     void run() {
@@ -83,7 +84,6 @@ class Flow {
         return all;
     }
 
-    std::vector<double> step_seconds;
     std::vector<Ran> trace;
 
  private:
@@ -207,7 +207,6 @@ class Flow {
     void note(const Ran& ran, const Step& step) {
         const std::lock_guard lock(mutex_);
         trace.push_back(ran);
-        step_seconds[ran.step] += ran.end - ran.begin;
         ++nodes_done_;
         if (options_.progress)
             options_.progress(static_cast<double>(nodes_done_) / nodes_total_, step.by->name);
@@ -332,7 +331,9 @@ Outcome run(const Plan& first, const Ask& ask, std::shared_ptr<const Data> sourc
         tbb::global_control::max_allowed_parallelism,
         std::max<std::size_t>(threads, tbb::global_control::active_value(
                                            tbb::global_control::max_allowed_parallelism)));
+    const FlushDenormals flushed;  // before the arena, whose workers then do so too
     tbb::task_arena arena(threads);
+    const OneThreadACore spread(arena, threads);
     Outcome outcome;
     Plan plan = first;
     std::vector<int> frames = all_frames(ask.want.frames);
@@ -342,7 +343,7 @@ Outcome run(const Plan& first, const Ask& ask, std::shared_ptr<const Data> sourc
             flow.emplace(plan, ask, source, deliver, options, schedule(plan, ask, frames), start);
             flow->run();
         });
-        outcome.step_seconds = flow->step_seconds;
+        outcome.step_seconds = wall_seconds(flow->trace, plan.steps.size());
         outcome.trace.insert(outcome.trace.end(), flow->trace.begin(), flow->trace.end());
         outcome.steps = plan.texts();
         if (options.stop && options.stop->load()) throw Cancelled();

@@ -35,12 +35,19 @@ struct MemoryBudget::State {
         spare.clear();
         kept = 0;
     }
-    /// Counts bytes, or throws; the caller holds the mutex.
+    void drop_one() {
+        const auto first = spare.begin();
+        munmap(first->second, first->first);
+        kept -= first->first;
+        spare.erase(first);
+    }
+    /// Counts bytes, or throws; the caller holds the mutex. What is kept for reuse never adds to
+    /// the peak: blocks of ever new sizes would pile up.
     void count(std::size_t bytes) {
         if (bytes > limit || used > limit - bytes) throw std::bad_alloc();
-        if (used + kept + bytes > limit) drop_spare();
         used += bytes;
-        peak = std::max(peak, used + kept);
+        peak = std::max(peak, used);
+        while (kept > 0 && used + kept > peak) drop_one();
     }
 };
 

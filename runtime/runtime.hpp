@@ -35,7 +35,7 @@ struct RunOptions {
 
 struct Outcome {
     double seconds = 0;
-    std::vector<double> step_seconds;  // of the plan's steps, all runs
+    std::vector<double> step_seconds;  // wall time of the plan's steps: wall_seconds(trace)
     std::size_t peak = 0;              // bytes of the budget used at most
     std::vector<Ran> trace;
     std::vector<std::string> warnings;  // a failed step, and what was done instead
@@ -51,6 +51,14 @@ using Deliver = std::function<void(int frame, std::shared_ptr<const Data> result
 /// @throws Cancelled where stopped; the first failure where no other plan exists
 Outcome run(const Plan& plan, const Ask& ask, std::shared_ptr<const Data> source,
             const Deliver& deliver, const RunOptions& options);
+
+/// Wall time of each step. One run of a step lasts from the begin of its first node to the end of
+/// its last, however many threads its regions share. Where runs overlap (frames side by side), each
+/// gets an equal share of the time that they have in common: so the steps of one frame last as long
+/// as a clock beside them shows, and all steps together never longer than the whole run.
+/// @param trace  of one plan
+/// @param steps  of that plan; those that never ran take 0
+std::vector<double> wall_seconds(const std::vector<Ran>& trace, std::size_t steps);
 
 /// The nodes and arcs that run() would make, as DOT.
 std::string flow_dot(const Plan& plan, const Ask& ask);

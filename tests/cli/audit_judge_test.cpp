@@ -1,14 +1,16 @@
 #include <cmath>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "cli/audit.hpp"
+#include "cli/audit_fixed.hpp"
 #include "cli/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {
 
-AuditedPath path(double seconds, double error, double bytes = 1e6) {
-    AuditedPath path;
+MeasuredPath path(double seconds, double error, double bytes = 1e6) {
+    MeasuredPath path;
     path.first = 2 * seconds;
     path.seconds = {seconds, seconds, 10 * seconds};
     path.error = Verified{.nrmse = error, .low = 0.9 * error, .high = 1.1 * error};
@@ -18,7 +20,7 @@ AuditedPath path(double seconds, double error, double bytes = 1e6) {
 }
 
 /// @param chosen  place of the path that the planner took
-AuditedRequest request(std::vector<AuditedPath> paths, std::size_t chosen, double error) {
+AuditedRequest request(std::vector<MeasuredPath> paths, std::size_t chosen, double error) {
     AuditedRequest request;
     request.paths = std::move(paths);
     request.paths[chosen].chosen = true;
@@ -104,6 +106,37 @@ TEST(Quantiles, KendallTauIsThatOfScipy) {
     EXPECT_DOUBLE_EQ(kendall_tau({1, 2, 3}, {3, 2, 1}), -1);
     // scipy.stats.kendalltau([12, 2, 1, 12, 2], [1, 4, 7, 1, 0])
     EXPECT_NEAR(kendall_tau({12, 2, 1, 12, 2}, {1, 4, 7, 1, 0}), -0.4714045207910316, 1e-15);
+}
+
+TEST(Audit, OtherLibrariesLoseWhatTheirPathDoesOrTheMostAccurateOne) {
+    const auto warp = [](double linear, double budget) {
+        std::vector<MeasuredPath> paths = {path(1, linear), path(4, 0.001), path(3, 0.002)};
+        paths[0].steps = {"warp.backward/filter=foh"};
+        paths[1].steps = {"filter.prefilter", "warp.backward/filter=bspline3"};
+        paths[2].steps = {"store.crop", "warp.backward/filter=bspline3"};
+        AuditedRequest asked = request(std::move(paths), 1, budget);
+        asked.family = "warp 2D";
+        return asked;
+    };
+    const AuditedRequest coarse = warp(0.01, 0.02);  // linear will do, and is the best
+    const AuditedRequest fine = warp(0.05, 0.02);    // it will not: SciPy's is the most accurate
+    AuditedRequest volume = warp(0.01, 0.02);
+    volume.family = "warp 3D";
+    AuditedRequest render = request({path(2, 0.01), path(1, 0.015)}, 1, 0.02);
+    render.paths[0].steps = {"project.ray_cast/filter=foh/step=1"};
+    render.family = "render mip";
+    const nlohmann::json rules = rules_of_others({&coarse, &fine, &volume, &render});
+    ASSERT_EQ(rules.size(), 3u);
+    const nlohmann::json &scipy = rules[0], &opencv = rules[1], &vtk = rules[2];
+    EXPECT_EQ(scipy["requests"], 3);
+    EXPECT_EQ(scipy["serves"], 3);
+    EXPECT_NEAR(scipy["regret_geomean"].get<double>(), std::cbrt(4 * 4 / 3. * 4), 1e-12);
+    EXPECT_EQ(opencv["requests"], 2);  // images alone
+    EXPECT_EQ(opencv["serves"], 1);
+    EXPECT_NEAR(opencv["regret_geomean"].get<double>(), std::sqrt(1 * 4 / 3.), 1e-12);
+    EXPECT_EQ(vtk["requests"], 1);
+    EXPECT_DOUBLE_EQ(vtk["regret_max"].get<double>(), 2);
+    EXPECT_TRUE(rules_of_others({&render})[0]["regret_geomean"].is_null());
 }
 
 }  // namespace

@@ -375,5 +375,34 @@ TEST(Planner, AllPathsAreThoseOfTheGraph) {
     }
 }
 
+TEST(Planner, ExpectedBytesCountFramesSideBySideAndNoReserves) {
+    ToyGraph toy;
+    toy.vertices = {{1, false}, {5, true}};
+    toy.edges = {{0, 1, {{.operations = 1, .scratch = 2, .workspace = 3}}}};
+    toy.frames = 4;
+    Planned planned(toy);
+    planned.want.threads = 3;
+    PlanOptions with;
+    with.pinned = 1;
+    with.resident = 100;
+    const auto predicted = [&] { return planned.answer(unit_profile(), with).plan->predicted; };
+    // One frame: pinned, its result, its workspace, a scratch for each thread.
+    EXPECT_EQ(predicted().bytes, 100 + 1 + 5 + 3 + 3 * 2);
+    EXPECT_EQ(predicted().expected_bytes(), predicted().bytes) << "not known how much is held";
+    with.held = 40;
+    // Three frames side by side share the scratches.
+    EXPECT_EQ(predicted().bytes, 115);
+    EXPECT_EQ(predicted().expected_bytes(), 40 + 1 + 3 * (5 + 3) + 3 * 2);
+    planned.want.budget.bytes = 120;  // no room for three
+    EXPECT_EQ(predicted().expected_bytes(), 120 - 60);
+    with.after = 15;  // more than a frame takes, less than three
+    EXPECT_EQ(predicted().bytes, 100 + 1 + 15);
+    planned.want.budget.bytes.reset();
+    EXPECT_EQ(predicted().expected_bytes(), 40 + 31);
+    with.after = 50;
+    EXPECT_EQ(predicted().bytes, 151);
+    EXPECT_EQ(predicted().expected_bytes(), 40 + 51);
+}
+
 }  // namespace
 }  // namespace edgewise

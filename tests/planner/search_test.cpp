@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/graph/r_c_shortest_paths.hpp>
 #include <gtest/gtest.h>
+#include <optional>
 #include <set>
 
 #include "tests/planner/random_graph.hpp"
@@ -168,6 +169,75 @@ TEST(Search, RoutesPassTheCheckOfBoost) {
         }
     }
     EXPECT_GT(checked, kGraphs);
+}
+
+/// The graph as boost::r_c_shortest_paths takes it: one source and one sink, joined to the others
+/// by arcs that cost nothing.
+struct NetArc {
+    std::size_t index = 0;
+    std::optional<Graph::edge_descriptor> arc = {};      // none: to the sink, or
+    std::optional<Graph::vertex_descriptor> first = {};  // from the source, to this vertex
+};
+using Net =
+    boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS, boost::no_property, NetArc>;
+
+struct Resources {
+    Label label;
+    [[maybe_unused]] friend bool operator==(const Resources& a, const Resources& b) {
+        return !before(a.label, b.label) && !before(b.label, a.label);
+    }
+    friend bool operator<(const Resources& a, const Resources& b) {
+        return before(a.label, b.label);
+    }
+};
+
+std::set<std::vector<std::int64_t>> labels_by_boost(const Priced& priced) {
+    const Graph& graph = priced.spanned.graph;
+    const auto from = boost::num_vertices(graph), to = from + 1;
+    Net net(to + 1);
+    const auto add = [&](std::size_t u, std::size_t v, NetArc arc) {
+        arc.index = boost::num_edges(net);
+        boost::add_edge(u, v, arc, net);
+    };
+    for (const auto at : priced.spanned.sources) add(from, at, {.first = at});
+    for (const auto at : priced.spanned.targets) add(at, to, {});
+    for (const auto arc : boost::make_iterator_range(boost::edges(graph)))
+        add(boost::source(arc, graph), boost::target(arc, graph), {.arc = arc});
+    const auto extend_label = [&](const Net& n, Resources& next, const Resources& label, auto arc) {
+        const NetArc& what = n[arc];
+        next.label = what.arc     ? priced.step(label.label, *what.arc)
+                     : what.first ? priced.start(*what.first)
+                                  : label.label;
+        return true;
+    };
+    const auto beats = [](const Resources& a, const Resources& b) {
+        return dominates(a.label, b.label);
+    };
+    std::vector<std::vector<Net::edge_descriptor>> paths;
+    std::vector<Resources> found;
+    // The overload for one solution returns the first label that reached the sink (Boost 1.74).
+    boost::r_c_shortest_paths(net, boost::get(boost::vertex_index, net),
+                              boost::get(&NetArc::index, net), from, to, paths, found, Resources{},
+                              extend_label, beats,
+                              std::allocator<boost::r_c_shortest_paths_label<Net, Resources>>(),
+                              boost::default_r_c_shortest_paths_visitor());
+    std::set<std::vector<std::int64_t>> labels;
+    for (const Resources& one : found) labels.insert(rounded(one.label));
+    return labels;
+}
+
+TEST(Search, FrontIsThatOfBoost) {
+    std::mt19937 random(5);
+    std::size_t labels = 0;
+    for (int i = 0; i < kGraphs; ++i) {
+        const Spanned graph(random);
+        if (graph.spanned.targets.empty()) continue;
+        std::set<std::vector<std::int64_t>> ours;
+        for (const Route& route : pareto_routes(graph.priced)) ours.insert(rounded(route.label));
+        EXPECT_EQ(ours, labels_by_boost(graph.priced)) << "graph " << i;
+        labels += ours.size();
+    }
+    EXPECT_GT(labels, kGraphs);
 }
 
 TEST(Search, EqualLabelsAreKeptOnceAndCyclesWithoutCostEnd) {

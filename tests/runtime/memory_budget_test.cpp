@@ -61,6 +61,25 @@ TEST(MemoryBudget, LargeBlocksAreReusedAndGivenBackWhenOthersNeedTheRoom) {
     EXPECT_EQ(memory.peak(), 10 * kMiB);
 }
 
+TEST(MemoryBudget, BlocksOfEverNewSizesDoNotPileUp) {
+    MemoryBudget memory(100 * kMiB);
+    void* held = memory.allocate(8 * kMiB, 64);
+    std::size_t largest = 0;
+    for (std::size_t i = 1; i <= 40; ++i) {
+        largest = kMiB + i * 4096;
+        memory.deallocate(memory.allocate(largest, 64), largest, 64);
+        EXPECT_EQ(memory.peak(), 8 * kMiB + largest);
+    }
+    memory.deallocate(held, 8 * kMiB, 64);
+    // There is room below the peak again: one of them and the first block are still kept.
+    void* small = memory.allocate(largest, 64);
+    void* again = memory.allocate(8 * kMiB, 64);
+    EXPECT_EQ(again, held);
+    EXPECT_EQ(memory.peak(), 8 * kMiB + largest);
+    memory.deallocate(small, largest, 64);
+    memory.deallocate(again, 8 * kMiB, 64);
+}
+
 TEST(MemoryBudget, NeverExceedsItsLimitUnderManyThreads) {
     MemoryBudget memory(8 * kMiB);
     std::vector<std::thread> threads;

@@ -106,6 +106,9 @@ Scalar scalar_path(Type type) {
 BackwardWarp::BackwardWarp(const Grid& input, const Affine& to_input, Hold hold, float outside)
     : plan_(common_plan(input, hold, outside)) {
     plan_.map = snapped(to_input);
+    // A volume of one plane is an image only while its points stay in the plane.
+    const Affine& m = plan_.map;
+    if (m[8] != 0 || m[9] != 0 || m[10] != 1 || m[11] != 0) plan_.axes = 3;
     plan_.vector = has_lanes(plan_) && lanes_reach(plan_);
     if (!plan_.vector) return;
     for (int a = 0; a < plan_.axes; ++a) {
@@ -127,6 +130,11 @@ BackwardWarp::BackwardWarp(const Grid& input, const Homography& to_input, Hold h
 
 void BackwardWarp::operator()(const WarpOutput& output, const Region& region) const noexcept {
     if (region.empty()) return;
+    if (!plan_.projective && plan_.axes == 2 && region.end[2] > 1) {  // planes beyond the only one
+        BackwardPlan solid = plan_;
+        solid.axes = 3;
+        return scalar_path(plan_.input.type)(solid, output, region);
+    }
     if (!plan_.vector) return scalar_path(plan_.input.type)(plan_, output, region);
     if (plan_.axes == 2) return backward_2d_simd(plan_, output, region);
     backward_3d_simd(plan_, output, region);

@@ -51,12 +51,16 @@ struct MaxRule {
 
 template <bool kFinite>
 struct LineRule {
-    explicit LineRule(const Combining&) {}
+    VF origin;
+
+    explicit LineRule(const Combining& with)
+        : origin(hn::Set(DF(), origin_of_sums(with.rule, with.values, with.zero))) {}
 
     HWY_INLINE void add(VF value, VF weight, bool, MF none, float* state,
                         std::ptrdiff_t plane) const {
         const DF d;
         weight = hn::IfThenZeroElse(none, weight);
+        value = hn::Sub(value, origin);
         if constexpr (!kFinite) {
             const MF finite = is_finite(value);
             weight = hn::IfThenElseZero(finite, weight);

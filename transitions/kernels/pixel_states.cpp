@@ -26,7 +26,8 @@ void finish(const Combining& with, const float* state, std::ptrdiff_t plane, flo
                 *out = mean ? static_cast<float>(with.miss) : 0.0f;
                 return;
             }
-            const double average = with.values((state[0] + state[plane]) / weight);
+            const double average = with.values((state[0] + state[plane]) / weight +
+                                               origin_of_sums(with.rule, with.values, with.zero));
             *out = static_cast<float>(
                 mean ? average : (average - with.zero) * weight * with.step * with.unit);
             return;

@@ -16,6 +16,14 @@ namespace edgewise::kernels {
 /// compositing.
 enum class Combine { max, sum, mean, over };
 
+/// The stored number that is taken from every sample before it is summed: the one that adds
+/// nothing, for else detail on a large offset is rounded away (2^20 + 1/8 in sums of f32). 0 of a
+/// mean, whose result has the offset itself.
+inline float origin_of_sums(Combine rule, const ValueMap& values, double zero) noexcept {
+    if (rule != Combine::sum || values.slope == 0) return 0;
+    return static_cast<float>((zero - values.offset) / values.slope);
+}
+
 /// Pixel (px, py) -> a ray of input indices: origin + t / length * direction, where every vector is
 /// base + px * x + py * y. t is a length in units; `length` is the Euclidean norm of `measure`.
 /// Parallel rays: direction and measure do not depend on the pixel. Perspective: origin is the eye

@@ -71,7 +71,11 @@ class LineSum {
     static constexpr int kBlock = 32;  // cells summed before they join the total: rounding then
                                        // grows with the number of blocks, not of cells
 
-    explicit LineSum(const RayCast&) : total_(hn::Zero(DF())), block_(total_), length_(total_) {}
+    explicit LineSum(const RayCast& cast)
+        : total_(hn::Zero(DF())),
+          block_(total_),
+          length_(total_),
+          origin_(hn::Set(DF(), origin_of(cast))) {}
 
     HWY_INLINE void add(VF value, int cell) {
         close_block(cell);
@@ -79,7 +83,7 @@ class LineSum {
             block_ = hn::Add(block_, value);
         } else {
             const MF finite = is_finite(value);
-            block_ = hn::Add(block_, hn::IfThenElseZero(finite, value));
+            block_ = hn::Add(block_, hn::IfThenElseZero(finite, hn::Sub(value, origin_)));
             length_ = hn::Add(length_, hn::IfThenElseZero(finite, hn::Set(DF(), 1.0f)));
         }
     }
@@ -87,6 +91,7 @@ class LineSum {
         close_block(cell);
         weight = hn::IfThenZeroElse(outside, weight);
         const MF finite = is_finite(value);
+        if constexpr (!kFinite) value = hn::Sub(value, origin_);
         block_ = hn::MulAdd(weight, hn::IfThenElseZero(finite, value), block_);
         length_ = hn::Add(length_, hn::IfThenElseZero(finite, weight));
     }
@@ -111,20 +116,24 @@ class LineSum {
             const ValueMap& values = cast.volume.values;
             // In f32, as if the block had been closed: its end may lie beyond this ray's cells.
             const float sum = total[lane] + block[lane];
-            const double average = values(sum / weight);
+            const double average = values(sum / weight + origin_of(cast));
             *out = static_cast<float>(
                 mean ? average : (average - cast.zero) * weight * cast.step * cast.unit);
         }
     };
 
  private:
+    /// Integers of up to 16 bits sum up without such a loss.
+    static float origin_of(const RayCast& cast) {
+        return kFinite ? 0 : origin_of_sums(cast.rule, cast.volume.values, cast.zero);
+    }
     /// Blocks end at the same cells for every ray, whoever its neighbours in the packet are.
     HWY_INLINE void close_block(int cell) {
         if ((cell & (kBlock - 1)) != 0) return;
         total_ = hn::Add(total_, block_);
         block_ = hn::Zero(DF());
     }
-    VF total_, block_, length_;
+    VF total_, block_, length_, origin_;
 };
 
 /// Front-to-back compositing; kColors = 1 where red, green and blue are one.

@@ -8,7 +8,7 @@
 namespace edgewise {
 namespace {
 
-constexpr std::array<double, 3> kMeasuredSteps = {0.25, 0.5, 1};
+constexpr std::array<double, 4> kMeasuredSteps = {0.25, 0.5, 1, 2};
 
 /// RMS errors over the range of the picture where nothing was measured: those of a real MR head,
 /// 160 x 232 x 160 samples turned by 30, 20 and 10 degrees, step 1 (DESIGN, section 4).
@@ -23,7 +23,7 @@ double guess(const std::string& filter, Mode mode) {
 
 double measured(const std::string& filter, double step, const Ask& ask) {
     return ask.scene.fact(fmt::format("picture/{}/{}", filter, step))
-        .value_or(guess(filter, ask.want.mode) * ask.scene.range);
+        .value_or(guess(filter, ask.want.mode) * std::max(1.0, step) * ask.scene.range);
 }
 
 /// The filter whose samples are the field that the request asks for.

@@ -154,7 +154,7 @@ Transition ray_cast() {
     edge.parameters = {
         {"filter",
          one_of({"zoh", "foh", "bspline3"}, "reconstruction: nearest, linear, cubic B-spline")},
-        {"step", number(0.01, 4, {1, 0.5, 0.25}, "distance of samples, in the smallest spacing")}};
+        {"step", number(0.01, 4, {1, 0.5, 0.25, 2}, "distance of samples, in the smallest spacing")}};
     edge.laws = {Law::constant};
     edge.offer = offer;
     edge.work = work;

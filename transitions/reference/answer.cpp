@@ -125,12 +125,23 @@ Region Reference::cells_of(std::int64_t tile) const {
     return cells;
 }
 
-double Reference::bytes_a_thread() const noexcept {
-    const double visits = kRaysAtOnce * 16.0 * (sizeof(Visit) + sizeof(Stretch));
-    if (field_.kind() != Field::spline) return visits;
+double Reference::bytes(double samples, int threads) const noexcept {
+    const bool tiled = field_.kind() == Field::spline;
     const std::int64_t side = tile_side();
-    return visits + SplineBlock<double>::bytes({side, side, side}, FieldPiece::kMargin,
-                                               field_.axes(), field_.channels());
+    double visits = samples;
+    if (want_.job == Job::render) {
+        visits = std::min(samples, static_cast<double>(kRaysAtOnce));
+        // A straight line crosses at most as many tiles as there are faces between them, and one.
+        std::int64_t tiles = 1;
+        for (int axis = 0; tiled && axis < 3; ++axis) tiles += (field_.extent()[axis] - 1) / side;
+        visits *= static_cast<double>(tiles);
+    }
+    // A vector that grows holds up to twice its size, and sorting takes half of it once more.
+    const double each = 2.5 * sizeof(Visit) + sizeof(Stretch) + sizeof(std::size_t);
+    const double block = tiled ? SplineBlock<double>::bytes({side, side, side}, field_.extent(),
+                                                            FieldPiece::kMargin, field_.channels())
+                               : 0;
+    return visits * each + threads * block;
 }
 
 std::vector<double> Reference::values(std::span<const OutputSample> samples) const {

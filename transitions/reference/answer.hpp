@@ -48,8 +48,8 @@ class Reference {
     /// [samples][channels]; NaN where a sample does not see the input, or sees no finite value.
     /// Runs in threads; the bytes do not depend on their number.
     std::vector<double> values(std::span<const OutputSample> samples) const;
-    /// Upper bound of the memory that values() takes for each thread.
-    double bytes_a_thread() const noexcept;
+    /// Bytes that values() takes at most beside what it returns.
+    double bytes(double samples, int threads) const noexcept;
 
     const ReferenceField& field() const noexcept { return field_; }
     const ViewGeometry& geometry() const noexcept { return geometry_; }

@@ -23,7 +23,8 @@ constexpr int kTries = 64 * kFewest + kMost;
 constexpr std::int64_t kSmallInput = 1 << 18;
 // Pictures of so many pixels are measured whole, if their input is small.
 constexpr std::int64_t kSmallPicture = 1 << 12;
-constexpr std::array<double, 3> kSteps = {1, 0.5, 0.25};
+constexpr std::array<double, 4> kSteps = {1, 0.5, 0.25, 2};
+constexpr std::size_t kFinest = 2;  // of kSteps
 constexpr double kFine = 1.0 / Reference::kStepsPerUnit;
 constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers on its longest axis
 
@@ -287,7 +288,6 @@ bool has_slices(const Request& want, const Statistics& statistics) {
 }
 
 void add_spectrum(Traced& traced, const SpectrumPicture& picture, const Request& want) {
-    constexpr std::size_t kFinest = kSteps.size() - 1;
     traced.spectrum = picture.squares(traced.ray, traced.at,
                                       {.expected = values_of(traced.reference, want)[0],
                                        .spline = values_of(traced.cast[kSpline][kFinest], want)[0],

@@ -221,10 +221,13 @@ void SplineBlock<Real>::at(const Vec3& p, double* values) const noexcept {
 }
 
 template <class Real>
-double SplineBlock<Real>::bytes(const Extent& cells, int margin, int axes, int channels) noexcept {
+double SplineBlock<Real>::bytes(const Extent& cells, const Extent& n, int margin,
+                                int channels) noexcept {
+    constexpr std::int64_t kPads = kLead + kTrail;
     double samples = channels;
-    for (int axis = 0; axis < axes; ++axis)
-        samples *= static_cast<double>(cells[axis] + 2 * (kLead + kTrail + margin));
+    for (int axis = 0; axis < 3; ++axis)
+        samples *= static_cast<double>(std::min(cells[axis] + kPads + 2 * margin, n[axis]) +
+                                       (axis == 0 || n[axis] > 1 ? kPads : 0));
     return samples * sizeof(Real);
 }
 

@@ -30,8 +30,8 @@ class SplineBlock {
     /// All channels at p [input index], which is within [0, n-1] and `cells`.
     void at(const Vec3& p, double* values) const noexcept;
 
-    /// Bytes of a block; an upper bound, as faces cut it.
-    static double bytes(const Extent& cells, int margin, int axes, int channels) noexcept;
+    /// Bytes of a block at most, wherever it lies in data of extent n.
+    static double bytes(const Extent& cells, const Extent& n, int margin, int channels) noexcept;
 
  private:
     void load(const Data& data);

@@ -44,6 +44,25 @@ double range_between(double low, double high) noexcept {
     return low != 0 ? std::abs(low) : 1;
 }
 
+std::int64_t careful_samples(const Request& want) noexcept {
+    constexpr std::int64_t kMany = 1 << 14;
+    return want.output().samples() * want.frames <= kMany ? 0 : kMany;
+}
+
+double verifier_bytes(const Request& want, const ReferenceField& field, std::int64_t samples,
+                      int threads) {
+    const Reference reference(want, field, std::pmr::null_memory_resource());
+    const double there = static_cast<double>(want.output().samples()) * want.frames;
+    const bool all = samples <= 0 || static_cast<double>(samples) >= there;
+    const Extent n = want.output();
+    const double box = static_cast<double>(n.z > 1 ? kBox * kBox * kBox : n.x * kBox);
+    const double at_once = all ? std::min(there, box) : static_cast<double>(samples);
+    // Places, values delivered and expected, and squares.
+    const double kept = sizeof(OutputSample) + sizeof(double) +
+                        reference.channels() * (sizeof(float) + sizeof(double));
+    return at_once * 2 * kept + reference.bytes(at_once, threads);
+}
+
 Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_t samples,
                    std::uint64_t seed, std::pmr::memory_resource* memory)
     : want_(want),
@@ -75,11 +94,6 @@ void Verifier::draw(std::int64_t samples) {
               [&](const OutputSample& a, const OutputSample& b) { return key(a) < key(b); });
     delivered_.resize(drawn_.size() * static_cast<std::size_t>(reference_.channels()),
                       std::numeric_limits<float>::quiet_NaN());
-}
-
-double Verifier::bytes(int threads) const noexcept {
-    const double all = all_ ? kBox * kBox * kBox * 128.0 : 0;
-    return all + static_cast<double>(drawn_.size()) * 128 + threads * reference_.bytes_a_thread();
 }
 
 void Verifier::frame(int frame, const Data& result) {

@@ -19,6 +19,15 @@ struct Verified {
 /// The range that errors are divided by: of a constant its magnitude, or 1.
 double range_between(double low, double high) noexcept;
 
+/// Samples to measure an error on where few leave open on which side of a budget it lies: all (0)
+/// of a small output, more of a large one.
+std::int64_t careful_samples(const Request& want) noexcept;
+
+/// Bytes that a Verifier needs at most beside samples and results.
+/// @param samples  as it is given
+double verifier_bytes(const Request& want, const ReferenceField& field, std::int64_t samples,
+                      int threads);
+
 /// Compares the frames of a request with the reference, one by one as they come.
 ///
 /// Draws output samples at random over all frames, of those that see the input (with replacement),
@@ -39,9 +48,6 @@ class Verifier {
     /// After the last frame. What follows is the first frame of other results of the same request:
     /// the reference of the drawn samples is worked out once.
     Verified finish();
-
-    /// Bytes needed beside samples and results, for a number of threads.
-    double bytes(int threads) const noexcept;
 
  private:
     struct Extreme {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace edgewise {
 namespace {
@@ -231,21 +232,38 @@ ShearChain four_shear_chain(const SignedPermutation& permutation, const FourShea
     return chain;
 }
 
+/// What makes one chain of four shears better than another. Every rotation has chains within
+/// kEnough; of these the one after the nearest quarter turns is best (greatest trace): its shears
+/// vanish with the turn that is left, where those of the very least bound may shift lines by a
+/// whole sample and back, and blur what hardly moves. Beyond that the bound decides.
+struct FourShearRank {
+    double bound = std::numeric_limits<double>::infinity(), trace = 0;
+
+    /// False where the bound is NaN.
+    bool before(const FourShearRank& other) const noexcept {
+        constexpr double kEnough = (3 + std::numbers::sqrt2) / 4 + kTie;
+        const bool enough = bound <= kEnough;
+        if (enough != (other.bound <= kEnough)) return enough;
+        if (enough && std::abs(trace - other.trace) > kTie) return trace > other.trace;
+        return bound < other.bound - kTie;
+    }
+};
+
 std::optional<ShearChain> best_of_four_shears(const Matrix& a) {
     const double det = determinant(a) < 0 ? -1 : 1;
     std::optional<ShearChain> best;
-    double best_bound = std::numeric_limits<double>::infinity();
+    FourShearRank best_rank;
     for (const SignedPermutation& candidate : kSignedPermutations) {
         if (candidate.determinant != det) continue;
         const Matrix b = behind(a, candidate.from, candidate.sign);
         for (const std::array<int, 3>& order : kOrders) {
             const FourShears shears(b, order);
-            const double bound = shears.bound();
-            if (!(bound < best_bound - kTie)) continue;  // NaN is rejected here too
+            const FourShearRank rank{shears.bound(), b[0][0] + b[1][1] + b[2][2]};
+            if (!rank.before(best_rank)) continue;
             const ShearChain chain = four_shear_chain(candidate, shears, b, order);
             if (misses(chain, a) > kProduct) continue;
             best = chain;
-            best_bound = bound;
+            best_rank = rank;
         }
     }
     if (best) best->displacement = kernels::displacement_bound(*best);

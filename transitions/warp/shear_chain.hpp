@@ -12,9 +12,10 @@ namespace edgewise {
 /// Where one axis only moves (every image, and every turn about one axis of a volume) the other two
 /// get three shears (EQ 32; for a turn EQ 10 after the nearest quarter turn, displacement
 /// <= 1.0674). Any other map gets four shears of the axes a, b, c, a: all 24 signed permutations of
-/// the right determinant and all 6 orders of the axes are tried and the least displacement is kept,
-/// for rotations at most (3 + sqrt 2) / 4 = 1.1036 voxels. The translation goes inside the
-/// rounding.
+/// the right determinant and all 6 orders of the axes are tried. For rotations the nearest
+/// permutation whose displacement is at most (3 + sqrt 2) / 4 = 1.1036 voxels is kept, so that
+/// shears vanish with the angle; for other maps the least displacement. The translation goes inside
+/// the rounding.
 ///
 /// @param t  object space -> screen space, index coordinates [voxel], |det| = 1 within 1e-9
 /// @return nothing where no finite chain gives t back within 1e-9; never so for a rotation

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "charts/pictures.hpp"
+#include "cli/path_runs.hpp"
+
+namespace edgewise::cli {
+
+struct Session;
+
+/// Makes the pictures of a chart's page: of each path the first frame (of volumes the middle
+/// slice), taken at so many pixels that all channels together have at most 256 x 256.
+class PictureTaker {
+ public:
+    explicit PictureTaker(const Session& session);
+
+    /// The picture of a result of the request.
+    charts::Raster taken(const Data& result) const;
+    /// The reference at the same pixels. Those that do not see the input are `elsewhere`'s: there
+    /// is no error to be seen there.
+    /// @param go_on  told the share that is done; false ends it. @return nothing then
+    std::optional<charts::Raster> reference(const ReferenceField& field,
+                                            std::pmr::memory_resource* memory,
+                                            const charts::Raster& elsewhere,
+                                            const std::function<bool(double)>& go_on) const;
+    /// Puts black and white in: --window, else what a view of the base would have.
+    void set_window(charts::Pictures& pictures) const;
+    /// What the pictures are of.
+    std::string note() const;
+
+ private:
+    std::vector<OutputSample> pixels() const;
+    void put(const double* values, int channels, float* out) const;
+
+    const Session& session_;
+    Extent output_;
+    int width_, height_, channels_;
+};
+
+}  // namespace edgewise::cli

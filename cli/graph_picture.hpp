@@ -1,0 +1,23 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "graph/transform_graph.hpp"
+
+namespace edgewise::cli {
+
+/// What an arc's label says of its cost, in a few words each.
+using CostWords = std::function<std::vector<std::string>(const Arc&)>;
+
+/// The transform graph of a request as DOT to be looked at: arcs of one edge between the same
+/// vertices are one line with a row for each choice of parameters; the chosen path is bold; edges
+/// that were refused are dashed, with the reason in lines of a readable length.
+/// @param chosen  null where no plan is
+std::string picture_dot(const TransformGraph& spanned, const Catalogue& catalogue,
+                        const CostWords& cost, const Plan* chosen);
+
+/// DOT as SVG. @throws RunError Graphviz is not installed, or failed
+std::string laid_out(const std::string& dot);
+
+}  // namespace edgewise::cli
