@@ -39,7 +39,8 @@ class Prices(Driven):
             for job in jobs[:3 if term in TERMS[:3] else 1]:
                 report = self.report(*job, "-o", "null:", "--machine", file, "--max-error", "0.02",
                                      "--verify=500")
-                chosen.add(tuple(step["transition"] for step in report["plan"]["steps"]))
+                chosen.add(tuple(step["transition"] + json.dumps(step["parameters"])
+                                 for step in report["plan"]["steps"]))
                 measured = report["measured"]["error"]
                 self.assertLessEqual(measured["low"], 0.02)
                 self.assertLessEqual(measured["nrmse"], report["plan"]["predicted"]["error"] * 1.05)
