@@ -145,6 +145,7 @@ class Calibration {
     /// A session with the phantom's samples in the trial's type.
     struct Prepared {
         explicit Prepared(const Trial& trial) : options(options_of(trial)), session(options) {
+            session.errors = false;
             take_request(session);
             session.input->data = retyped(*session.input->data, trial.type, session.memory.get());
         }

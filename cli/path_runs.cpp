@@ -88,7 +88,7 @@ void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
     path.bytes = session_.resident + static_cast<double>(outcome->peak);
     if (counts) path.resident_bytes = resident_before_ + held + std::max(0.0, grown);
     path.error = error;
-    if (is_open(error)) verify_carefully(i, limit);
+    if (is_open(error)) verify_carefully(i);
 }
 
 bool PathRuns::is_open(const Verified& error) const {
@@ -96,14 +96,16 @@ bool PathRuns::is_open(const Verified& error) const {
     return budget && error.low <= *budget && *budget < error.high;
 }
 
-void PathRuns::verify_carefully(std::size_t i, double limit) {
+void PathRuns::verify_carefully(std::size_t i) {
     if (!careful_)
         careful_.emplace(session_.want(), field_, careful_samples(session_.want()), seed_,
                          &reference_memory_);
+    // What takes long here is the reference: the path itself was not given up.
     const auto outcome =
-        run_once(i, limit, [&](int frame, const std::shared_ptr<const Data>& result) {
-            tbb::this_task_arena::isolate([&] { careful_->frame(frame, *result); });
-        });
+        run_once(i, std::numeric_limits<double>::infinity(),
+                 [&](int frame, const std::shared_ptr<const Data>& result) {
+                     tbb::this_task_arena::isolate([&] { careful_->frame(frame, *result); });
+                 });
     const Verified error = careful_->finish();
     if (outcome) paths_[i].error = error;
 }

@@ -74,7 +74,7 @@ class PathRuns {
  private:
     std::optional<Outcome> run_once(std::size_t i, double limit, const Deliver& deliver);
     bool is_open(const Verified& error) const;
-    void verify_carefully(std::size_t i, double limit);
+    void verify_carefully(std::size_t i);
 
     Session& session_;
     std::vector<MeasuredPath>& paths_;

@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kMostPaths = 200;
 constexpr std::int64_t kSamples = 1024;  // that an error is measured on
+constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
 constexpr int kFrames = 6;               // run of a long turntable
 constexpr int kRounds = 7;               // of close contenders
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
@@ -222,7 +223,7 @@ class Pilot {
         if (each.failed) return;
         const Contender* best = this->best();
         if (is_open(each) && !out_of_time() && (!best || could_win(each)))
-            verify(each, careful_, careful_samples(want_));
+            verify(each, careful_, kMore);
         if (each.failed) return;
         if (keeps_error(each) || each.is_default) run_again(each);
         session_.messages.progress(std::min(1.0, watch_.elapsed() / limit_),

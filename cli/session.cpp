@@ -128,8 +128,10 @@ void read_input(Session& session) {
         session.messages.warning(
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
     take_values(session.wish, session.options, *input.data, statistics);
-    session.scene = measure_scene(*input.data, session.want(),
-                                  input.phantom ? &*input.phantom : nullptr, session.memory.get());
+    const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
+    session.scene = session.errors
+                        ? measure_scene(*input.data, session.want(), formula, session.memory.get())
+                        : unseen_scene(statistics);
     measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
     take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);

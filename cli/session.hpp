@@ -31,7 +31,8 @@ struct Session {
     explicit Session(const JobOptions& typed) : options(typed) {}
 
     const JobOptions& options;
-    bool runs = false;  // and is not only planned: on one rank, with data
+    bool runs = false;   // and is not only planned: on one rank, with data
+    bool errors = true;  // are asked for; else they are guessed, which saves the preview
     Messages messages;
     std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
     double resident = 0;                   // bytes of the process beside `memory`

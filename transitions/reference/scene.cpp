@@ -5,9 +5,7 @@
 
 namespace edgewise {
 
-Scene measure_scene(const Data& input, const Request& want, const Phantom* formula,
-                    std::pmr::memory_resource* memory) {
-    const Statistics statistics = statistics_of(input, memory);
+Scene unseen_scene(const Statistics& statistics) {
     Scene scene;
     scene.low = statistics.low;
     scene.high = statistics.high;
@@ -16,6 +14,14 @@ Scene measure_scene(const Data& input, const Request& want, const Phantom* formu
     scene.non_finite = statistics.non_finite;
     scene.occupied = statistics.occupied;
     scene.occupied_fraction = statistics.occupied_fraction;
+    scene.range = range_between(statistics.low, statistics.high);
+    return scene;
+}
+
+Scene measure_scene(const Data& input, const Request& want, const Phantom* formula,
+                    std::pmr::memory_resource* memory) {
+    const Statistics statistics = statistics_of(input, memory);
+    Scene scene = unseen_scene(statistics);
 
     const ReferenceField field(input, want.field, formula);
     Preview preview = want.job == Job::warp ? preview_points(want, field, statistics, memory)

@@ -6,6 +6,7 @@
 #include "graph/request.hpp"
 #include "graph/scene.hpp"
 #include "transitions/reference/phantoms.hpp"
+#include "transitions/reference/statistics.hpp"
 
 namespace edgewise {
 
@@ -19,5 +20,8 @@ namespace edgewise {
 /// @param formula  of Field::formula, else null
 Scene measure_scene(const Data& input, const Request& want, const Phantom* formula,
                     std::pmr::memory_resource* memory);
+
+/// The same without the preview: costs are as exact, errors are the models' guesses.
+Scene unseen_scene(const Statistics& statistics);
 
 }  // namespace edgewise
