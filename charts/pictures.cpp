@@ -95,13 +95,34 @@ std::string png_uri(const std::vector<unsigned char>& samples, int width, int he
     image.version = PNG_IMAGE_VERSION;
     image.width = static_cast<png_uint_32>(width);
     image.height = static_cast<png_uint_32>(height);
-    image.format = channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+    constexpr png_uint_32 kFormats[] = {PNG_FORMAT_GRAY, PNG_FORMAT_GA, PNG_FORMAT_RGB,
+                                        PNG_FORMAT_RGBA};
+    image.format = kFormats[channels - 1];
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
     std::vector<unsigned char> bytes(size);
     if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, samples.data(), 0, nullptr))
         throw std::runtime_error(std::string("libpng: ") + image.message);
     bytes.resize(size);
     return "data:image/png;base64," + base64(bytes);
+}
+
+SignedPicture signed_picture(const std::vector<double>& differences, int width, int height) {
+    // As bright on white paper as on a dark screen; see also report.css.
+    constexpr unsigned char kBelow[] = {32, 110, 210}, kAbove[] = {220, 62, 28};
+    constexpr unsigned char kNone[] = {255, 0, 255};
+    SignedPicture picture;
+    for (const double d : differences)
+        if (std::isfinite(d)) picture.scale = std::max(picture.scale, std::abs(d));
+    std::vector<unsigned char> samples;
+    for (const double d : differences) {
+        const unsigned char* colour = !std::isfinite(d) ? kNone : d < 0 ? kBelow : kAbove;
+        samples.insert(samples.end(), colour, colour + 3);
+        const double share = picture.scale > 0 ? std::sqrt(std::abs(d) / picture.scale) : 0;
+        samples.push_back(std::isfinite(d) ? static_cast<unsigned char>(std::lround(255 * share))
+                                           : 255);
+    }
+    picture.uri = png_uri(samples, width, height, 4);
+    return picture;
 }
 
 Json to_json(const Pictures& pictures) {

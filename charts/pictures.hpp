@@ -34,7 +34,23 @@ struct Pictures {
 /// @throws std::invalid_argument rasters of several sizes
 nlohmann::ordered_json to_json(const Pictures& pictures);
 
-/// A PNG of 8 bits as a data URI. @param channels  1 or 3
+/// A PNG of 8 bits as a data URI. @param channels  1 to 4: grey, with alpha, colour, with alpha
 std::string png_uri(const std::vector<unsigned char>& samples, int width, int height, int channels);
+
+/// A picture with what stands below it.
+struct ReportPicture {
+    std::string uri;  // PNG
+    int width = 0, height = 0;
+    std::string text;
+};
+
+/// Differences as colours: blue below none, red above, none transparent; opacity is the root of
+/// their size over the largest, so that small ones are seen. What is not finite is purple.
+struct SignedPicture {
+    std::string uri;   // PNG
+    double scale = 0;  // the largest size [value]
+};
+/// @param differences  [height, width], x fastest
+SignedPicture signed_picture(const std::vector<double>& differences, int width, int height);
 
 }  // namespace edgewise::charts

@@ -11,7 +11,6 @@
 namespace edgewise::cli {
 namespace {
 
-constexpr double kMostPixels = 256 * 256;
 constexpr int kRows = 8;  // of the reference, between two looks at whether to go on
 
 int result_channels(const Session& session) {
@@ -27,10 +26,10 @@ std::int64_t place(int pixel, int pixels, std::int64_t samples) {
 
 }  // namespace
 
-PictureTaker::PictureTaker(const Session& session)
+PictureTaker::PictureTaker(const Session& session, double most_values)
     : session_(session), output_(session.want().output()) {
     channels_ = result_channels(session) >= 3 ? 3 : 1;
-    const double side = std::floor(std::sqrt(kMostPixels / channels_));
+    const double side = std::floor(std::sqrt(most_values / channels_));
     const double shrink = std::max({1.0, double(output_.x) / side, double(output_.y) / side});
     width_ = std::max(1, static_cast<int>(double(output_.x) / shrink));
     height_ = std::max(1, static_cast<int>(double(output_.y) / shrink));
@@ -118,13 +117,17 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
     if (!(pictures.black < pictures.white)) pictures.white = pictures.black + 1;
 }
 
-std::string PictureTaker::note() const {
+std::string PictureTaker::shown() const {
     std::string text = session_.want().frames > 1 ? "Frame 0" : "The result";
     if (output_.z > 1) text += fmt::format(", slice {} of {}", output_.z / 2, output_.z);
     if (width_ < output_.x || height_ < output_.y)
         text +=
             fmt::format(", {} x {} of its {} x {} samples", width_, height_, output_.x, output_.y);
-    return text + ". Differences are of the values, before any window.";
+    return text;
+}
+
+std::string PictureTaker::note() const {
+    return shown() + ". Differences are of the values, before any window.";
 }
 
 }  // namespace edgewise::cli

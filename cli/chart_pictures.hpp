@@ -10,11 +10,12 @@ namespace edgewise::cli {
 
 struct Session;
 
-/// Makes the pictures of a chart's page: of each path the first frame (of volumes the middle
-/// slice), taken at so many pixels that all channels together have at most 256 x 256.
+/// Makes the pictures of a page: of each result the first frame (of volumes the middle
+/// slice), taken at as many pixels as all channels together may have.
 class PictureTaker {
  public:
-    explicit PictureTaker(const Session& session);
+    /// @param most_values  pixels of all channels together
+    explicit PictureTaker(const Session& session, double most_values = 256 * 256);
 
     /// The picture of a result of the request.
     charts::Raster taken(const Data& result) const;
@@ -29,9 +30,16 @@ class PictureTaker {
     void set_window(charts::Pictures& pictures) const;
     /// What the pictures are of.
     std::string note() const;
+    /// The same in a few words: "Frame 0, 256 x 256 of its 512 x 512 samples".
+    std::string shown() const;
+
+    int width() const noexcept { return width_; }
+    int height() const noexcept { return height_; }
+    int channels() const noexcept { return channels_; }
+    /// The output samples that are taken, row by row.
+    std::vector<OutputSample> pixels() const;
 
  private:
-    std::vector<OutputSample> pixels() const;
     void put(const double* values, int channels, float* out) const;
 
     const Session& session_;

@@ -1,3 +1,5 @@
+#include "cli/explain.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -24,7 +26,8 @@ std::string row(const std::string& mark, const Predicted& predicted, const std::
                        why.empty() ? "" : "  [" + why + "]");
 }
 
-/// Why a path was not taken: the budget that it breaks, else what the plan is better in.
+}  // namespace
+
 std::string why_not(const Predicted& other, const std::optional<Predicted>& chosen,
                     const Request& want) {
     const Budget& budget = want.budget;
@@ -50,6 +53,8 @@ std::string why_not(const Predicted& other, const std::optional<Predicted>& chos
     }
     return "no better";
 }
+
+namespace {
 
 /// All paths, those of the front first.
 std::vector<Plan> paths_of(const Session& session) {
@@ -83,6 +88,8 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
+}  // namespace
+
 std::string budget_text(const Request& want) {
     const Budget& budget = want.budget;
     std::vector<std::string> parts;
@@ -91,8 +98,11 @@ std::string budget_text(const Request& want) {
                                     budget.error_is_default ? " (default)" : ""));
     if (budget.seconds) parts.push_back("time " + seconds_text(*budget.seconds));
     if (budget.bytes) parts.push_back("memory " + bytes_text(*budget.bytes));
+    if (parts.empty()) parts.push_back("none");
     return fmt::format("{}; least {}", fmt::join(parts, ", "), name_of(want.minimize));
 }
+
+namespace {
 
 std::string measured_row(const std::string& predicted, const std::string& measured, double ratio,
                          const std::string& what) {

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "charts/program.hpp"
-#include "charts/scales.hpp"
 #include "cli/errors.hpp"
 #include "cli/graph_picture.hpp"
 #include "cli/outputs.hpp"
@@ -43,22 +42,15 @@ void expect_ending(const std::optional<std::string>& out) {
 }
 
 /// A graph that shows what was chosen; without a plan within the budgets it shows the rest.
-std::string picture_of(Session& session, const TransformGraph& spanned,
-                       const std::function<StepCost(const Arc&)>& cost) {
+std::string picture_of(Session& session, const TransformGraph& spanned) {
     try {
         make_plan(session);
     } catch (const NoPlan&) {
         session.messages.warning("no plan keeps the budgets: nothing is bold");
     }
-    const CostWords words = [&](const Arc& arc) -> std::vector<std::string> {
-        const StepCost c = cost(arc);
-        const double error = std::hypot(c.error.bias, c.error.noise);
-        return {charts::seconds_text(c.seconds),
-                c.error.known ? fmt::format("error + {:.3g}", error) : "error unknown"};
-    };
     const bool has_plan = session.answer && session.answer->plan;
-    return laid_out(
-        picture_dot(spanned, session.edges, words, has_plan ? &*session.answer->plan : nullptr));
+    return laid_out(picture_dot(spanned, session.edges, cost_words(session),
+                                has_plan ? &*session.answer->plan : nullptr));
 }
 
 /// The graph of a request, with what its edges cost.
@@ -70,7 +62,7 @@ std::string graph_of(Session& session, Form form) {
         return cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer, session.ask(),
                        session.profile, session.want().threads);
     };
-    if (form == Form::svg) return picture_of(session, spanned, cost);
+    if (form == Form::svg) return picture_of(session, spanned);
     if (form == Form::dot)
         return to_dot(spanned, session.edges, [&](const Arc& arc) {
             const StepCost c = cost(arc);

@@ -1,12 +1,16 @@
 #include "cli/graph_picture.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <map>
 #include <set>
 #include <tuple>
 
 #include "charts/program.hpp"
+#include "charts/scales.hpp"
+#include "cli/session.hpp"
+#include "planner/cost.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -201,6 +205,16 @@ class Drawing {
 std::string picture_dot(const TransformGraph& spanned, const Catalogue& catalogue,
                         const CostWords& cost, const Plan* chosen) {
     return Drawing(spanned, catalogue, cost, chosen).dot();
+}
+
+CostWords cost_words(const Session& session) {
+    return [&](const Arc& arc) -> std::vector<std::string> {
+        const StepCost c = cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer,
+                                   session.ask(), session.profile, session.want().threads);
+        const double error = std::hypot(c.error.bias, c.error.noise);
+        return {charts::seconds_text(c.seconds),
+                c.error.known ? fmt::format("error + {:.3g}", error) : "error unknown"};
+    };
 }
 
 std::string laid_out(const std::string& dot) {

@@ -7,8 +7,13 @@
 
 namespace edgewise::cli {
 
+struct Session;
+
 /// What an arc's label says of its cost, in a few words each.
 using CostWords = std::function<std::vector<std::string>(const Arc&)>;
+
+/// Seconds, and what is added to the error, of a request's arcs. The session must stay alive.
+CostWords cost_words(const Session& session);
 
 /// The transform graph of a request as DOT to be looked at: arcs of one edge between the same
 /// vertices are one line with a row for each choice of parameters; the chosen path is bold; edges

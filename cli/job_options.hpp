@@ -21,6 +21,8 @@ struct JobOptions {
     std::vector<std::string> via, without;
     std::optional<std::string> bits, quality, json, verify, seed, repeat, trace, flow;
     std::optional<std::string> progress, log;
+    std::optional<std::string> report;
+    std::vector<std::string> words;  // of the command line, as it was typed
     bool explain = false, quiet = false, strict = false;
 };
 

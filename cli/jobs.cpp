@@ -8,6 +8,7 @@
 #include "cli/report.hpp"
 #include "cli/request_options.hpp"
 #include "cli/rivals.hpp"
+#include "cli/run_page.hpp"
 #include "cli/session.hpp"
 #include "cli/verbs.hpp"
 
@@ -35,7 +36,7 @@ int do_job(const JobOptions& options, bool runs) {
         [&] {
             take_request(session);
             make_plan(session);
-            if (options.explain || options.json || !runs) weigh(session);
+            if (options.explain || options.json || options.report || !runs) weigh(session);
             if (options.explain || (!runs && options.json != "-")) {
                 explain(session, explanation_of(session));
                 explained = true;
@@ -43,6 +44,7 @@ int do_job(const JobOptions& options, bool runs) {
             if (runs) perform(session);
             if (runs && (options.explain || (options.verify && options.json != "-")))
                 explain(session, measurement_of(session));
+            if (options.report) write_run_page(session);
             report(session, runs, {});
             return 0;
         },
@@ -62,6 +64,7 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
     options->job = job;
     add_job_options(*app, *options, runs ? OutNeeded::yes : OutNeeded::no);
     return {app, [app, options, runs] {
+                options->words = typed_words(*app);
                 order_geometry(*app, *options);
                 return do_job(*options, runs);
             }};

@@ -132,6 +132,11 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
 }
 
 void PathRuns::run_again(std::size_t i) {
+    constexpr double kShort = 0.05;  // [s]
+    if (last_ != i && paths_[i].least() < kShort)
+        run_once(i, std::numeric_limits<double>::infinity(),
+                 [](int, const std::shared_ptr<const Data>&) {});
+    last_ = i;
     const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                   [](int, const std::shared_ptr<const Data>&) {});
     if (outcome) paths_[i].seconds.push_back(outcome->seconds);

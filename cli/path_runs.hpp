@@ -60,7 +60,9 @@ class PathRuns {
     /// @param look  sees every frame's result, untimed
     /// @throws Cancelled
     void run_first(std::size_t i, double limit, const Deliver& look = {});
-    /// One more run of a path that has run. @throws Cancelled
+    /// One more run of a path that has run. Short ones run twice where another path ran before,
+    /// which took the memory that this one's blocks could reuse; the second run counts. @throws
+    /// Cancelled
     void run_again(std::size_t i);
     /// Every path that has run and is wanted once more; the order turns round every time.
     /// @param begins  told each that is run, before it is
@@ -81,7 +83,8 @@ class PathRuns {
     const std::vector<Plan>& plans_;
     double resident_before_;
     std::uint64_t seed_;
-    MemoryBudget reference_memory_;  // what verifying takes is not the paths'
+    std::optional<std::size_t> last_;  // path that ran
+    MemoryBudget reference_memory_;    // what verifying takes is not the paths'
     ReferenceField field_;
     Verifier verifier_;
     std::optional<Verifier> careful_;  // made when it is needed

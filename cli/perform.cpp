@@ -6,6 +6,7 @@
 #include "cli/machine.hpp"
 #include "cli/outputs.hpp"
 #include "cli/session.hpp"
+#include "cli/shown.hpp"
 #include "cli/signals.hpp"
 #include "graph/errors.hpp"
 
@@ -30,6 +31,7 @@ class Performance {
           want_(session.want()),
           writes_(session.outputs && !session.outputs->none()) {
         session.measured.emplace();
+        if (session.options.report) shown_.emplace(session);
         if (!session.wish.verify) return;
         field_.emplace(*session.input->data, want_.field,
                        session.input->phantom ? &*session.input->phantom : nullptr);
@@ -109,13 +111,17 @@ class Performance {
     void take(int frame, std::shared_ptr<const Data> result) {
         if (!last_) return;
         if (!session_.writes_at_once()) {
-            if (writes_ || verifier_) frames_[static_cast<std::size_t>(frame)] = std::move(result);
+            if (writes_ || verifier_ || (shown_ && frame == 0))
+                frames_[static_cast<std::size_t>(frame)] = std::move(result);
             return;
         }
         if (verifier_) verifier_->frame(frame, *result);
-        if (!writes_) return;
+        const bool shows = shown_ && frame == 0;
+        if (!writes_ && !shows) return;
         const std::shared_ptr<const Data> one[] = {std::move(result)};
-        write(frame, *one[0], levels_of(one, session_.wish.window, session_.written.tail));
+        const Levels levels = levels_of(one, session_.wish.window, session_.written.tail);
+        if (shows) shown_->take(*one[0], levels);
+        if (writes_) write(frame, *one[0], levels);
     }
 
     void write(int frame, const Data& result, const Levels& levels) {
@@ -142,15 +148,25 @@ class Performance {
         session_.memory->trim();
         if (session_.wish.strict && !keeps_budgets())
             throw RunError("--strict: a budget is broken; nothing is written");
-        if (session_.writes_at_once() || !writes_) return;
+        const bool waited = !session_.writes_at_once();
+        const Levels levels = waited && (writes_ || shown_) ? default_levels() : Levels{};
+        show(levels);
+        if (!waited || !writes_) return;
         // From here on nobody reads the samples: their bytes are the last form's.
         field_.reset();
         session_.input->data.reset();
-        const Levels levels = default_levels();
         for (std::size_t i = 0; i < frames_.size(); ++i) {
             write(static_cast<int>(i), *frames_[i], levels);
             frames_[i].reset();
         }
+    }
+
+    /// While there are samples to compare with.
+    void show(const Levels& levels) {
+        if (!shown_) return;
+        if (!session_.writes_at_once()) shown_->take(*frames_[0], levels);
+        shown_->compare();
+        session_.memory->trim();
     }
 
     Levels default_levels() const {
@@ -192,6 +208,7 @@ class Performance {
     std::vector<Demand> without_;
     std::optional<ReferenceField> field_;
     std::optional<Verifier> verifier_;
+    std::optional<ShownResult> shown_;
 };
 
 }  // namespace

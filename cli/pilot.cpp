@@ -31,6 +31,7 @@ constexpr std::size_t kFewRuns = 3;
 constexpr double kClose = 1.3;     // slower than the best by more: no further runs
 constexpr double kHopeless = 3;    // slower by more: stopped
 constexpr double kPatience = 0.1;  // [s], never stopped before
+constexpr double kShort = 0.05;    // [s]; shorter runs are warmed up
 constexpr double kTie = 1.03;      // two runs of one path differ by so much
 constexpr double kOneSided = 1.645;
 
@@ -247,7 +248,12 @@ class Pilot {
                              .bytes = session_.resident + double(outcome->peak)};
     }
 
+    /// A run of another path has taken the memory that this one's blocks could reuse: then the
+    /// first of two runs warms up only.
     void run_again(Contender& each) {
+        if (last_ != &each && each.least() < kShort)
+            run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
+        last_ = &each;
         const auto outcome = run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
         if (outcome)
             each.seconds.push_back(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome));
@@ -357,6 +363,7 @@ class Pilot {
     Wisdom wisdom_;
     std::map<std::string, Plan> few_;  // paths of the request with few frames
     std::vector<Contender> contenders_;
+    const Contender* last_ = nullptr;  // that ran
     int runs_ = 0;
 };
 

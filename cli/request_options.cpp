@@ -127,6 +127,8 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
         ->group("Output");
     text("--seed", o.seed, "S", "of these samples; default 1");
     text("--repeat", o.repeat, "N", "run N times");
+    if (out == OutNeeded::yes)
+        text("--report", o.report, "FILE.html", "a page of the run: plan, pictures, error map");
     text("--trace", o.trace, "FILE.json", "what ran when, for Chrome's trace viewer");
     text("--flow", o.flow, "FILE.dot", "the nodes that run");
     add_text(app, "--progress", o.progress, "auto, always or never")
@@ -155,6 +157,26 @@ void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out) {
     add_mode(app, options);
     add_budgets(app, options);
     add_output(app, options, out);
+}
+
+std::vector<std::string> typed_words(const CLI::App& app) {
+    std::vector<std::string> words;
+    for (const CLI::App* at = &app; at; at = at->get_parent())
+        words.insert(words.begin(), at->get_name());
+    std::map<const CLI::Option*, std::size_t> taken;
+    for (const CLI::Option* option : app.parse_order()) {
+        const std::string name = option->get_name();
+        const std::string value = option->results().at(taken[option]++);
+        if (option->get_positional()) {
+            words.push_back(value);
+        } else if (option->get_expected_max() > 0) {
+            words.insert(words.end(), {name, value});
+        } else {
+            const bool is_flag = value.empty() || value == "true";
+            words.push_back(is_flag ? name : name + "=" + value);
+        }
+    }
+    return words;
 }
 
 void order_geometry(const CLI::App& app, JobOptions& options) {

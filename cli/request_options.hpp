@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/job_options.hpp"
 
@@ -19,6 +20,9 @@ void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out);
 
 /// Puts the geometry into the order in which it was given.
 void order_geometry(const CLI::App& app, JobOptions& options);
+
+/// The command line again, words of an option beside it: "edgewise", "render", "FILE", ...
+std::vector<std::string> typed_words(const CLI::App& app);
 
 /// Adds an option of which the last counts.
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& into,

@@ -9,6 +9,7 @@
 #include "cli/machine.hpp"
 #include "cli/numbers.hpp"
 #include "cli/pilot.hpp"
+#include "cli/shown.hpp"
 #include "cli/signals.hpp"
 #include "graph/errors.hpp"
 #include "transitions/catalogue.hpp"
@@ -28,8 +29,13 @@ constexpr double kGrowth = 1 << 20, kGrowthAThread = 1 << 18;
 void check_outputs(Session& session) {
     const JobOptions& o = session.options;
     if (o.out) session.outputs.emplace(*o.out);
-    for (const auto& [option, file] :
-         {std::pair{"--json", &o.json}, {"--trace", &o.trace}, {"--flow", &o.flow}})
+    if (o.report && !o.report->ends_with(".html"))
+        throw RequestError(
+            fmt::format("--report {}: expected a name that ends in .html", *o.report));
+    for (const auto& [option, file] : {std::pair{"--json", &o.json},
+                                       {"--trace", &o.trace},
+                                       {"--flow", &o.flow},
+                                       {"--report", &o.report}})
         if (*file && **file != "-") expect_writable(option, **file);
 }
 
@@ -133,6 +139,7 @@ void read_input(Session& session) {
                         ? measure_scene(*input.data, session.want(), formula, session.memory.get())
                         : unseen_scene(statistics);
     measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
+    session.low = statistics.low, session.high = statistics.high;
     take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
 }
@@ -154,7 +161,7 @@ double pinned_bytes(const Session& session) {
         return session.writes_at_once() ? 0 : frame * (want.frames - 1) / want.ranks;
     const double samples = session.input->bytes();
     // The planner counts one result; the others wait beside it.
-    double pinned = samples;
+    double pinned = samples + shown_bytes(session);
     if (!session.writes_at_once()) pinned += frame * (want.frames - 1);
     // A single result is finished after the samples are given back.
     pinned += want.frames > 1 ? written : std::max(0.0, written - samples);
@@ -195,7 +202,7 @@ void prepare_planning(Session& session) {
     session.plan_options.pinned = pinned_bytes(session);
     session.plan_options.resident = session.resident;
     if (session.want().ranks > 1) return;
-    session.plan_options.after = verifying_bytes(session);
+    session.plan_options.after = std::max(verifying_bytes(session), showing_bytes(session));
     // What reading and measuring have left behind counts once, as samples or as `held`.
     session.memory->trim();
     session.plan_options.held = std::max(0.0, resident_now() - double(session.memory->used())) +

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "charts/pictures.hpp"
 #include "cli/input.hpp"
 #include "cli/make_request.hpp"
 #include "cli/messages.hpp"
@@ -25,6 +26,13 @@ struct Measured {
     std::optional<Verified> error;
 };
 
+/// What the page of a run shows of its first result.
+struct Shown {
+    std::optional<charts::ReportPicture> picture, difference;
+    double difference_scale = 0;  // [value]
+    std::string no_difference;    // why there is none
+};
+
 /// One request on its way from the command line to files and report. What is not there yet when
 /// something fails is missing from the report.
 struct Session {
@@ -43,6 +51,7 @@ struct Session {
     Demands demands;
     std::optional<Input> input;
     Geometry geometry;
+    double low = 0, high = 0;  // of the input's values
     Scene scene;
     Written written;
     PlanOptions plan_options;
@@ -50,6 +59,7 @@ struct Session {
     std::optional<Margin> margin;   // of its plan
     std::optional<WayOut> way_out;  // where it has none
     std::optional<Measured> measured;
+    std::optional<Shown> shown;      // for --report
     std::vector<std::string> files;  // written
 
     const Request& want() const noexcept { return wish.want; }

@@ -13,6 +13,7 @@ REQUESTS = (
     ("render", "--rotate", "20,30,40"),
     ("render", "--mode", "xray", "--turntable", "12"),
     ("render", "--mode", "composite", "--verify"),
+    ("render", "--mode", "composite", "--size", "700x700", "--report", "{folder}/r.html"),
     ("render", "--mode", "xray", "--via", "spectrum.inverse"),
     ("render", "--rotate", "10,20,30", "--via", "warp.backward", "--via", "project.combine"),
     ("warp", "--rotate", "10,20,30"),
@@ -37,7 +38,8 @@ class Memory(unittest.TestCase):
                 out = pathlib.Path(folder) / ("o_%d.png" if verb == "render" else "o.nrrd")
                 for budget in BUDGETS:
                     with self.subTest(request=(verb, *options), budget=budget):
-                        code, peak = run(verb, HEAD, "-o", out, *options, "--max-memory",
+                        words = [word.format(folder=folder) for word in options]
+                        code, peak = run(verb, HEAD, "-o", out, *words, "--max-memory",
                                          f"{budget}MiB")
                         self.assertIn(code, (0, 3))
                         self.assertLessEqual(peak, budget if code == 0 else 64)

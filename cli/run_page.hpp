@@ -1,0 +1,11 @@
+#pragma once
+
+namespace edgewise::cli {
+
+struct Session;
+
+/// Writes --report: the page of a run that has ended well. Without Graphviz it says so in place of
+/// the graph. @throws RunError, Cancelled
+void write_run_page(Session& session);
+
+}  // namespace edgewise::cli
