@@ -31,7 +31,9 @@ struct Trial {
     std::string input;
     Type type;
     const char* turn;
-    const char* mode;  // null: a warp
+    const char* mode;              // null: a warp
+    const char* size = nullptr;    // of the screen; null: the input's
+    const char* frames = nullptr;  // of a turntable; null: one view
 };
 
 /// Sizes within the caches and beyond them; volumes that are full and mostly empty, seen along
@@ -59,6 +61,13 @@ std::vector<Trial> trials(bool quick) {
     volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
     image("phantom:zone-plate:256", {Type::u8, Type::f32});
     image("phantom:zone-plate:2000", {Type::u8, Type::f32});
+    // Few pixels of large data: rays lie far apart. Many frames: threads have more to share.
+    for (const Type type : {Type::u8, Type::f32}) {
+        for (const char* mode : {"mip", "xray", "composite"})
+            all.push_back({Job::render, "phantom:gaussians:192", type, "5,60,10", mode, "112x112"});
+        all.push_back(
+            {Job::render, "phantom:gaussians:112", type, "20,-15,10", "xray", nullptr, "12"});
+    }
     all.push_back({Job::render, "phantom:gaussians:112", Type::u8, "20,-15,10", "mean"});
     all.push_back({Job::render, "phantom:gaussians:112", Type::f32, "20,-15,10", "mean"});
     // What is empty is cropped away.
@@ -83,6 +92,8 @@ JobOptions options_of(const Trial& trial) {
     options.input = trial.input;
     options.geometry.steps = {{"rotate", trial.turn}};
     if (trial.mode) options.mode = trial.mode;
+    if (trial.size) options.geometry.size = trial.size;
+    if (trial.frames) options.geometry.turntable = trial.frames;
     options.machine = "default";
     options.threads = "1";
     options.quiet = true;
@@ -173,7 +184,7 @@ class Calibration {
     };
 
     std::string name(const Case& of, const Step& step) const {
-        return timing_name(*step.by, step.offer, of.prepared->session.want());
+        return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
     }
 
     void begin_case(Case& one, const Trial& trial) {
@@ -261,11 +272,12 @@ class Calibration {
         for (const Plan& plan : prepared.paths(profile_)) {
             double predicted = 0;
             for (const Step& step : plan.steps)
-                predicted += step.runs() * profile_
-                                               .seconds(timing_name(*step.by, step.offer,
-                                                                    prepared.session.want()),
-                                                        step.work, profile_.processors)
-                                               .seconds;
+                predicted +=
+                    step.runs() * profile_
+                                      .seconds(timing_name(*step.by, step.offer,
+                                                           prepared.session.want(), step.work),
+                                               step.work, profile_.processors)
+                                      .seconds;
             if (predicted > kMost) continue;
             if (stop_flag()) throw Cancelled();
             std::vector<double> seconds;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <string_view>
 
 namespace edgewise {
 
@@ -19,6 +20,9 @@ struct Work {
     double sent = 0;       // bytes in these messages
     double scratch = 0;    // bytes alive while one leaf runs, for each thread
     double workspace = 0;  // bytes alive while the step runs, whatever the number of threads
+    /// Which of several ways the edge goes inside, where counts do not tell the ways' seconds
+    /// apart: one word, empty for an edge of one way. Machines are timed for each.
+    std::string_view way = {};
 };
 
 /// What an edge adds to the error of its output, and how it scales the error of its input.

@@ -101,7 +101,8 @@ class Adviser {
             const Arc& what = graph_[arc];
             const Transition& edge = paths_.catalogue()[static_cast<std::size_t>(what.edge)];
             const auto [place, fresh] =
-                places.emplace(timing_name(edge, what.offer, want_), names_.size());
+                places.emplace(timing_name(edge, what.offer, want_, paths_.priced().cost(arc).work),
+                               names_.size());
             if (fresh) names_.push_back(place->first);
             name_of_[what.index] = place->second;
         }

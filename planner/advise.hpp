@@ -9,7 +9,7 @@ namespace edgewise {
 
 /// A cost that nobody has measured here, and what knowing it would be worth.
 struct CostAdvice {
-    std::string name;      // "EDGE/key=value... KIND TYPE", as in Rates
+    std::string name;      // "EDGE/key=value.../WAY KIND TYPE", as in Rates
     std::string state;     // "guessed", "fitted" ...; "borrowed", "beyond" or "stale"
     std::string when;      // it was measured, of a stale one
     double seconds = 0;    // of one run, as predicted

@@ -26,6 +26,7 @@ Work mean_work(const Transition& edge, const Offer& offer, const Ask& ask) {
         mean.sent += work.sent / asked;
         mean.scratch = std::max(mean.scratch, work.scratch);
         mean.workspace = std::max(mean.workspace, work.workspace);
+        if (i == 0) mean.way = work.way;
     }
     return mean;
 }
@@ -41,11 +42,13 @@ double unit_random(std::uint64_t state) {
 
 }  // namespace
 
-std::string timing_name(const Transition& edge, const Offer& offer, const Request& want) {
+std::string timing_name(const Transition& edge, const Offer& offer, const Request& want,
+                        const Work& work) {
     const std::string_view kind = offer.to.content == "picture" ? name_of(want.mode)
                                   : offer.from.axes == 2        ? "2d"
                                                                 : "3d";
-    return fmt::format("{}{} {} {}", edge.name, offer.with.text(), kind, name_of(offer.from.type));
+    return fmt::format("{}{}{}{} {} {}", edge.name, offer.with.text(), work.way.empty() ? "" : "/",
+                       work.way, kind, name_of(offer.from.type));
 }
 
 StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,
@@ -56,8 +59,8 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
     if (offer.to.place == Place::ranks) cost.to_ranks = ask.want.ranks;
 
     const int among = offer.from.place == Place::ranks ? ask.want.ranks : 1;
-    const Seconds run = profile.seconds(timing_name(edge, offer, ask.want), cost.work, threads,
-                                        among, offer.to.runs());
+    const Seconds run = profile.seconds(timing_name(edge, offer, ask.want, cost.work), cost.work,
+                                        threads, among, offer.to.runs());
     cost.seconds = offer.to.runs() * run.seconds;
     cost.spread = run.spread;
     cost.scratch = cost.work.scratch * threads + cost.work.workspace +

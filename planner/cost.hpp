@@ -19,9 +19,11 @@ struct StepCost {
     Error error;
 };
 
-/// "EDGE/key=value... KIND TYPE": what decides how an edge's kernels run, beside the size. KIND is
-/// the mode of a picture, else 2d or 3d; TYPE that of the samples it reads.
-std::string timing_name(const Transition& edge, const Offer& offer, const Request& want);
+/// "EDGE/key=value.../WAY KIND TYPE": what decides how an edge's kernels run, beside the size. WAY
+/// is that of the work, if it has one; KIND the mode of a picture, else 2d or 3d; TYPE that of the
+/// samples it reads.
+std::string timing_name(const Transition& edge, const Offer& offer, const Request& want,
+                        const Work& work);
 
 /// @param threads  that share one run
 StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,

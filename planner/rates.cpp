@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "graph/errors.hpp"
 #include "planner/json_fields.hpp"
@@ -64,12 +66,29 @@ std::vector<Rate> by_size(std::vector<Rate> rates) {
 
 std::string edge_of(const std::string& name) { return name.substr(0, name.find_first_of(" /")); }
 
-/// The name without its last part: type, kind, parameter; false where only the edge is left.
-bool shorten(std::string& name) {
-    const std::size_t cut = name.find_last_of(" /");
-    if (cut == std::string::npos) return false;
-    name.resize(cut);
-    return true;
+/// Calls each(part) for the edge, its parameters, way, kind and type.
+template <class Each>
+void for_parts(std::string_view name, Each&& each) {
+    for (std::size_t end = 0; end != name.npos; name.remove_prefix(end + 1)) {
+        end = name.find_first_of(" /");
+        each(name.substr(0, end));
+        if (end == name.npos) return;
+    }
+}
+
+/// How much of `name` is in another one of its edge: the number of parts decides, then the earlier,
+/// then that it has no others.
+int likeness(std::string_view name, std::string_view other) {
+    constexpr int kMost = 32;  // parts, about
+    int alike = 0, place = kMost;
+    for_parts(name, [&](std::string_view part) {
+        bool found = false;
+        for_parts(other, [&](std::string_view theirs) { found |= part == theirs; });
+        if (found) alike += kMost * (kMost * kMost + std::max(0, place));
+        --place;
+    });
+    for_parts(other, [&](std::string_view) { --alike; });
+    return alike;
 }
 
 Rate between(const std::vector<Rate>& curve, double counted) {
@@ -135,24 +154,33 @@ Rate Rates::at(const std::string& name, double counted, int runs) const {
 Rate Rates::alone_at(const std::string& name, double counted) const {
     if (const auto exact = measured_.find(name); exact != measured_.end())
         return between(exact->second, counted);
-    for (std::string known = name; shorten(known);)
-        if (const auto found = pooled_.find(known); found != pooled_.end()) {
-            Rate rate = between(found->second, counted);
-            rate.spread = std::max(rate.spread, kBorrowed);
-            return rate;
-        }
-    return {.ratio = 0};
+    const std::vector<Rate> curve = nearest(name);
+    if (curve.empty()) return {.ratio = 0};
+    Rate rate = between(curve, counted);
+    rate.spread = std::max(rate.spread, kBorrowed);
+    return rate;
+}
+
+std::vector<Rate> Rates::nearest(const std::string& name) const {
+    const std::string edge = edge_of(name);
+    std::vector<Rate> pooled;
+    int best = std::numeric_limits<int>::min();
+    // Names of an edge follow each other, among those of edges that begin alike.
+    for (auto each = measured_.lower_bound(edge);
+         each != measured_.end() && each->first.starts_with(edge); ++each) {
+        if (edge_of(each->first) != edge) continue;
+        const int alike = likeness(name, each->first);
+        if (alike < best) continue;
+        if (alike > best) pooled.clear();
+        best = alike;
+        pooled.insert(pooled.end(), each->second.begin(), each->second.end());
+    }
+    return by_size(std::move(pooled));
 }
 
 Rates::Rates(Curves measured) {
-    Curves all;
-    for (auto& [name, rates] : measured) {
-        if (rates.empty()) continue;
-        for (std::string known = name; shorten(known);)
-            all[known].insert(all[known].end(), rates.begin(), rates.end());
-        measured_[name] = by_size(std::move(rates));
-    }
-    for (auto& [name, rates] : all) pooled_[name] = by_size(std::move(rates));
+    for (auto& [name, rates] : measured)
+        if (!rates.empty()) measured_[name] = by_size(std::move(rates));
     shared_ = shared_of(measured_);
 }
 

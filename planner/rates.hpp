@@ -23,9 +23,9 @@ struct Timed {
 };
 
 /// Seconds over counted seconds by name and size, as calibrated: no count knows caches, vector
-/// units and what a compiler made of a kernel. Names are "EDGE/key=value... KIND TYPE"; one that
-/// was not measured is served by those that share the most of it: without TYPE, without KIND,
-/// without the last parameters.
+/// units and what a compiler made of a kernel. Names are "EDGE/key=value.../WAY KIND TYPE"; one
+/// that was not measured is served by those of its edge that share the most parts with it, of as
+/// many the earlier parts.
 class Rates {
  public:
     using Curves = std::map<std::string, std::vector<Rate>>;
@@ -54,9 +54,10 @@ class Rates {
     static Shared shared_of(const Curves& curves);
     double shared_at(const std::string& name, double alone) const;
     Rate alone_at(const std::string& name, double counted) const;
+    std::vector<Rate> nearest(const std::string& name) const;
 
-    Curves measured_, pooled_;  // as measured; by shortened names
-    Shared shared_;             // by name of the edge, sorted by seconds
+    Curves measured_;
+    Shared shared_;  // by name of the edge, sorted by seconds
 };
 
 /// What was timed, by name.

@@ -41,17 +41,20 @@ TEST(Rates, OneOutlierOfAHundredTimesMovesNothing) {
     EXPECT_NEAR(after / before, 1, 0.03);
 }
 
-TEST(Rates, WhatWasNotMeasuredIsServedByTheLongestNameThatFits) {
+TEST(Rates, WhatWasNotMeasuredIsServedByThoseThatShareTheMostParts) {
     const Rates rates = rates_of({{"e/f=x/s=1 mip u8", {timed(1e-3, 2)}},
                                   {"e/f=x/s=1 mip f32", {timed(1e-3, 4)}},
                                   {"e/f=x/s=1 xray u8", {timed(1e-3, 8)}},
-                                  {"e/f=y/s=1 mip u8", {timed(1e-3, 32)}}});
-    const double kSquareRoot = std::sqrt(2 * 4);
-    // Without the type: of the two of this kind (of an even number the upper median counts).
-    const double borrowed = rates.at("e/f=x/s=1 mip i16", 1e-3).ratio;
-    EXPECT_TRUE(std::abs(borrowed - 4) < 1e-9 || std::abs(borrowed - kSquareRoot) < 1e-9);
-    EXPECT_NEAR(rates.at("e/f=x/s=1 mean u8", 1e-3).ratio, 4, 1e-9);
-    EXPECT_NEAR(rates.at("e/f=y/s=2 xray u8", 1e-3).ratio, 32, 1e-9);
+                                  {"e/f=y/s=1 mip u8", {timed(1e-3, 32)}},
+                                  {"e/f=y/s=1/bricks mip u8", {timed(1e-3, 64)}},
+                                  {"else/f=x/s=2 mip u8", {timed(1e-3, 128)}}});
+    // Two of this kind differ by the type: their median (of an even number the upper counts).
+    EXPECT_NEAR(rates.at("e/f=x/s=1 mip i16", 1e-3).ratio, 4, 1e-9);
+    // A step is not the edge's first parameter, but kind and type are the same.
+    EXPECT_NEAR(rates.at("e/f=x/s=2 xray u8", 1e-3).ratio, 8, 1e-9);
+    EXPECT_NEAR(rates.at("e/f=y/s=2 mip u8", 1e-3).ratio, 32, 1e-9) << "not of another way";
+    EXPECT_NEAR(rates.at("e/f=x/s=1/bricks mip u8", 1e-3).ratio, 2, 1e-9)
+        << "of as many parts the earlier count: the filter before the way";
     EXPECT_EQ(rates.at("other mip u8", 1e-3).ratio, 0);
     EXPECT_EQ(rates.at("e/f=x/s=1 mip u8", 0).ratio, 0) << "nothing counted, nothing predicted";
     EXPECT_GT(rates.at("e/f=y/s=2 xray u8", 1e-3).spread,

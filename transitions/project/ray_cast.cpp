@@ -96,7 +96,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                       (bricks ? 2.0 * static_cast<double>(offer.from.samples()) + 2 * samples : 0),
         .streamed = offer.to.bytes() + (bricks ? offer.from.bytes() : 0),
         .gathers = taken * taps,
-        .workspace = bricks ? brick_bytes(offer.from) : 0};
+        .workspace = bricks ? brick_bytes(offer.from) : 0,
+        .way = bricks ? "bricks" : ""};
     if (is_spread(offer.from)) add_subframes(work, offer, ask, view);
     return work;
 }

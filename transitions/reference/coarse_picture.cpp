@@ -6,8 +6,7 @@
 #include <limits>
 #include <tbb/parallel_for.h>
 
-#include "transitions/reference/answer.hpp"
-#include "transitions/reference/stored.hpp"
+#include "transitions/reference/stored_cast.hpp"
 
 namespace edgewise {
 namespace {
@@ -19,28 +18,6 @@ struct Coarse {
     OutputSample at;
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
-
-/// Nearest samples along a ray, combined. Cheap: no reconstruction, no lattice.
-template <class T>
-Stretch cast(const T* stored, const Data& data, const RaySpan& ray, const Request& want) {
-    const Extent& n = data.what.extent;
-    const int axes = data.what.axes;
-    const double span = ray.high - ray.low;
-    const auto count =
-        static_cast<std::int64_t>(std::ceil(span * ray.direction.cwiseAbs().maxCoeff() / kStep));
-    const double piece = span / static_cast<double>(std::max<std::int64_t>(1, count));
-    Stretch stretch = Stretch::empty(want.mode);
-    for (std::int64_t k = 0; k < std::max<std::int64_t>(1, count); ++k) {
-        const Vec3 p =
-            ray.origin + (ray.low + (static_cast<double>(k) + 0.5) * piece) * ray.direction;
-        std::int64_t at = 0;
-        for (int axis = axes - 1; axis >= 0; --axis)
-            at = at * n[axis] + std::clamp<std::int64_t>(std::llround(p[axis]), 0, n[axis] - 1);
-        const double value = data.what.values(as_double(stored[at * data.what.channels]));
-        if (std::isfinite(value)) stretch.add(value, piece, want);
-    }
-    return stretch;
-}
 
 std::vector<Coarse> coarse_pictures(const Request& want, const Data& data,
                                     const ViewGeometry& geometry) {
@@ -57,7 +34,8 @@ std::vector<Coarse> coarse_pictures(const Request& want, const Data& data,
             if (!ray) continue;
             std::array<double, 4> value{};
             with_stored_type(data.what.type, [&](auto zero) {
-                cast(data.as<decltype(zero)>(), data, *ray, want).result(want, value.data());
+                cast_stored(NearestStored<decltype(zero)>(data), *ray, kStep, want)
+                    .result(want, value.data());
             });
             coarse.low = *std::min_element(value.begin(), value.begin() + channels);
             coarse.high = *std::max_element(value.begin(), value.begin() + channels);

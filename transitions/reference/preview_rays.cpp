@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "transitions/reference/coarse_picture.hpp"
+#include "transitions/reference/drawn_pixels.hpp"
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_block.hpp"
 #include "transitions/reference/preview_paths.hpp"
@@ -18,7 +19,6 @@ namespace {
 
 constexpr int kFewest = 96, kMost = 448;  // bundles
 constexpr double kLength = 96 * 256.0;    // that all bundles together should reach [unit]
-constexpr int kTries = 64 * kFewest + kMost;
 // Inputs of so many samples are prepared once for all bundles.
 constexpr std::int64_t kSmallInput = 1 << 18;
 // Pictures of so many pixels are measured whole, if their input is small.
@@ -49,6 +49,7 @@ enum Among : std::size_t { kDrawn, kChosen, kShort, kAmong = kShort + ShortRays:
 /// Neighbouring pixels, so that their rays share blocks of the input.
 struct Bundle {
     std::size_t among = kDrawn;
+    double weight = 1;  // the inverse of how likely it was to be drawn
     std::vector<Traced> rays;
     std::array<double, 4> field{};    // squared errors of zoh, foh, bspline3, me
     std::array<double, 2> sheared{};  // of a pass of shears: foh, bspline3
@@ -225,33 +226,18 @@ Drawn take_all(const Request& want, const ViewGeometry& geometry) {
     return drawn;
 }
 
-/// Rays spread evenly over views and pixels by the additive recurrence of the generalised golden
-/// ratio (Roberts 2018), of those that meet the input.
-Drawn draw(const Request& want, const ViewGeometry& geometry) {
-    constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};
+/// Some of the pixels, as draw_pixels has it, each with its neighbours.
+Drawn draw(const Request& want, const ReferenceField& field, const ViewGeometry& geometry) {
     // Without blocks to prepare a ray costs less.
-    const double most_length = (want.input.samples() <= kSmallInput ? 2 : 1) * kLength;
-    Drawn drawn;
-    double length = 0;
-    int tries = 0;
-    for (; tries < kTries && drawn.bundles.size() < kMost; ++tries) {
-        if (drawn.bundles.size() >= kFewest && length > most_length) break;
-        std::array<double, 3> u;
-        for (int axis = 0; axis < 3; ++axis)
-            u[axis] = std::fmod(0.5 + ratio[axis] * (tries + 1), 1.0);
-        const OutputSample at{static_cast<int>(u[2] * want.frames),
-                              static_cast<std::int64_t>(u[0] * static_cast<double>(want.screen.x)),
-                              static_cast<std::int64_t>(u[1] * static_cast<double>(want.screen.y)),
-                              0};
-        const std::optional<RaySpan> ray = geometry.ray(at);
-        if (!ray || is_short(*ray, want)) continue;
+    const double length = (want.input.samples() <= kSmallInput ? 2 : 1) * kLength;
+    const DrawnPixels pixels = draw_pixels(want, field, geometry, kFewest, kMost, length);
+    Drawn drawn{.bundles = {}, .pixels = pixels.pixels};
+    for (const auto& [at, weight] : pixels.drawn) {
         // Cells of a lattice, so that each pixel is part of one bundle.
         drawn.bundles.push_back(
             bundle_at(want, geometry, {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, kDrawn, 2, false));
-        length += ray->high - ray->low;
+        drawn.bundles.back().weight = weight;
     }
-    drawn.pixels = static_cast<double>(want.screen.x * want.screen.y) * want.frames *
-                   static_cast<double>(drawn.bundles.size()) / std::max(1, tries);
     return drawn;
 }
 
@@ -328,7 +314,7 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
 void tally(const Bundle& bundle, const Request& want, bool even, Tallies& tallies) {
     auto& by_name = tallies.among[bundle.among];
     const int channels = want.mode == Mode::composite ? 4 : 1;
-    const double weight = even ? 1 / static_cast<double>(bundle.rays.size()) : 1;
+    const double weight = bundle.weight * (even ? 1 / static_cast<double>(bundle.rays.size()) : 1);
     for (const Traced& traced : bundle.rays) {
         const Values value = values_of(traced.reference, want);
         for (int c = 0; c < channels; ++c) {
@@ -341,10 +327,11 @@ void tally(const Bundle& bundle, const Request& want, bool even, Tallies& tallie
     }
     if (bundle.among == kChosen) tallies.chosen_rays += static_cast<double>(bundle.rays.size());
     for (std::size_t method = 0; method < kMethods.size(); ++method)
-        by_name[fmt::format("field/{}", kMethods[method])].add(bundle.field[method], bundle.points);
+        by_name[fmt::format("field/{}", kMethods[method])].add(bundle.weight * bundle.field[method],
+                                                               bundle.weight * bundle.points);
     for (std::size_t i = 0; i < bundle.sheared.size(); ++i)
-        by_name[fmt::format("sheared/{}", kMethods[i + 1])].add(bundle.sheared[i],
-                                                                bundle.sheared_points);
+        by_name[fmt::format("sheared/{}", kMethods[i + 1])].add(
+            bundle.weight * bundle.sheared[i], bundle.weight * bundle.sheared_points);
     for (auto& [name, errors] : by_name) errors.close();
 }
 
@@ -386,7 +373,7 @@ std::array<double, kAmong> shares_of(const Drawn& drawn, const ShortRays& short_
     std::array<double, kAmong> shares{1};
     if (drawn.all) return shares;
     double pixels = drawn.pixels;
-    for (const ShortRays::Class& of : short_rays.classes) pixels += of.pixels;
+    for (const DrawnPixels& of : short_rays.classes) pixels += of.pixels;
     pixels = std::max(1.0, pixels);
     shares[kChosen] = std::min(1.0, tallies.chosen_rays / pixels);
     for (std::size_t c = 0; c < short_rays.classes.size(); ++c)
@@ -407,7 +394,7 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
     // In a small input rays cost little, and in a small picture a few pixels carry the error.
     const bool is_small = field.extent().samples() <= kSmallInput;
     const bool take_every = is_small && want.output().samples() * want.frames <= kSmallPicture;
-    Drawn drawn = take_every ? take_all(want, geometry) : draw(want, geometry);
+    Drawn drawn = take_every ? take_all(want, geometry) : draw(want, field, geometry);
     std::vector<Bundle>& bundles = drawn.bundles;
     std::optional<PreviewBlock> whole;
     for (OutputSample at : likely_extremes(want, field, geometry, statistics)) {
@@ -416,10 +403,12 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
         bundles.push_back(bundle_at(want, geometry, at, kChosen, is_small ? 4 : 2));
     }
     ShortRays short_rays;
-    if (!drawn.all) short_rays = draw_short_rays(want, geometry);
+    if (!drawn.all) short_rays = draw_short_rays(want, field, geometry);
     for (std::size_t c = 0; c < short_rays.classes.size(); ++c)
-        for (const OutputSample& at : short_rays.classes[c].drawn)
+        for (const auto& [at, weight] : short_rays.classes[c].drawn) {
             bundles.push_back(bundle_at(want, geometry, at, kShort + c, 1));
+            bundles.back().weight = weight;
+        }
     if (is_small) whole.emplace(field, Region::all(field.extent()), memory);
     std::optional<SpectrumPicture> spectrum;
     if (has_slices(want, statistics)) spectrum.emplace(want, field.samples(), statistics);

@@ -9,13 +9,12 @@ namespace {
 constexpr double kShortest = 1, kShort = 8;  // [unit]
 constexpr double kEdge = 1.5;                // [sample]
 constexpr double kThick = 64;  // where inputs are thinner, all of these are less in proportion
-constexpr std::int64_t kLookedAt = 1 << 16;             // pixels; of more, every few
-constexpr std::array<std::size_t, 2> kMost = {96, 32};  // rays of a class
+constexpr std::int64_t kLookedAt = 1 << 16;        // pixels; of more, every few
+constexpr std::array<double, 2> kMost = {96, 32};  // rays of a class
 
 }  // namespace
 
 std::size_t ShortRays::class_of(const RaySpan& ray, const Request& want) noexcept {
-    if (want.mode != Mode::mean && want.mode != Mode::xray) return kClasses;
     double low = ray.low, high = ray.high, thickness = HUGE_VAL;
     for (int axis = 0; axis < 3; ++axis) {
         const auto n = static_cast<double>(want.input[axis]);
@@ -35,8 +34,8 @@ std::size_t ShortRays::class_of(const RaySpan& ray, const Request& want) noexcep
     return low < high ? kClasses : 1;
 }
 
-ShortRays draw_short_rays(const Request& want, const ViewGeometry& geometry) {
-    if (want.mode != Mode::mean && want.mode != Mode::xray) return {};
+ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
+                          const ViewGeometry& geometry) {
     const std::int64_t a_view = want.screen.x * want.screen.y, all = a_view * want.frames;
     // No whole number of rows, so that what is left out is spread over each view.
     const double step = std::max(1.0, static_cast<double>(all) / kLookedAt);
@@ -52,12 +51,10 @@ ShortRays draw_short_rays(const Request& want, const ViewGeometry& geometry) {
     }
     ShortRays rays;
     for (std::size_t c = 0; c < found.size(); ++c) {
-        ShortRays::Class& of = rays.classes[c];
+        DrawnPixels& of = rays.classes[c];
         of.pixels = static_cast<double>(found[c].size()) * step;
-        const std::size_t drawn = std::min(found[c].size(), kMost[c]);
-        of.whole = step == 1 && drawn == found[c].size();
-        for (std::size_t i = 0; i < drawn; ++i)
-            of.drawn.push_back(found[c][(2 * i + 1) * found[c].size() / (2 * drawn)]);
+        of.drawn = draw_rough(want, field, geometry, found[c], kMost[c]);
+        of.whole = step == 1 && of.drawn.size() == found[c].size();
     }
     return rays;
 }

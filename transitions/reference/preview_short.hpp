@@ -3,28 +3,24 @@
 #include <array>
 #include <vector>
 
-#include "transitions/reference/view_geometry.hpp"
+#include "transitions/reference/drawn_pixels.hpp"
 
 namespace edgewise {
 
 /// Pixels at the edges of what is seen of the input: rays that cut off an edge or a corner, or that
 /// run along a face within a sample or two of it. There a spectrum, which knows no faces, is worst,
-/// and a mean divides what is wrong along a ray by the ray's length. These few pixels carry most of
-/// the error of a picture, and some hundred rays drawn at random are likely to miss them.
+/// an intermediate image is read across the silhouette, and a mean divides what is wrong along a
+/// ray by the ray's length. These few pixels carry most of the error of a picture, and some hundred
+/// rays drawn from all are likely to miss them.
 struct ShortRays {
     static constexpr std::size_t kClasses = 2;
-    struct Class {
-        std::vector<OutputSample> drawn;
-        double pixels = 0;   // of all views, about
-        bool whole = false;  // all of them are drawn
-    };
-    std::array<Class, kClasses> classes;
+    std::array<DrawnPixels, kClasses> classes;
 
     /// The class that a ray belongs to; kClasses: none. 0: of a mean, next to no length.
     static std::size_t class_of(const RaySpan& ray, const Request& want) noexcept;
 };
 
-/// Of an X-ray or a mean; nothing of other modes.
-ShortRays draw_short_rays(const Request& want, const ViewGeometry& geometry);
+ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
+                          const ViewGeometry& geometry);
 
 }  // namespace edgewise

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "transitions/reference/field.hpp"
+#include "transitions/reference/view_geometry.hpp"
+
+namespace edgewise {
+
+/// Pixels that errors of pictures are measured at, drawn where they are likely to be large.
+///
+/// Squares of errors have heavy tails: a few pixels at edges carry them, and a hundred that are
+/// drawn evenly see too few of those. More pixels are looked at cheaply first: what nearest and
+/// linear samples differ by tells where the data are rough, and how a pixel's neighbours bend away
+/// from it where a picture is. Of these, half of the draws are even and half go in proportion to
+/// that square, and each counts by the inverse of how likely it was to be drawn (Hansen, Hurwitz
+/// 1943; in two phases: Cochran 1977, 12.9).
+struct DrawnPixels {
+    struct Pixel {
+        OutputSample at;
+        double weight = 1;  // mean 1, about
+    };
+    std::vector<Pixel> drawn;
+    double pixels = 0;   // of all views that the draws stand for, about
+    bool whole = false;  // all of them are drawn
+};
+
+/// Draws from pixels whose rays meet the input. @param from  spread evenly over their population
+std::vector<DrawnPixels::Pixel> draw_rough(const Request& want, const ReferenceField& field,
+                                           const ViewGeometry& geometry,
+                                           std::span<const OutputSample> from, double draws);
+
+/// Of all pixels but those of short rays (preview_short.hpp).
+/// @param fewest, most  pixels; between them as many as their rays together are `length` long
+///                      [unit]
+DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
+                        const ViewGeometry& geometry, int fewest, int most, double length);
+
+}  // namespace edgewise
