@@ -11,6 +11,8 @@ std::string html_text(const std::string& text) {
             safe += "&amp;";
         else if (c == '<')
             safe += "&lt;";
+        else if (c == '>')
+            safe += "&gt;";
         else if (c == '"')
             safe += "&quot;";
         else

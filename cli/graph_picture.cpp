@@ -7,6 +7,7 @@
 #include <set>
 #include <tuple>
 
+#include "charts/html.hpp"
 #include "charts/program.hpp"
 #include "charts/scales.hpp"
 #include "cli/session.hpp"
@@ -15,6 +16,7 @@
 namespace edgewise::cli {
 namespace {
 
+using charts::html_text;
 using At = Graph::vertex_descriptor;
 using Way = Graph::edge_descriptor;
 
@@ -27,21 +29,6 @@ constexpr const char* kHeader =
     "fontsize=11, margin=\"0.16,0.07\"];\n"
     "  edge [fontname=\"Helvetica\", fontsize=9, color=\"#777777\"];\n";
 
-std::string html(const std::string& text) {
-    std::string safe;
-    for (const char c : text) {
-        if (c == '&')
-            safe += "&amp;";
-        else if (c == '<')
-            safe += "&lt;";
-        else if (c == '>')
-            safe += "&gt;";
-        else
-            safe += c;
-    }
-    return safe;
-}
-
 /// Words in lines of kLineLength, each ended by `end`.
 std::string wrapped(const std::string& text, const char* end) {
     std::string lines, line;
@@ -50,20 +37,21 @@ std::string wrapped(const std::string& text, const char* end) {
         const std::size_t space = std::min(text.find(' ', begin), text.size());
         const std::string word = text.substr(begin, space - begin);
         if (!line.empty() && line.size() + 1 + word.size() > kLineLength) {
-            lines += html(line) + end;
+            lines += html_text(line) + end;
             line.clear();
         }
         line += (line.empty() ? "" : " ") + word;
         begin = space + 1;
     }
-    return lines + html(line) + end;
+    return lines + html_text(line) + end;
 }
 
 /// "object/scalar/u8/linear/256x256x128": what it is in one line, how it is stored in the next.
 std::string vertex_label(const Vertex& vertex) {
     const std::string text = vertex.what.text(), kind = vertex.what.kind();
     const std::string rest = text.starts_with(kind + "/") ? text.substr(kind.size() + 1) : "";
-    return fmt::format("<<b>{}</b>{}>", html(kind), rest.empty() ? "" : "<br/>" + html(rest));
+    return fmt::format("<<b>{}</b>{}>", html_text(kind),
+                       rest.empty() ? "" : "<br/>" + html_text(rest));
 }
 
 /// The arcs of the chosen path.
@@ -134,7 +122,7 @@ class Drawing {
             "cellborder=\"0\" cellspacing=\"0\" cellpadding=\"2\"><tr><td align=\"left\" "
             "colspan=\"4\"><b>{}</b></td></tr>{}</table>>];\n",
             boost::source(ways[0], graph_), boost::target(ways[0], graph_), bold ? 3.2 : 0.9,
-            bold ? "#000000" : "#888888", html(name), rows);
+            bold ? "#000000" : "#888888", html_text(name), rows);
     }
 
     std::string row(const Way& way) const {
@@ -144,7 +132,7 @@ class Drawing {
         std::replace(text.begin(), text.end(), '/', ' ');
         const auto cell = [&](const std::string& words, const char* align) {
             // Graphviz takes no empty text.
-            const std::string plain = words.empty() ? "&#160;" : html(words);
+            const std::string plain = words.empty() ? "&#160;" : html_text(words);
             const std::string safe = bold ? "<b>" + plain + "</b>" : plain;
             return fmt::format("<td align=\"{}\">{}</td>", align, safe);
         };
@@ -159,14 +147,15 @@ class Drawing {
         std::size_t number = 0;
         for (const Refusal& refusal : spanned_.refused) {
             if (!refusal.asked) {
-                unreached += "<b>" + html(refusal.transition) + "</b><br align=\"left\"/>" +
+                unreached += "<b>" + html_text(refusal.transition) + "</b><br align=\"left\"/>" +
                              wrapped(refusal.reason, "<br align=\"left\"/>");
                 continue;
             }
             dot += fmt::format(
                 "  r{} [shape=plaintext, style=\"\", fontsize=9, label=<<b>{}</b><br "
                 "align=\"left\"/>{}>];\n",
-                number, html(refusal.transition), wrapped(refusal.reason, "<br align=\"left\"/>"));
+                number, html_text(refusal.transition),
+                wrapped(refusal.reason, "<br align=\"left\"/>"));
             if (const auto from = reader_of(refusal.transition))
                 dot +=
                     fmt::format("  v{} -> r{} [style=dashed, color=\"#c04040\", arrowhead=tee];\n",

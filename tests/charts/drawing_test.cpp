@@ -110,7 +110,7 @@ TEST(Page, NothingInTheDataEndsItsScript) {
     const std::string data = page.substr(begin, page.find("</script>", begin) - begin);
     const auto json = nlohmann::json::parse(data);
     EXPECT_EQ(json["points"][0]["steps"][1], "</script><b>");
-    EXPECT_NE(page.find("<title>it's &quot;&lt;b>&quot; &amp; more"), std::string::npos);
+    EXPECT_NE(page.find("<title>it's &quot;&lt;b&gt;&quot; &amp; more"), std::string::npos);
     // Nothing is fetched: neither by elements nor by styles.
     for (const char* word : {"<link rel=\"stylesheet\"", "src=\"http", "url(http", "@import"})
         EXPECT_EQ(page.find(word), std::string::npos) << word;
