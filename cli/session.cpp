@@ -135,9 +135,9 @@ void read_input(Session& session) {
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
     take_values(session.wish, session.options, *input.data, statistics);
     const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
-    session.scene = session.errors
-                        ? measure_scene(*input.data, session.want(), formula, session.memory.get())
-                        : unseen_scene(statistics);
+    session.scene = session.errors ? measure_scene(*input.data, statistics, session.want(), formula,
+                                                   session.memory.get())
+                                   : unseen_scene(statistics);
     measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
     session.low = statistics.low, session.high = statistics.high;
     take_written(session, statistics.low, statistics.high);

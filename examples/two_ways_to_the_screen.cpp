@@ -16,7 +16,8 @@ int main() {
     want.mode = Mode::xray;
     want.input = want.screen = sphere->what.extent;
     want.budget.error = 0.01;
-    const Scene scene = measure_scene(*sphere, want, nullptr, &memory);
+    const Statistics statistics = statistics_of(*sphere, &memory);
+    const Scene scene = measure_scene(*sphere, statistics, want, nullptr, &memory);
     const Ask ask{want, scene};
     const Catalogue edges = catalogue();
 

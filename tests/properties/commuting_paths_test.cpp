@@ -7,7 +7,6 @@
 
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/scene.hpp"
 #include "transitions/reference/verify.hpp"
 
 namespace edgewise {
@@ -55,7 +54,7 @@ TEST_P(CommutingPaths, AgreeWithEachOtherAndWithTheFormula) {
     const auto input = std::make_shared<const Data>(make_phantom(c.phantom, kSide, &memory));
     Request want = request_of(c.job, c.mode, input->what, {rotation(c.x, c.y, c.z)});
     want.field = Field::formula;
-    const Scene scene = measure_scene(*input, want, &phantom, &memory);
+    const Scene scene = scene_of(*input, want, memory, &phantom);
     const Ask ask{want, scene};
     const ReferenceField field(*input, Field::formula, &phantom);
     const Expected expected(want, field, &memory);
@@ -92,7 +91,7 @@ TEST(VerifiedError, IntervalOfFewSamplesCoversTheWholeError) {
     const auto input = std::make_shared<const Data>(make_phantom("gaussians", kSide, &memory));
     for (const Mode mode : {Mode::mip, Mode::xray, Mode::composite}) {
         const Request want = request_of(Job::render, mode, input->what, {rotation(25, -40, 10)});
-        const Scene scene = measure_scene(*input, want, nullptr, &memory);
+        const Scene scene = scene_of(*input, want, memory);
         const Ask ask{want, scene};
         const ReferenceField field(*input, want.field);
         const Expected expected(want, field, &memory);

@@ -12,7 +12,6 @@
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
 #include "transitions/reference/phantoms.hpp"
-#include "transitions/reference/scene.hpp"
 #include "transitions/store/store.hpp"
 
 namespace edgewise {
@@ -118,7 +117,7 @@ bool has_spline(const std::string& text) { return text.find("bspline3") != std::
 void expect_copies(const Data& samples, std::shared_ptr<const Data> input, const Move& move,
                    MemoryBudget& memory) {
     const Request want = request_for(samples, move);
-    const Scene scene = measure_scene(*input, want, nullptr, &memory);
+    const Scene scene = scene_of(*input, want, memory);
     const Ask ask{want, scene};
     const std::vector<float> expected = copied(*input, want);
     const Catalogue edges = catalogue();

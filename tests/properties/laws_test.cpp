@@ -13,7 +13,6 @@
 
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/scene.hpp"
 
 namespace edgewise {
 namespace {
@@ -81,7 +80,7 @@ template <class Check>
 int sweep_paths(const Request& want, const std::shared_ptr<const Data>& input, Law law,
                 MemoryBudget& memory, Check&& check) {
     const Catalogue edges = catalogue();
-    Scene scene = measure_scene(*input, want, nullptr, &memory);
+    Scene scene = scene_of(*input, want, memory);
     // A constant that is taken out before a transform and put back afterwards is no linear part.
     if (law == Law::linear) scene.commonest = 0;
     const Ask ask{want, scene};
@@ -250,7 +249,7 @@ TEST(Laws, EveryPathIsDeterministicOnEveryShape) {
             const auto input = noise(shape, memory);
             const Request want = moved(job, job == Job::warp ? Mode::mip : Mode::xray, input->what,
                                        rotation(20, 35, -50));
-            const Scene scene = measure_scene(*input, want, nullptr, &memory);
+            const Scene scene = scene_of(*input, want, memory);
             const Ask ask{want, scene};
             for (const Plan& path : paths_of(edges, ask, input->what, 60)) {
                 const auto first = results_of(path, ask, input, 1, memory)[0];
@@ -269,7 +268,7 @@ TEST(Laws, EveryDeclaredLawIsSweptForItsEdge) {
     std::set<std::pair<std::string, Law>> swept;
     const auto note = [&](const Request& want, const std::shared_ptr<const Data>& input,
                           std::initializer_list<Law> laws) {
-        const Scene scene = measure_scene(*input, want, nullptr, &memory);
+        const Scene scene = scene_of(*input, want, memory);
         for (const Plan& path : paths_of(edges, {want, scene}, input->what, 200))
             for (const Law law : laws)
                 if (keeps(path, law))
@@ -313,7 +312,7 @@ TEST(Laws, ABijectionSendsEverySampleToOnePlace) {
         map.block<3, 1>(0, 3) = to - turn.block<3, 3>(0, 0) * from;
         want.views = Placement(map);
         want.screen = {kScreen, kScreen, kScreen};
-        const Scene scene = measure_scene(*input, want, nullptr, &memory);
+        const Scene scene = scene_of(*input, want, memory);
         const Ask ask{want, scene};
         for (const Plan& path : paths_of(edges, ask, input->what, 60, demands)) {
             if (!keeps(path, Law::bijection)) continue;

@@ -11,7 +11,6 @@
 #include "planner/planner.hpp"
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/scene.hpp"
 
 namespace edgewise {
 namespace {
@@ -51,7 +50,7 @@ void expect_alike(const char* phantom, Mode mode, const std::array<double, 3>& t
     const auto input = std::make_shared<const Data>(make_phantom(phantom, kSide, &memory));
     const Request want =
         request_of(Job::render, mode, input->what, {rotation(turn[0], turn[1], turn[2])});
-    const Scene scene = measure_scene(*input, want, nullptr, &memory);
+    const Scene scene = scene_of(*input, want, memory);
     const Ask ask{want, scene};
     const ReferenceField field(*input, Field::spline);
     const Catalogue edges = catalogue();

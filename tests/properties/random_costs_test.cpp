@@ -8,7 +8,6 @@
 #include "planner/planner.hpp"
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/scene.hpp"
 
 namespace edgewise {
 namespace {
@@ -20,7 +19,7 @@ TEST(RandomCosts, ChooseManyPathsAllOfWhichKeepTheirWord) {
     const auto input = std::make_shared<const Data>(make_phantom("shepp-logan", 24, &memory));
     const Request want = request_of(Job::render, Mode::xray, input->what,
                                     {rotation(0, 20, 0), rotation(25, -40, 10)});
-    const Scene scene = measure_scene(*input, want, nullptr, &memory);
+    const Scene scene = scene_of(*input, want, memory);
     const Ask ask{want, scene};
     const ReferenceField field(*input, want.field);
     const Expected expected(want, field, &memory);

@@ -7,6 +7,7 @@
 
 #include "planner/planner.hpp"
 #include "runtime/runtime.hpp"
+#include "transitions/reference/scene.hpp"
 #include "transitions/reference/verify.hpp"
 
 namespace edgewise {
@@ -72,6 +73,11 @@ Request request_of(Job job, Mode mode, const Representation& input,
     want.views = Placement::each(maps);
     want.transfer.points = {{0, 0, {0, 0, 0}}, {1, 0.1, {1, 1, 1}}};
     return want;
+}
+
+Scene scene_of(const Data& input, const Request& want, MemoryBudget& memory,
+               const Phantom* formula) {
+    return measure_scene(input, statistics_of(input, &memory), want, formula, &memory);
 }
 
 std::vector<std::shared_ptr<const Data>> results_of(const Plan& plan, const Ask& ask,

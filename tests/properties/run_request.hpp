@@ -5,9 +5,11 @@
 #include <vector>
 
 #include "graph/plan.hpp"
+#include "graph/scene.hpp"
 #include "graph/transform_graph.hpp"
 #include "runtime/memory_budget.hpp"
 #include "transitions/reference/answer.hpp"
+#include "transitions/reference/phantoms.hpp"
 
 namespace edgewise {
 
@@ -17,6 +19,10 @@ Mat4 rotation(double x, double y, double z);
 /// A request about the centre of a volume: one rotation a view, unit spacing, a screen that cuts
 /// nothing off (render) or the input's extent (warp).
 Request request_of(Job job, Mode mode, const Representation& input, const std::vector<Mat4>& turns);
+
+/// What models of a request ask for, measured; `formula` for Field::formula.
+Scene scene_of(const Data& input, const Request& want, MemoryBudget& memory,
+               const Phantom* formula = nullptr);
 
 /// The results of a plan, one a frame.
 std::vector<std::shared_ptr<const Data>> results_of(const Plan& plan, const Ask& ask,

@@ -6,7 +6,6 @@
 
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/scene.hpp"
 
 namespace edgewise {
 namespace {
@@ -16,7 +15,7 @@ void expect_same_bytes(Job job, Mode mode) {
     const auto input = std::make_shared<const Data>(make_phantom("gaussians", 24, &memory));
     const Request want =
         request_of(job, mode, input->what, {rotation(25, -40, 10), rotation(0, 30, 0)});
-    const Scene scene = measure_scene(*input, want, nullptr, &memory);
+    const Scene scene = scene_of(*input, want, memory);
     const Ask ask{want, scene};
     const Catalogue edges = catalogue();
     for (const Plan& path : paths_of(edges, ask, input->what, 100)) {

@@ -18,9 +18,8 @@ Scene unseen_scene(const Statistics& statistics) {
     return scene;
 }
 
-Scene measure_scene(const Data& input, const Request& want, const Phantom* formula,
-                    std::pmr::memory_resource* memory) {
-    const Statistics statistics = statistics_of(input, memory);
+Scene measure_scene(const Data& input, const Statistics& statistics, const Request& want,
+                    const Phantom* formula, std::pmr::memory_resource* memory) {
     Scene scene = unseen_scene(statistics);
 
     const ReferenceField field(input, want.field, formula);

@@ -10,16 +10,17 @@
 
 namespace edgewise {
 
-/// Measures what cost and error models of a request ask for: statistics in one pass over the
-/// samples, and a preview of a hundred rays (or a thousand points of a warp) against the reference.
-/// Some 30 ms for 256^3 samples; at most 8 MB of memory. The same for any number of threads.
+/// Measures what cost and error models of a request ask for beyond the statistics: a preview of a
+/// hundred rays (or a thousand points of a warp) against the reference. At most 8 MB of memory. The
+/// same for any number of threads.
 ///
 /// Errors are upper estimates (97 %, one-sided), and the range is that of reference values which
 /// really occur, so that it is rather too small than too large.
-/// @param input    the loaded samples
-/// @param formula  of Field::formula, else null
-Scene measure_scene(const Data& input, const Request& want, const Phantom* formula,
-                    std::pmr::memory_resource* memory);
+/// @param input       the loaded samples
+/// @param statistics  of the same samples
+/// @param formula     of Field::formula, else null
+Scene measure_scene(const Data& input, const Statistics& statistics, const Request& want,
+                    const Phantom* formula, std::pmr::memory_resource* memory);
 
 /// The same without the preview: costs are as exact, errors are the models' guesses.
 Scene unseen_scene(const Statistics& statistics);

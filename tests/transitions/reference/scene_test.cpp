@@ -133,6 +133,10 @@ Request request_for(const Data& data, Job job, Mode mode, int frames) {
     return want;
 }
 
+Scene scene_of(const Data& data, const Request& want, const Phantom* formula = nullptr) {
+    return measure_scene(data, statistics_of(data, heap()), want, formula, heap());
+}
+
 /// The RMS error of one hold and step over random pixels or samples, by the slow f64 fields:
 /// between the low end of its 95 % interval and the mean.
 Interval measured(const Request& want, const ReferenceField& truth, const ReferenceField& held,
@@ -201,7 +205,7 @@ TEST_P(Scenes, PredictErrorsFromAbove) {
     const Data data = make_phantom(name, 48, heap());
     Request want = request_for(data, job, mode, 3);
     want.field = kind;
-    const Scene scene = measure_scene(data, want, &phantom, heap());
+    const Scene scene = scene_of(data, want, &phantom);
     const ReferenceField truth(data, kind, &phantom);
     const std::map<std::string, Field> fields = {
         {"zoh", Field::nearest}, {"foh", Field::linear}, {"bspline3", Field::spline}};
@@ -238,7 +242,7 @@ TEST(Scene, OfAWarpThatCopiesIsExact) {
     Request want;
     want.job = Job::warp;
     want.input = want.screen = data.what.extent;
-    const Scene scene = measure_scene(data, want, nullptr, heap());
+    const Scene scene = scene_of(data, want);
     for (const char* fact : {"field/zoh", "field/foh", "field/bspline3", "field/me"})
         EXPECT_EQ(scene.fact(fact), 0.0);
 }
@@ -247,7 +251,7 @@ TEST(Scene, OfLabelsCountsThoseThatDiffer) {
     const Data data = make_phantom("checker", 64, heap());
     Request want = request_for(data, Job::warp, Mode::mip, 1);
     want.field = Field::nearest;
-    const Scene scene = measure_scene(data, want, nullptr, heap());
+    const Scene scene = scene_of(data, want);
     EXPECT_EQ(scene.range, 1);
     EXPECT_EQ(scene.fact("field/zoh"), 0.0);
     EXPECT_GT(*scene.fact("field/foh"), 0.2);
@@ -262,7 +266,7 @@ TEST(Scene, TakesOneVoxelOnePlaneAndConstants) {
         std::fill_n(data.as<float>(), n.samples(), 4.F);
         for (Mode mode : {Mode::mip, Mode::xray, Mode::mean, Mode::composite}) {
             const Request want = request_for(data, Job::render, mode, 1);
-            const Scene scene = measure_scene(data, want, nullptr, heap());
+            const Scene scene = scene_of(data, want);
             EXPECT_GT(scene.range, 0);
             EXPECT_TRUE(std::isfinite(scene.range));
             for (const auto& [name, value] : scene.facts) EXPECT_TRUE(std::isfinite(value)) << name;
@@ -275,7 +279,7 @@ TEST(Scene, DoesNotDependOnThreads) {
     const Request want = request_for(data, Job::render, Mode::composite, 4);
     const auto run = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        return measure_scene(data, want, nullptr, heap());
+        return scene_of(data, want);
     };
     const Scene one = run(1), seven = run(7);
     EXPECT_EQ(one.facts, seven.facts);
