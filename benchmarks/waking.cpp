@@ -1,10 +1,12 @@
-// What a second thread brings to a loop of some milliseconds after the workers have slept, with
-// threads left to the system and with OneThreadACore.
-//   waking_benchmark
+// What OneThreadACore brings to a loop of some milliseconds on two threads, one of which has slept:
+// times with threads left to the system and with one a core, in turns.
+//   waking_benchmark [SLEEPS [WORKS]], each a list of milliseconds: 5,20 1,2,4,8,16
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <fmt/format.h>
-#include <optional>
+#include <sstream>
+#include <string>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <thread>
@@ -16,48 +18,78 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kThreads = 2, kParts = 40, kRuns = 41;
-
-/// About a tenth of a millisecond.
-double part() {
-    double sums[8] = {1, 2, 3, 4, 5, 6, 7, 8};
-    for (int i = 0; i < 25'000; ++i)
-        for (double& sum : sums) sum = sum * 1.0000001 + 0.1;
-    return sums[0] + sums[7];
-}
+constexpr int kThreads = 2, kPartsAMillisecond = 10, kRuns = 60;
 
 double milliseconds(Clock::time_point begin) {
     return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-std::vector<double> times(int gap, bool spread) {
-    tbb::task_arena arena(kThreads);
-    std::optional<edgewise::OneThreadACore> cores;
-    if (spread) cores.emplace(arena, kThreads);
-    std::vector<double> all;
-    std::vector<double> results(kParts);
-    for (int run = 0; run < kRuns; ++run) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(gap));
+double turns(int count) {
+    double sums[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+    for (int i = 0; i < count; ++i)
+        for (double& sum : sums) sum = sum * 1.0000001 + 0.1;
+    return sums[0] + sums[7];
+}
+
+/// How many turns take one thread as long as one part should.
+int turns_a_part() {
+    constexpr int kTried = 100'000;
+    double least = 1e9;
+    volatile double result = 0;
+    for (int run = 0; run < 100; ++run) {
         const auto begin = Clock::now();
-        arena.execute([&] {
-            tbb::parallel_for(0, kParts,
-                              [&](int i) { results[static_cast<std::size_t>(i)] = part(); });
-        });
-        all.push_back(milliseconds(begin));
+        result = turns(kTried);
+        least = std::min(least, milliseconds(begin));
     }
-    std::sort(all.begin(), all.end());
-    return all;
+    static_cast<void>(result);
+    return static_cast<int>(kTried / least / kPartsAMillisecond);
+}
+
+double time_of(tbb::task_arena& arena, int parts, int count) {
+    std::vector<double> results(static_cast<std::size_t>(parts));
+    const auto begin = Clock::now();
+    arena.execute([&] {
+        tbb::parallel_for(0, parts,
+                          [&](int i) { results[static_cast<std::size_t>(i)] = turns(count); });
+    });
+    return milliseconds(begin);
+}
+
+std::vector<int> numbers_of(const std::string& list) {
+    std::istringstream words(list);
+    std::vector<int> numbers;
+    for (std::string word; std::getline(words, word, ',');) numbers.push_back(std::stoi(word));
+    return numbers;
+}
+
+std::string quartiles(std::vector<double>& times) {
+    std::sort(times.begin(), times.end());
+    return fmt::format("{:>10.2f} {:>8.2f} {:>8.2f}", times[kRuns / 4], times[kRuns / 2],
+                       times[kRuns * 3 / 4]);
 }
 
 }  // namespace
 
-int main() {
-    fmt::print("{:>12} {:>10} {:>26} {:>26}\n", "asleep [ms]", "", "by the system: median, p75",
-               "one a core: median, p75");
-    for (const int gap : {0, 1, 20, 200}) {
-        const std::vector<double> left = times(gap, false), spread = times(gap, true);
-        fmt::print("{:>12} {:>10} {:>18.2f} {:>7.2f} {:>18.2f} {:>7.2f}\n", gap, "ms",
-                   left[kRuns / 2], left[kRuns * 3 / 4], spread[kRuns / 2], spread[kRuns * 3 / 4]);
-    }
+int main(int argc, char** argv) {
+    const std::vector<int> gaps = numbers_of(argc > 1 ? argv[1] : "5,20");
+    const std::vector<int> works = numbers_of(argc > 2 ? argv[2] : "1,2,4,8,16");
+    const int count = turns_a_part();
+    std::array<tbb::task_arena, 2> arenas{tbb::task_arena(kThreads), tbb::task_arena(kThreads)};
+    const edgewise::OneThreadACore cores(arenas[1], kThreads);
+    fmt::print("{:>11} {:>10} {:>28} {:>28} {:>8}\n", "asleep [ms]", "work [ms]",
+               "by the system: quartiles", "one a core: quartiles", "medians");
+    for (const int gap : gaps)
+        for (const int work : works) {
+            std::array<std::vector<double>, 2> times;
+            for (int run = 0; run < 2 * kRuns; ++run) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(gap));
+                // by the system, one a core, one a core, by the system
+                const auto which = static_cast<std::size_t>((run + 1) / 2 % 2);
+                times[which].push_back(time_of(arenas[which], work * kPartsAMillisecond, count));
+            }
+            const std::string left = quartiles(times[0]), spread = quartiles(times[1]);
+            fmt::print("{:>11} {:>10} {:>28} {:>28} {:>8.2f}\n", gap, work, left, spread,
+                       times[1][kRuns / 2] / times[0][kRuns / 2]);
+        }
     return 0;
 }

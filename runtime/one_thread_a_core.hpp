@@ -13,6 +13,11 @@ namespace edgewise {
 /// taken by another of the arena moves to a free one; its affinity is as before afterwards, so
 /// that the system may still move it. Does nothing where there are more threads than cores, and
 /// on systems without Linux's affinity calls.
+///
+/// On a machine with two cores (benchmarks/waking.cpp) loops of 4 and 8 ms of work take 0.8 and
+/// 0.6 times as long with it after workers have slept for 20 or 200 ms. Shorter loops end before
+/// the second thread has come, longer ones the system parts in time, and after 5 ms of sleep it
+/// brings at most 6 %.
 class OneThreadACore final : public tbb::task_scheduler_observer {
  public:
     /// From now on, until it goes. `arena` outlives it, and no thread works in it when it goes.
