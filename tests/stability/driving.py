@@ -99,6 +99,9 @@ class Driven(unittest.TestCase):
         self.assertTrue(found)
         return found
 
+    def warps(self):
+        return self.paths("screen/scalar")
+
 
 def via(path):
     return ["--via", path, *ALONE]
