@@ -4,25 +4,17 @@ Needs EDGEWISE and EDGEWISE_DATA, gnuplot, graphviz and chromium (script/setup).
 import csv
 import json
 import math
-import os
-import pathlib
-import shutil
 import signal
 import statistics
 import subprocess
-import sys
-import tempfile
 import time
 import unittest
 import xml.etree.ElementTree as ET
 
 import numpy as np
+from browser import Browser
+from running import COMMAND, DATA, Running
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from browser import Browser  # noqa: E402
-
-COMMAND = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
-DATA = pathlib.Path(os.environ.get("EDGEWISE_DATA", "data"))
 REQUEST = ["render", DATA / "mr_brain/MR.nii.gz", "--mode", "mip", "--rotate", "20,30,0", "--size", "96x80"]
 COLUMNS = "plan,predicted_seconds,measured_seconds,predicted_error,measured_error,predicted_bytes,measured_bytes,front"
 
@@ -37,25 +29,14 @@ def read_nrrd(file):
     return np.frombuffer(data, kind).reshape([int(n) for n in fields["sizes"].split()][::-1])
 
 
-class Base(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(dir=os.environ.get("EDGEWISE_SCRATCH")))
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
-        cls.env = {**os.environ, "XDG_CONFIG_HOME": str(cls.folder / "config"), "XDG_CACHE_HOME": str(cls.folder / "cache")}
-
-    def run_it(self, *words, code=0, env=None):
-        done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, timeout=200, env=env or self.env)
-        self.assertEqual(done.returncode, code, f"{words}: {done.stderr.decode(errors='replace')}")
-        return done
-
+class Chart(Running):
     def chart(self, *words, outs=("c.json",), code=0):
         files = [self.folder / out for out in outs]
         self.run_it("chart", *words, "--quiet", *[word for file in files for word in ("-o", file)], code=code)
         return json.loads(files[0].read_text()) if outs[0].endswith(".json") else None
 
 
-class OneChart(Base):
+class OneChart(Chart):
     """All forms of one chart, which was measured once."""
 
     @classmethod
@@ -257,7 +238,7 @@ class OneChart(Base):
         self.assertLess((self.folder / "c.html").stat().st_size, 1 << 20)
 
 
-class Requests(Base):
+class Requests(Chart):
     def test_what_cannot_be_is_refused_before_any_work(self):
         refused = self.run_it("chart", *REQUEST, "-o", self.folder / "a.json", "-o", self.folder / "a.pdf", code=2)
         for word in (b".pdf", b".html", b".svg", b".png", b".csv", b".json"):
@@ -316,7 +297,7 @@ class Requests(Base):
         self.assertEqual(json.loads(done.stdout)["request"]["job"], "warp")
 
 
-class Pages(Base):
+class Pages(Chart):
     """Pages of other requests load too, and their pictures show."""
 
     def test_all_kinds(self):

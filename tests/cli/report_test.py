@@ -3,23 +3,16 @@ Needs EDGEWISE and EDGEWISE_DATA, graphviz and chromium (script/setup)."""
 
 import json
 import math
-import os
 import pathlib
-import shutil
 import signal
 import subprocess
-import sys
-import tempfile
 import time
 import unittest
 
 import numpy as np
+from browser import Browser
+from running import COMMAND, DATA, Running
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from browser import Browser  # noqa: E402
-
-COMMAND = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
-DATA = pathlib.Path(os.environ.get("EDGEWISE_DATA", "data"))
 REQUEST = ["render", DATA / "mr_brain/MR.nii.gz", "--rotate", "20,30,0", "--size", "96x80"]
 # Red, green, blue and alpha of a picture of the page, or of a data URI.
 PIXELS = """(async () => { const i = new Image(); i.src = %s; await i.decode(); const c = document.createElement('canvas');
@@ -27,19 +20,12 @@ PIXELS = """(async () => { const i = new Image(); i.src = %s; await i.decode(); 
  return [i.width, i.height, [...t.getImageData(0, 0, i.width, i.height).data]]; })()"""
 
 
-class Base(unittest.TestCase):
+class Report(Running):
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(dir=os.environ.get("EDGEWISE_SCRATCH")))
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
-        cls.env = {**os.environ, "XDG_CONFIG_HOME": str(cls.folder / "config"), "XDG_CACHE_HOME": str(cls.folder / "cache")}
+        super().setUpClass()
         cls.browser = Browser()
         cls.addClassCleanup(cls.browser.close)
-
-    def run_it(self, *words, code=0, env=None):
-        done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, timeout=200, env=env or self.env)
-        self.assertEqual(done.returncode, code, f"{words}: {done.stderr.decode(errors='replace')}")
-        return done
 
     def made(self, *words, name="r.html", env=None):
         """The JSON of a run whose page is opened."""
@@ -72,7 +58,7 @@ class Base(unittest.TestCase):
         return self.browser.value(f"document.querySelector({selector!r}).textContent")
 
 
-class Page(Base):
+class Page(Report):
     def test_numbers_are_those_of_the_json(self):
         report = self.made(*REQUEST, "-o", "null:", "--verify=512", "--repeat", "3")
         plan, measured = report["plan"], report["measured"]
@@ -155,7 +141,7 @@ class Page(Base):
         self.assertEqual(pictures[0], pictures[2])
 
 
-class Pictures(Base):
+class Pictures(Report):
     def test_the_picture_is_the_one_that_is_written(self):
         zone = self.folder / "zone.png"
         self.run_it("warp", "phantom:zone-plate:90", "-o", zone, "--quiet")
@@ -217,7 +203,7 @@ class Pictures(Base):
         self.assertAlmostEqual(float(ticks[3]) / scale, 0.25, delta=0.006)
 
 
-class Requests(Base):
+class Requests(Report):
     def test_refused_before_any_work(self):
         out = self.folder / "o.png"
         self.assertIn(b".html", self.run_it(*REQUEST, "-o", out, "--report", self.folder / "r.txt", code=2).stderr)
