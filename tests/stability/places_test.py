@@ -23,8 +23,8 @@ def linear_at(samples, x, y):
 
 class Ties(Driven):
     def test_S4_halves_round_upward_on_either_side_of_zero(self):
-        """Output i reads at i - s; a half belongs to the sample above it, floor(x + 1/2), for
-        positive and for negative places: rounding away from zero would repeat sample 0."""
+        """Output i reads at i - s; a half belongs to the sample above it, floor(x + 1/2), wherever
+        it lies: rounding to even would repeat every other sample."""
         width = 37
         for kind in TYPES:
             row = (np.arange(width) * 3 + 1).astype("<" + kind)
@@ -172,23 +172,27 @@ class Horizon(Driven):
                 self.assertGreater(made.sum(), 100)
 
     def test_S11_pixels_on_the_horizon_itself(self):
-        """w = 0 exactly in one column."""
+        """w = 0 exactly in one column. The picture is so wide that an image which is mirrored at
+        the horizon would show in it."""
         samples = np.ones((16, 16), "f4")
         inverse = np.array([[1, 0, 0], [0, 1, 0], [-1 / 8, 0, 1]])
         text = ",".join(map(repr, map(float, np.linalg.inv(inverse).ravel())))
         for path in ("zoh", "foh", "bspline3"):
-            made = self.warp(samples, "--matrix", text, "--about", "0,0",
+            made = self.warp(samples, "--matrix", text, "--about", "0,0", "--size", "64x16",
                              *via(f"warp.backward/filter={path}"))
+            # The frame begins 24 pixels before the image.
             self.assertTrue(np.all(np.isfinite(made)))
-            self.assertTrue(np.all(made[:, 8:] == 0))
-            self.assertTrue(np.all(made[:6, :5] > 0.99))
+            self.assertTrue(np.all(made[:, 24 + 8:] == 0))
+            self.assertTrue(np.all(made[:6, 24:24 + 5] > 0.99))
 
     def test_S11_other_edges_refuse_a_horizon(self):
-        text = "1,0,0,0,1,0,0.02,0,1"
-        for path in self.warps():
-            if "backward" not in path:
-                message = self.warp(np.ones((16, 16), "f4"), "--matrix", text, *via(path), code=3)
-                self.assertIn(path.split("/")[0] + ": ", message)
+        # About the image's corner its affine part is the identity, which any edge could do.
+        for words in ([], ["--about", "0,0"]):
+            for path in self.warps():
+                if "backward" not in path:
+                    message = self.warp(np.ones((16, 16), "f4"), "--matrix", "1,0,0,0,1,0,0.02,0,1",
+                                        *words, *via(path), code=3)
+                    self.assertIn(path.split("/")[0] + ": ", message)
         self.warp(np.ones((4, 4, 4), "f4"), "--matrix", "1,0,0,0,0,1,0,0,0,0,1,0,0.1,0,0,1", code=2)
 
 

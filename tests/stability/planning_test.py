@@ -28,21 +28,22 @@ class Prices(Driven):
     def test_S42_a_term_that_is_wrong_by_ten_costs_time_only(self):
         """Whatever the model believes, what it chooses keeps the error that was asked for."""
         scene = self.scene()
-        jobs = (["warp", scene, "--rotate", "10,20,30"],
-                ["render", scene, "--rotate", "10,20,30", "--mode", "xray"],
-                ["render", scene, "--rotate", "10,20,30", "--mode", "composite"])
+        # Less than what the cheapest ways are off by.
+        jobs = ((["warp", scene, "--rotate", "10,20,30"], 0.01),
+                (["render", scene, "--rotate", "10,20,30", "--mode", "xray"], 0.005),
+                (["render", scene, "--rotate", "10,20,30", "--mode", "composite"], 0.002))
         chosen = set()
         for term, factor in itertools.product(TERMS, (0.1, 10)):
             file = self.profile({})
             right = json.loads(file.read_text())[term]
             file = self.profile({term: right * factor})
-            for job in jobs[:3 if term in TERMS[:3] else 1]:
-                report = self.report(*job, "-o", "null:", "--machine", file, "--max-error", "0.02",
+            for job, most in jobs[:3 if term in TERMS[:3] else 1]:
+                report = self.report(*job, "-o", "null:", "--machine", file, "--max-error", most,
                                      "--verify=500")
                 chosen.add(tuple(step["transition"] + json.dumps(step["parameters"])
                                  for step in report["plan"]["steps"]))
                 measured = report["measured"]["error"]
-                self.assertLessEqual(measured["low"], 0.02)
+                self.assertLessEqual(measured["low"], most)
                 self.assertLessEqual(measured["nrmse"], report["plan"]["predicted"]["error"] * 1.05)
         self.assertGreater(len(chosen), 2)
 
@@ -95,7 +96,8 @@ class Prices(Driven):
         self.assertEqual(report["error"]["code"], 3)
 
     def test_S42_predictions_are_finite_for_any_extent(self):
-        for extent in ("1x1x1", "1x1x100000", "100000x1x1", "4096x4096x4096", "3x60000x7"):
+        for extent in ("1x1x1", "1x1x100000", "100000x1x1", "2000x2000x2000", "4096x4096x4096",
+                       "3x60000x7"):
             for job in ("warp", "render"):
                 done = self.run_it("plan", job, f"describe:{extent}:u8", "--json", "-", "--quiet",
                                    "--machine", self.profile({}), code=None)
@@ -114,7 +116,8 @@ class Prices(Driven):
             done = self.run_it("plan", "render", "describe:64x64x64:u8", "--mode", "xray",
                                "--machine", "cluster", "--ranks", ranks, code=None)
             self.assertIn(done.returncode, (0, 3), done.stderr)
-        self.run_it("render", scene, "-o", "null:", "--ranks", "4", code=2)
+        done = self.run_it("render", scene, "-o", "null:", "--ranks", "4", code=2)
+        self.assertIn("a run is on one rank", done.stderr)
 
 
 class Absent(Driven):
@@ -122,12 +125,18 @@ class Absent(Driven):
 
     def test_S19_S24_S33_S36_S37_S39_S40_S41_edges_that_do_not_exist(self):
         names = [edge["name"] for edge in self.edges()]
-        for name in ("surface", "splat", "filter.convolve", "filter.dilate", "warp.ewa",
+        for name in ("surface", "project.splat", "filter.convolve", "filter.dilate", "warp.ewa",
                      "spectrum.hartley", "project.preintegrated"):
             if any(known.startswith(name) for known in names):
                 continue  # then it has tests of its own
             done = self.run_it("render", "phantom:sphere:8", "-o", "null:", "--via", name, code=2)
             self.assertIn(name, done.stderr)
+
+    def test_S19_S37_options_that_do_not_exist(self):
+        for verb, option in (("warp", "--antialias"), ("render", "--antialias"),
+                             ("render", "--depth-cue")):
+            done = self.run_it(verb, "phantom:sphere:8", "-o", "null:", option, code=2)
+            self.assertIn(option, done.stderr)
 
     def test_S40_modes_that_do_not_exist(self):
         known = [mode["name"] for mode in
