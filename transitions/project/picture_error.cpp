@@ -75,15 +75,25 @@ double terminated(const Ask& ask) {
     return kTerminated * ask.scene.fact("picture/ended").value_or(1);
 }
 
-/// Gains and rounding, which do not depend on how rays were cast. `hold` is what reads between
-/// noisy samples.
+/// How errors of samples pass. `hold` is what reads between noisy samples.
 Error gains(const std::string& hold, const Ask& ask) {
-    // Rounding: f32 positions and sums, and 14-bit weights of integer samples, stay below 2^-15 of
-    // the range of the data; over the range of the picture that is 2e-5.
-    constexpr double kRounding = 2e-5;
     return {.gain = ask.scene.fact("gain/blur").value_or(guessed_gain(false, ask)),
-            .noise_gain = ask.scene.fact("gain/noise/" + hold).value_or(guessed_gain(true, ask)),
-            .noise = kRounding * ask.scene.range};
+            .noise_gain = ask.scene.fact("gain/noise/" + hold).value_or(guessed_gain(true, ask))};
+}
+
+/// RMS rounding over the range of the picture, of samples that are read by a filter on the way.
+/// f32 positions are off by half of 2^-24 of the longest axis at most, on a slope of which half the
+/// range a sample is a lot; weights of integer samples have 14 bits. An integral averages both, and
+/// adds the rounding of its sum.
+double rounding(const std::string& filter, const Ask& ask) {
+    constexpr double kFloat = 0x1p-24, kWeights = 2e-5;
+    const auto longest =
+        static_cast<double>(std::max({ask.want.input.x, ask.want.input.y, ask.want.input.z}));
+    const double sample = filter == "bspline3" ? 0.25 * kFloat * longest : kWeights;
+    if (ask.want.mode != Mode::xray && ask.want.mode != Mode::mean) return sample + kFloat;
+    const double root =
+        std::sqrt(static_cast<double>(std::max<std::int64_t>(1, ask.want.screen.z)));
+    return sample / root + kFloat * root;
 }
 
 }  // namespace
@@ -92,6 +102,7 @@ Error cast_error(const std::string& filter, double step, const Ask& ask) {
     // The noise of samples that a spline runs through passes as that of linear interpolation does.
     Error error = gains(filter == "zoh" ? "zoh" : "foh", ask);
     error.bias = at_step(filter, step, ask) + terminated(ask);
+    error.noise = rounding(filter, ask) * ask.scene.range;
     return error;
 }
 
@@ -102,6 +113,7 @@ Error sheared_error(const std::string& filter, double step, const Ask& ask) {
     error.bias = ask.scene.fact("picture/shear_warp/" + filter)
                      .value_or(kTwice * at_step(filter, step, ask)) +
                  terminated(ask);
+    error.noise = rounding(filter, ask) * ask.scene.range;
     return error;
 }
 
@@ -110,8 +122,9 @@ Error combined_error(const Ask& ask) {
     // Where the samples lie on the rays is independent of what is wrong with them.
     Error error = gains("zoh", ask);
     error.bias = terminated(ask);
+    // What reads the samples rounds by itself; sums round here.
     error.noise = std::hypot(
-        error.noise,
+        rounding("bspline3", ask) * ask.scene.range,
         ask.scene.fact("picture/combined").value_or(at_step(exact_filter(ask.want.field), 1, ask)));
     return error;
 }
