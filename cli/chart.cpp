@@ -142,11 +142,12 @@ class Progress {
     Clock::time_point begin_ = Clock::now(), began_ = begin_;
 };
 
-/// The paths of all values of a sweep that are most often worth having.
+/// The paths of all values of a sweep that are most often worth having, and whatever was chosen.
 std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
                                   const PathSettings& settings) {
     std::map<std::string, std::pair<int, int>> votes;  // wanted, there
     std::vector<std::string> order;
+    std::set<std::string> paths;
     const auto vote = [&](const std::string& path, int wanted, int there) {
         if (!votes.contains(path)) order.push_back(path);
         votes[path].first += wanted;
@@ -156,12 +157,14 @@ std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
         const Charting charting = charting_of(sweep.at(request, value), settings);
         for (const std::string& path : charting.paths) vote(path, 0, 1);
         for (const std::string& path : charting.wanted) vote(path, 1, 0);
+        if (!charting.chosen.empty()) paths.insert(charting.chosen);
     }
     std::stable_sort(order.begin(), order.end(), [&](const std::string& a, const std::string& b) {
         return votes[a] > votes[b];
     });
-    order.resize(std::min(order.size(), settings.limit));
-    return {order.begin(), order.end()};
+    for (auto path = order.begin(); path != order.end() && paths.size() < settings.limit; ++path)
+        paths.insert(*path);
+    return paths;
 }
 
 std::vector<Charted> run_sweep(const Sweep& sweep, const JobOptions& request,

@@ -49,6 +49,7 @@ std::string family_of(const std::vector<std::string>& steps);
 /// Paths that a chart would run, as path_text writes them.
 struct Charting {
     std::vector<std::string> paths, wanted;  // wanted: those chosen or on the predicted front
+    std::string chosen;                      // empty: none
 };
 /// What a chart of a request would run; nothing is run. @throws what the request would end with
 Charting charting_of(const JobOptions& options, const PathSettings& settings);

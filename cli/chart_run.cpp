@@ -178,6 +178,7 @@ Charting charting_of(const JobOptions& options, const PathSettings& settings) {
     const TriedPaths tried = prepared(session, settings, {});
     const std::vector<std::string> chosen = chosen_steps(session);
     Charting charting;
+    if (!chosen.empty()) charting.chosen = path_text(chosen);
     for (std::size_t i = 0; i < tried.plans.size(); ++i) {
         charting.paths.push_back(path_text(tried.plans[i].texts()));
         if (tried.front[i] || tried.plans[i].texts() == chosen)

@@ -24,6 +24,7 @@ constexpr std::int64_t kSamples = 1024;  // that an error is measured on
 constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
 constexpr int kFrames = 6;               // run of a long turntable
 constexpr int kRounds = 7;               // of close contenders
+constexpr double kTrying = 0.6;          // of the time; what is left goes to the close ones
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.
 constexpr double kOverestimate = 4;
@@ -80,7 +81,8 @@ class Pilot {
     void run_all() {
         for (Contender& each : contenders_) {
             if (each.failed || !each.seconds.empty()) continue;
-            if (!each.is_default && (out_of_time() || !could_win(each))) continue;
+            if (!each.is_default && (watch_.elapsed() > kTrying * limit_ || !could_win(each)))
+                continue;
             if (!each.known)
                 try_first(each);
             else if (keeps_error(each) || each.is_default)

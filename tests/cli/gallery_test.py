@@ -1,0 +1,48 @@
+"""docs/gallery.md: every command in it can still be planned, and every picture is there."""
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import unittest
+
+EDGEWISE = os.environ["EDGEWISE"]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs/gallery.md"
+OF_CHARTS = ("-o", "--sweep", "--limit", "--quality")  # each with one word, not of `plan`
+
+
+def planned(command):
+    """`edgewise chart render FILE ... -o OUT` -> `plan render FILE ...`"""
+    words = iter(shlex.split(command)[1:])
+    kept = []
+    for word in words:
+        if word in OF_CHARTS:
+            next(words)
+        elif word != "chart":
+            kept.append(word)
+    return ["plan", *kept]
+
+
+class Gallery(unittest.TestCase):
+    def test_commands_are_understood(self):
+        commands = re.findall(r"^edgewise (?:chart|render|warp) .*$", PAGE.read_text(), re.M)
+        self.assertGreaterEqual(len(commands), 14)
+        for command in commands:
+            with self.subTest(command):
+                done = subprocess.run([EDGEWISE, *planned(command), "--quiet"], cwd=ROOT, capture_output=True, text=True,
+                                      timeout=60)
+                self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_pictures_are_there_and_made_by_a_command(self):
+        text = PAGE.read_text()
+        pictures = re.findall(r"!\[[^]]*\]\((gallery/[^)]*)\)", text)
+        self.assertTrue(pictures)
+        for picture in pictures:
+            self.assertTrue((PAGE.parent / picture).exists(), picture)
+            if not picture.startswith("gallery/thesis"):
+                self.assertIn(f"-o docs/{picture}", text)
+
+
+if __name__ == "__main__":
+    unittest.main()
