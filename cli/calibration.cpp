@@ -261,7 +261,8 @@ class Calibration {
                 timed_[name(one, step)].push_back({.counted = profile_.counted(step.work),
                                                    .alone = path.alone[k] / step.runs(),
                                                    .together = path.together[k] / step.runs(),
-                                                   .runs = path.runs});
+                                                   .runs = path.runs,
+                                                   .frames = step.runs()});
             }
     }
 

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMostPaths = 200;
 constexpr std::int64_t kSamples = 1024;  // that an error is measured on
 constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
-constexpr int kFrames = 6;               // run of a long turntable
+constexpr int kFrames = 12;              // run of a long turntable
 constexpr int kRounds = 7;               // of close contenders
 constexpr double kTrying = 0.6;          // of the time; what is left goes to the close ones
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the

@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <tuple>
 
 #include "graph/errors.hpp"
 #include "planner/json_fields.hpp"
@@ -40,6 +41,7 @@ Rate joined(const Rate* first, const Rate* last) {
         ratio.push_back(std::log(each->ratio));
         shared.push_back(each->shared);
         rate.runs += each->runs;
+        rate.frames = each->frames;
         rate.spread = std::max(rate.spread, each->spread);
     }
     rate.counted = std::exp(median(counted));
@@ -52,12 +54,15 @@ Rate joined(const Rate* first, const Rate* last) {
 
 /// Joins rates of about one size. @param rates  in any order
 std::vector<Rate> by_size(std::vector<Rate> rates) {
-    std::sort(rates.begin(), rates.end(),
-              [](const Rate& a, const Rate& b) { return a.counted < b.counted; });
+    std::sort(rates.begin(), rates.end(), [](const Rate& a, const Rate& b) {
+        return std::tie(a.frames, a.counted) < std::tie(b.frames, b.counted);
+    });
     std::vector<Rate> curve;
     for (std::size_t begin = 0; begin < rates.size();) {
         std::size_t end = begin;
-        while (end < rates.size() && rates[end].counted <= kAlike * rates[begin].counted) ++end;
+        while (end < rates.size() && rates[end].frames == rates[begin].frames &&
+               rates[end].counted <= kAlike * rates[begin].counted)
+            ++end;
         curve.push_back(joined(rates.data() + begin, rates.data() + end));
         begin = end;
     }
@@ -91,16 +96,20 @@ int likeness(std::string_view name, std::string_view other) {
     return alike;
 }
 
+/// @param curve  sorted by frames, then by size: those of the fewest frames count
 Rate between(const std::vector<Rate>& curve, double counted) {
+    const auto end = std::find_if(curve.begin(), curve.end(), [&](const Rate& rate) {
+        return rate.frames != curve.front().frames;
+    });
     const auto above =
-        std::lower_bound(curve.begin(), curve.end(), counted,
+        std::lower_bound(curve.begin(), end, counted,
                          [](const Rate& rate, double value) { return rate.counted < value; });
     const auto beyond = [&](Rate rate) {
         rate.spread += kBeyond * std::abs(std::log(counted / rate.counted));
         return rate;
     };
     if (above == curve.begin()) return beyond(curve.front());
-    if (above == curve.end()) return beyond(curve.back());
+    if (above == end) return beyond(*(end - 1));
     const Rate &low = *(above - 1), &high = *above;
     const double f = std::log(counted / low.counted) / std::log(high.counted / low.counted);
     return {.counted = counted,
@@ -116,7 +125,7 @@ Rates::Shared Rates::shared_of(const Curves& curves) {
     Shared edges;
     for (const auto& [name, curve] : curves)
         for (const Rate& rate : curve)
-            edges[edge_of(name)].push_back({rate.counted * rate.ratio, rate.shared});
+            edges[edge_of(name)].push_back({rate.counted * rate.ratio * rate.frames, rate.shared});
     for (auto& [edge, points] : edges) {
         std::sort(points.begin(), points.end(),
                   [](const Sharing& a, const Sharing& b) { return a.alone < b.alone; });
@@ -194,7 +203,8 @@ Rates rates_of(const std::map<std::string, std::vector<Timed>>& timed) {
                      .ratio = each.alone / each.counted,
                      .shared = each.together > 0 ? each.together / each.alone : 1,
                      .spread = 0,
-                     .runs = each.runs});
+                     .runs = each.runs,
+                     .frames = each.frames});
     return Rates(std::move(curves));
 }
 
@@ -207,7 +217,8 @@ nlohmann::json to_json(const Rates& rates) {
                             {"ratio", rate.ratio},
                             {"shared", rate.shared},
                             {"spread", rate.spread},
-                            {"runs", rate.runs}});
+                            {"runs", rate.runs},
+                            {"frames", rate.frames}});
     }
     return json;
 }
@@ -226,11 +237,14 @@ Rates rates_of(const nlohmann::json& json, const std::string& file) {
                 return fields.number(each.value(key, nlohmann::json()), where + "." + key, low,
                                      high);
             };
+            const int frames =
+                each.contains("frames") ? static_cast<int>(number("frames", 1, 1e9)) : 1;
             curve.push_back({.counted = number("counted", 1e-12, 1e9),
                              .ratio = number("ratio", 1e-6, 1e6),
                              .shared = number("shared", 1e-6, 1e3),
                              .spread = number("spread", 0, 10),
-                             .runs = static_cast<int>(number("runs", 1, 1e9))});
+                             .runs = static_cast<int>(number("runs", 1, 1e9)),
+                             .frames = frames});
         }
         curves[name] = std::move(curve);
     }

@@ -14,12 +14,14 @@ struct Rate {
     double shared = 1;   // seconds with all processors over seconds with one
     double spread = 0;   // of the ratio, between requests and runs: standard deviation of its log
     int runs = 0;        // that were timed
+    int frames = 1;      // of each, side by side: then `shared` is that of all of them
 };
 
 /// One timed step.
 struct Timed {
-    double counted = 0, alone = 0, together = 0;  // [s] of one run: one thread, all processors
+    double counted = 0, alone = 0, together = 0;  // [s] of one frame: one thread, all processors
     int runs = 0;
+    int frames = 1;
 };
 
 /// Seconds over counted seconds by name and size, as calibrated: no count knows caches, vector

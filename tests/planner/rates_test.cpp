@@ -61,6 +61,19 @@ TEST(Rates, WhatWasNotMeasuredIsServedByThoseThatShareTheMostParts) {
               rates.at("e/f=y/s=1 mip u8", 1e-3).spread);
 }
 
+TEST(Rates, OfSeveralFramesTellWhatThreadsShareAlone) {
+    Timed frames = timed(1e-3, 9, 0.5);
+    frames.frames = 100;
+    const Rates rates = rates_of({{"e xray u8", {timed(1e-3, 2, 0.9), frames}}});
+    EXPECT_NEAR(rates.at("e xray u8", 1e-3).ratio, 2, 1e-12);
+    EXPECT_NEAR(rates.at("e xray u8", 1e-3).shared, 0.9, 1e-12);
+    EXPECT_NEAR(rates.at("e xray u8", 1e-3, 450).shared, 0.5, 1e-12);
+    const Rates back = rates_of(to_json(rates), "m.json");
+    EXPECT_EQ(back.at("e xray u8", 1e-3, 20).shared, rates.at("e xray u8", 1e-3, 20).shared);
+    EXPECT_NEAR(rates_of({{"e", {frames}}}).at("e", 1e-3).ratio, 9, 1e-12)
+        << "where there are no others";
+}
+
 TEST(Rates, GoToJsonAndBack) {
     const Rates rates =
         rates_of({{"e mip u8", {timed(1e-3, 2), timed(1e-1, 3)}}, {"g 2d f32", {timed(1, 1)}}});
