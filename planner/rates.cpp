@@ -131,9 +131,12 @@ Rates::Shared Rates::shared_of(const Curves& curves) {
                   [](const Sharing& a, const Sharing& b) { return a.alone < b.alone; });
         std::vector<Sharing> smooth;
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const std::size_t side = std::min({kNear, i, points.size() - 1 - i});
+            // The ends follow the nearest of which there are neighbours on either side.
+            const std::size_t side = std::min(kNear, (points.size() - 1) / 2);
+            const std::size_t middle = std::clamp(i, side, points.size() - 1 - side);
             std::vector<double> near;
-            for (std::size_t k = i - side; k <= i + side; ++k) near.push_back(points[k].shared);
+            for (std::size_t k = middle - side; k <= middle + side; ++k)
+                near.push_back(points[k].shared);
             smooth.push_back({points[i].alone, median(near)});
         }
         points = std::move(smooth);
