@@ -26,7 +26,10 @@ struct DrawnPixels {
     bool whole = false;  // all of them are drawn
 };
 
-/// Draws from pixels whose rays meet the input. @param from  spread evenly over their population
+/// Draws from pixels whose rays meet the input.
+/// @param from   spread evenly over their population; any of them may be drawn
+/// @param draws  pixels, at most about so many; all of `from` where there are no more
+/// @return in increasing roughness; the same for any number of threads
 std::vector<DrawnPixels::Pixel> draw_rough(const Request& want, const ReferenceField& field,
                                            const ViewGeometry& geometry,
                                            std::span<const OutputSample> from, double draws);
