@@ -1,10 +1,12 @@
 // What OneThreadACore brings to a loop of some milliseconds on two threads, one of which has slept:
 // times with threads left to the system and with one a core, in turns.
-//   waking_benchmark [SLEEPS [WORKS]], each a list of milliseconds: 5,20 1,2,4,8,16
+//   waking_benchmark [SLEEPS [WORKS]], each a list of milliseconds: 5,20 0.5,1,2,4,8,16
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <fmt/format.h>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <tbb/parallel_for.h>
@@ -18,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kThreads = 2, kPartsAMillisecond = 10, kRuns = 60;
+constexpr int kThreads = 2, kPartsAMillisecond = 20, kRuns = 60;
 
 double milliseconds(Clock::time_point begin) {
     return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -55,10 +57,10 @@ double time_of(tbb::task_arena& arena, int parts, int count) {
     return milliseconds(begin);
 }
 
-std::vector<int> numbers_of(const std::string& list) {
+std::vector<double> numbers_of(const std::string& list) {
     std::istringstream words(list);
-    std::vector<int> numbers;
-    for (std::string word; std::getline(words, word, ',');) numbers.push_back(std::stoi(word));
+    std::vector<double> numbers;
+    for (std::string word; std::getline(words, word, ',');) numbers.push_back(std::stod(word));
     return numbers;
 }
 
@@ -71,21 +73,23 @@ std::string quartiles(std::vector<double>& times) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    const std::vector<int> gaps = numbers_of(argc > 1 ? argv[1] : "5,20");
-    const std::vector<int> works = numbers_of(argc > 2 ? argv[2] : "1,2,4,8,16");
+    const std::vector<double> gaps = numbers_of(argc > 1 ? argv[1] : "5,20");
+    const std::vector<double> works = numbers_of(argc > 2 ? argv[2] : "0.5,1,2,4,8,16");
     const int count = turns_a_part();
-    std::array<tbb::task_arena, 2> arenas{tbb::task_arena(kThreads), tbb::task_arena(kThreads)};
-    const edgewise::OneThreadACore cores(arenas[1], kThreads);
+    tbb::task_arena arena(kThreads);
     fmt::print("{:>11} {:>10} {:>28} {:>28} {:>8}\n", "asleep [ms]", "work [ms]",
                "by the system: quartiles", "one a core: quartiles", "medians");
-    for (const int gap : gaps)
-        for (const int work : works) {
+    for (const double gap : gaps)
+        for (const double work : works) {
             std::array<std::vector<double>, 2> times;
             for (int run = 0; run < 2 * kRuns; ++run) {
-                std::this_thread::sleep_for(std::chrono::milliseconds(gap));
+                std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(gap));
                 // by the system, one a core, one a core, by the system
                 const auto which = static_cast<std::size_t>((run + 1) / 2 % 2);
-                times[which].push_back(time_of(arenas[which], work * kPartsAMillisecond, count));
+                std::optional<edgewise::OneThreadACore> cores;
+                if (which == 1) cores.emplace(arena, kThreads);
+                const int parts = static_cast<int>(std::lround(work * kPartsAMillisecond));
+                times[which].push_back(time_of(arena, parts, count));
             }
             const std::string left = quartiles(times[0]), spread = quartiles(times[1]);
             fmt::print("{:>11} {:>10} {:>28} {:>28} {:>8.2f}\n", gap, work, left, spread,

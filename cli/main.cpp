@@ -1,14 +1,17 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
 #include <vector>
 
 #include "cli/errors.hpp"
+#include "cli/machine.hpp"
 #include "cli/outputs.hpp"
 #include "cli/report.hpp"
 #include "cli/signals.hpp"
 #include "cli/verbs.hpp"
 #include "graph/errors.hpp"
+#include "runtime/one_thread_a_core.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -82,8 +85,10 @@ int run(int count, char** words) {
     } catch (const CLI::ParseError& error) {
         return parse_failed(main, error, count, words);
     }
+    tbb::task_arena arena(usable_cores());
+    const OneThreadACore cores(arena, usable_cores());
     for (const Verb& verb : verbs)
-        if (verb.app->parsed()) return verb.run();
+        if (verb.app->parsed()) return arena.execute(verb.run);
     return kBadRequest;
 }
 

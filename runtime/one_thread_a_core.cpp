@@ -1,23 +1,143 @@
 #include "runtime/one_thread_a_core.hpp"
 
 #ifdef __linux__
+#include <algorithm>
+#include <mutex>
 #include <sched.h>
+#include <unistd.h>
 #endif
 
 namespace edgewise {
 
-OneThreadACore::OneThreadACore(tbb::task_arena& arena, int threads)
-    : tbb::task_scheduler_observer(arena),
 #ifdef __linux__
-      taken_(CPU_SETSIZE),
-#endif
-      core_(static_cast<std::size_t>(threads)) {
-    for (std::atomic<int>& core : core_) core = -1;
-    if (threads > 1 && !taken_.empty()) observe(true);
+namespace {
+
+cpu_set_t only(int core) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(core, &set);
+    return set;
 }
 
-void OneThreadACore::on_scheduler_entry(bool) {
-#ifdef __linux__
+/// Workers of this process that have been in an arena of ours: they outlive arenas, and sleep
+/// between them.
+class Workers {
+ public:
+    static Workers& all() {
+        static auto* const workers = new Workers;  // threads may end after static objects
+        return *workers;
+    }
+
+    /// The calling thread is going to sleep, and should wake on this core.
+    void bind(int core) {
+        const std::lock_guard lock(mutex_);
+        bind(mine(), core);
+    }
+
+    /// The calling thread is awake.
+    void free() {
+        const std::lock_guard lock(mutex_);
+        free(mine());
+    }
+
+    /// All that sleep should wake on cores of their own, none of them `taken`.
+    void begin(int taken) {
+        const std::lock_guard lock(mutex_);
+        ++users_;
+        cpu_set_t used = only(taken);
+        for (Worker& worker : workers_) {
+            int core = worker.core;
+            cpu_set_t allowed;
+            if (sched_getaffinity(worker.thread, sizeof allowed, &allowed) != 0) continue;
+            if (worker.bound) allowed = worker.allowed;
+            const auto is_free = [&](int c) {
+                return CPU_ISSET(c, &allowed) && !CPU_ISSET(c, &used);
+            };
+            for (int c = 0; !is_free(core) && c < CPU_SETSIZE; ++c) core = c;
+            if (!is_free(core)) continue;
+            CPU_SET(core, &used);
+            if (worker.bound) free(worker);
+            bind(worker, core);
+        }
+    }
+
+    void end() {
+        const std::lock_guard lock(mutex_);
+        if (--users_ > 0) return;
+        for (Worker& worker : workers_) free(worker);
+    }
+
+ private:
+    struct Worker {
+        pid_t thread = 0;
+        int core = 0;  // that it ran on last
+        bool bound = false;
+        cpu_set_t allowed;  // if it is not bound
+    };
+
+    /// Takes a thread off the list when it ends, so that none of its number is bound instead.
+    struct Ending {
+        ~Ending() {
+            Workers& workers = all();
+            const std::lock_guard lock(workers.mutex_);
+            std::erase_if(workers.workers_,
+                          [](const Worker& worker) { return worker.thread == gettid(); });
+        }
+    };
+
+    Worker& mine() {
+        const pid_t thread = gettid();
+        const auto found =
+            std::find_if(workers_.begin(), workers_.end(),
+                         [&](const Worker& worker) { return worker.thread == thread; });
+        if (found != workers_.end()) return *found;
+        thread_local const Ending ending;
+        static_cast<void>(ending);
+        Worker& added = workers_.emplace_back();
+        added.thread = thread;
+        return added;
+    }
+
+    static void bind(Worker& worker, int core) {
+        worker.core = core;
+        if (worker.bound ||
+            sched_getaffinity(worker.thread, sizeof worker.allowed, &worker.allowed) != 0)
+            return;
+        const cpu_set_t one = only(core);
+        worker.bound = sched_setaffinity(worker.thread, sizeof one, &one) == 0;
+    }
+
+    static void free(Worker& worker) {
+        if (worker.bound) sched_setaffinity(worker.thread, sizeof worker.allowed, &worker.allowed);
+        worker.bound = false;
+    }
+
+    std::mutex mutex_;
+    std::vector<Worker> workers_;
+    int users_ = 0;
+};
+
+}  // namespace
+
+OneThreadACore::OneThreadACore(tbb::task_arena& arena, int threads)
+    : tbb::task_scheduler_observer(arena),
+      taken_(CPU_SETSIZE),
+      core_(static_cast<std::size_t>(threads)) {
+    for (std::atomic<int>& core : core_) core = -1;
+    const int here = sched_getcpu();
+    if (threads < 2 || here < 0 || here >= CPU_SETSIZE) return;
+    Workers::all().begin(here);
+    observe(true);
+}
+
+OneThreadACore::~OneThreadACore() {
+    if (!is_observing()) return;
+    observe(false);
+    Workers::all().end();
+}
+
+void OneThreadACore::on_scheduler_entry(bool worker) {
+    if (worker) Workers::all().free();
     const auto slot = static_cast<std::size_t>(tbb::this_task_arena::current_thread_index());
     const int here = sched_getcpu();
     if (slot >= core_.size() || here < 0 || here >= CPU_SETSIZE) return;
@@ -30,22 +150,27 @@ void OneThreadACore::on_scheduler_entry(bool) {
     if (take(here) || sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
     for (int core = 0; core < CPU_SETSIZE; ++core) {
         if (!CPU_ISSET(core, &allowed) || !take(core)) continue;
-        cpu_set_t only;
-        CPU_ZERO(&only);
-        CPU_SET(core, &only);
         // The first call moves the thread, the second leaves it free again.
-        sched_setaffinity(0, sizeof only, &only);
+        const cpu_set_t one = only(core);
+        sched_setaffinity(0, sizeof one, &one);
         sched_setaffinity(0, sizeof allowed, &allowed);
         return;
     }
-#endif
 }
 
-void OneThreadACore::on_scheduler_exit(bool) {
+void OneThreadACore::on_scheduler_exit(bool worker) {
     const auto slot = static_cast<std::size_t>(tbb::this_task_arena::current_thread_index());
     if (slot >= core_.size()) return;
     const int core = core_[slot].exchange(-1);
-    if (core >= 0) taken_[static_cast<std::size_t>(core)] = false;
+    if (core < 0) return;
+    if (worker) Workers::all().bind(core);
+    taken_[static_cast<std::size_t>(core)] = false;
 }
+#else
+OneThreadACore::OneThreadACore(tbb::task_arena& arena, int) : tbb::task_scheduler_observer(arena) {}
+OneThreadACore::~OneThreadACore() = default;
+void OneThreadACore::on_scheduler_entry(bool) {}
+void OneThreadACore::on_scheduler_exit(bool) {}
+#endif
 
 }  // namespace edgewise

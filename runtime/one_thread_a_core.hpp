@@ -7,22 +7,20 @@
 
 namespace edgewise {
 
-/// Threads that enter an arena begin on cores of their own. A worker that has slept is often woken
-/// on the core of the thread that woke it, and the system's balancing takes longer than many of
-/// our runs to part them: two threads are then no faster than one. A thread that finds its core
-/// taken by another of the arena moves to a free one; its affinity is as before afterwards, so
-/// that the system may still move it. Does nothing where there are more threads than cores, and
-/// on systems without Linux's affinity calls.
-///
-/// On a machine with two cores (benchmarks/waking.cpp) loops of 4 and 8 ms of work take 0.8 and
-/// 0.6 times as long with it after workers have slept for 20 or 200 ms. Shorter loops end before
-/// the second thread has come, longer ones the system parts in time, and after 5 ms of sleep it
-/// brings at most 6 %.
+/// Threads of an arena run on cores of their own. A worker that has slept is often woken on the
+/// core of the thread that woke it (always, where a virtual machine reports its idle cores as taken
+/// away), waits there until that thread's slice ends, and is parted from it only after some
+/// milliseconds: two threads are then no faster than one. So workers sleep bound to a core that no
+/// other thread of the arena has, and are free as soon as they are awake. One that comes to a taken
+/// core nevertheless moves to a free one. Affinities are as before while threads work, and
+/// afterwards. Does nothing where there are more threads than cores, and on systems without Linux's
+/// affinity calls.
 class OneThreadACore final : public tbb::task_scheduler_observer {
  public:
     /// From now on, until it goes. `arena` outlives it, and no thread works in it when it goes.
+    /// The calling thread is the one that enters the arena first.
     OneThreadACore(tbb::task_arena& arena, int threads);
-    ~OneThreadACore() override { observe(false); }
+    ~OneThreadACore() override;
 
     void on_scheduler_entry(bool worker) override;
     void on_scheduler_exit(bool worker) override;

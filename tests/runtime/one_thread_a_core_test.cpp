@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <thread>
+#include <unistd.h>
 
 namespace edgewise {
 namespace {
@@ -48,6 +49,65 @@ TEST(OneThreadACore, LeavesThreadsFreeAndTheCallerWhereItIs) {
     }
     const cpu_set_t after = allowed();
     EXPECT_TRUE(CPU_EQUAL(&before, &after));
+}
+
+cpu_set_t allowed_to(pid_t thread) {
+    cpu_set_t set;
+    EXPECT_EQ(sched_getaffinity(thread, sizeof set, &set), 0);
+    return set;
+}
+
+TEST(OneThreadACore, WorkersSleepBoundToACoreThatTheCallerHasNot) {
+    const cpu_set_t before = allowed();
+    if (CPU_COUNT(&before) < 2) GTEST_SKIP() << "one core only";
+    tbb::task_arena arena(2);
+    std::atomic<pid_t> worker{0};
+    const auto find_worker = [&] {
+        const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+        arena.execute([&] {
+            const pid_t caller = gettid();
+            tbb::parallel_for(
+                0, 2,
+                [&](int) {
+                    if (gettid() != caller) worker = gettid();
+                    while (worker == 0 && std::chrono::steady_clock::now() < limit)
+                        std::this_thread::yield();
+                },
+                tbb::simple_partitioner());
+        });
+    };
+    const auto is_bound_within = [&](std::chrono::seconds time) {
+        const auto limit = std::chrono::steady_clock::now() + time;
+        for (;;) {
+            const cpu_set_t set = allowed_to(worker);
+            if (CPU_COUNT(&set) == 1) return true;
+            if (std::chrono::steady_clock::now() > limit) return false;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    };
+    {
+        const OneThreadACore spread(arena, 2);
+        find_worker();
+        ASSERT_NE(worker, 0);
+        EXPECT_TRUE(is_bound_within(std::chrono::seconds(5))) << "when it has gone to sleep";
+    }
+    const cpu_set_t after = allowed_to(worker);
+    EXPECT_TRUE(CPU_EQUAL(&before, &after)) << "and free when nothing of ours runs";
+    // The next one finds it asleep, on whichever core, and the caller on either.
+    for (int core = 0; core < CPU_SETSIZE; ++core) {
+        if (!CPU_ISSET(core, &before)) continue;
+        cpu_set_t one;
+        CPU_ZERO(&one);
+        CPU_SET(core, &one);
+        ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+        const OneThreadACore spread(arena, 2);
+        const cpu_set_t bound = allowed_to(worker);
+        EXPECT_EQ(CPU_COUNT(&bound), 1);
+        EXPECT_FALSE(CPU_ISSET(core, &bound)) << "the caller is on core " << core;
+        ASSERT_EQ(sched_setaffinity(0, sizeof before, &before), 0);
+    }
+    const cpu_set_t last = allowed_to(worker);
+    EXPECT_TRUE(CPU_EQUAL(&before, &last));
 }
 
 TEST(OneThreadACore, StaysOnTheOneCoreThatIsAllowed) {
