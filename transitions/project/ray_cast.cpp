@@ -16,7 +16,14 @@ namespace {
 
 using kernels::Hold;
 
-constexpr std::int64_t kTile = 64;  // pixels; neighbouring rays share samples in the caches
+/// Pixels along each side of a tile: neighbouring rays share samples in the caches, but a tile of
+/// the middle takes longest, and all threads should have some.
+std::int64_t tile_side(const Extent& picture) {
+    constexpr std::int64_t kLargest = 64, kLeast = 16, kTiles = 16;
+    std::int64_t side = kLargest;
+    while (side > kLeast && picture.samples() < kTiles * side * side) side /= 2;
+    return side;
+}
 
 Hold hold_of(const Parameters& with) {
     const std::string& filter = with.word("filter");
@@ -39,10 +46,15 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
-/// Bricks pay where there is much to leave out, and where rays read more than they do.
+/// Bricks pay where there is much to leave out, and where rays read more than they do. A MIP leaves
+/// out half of its samples at best: a nearest one is read faster than a brick is asked, a cubic one
+/// takes 64.
 bool with_bricks(const Offer& offer, const Ask& ask, double samples) {
     const auto voxels = static_cast<double>(offer.from.samples());
-    if (ask.want.mode == Mode::mip) return samples > 0.5 * voxels;
+    if (ask.want.mode == Mode::mip) {
+        const Hold hold = hold_of(offer.with);
+        return hold != Hold::zoh && samples > (hold == Hold::foh ? 2 : 0.25) * voxels;
+    }
     constexpr double kMostlyEmpty = 0.35;
     return ask.want.mode == Mode::composite && samples > voxels &&
            ask.scene.occupied_fraction < kMostlyEmpty;
@@ -106,11 +118,6 @@ Error error(const Offer& offer, const Ask& ask) {
     return cast_error(offer.with.word("filter"), offer.with.number("step"), ask);
 }
 
-Partition parts(const Offer& offer, const Ask&) {
-    const Extent& to = offer.to.extent;
-    return {.kind = Partition::output, .leaf = {to.x, std::min(to.y, 2 * kTile), 1}};
-}
-
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     const Request& want = ask.want;
@@ -128,17 +135,15 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .miss = want.miss,
                           .optics = &optics,
                           .bound = kTerminated};
-    // The whole picture may be cut into regions, each of which would make bricks of its own.
-    const double share =
-        static_cast<double>(region.extent().samples()) / static_cast<double>(offer.to.samples());
     std::unique_ptr<kernels::Bricks> bricks;
-    if (with_bricks(offer, ask, samples_of(offer, ask, context.view) * share))
+    if (with_bricks(offer, ask, samples_of(offer, ask, context.view)))
         bricks = bricks_of(cast.volume, composite ? &optics : nullptr, context.memory,
                            [&] { return context.stopped(); });
     context.poll();
     cast.bricks = bricks.get();
     const std::int64_t channels = out.what.channels, row = out.what.extent.x * channels;
-    for_tiles(region, kTile, kTile, context, [&](const Region& tile) {
+    const std::int64_t side = tile_side(out.what.extent);
+    for_tiles(region, side, side, context, [&](const Region& tile) {
         const Extent size = tile.extent();
         kernels::ray_cast(cast, tile.begin[0], tile.begin[1], size.x, size.y,
                           out.as<float>() + tile.begin[1] * row + tile.begin[0] * channels, row);
@@ -160,7 +165,6 @@ Transition ray_cast() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
-    edge.parts = parts;
     edge.run = run;
     return edge;
 }
