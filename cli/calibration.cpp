@@ -72,6 +72,7 @@ std::vector<Trial> trials(bool quick) {
     all.push_back({Job::render, "phantom:gaussians:112", Type::f32, "20,-15,10", "mean"});
     // What is empty is cropped away.
     all.push_back({Job::render, "phantom:shepp-logan:128", Type::u8, "10,30,20", "mip"});
+    all.push_back({Job::render, "phantom:shepp-logan:224", Type::u8, "10,30,20", "xray"});
     all.push_back({Job::render, "phantom:shepp-logan:128", Type::f32, "10,30,20", "xray"});
     all.push_back({Job::warp, "phantom:gaussians:112", Type::u8, "90,0,0", nullptr});
     all.push_back({Job::warp, "phantom:gaussians:112", Type::f32, "90,0,90", nullptr});

@@ -41,13 +41,15 @@ struct MemoryBudget::State {
         kept -= first->first;
         spare.erase(first);
     }
-    /// Counts bytes, or throws; the caller holds the mutex. What is kept for reuse never adds to
-    /// the peak: blocks of ever new sizes would pile up.
+    /// Counts bytes, or throws; the caller holds the mutex. What is kept for reuse hardly adds to
+    /// the peak: blocks of ever new sizes would pile up. That little keeps a small block from
+    /// driving a large one out, which the next frame would have to map again.
     void count(std::size_t bytes) {
         if (bytes > limit || used > limit - bytes) throw std::bad_alloc();
         used += bytes;
         peak = std::max(peak, used);
-        while (kept > 0 && used + kept > peak) drop_one();
+        const std::size_t most = std::min(limit, peak + peak / 32);
+        while (kept > 0 && used + kept > most) drop_one();
     }
 };
 
