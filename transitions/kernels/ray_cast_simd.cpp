@@ -24,13 +24,37 @@ constexpr int kChecked = 8;  // cells between looks at whether any lane still ne
 constexpr int kWidth = std::min<int>(4, kLanes);
 constexpr int kHeight = static_cast<int>(kLanes) / kWidth;
 
+using DD = hn::CappedTag<double, kLanes>;
+using VD = hn::Vec<DD>;
+constexpr std::size_t kSide = hn::MaxLanes(DD());  // lanes whose paths are reckoned at once
+
+/// [low, high] of rays, as clip() of ray_path.hpp has it.
+struct Spans {
+    VD low, high;
+
+    HWY_INLINE void clip(VD o, VD d, double from, double to) {
+        if (from > to) {
+            high = low;
+            return;
+        }
+        const DD tag;
+        const VD begin = hn::Set(tag, from), end = hn::Set(tag, to);
+        const VD a = hn::Div(hn::Sub(begin, o), d), b = hn::Div(hn::Sub(end, o), d);
+        const auto along = hn::Eq(d, hn::Zero(tag));
+        const VD kept = hn::IfThenElse(hn::Or(hn::Lt(o, begin), hn::Gt(o, end)), low, high);
+        high = hn::IfThenElse(along, kept, hn::Min(high, hn::Max(a, b)));
+        low = hn::IfThenElse(along, low, hn::Max(low, hn::Min(a, b)));
+    }
+};
+
 /// The rays of one packet. Lanes without a hit walk along the first one that has one, unmasked.
 struct Packet {
     HWY_ALIGN float position[3][kLanes] = {}, stride[3][kLanes] = {};
     HWY_ALIGN int first[kLanes] = {}, last[kLanes] = {};
+    HWY_ALIGN int inner_first[kLanes] = {}, inner_last[kLanes] = {};
     HWY_ALIGN float first_offset[kLanes] = {}, last_offset[kLanes] = {};
     HWY_ALIGN float first_weight[kLanes] = {}, last_weight[kLanes] = {};
-    double length[kLanes] = {};
+    HWY_ALIGN double length[kLanes] = {};
     bool hit[kLanes] = {};
     int begin = 0, end = 0;              // cells that some lane needs
     int inner_begin = 0, inner_end = 0;  // cells that all lanes have inside
@@ -39,53 +63,118 @@ struct Packet {
     bool prepare(const RayCast& cast, double x, double y, int columns, int rows);
 
  private:
-    void set(int lane, const RayPath& path);
+    void reckon(const RayCast& cast, std::size_t lane, VD x, VD y);
+    void copy(int from, int to);
 };
 
-void Packet::set(int lane, const RayPath& path) {
-    for (int axis = 0; axis < 3; ++axis) {
-        position[axis][lane] = static_cast<float>(path.position[axis]);
-        stride[axis][lane] = static_cast<float>(path.stride[axis]);
-        steepest = std::max(steepest, std::abs(stride[axis][lane]));
+/// ray_path() of kSide lanes, operation for operation.
+void Packet::reckon(const RayCast& cast, std::size_t lane, VD x, VD y) {
+    const DD d;
+    const auto at = [&](const Rays::Field& field, int axis) {
+        const VD right =
+            hn::Add(hn::Set(d, field.base[axis]), hn::Mul(x, hn::Set(d, field.x[axis])));
+        return hn::Add(right, hn::Mul(y, hn::Set(d, field.y[axis])));
+    };
+    HWY_ALIGN double cells[kSide];
+    const Rays::Field& measure = cast.rays.measure;
+    const bool parallel = measure.x == std::array<double, 3>{} && measure.y == measure.x;
+    if (parallel) {
+        const double norm = std::hypot(measure.base[0], measure.base[1], measure.base[2]);
+        std::fill_n(cells, kSide, cast.step / norm);
+    } else {
+        HWY_ALIGN double m[3][kSide];
+        for (int axis = 0; axis < 3; ++axis) hn::Store(at(measure, axis), d, m[axis]);
+        for (std::size_t i = 0; i < kSide; ++i)
+            cells[i] = cast.step / std::hypot(m[0][i], m[1][i], m[2][i]);
     }
-    first[lane] = static_cast<int>(path.first);
-    last[lane] = static_cast<int>(path.last);
-    first_offset[lane] = static_cast<float>(path.first_offset);
-    last_offset[lane] = static_cast<float>(path.last_offset);
-    first_weight[lane] = static_cast<float>(path.first_weight);
-    last_weight[lane] = static_cast<float>(path.last_weight);
-    length[lane] = path.length;
-    hit[lane] = path.hit();
+    const VD cell = hn::Load(d, cells);
+    const Extent& n = cast.volume.extent;
+    const double below = cast.hold == Hold::zoh ? -0.5 : cast.hold == Hold::foh ? 0 : 1;
+
+    const hn::Rebind<float, DD> narrow;
+    const hn::Rebind<int, DD> whole;
+    const auto keep = [&](VD value, float* to) {
+        hn::Store(hn::DemoteTo(narrow, value), narrow, to + lane);
+    };
+    const auto keep_cell = [&](VD value, int* to) {
+        hn::Store(hn::DemoteTo(whole, value), whole, to + lane);
+    };
+    Spans box{hn::Set(d, cast.rays.start / cast.step),
+              hn::Set(d, std::numeric_limits<double>::infinity())};
+    Spans inner = box;
+    VD origin[3], along[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const double top = static_cast<double>(n[axis]) - 0.5, margin = 1e-3 + 1e-6 * top;
+        origin[axis] = at(cast.rays.origin, axis);
+        along[axis] = hn::Mul(at(cast.rays.direction, axis), cell);
+        box.clip(origin[axis], along[axis], -0.5, top);
+        inner.clip(origin[axis], along[axis], below + margin, top - 0.5 - below - margin);
+        keep(along[axis], stride[axis]);
+    }
+    const VD one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
+    const VD far = hn::Set(d, std::numeric_limits<double>::max());
+    const auto hits = hn::And(hn::Lt(box.low, box.high), hn::And(hn::Le(hn::Abs(box.low), far),
+                                                                 hn::Le(hn::Abs(box.high), far)));
+    const VD begins = hn::Floor(box.low), ends = hn::Sub(hn::Ceil(box.high), one);
+    const VD base = hn::Add(begins, half);
+    for (int axis = 0; axis < 3; ++axis)
+        keep(hn::Add(origin[axis], hn::Mul(base, along[axis])), position[axis]);
+    const VD first_end = hn::Min(box.high, hn::Add(base, half));
+    const VD last_begin = hn::Max(box.low, ends);
+    keep(hn::Sub(first_end, box.low), first_weight);
+    keep(hn::Sub(hn::Mul(half, hn::Add(box.low, first_end)), base), first_offset);
+    keep(hn::Sub(box.high, last_begin), last_weight);
+    keep(hn::Sub(hn::Mul(half, hn::Add(last_begin, box.high)), base), last_offset);
+    keep_cell(begins, first);
+    keep_cell(ends, last);
+    const auto some = hn::Lt(inner.low, inner.high);
+    keep_cell(
+        hn::IfThenElseZero(some, hn::Max(hn::Add(begins, one), hn::Ceil(hn::Sub(inner.low, half)))),
+        inner_first);
+    keep_cell(
+        hn::IfThenElse(some, hn::Min(hn::Sub(ends, one), hn::Floor(hn::Sub(inner.high, half))),
+                       hn::Neg(one)),
+        inner_last);
+    hn::Store(hn::IfThenElseZero(hits, hn::Sub(box.high, box.low)), d, length + lane);
+}
+
+void Packet::copy(int from, int to) {
+    for (int axis = 0; axis < 3; ++axis) {
+        position[axis][to] = position[axis][from];
+        stride[axis][to] = stride[axis][from];
+    }
+    for (int* of : {first, last, inner_first, inner_last}) of[to] = of[from];
+    for (float* of : {first_offset, last_offset, first_weight, last_weight}) of[to] = of[from];
 }
 
 bool Packet::prepare(const RayCast& cast, double x, double y, int columns, int rows) {
-    const int lanes = static_cast<int>(kLanes);
-    RayPath paths[kLanes];
-    const RayPath* some = nullptr;
-    for (int lane = 0; lane < lanes; ++lane) {
-        const int column = lane % kWidth, row = lane / kWidth;
-        if (column < columns && row < rows) paths[lane] = ray_path(cast, x + column, y + row);
-        if (!some && paths[lane].hit()) some = &paths[lane];
+    constexpr int kCount = static_cast<int>(kLanes);
+    HWY_ALIGN double px[kLanes], py[kLanes];
+    for (int lane = 0; lane < kCount; ++lane) {
+        px[lane] = x + lane % kWidth;
+        py[lane] = y + lane / kWidth;
     }
-    if (!some) return false;
+    for (std::size_t lane = 0; lane < kLanes; lane += kSide)
+        reckon(cast, lane, hn::Load(DD(), px + lane), hn::Load(DD(), py + lane));
+    int some = -1;
+    for (int lane = kCount - 1; lane >= 0; --lane) {
+        hit[lane] = length[lane] > 0 && lane % kWidth < columns && lane / kWidth < rows;
+        if (hit[lane]) some = lane;
+    }
+    if (some < 0) return false;
+    for (int lane = 0; lane < kCount; ++lane)
+        if (!hit[lane]) copy(some, lane);
 
-    steepest = 0;
-    std::int64_t low = some->first, high = some->last;
-    std::int64_t inner_low = some->inner_first, inner_high = some->inner_last;
-    for (int lane = 0; lane < lanes; ++lane) {
-        const bool real = paths[lane].hit();
-        const RayPath& path = real ? paths[lane] : *some;
-        set(lane, path);
-        hit[lane] = real;
-        low = std::min(low, path.first);
-        high = std::max(high, path.last);
-        inner_low = std::max(inner_low, path.inner_first);
-        inner_high = std::min(inner_high, path.inner_last);
-    }
-    begin = static_cast<int>(low);
-    end = static_cast<int>(high) + 1;
-    inner_begin = inner_low <= inner_high ? static_cast<int>(inner_low) : end;
-    inner_end = inner_low <= inner_high ? static_cast<int>(inner_high) + 1 : end;
+    const DI d;
+    begin = hn::GetLane(hn::MinOfLanes(d, hn::Load(d, first)));
+    end = hn::GetLane(hn::MaxOfLanes(d, hn::Load(d, last))) + 1;
+    const int inner_low = hn::GetLane(hn::MaxOfLanes(d, hn::Load(d, inner_first)));
+    const int inner_high = hn::GetLane(hn::MinOfLanes(d, hn::Load(d, inner_last)));
+    inner_begin = inner_low <= inner_high ? inner_low : end;
+    inner_end = inner_low <= inner_high ? inner_high + 1 : end;
+    VF steep = hn::Zero(DF());
+    for (const auto& along : stride) steep = hn::Max(steep, hn::Abs(hn::Load(DF(), along)));
+    steepest = hn::GetLane(hn::MaxOfLanes(DF(), steep));
     return true;
 }
 
