@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <functional>
 #include <map>
+#include <variant>
 
 #include "cli/input.hpp"
 #include "cli/numbers.hpp"
@@ -16,50 +16,34 @@ namespace {
 constexpr double kMostValues = 1000;
 
 using Words = std::vector<std::string>;
-using Place = std::function<std::optional<std::string>&(JobOptions&)>;
 
-/// Options that are one number.
-const std::map<std::string, Place>& plain_options() {
-    static const std::map<std::string, Place> options = {
-        {"frames", [](JobOptions & o) -> auto& {return o.geometry.turntable;
+/// Options that are one number: of the request, of its geometry.
+using OfRequest = std::optional<std::string> JobOptions::*;
+using OfGeometry = std::optional<std::string> GeometryWords::*;
+using Plain = std::variant<OfRequest, OfGeometry>;
+
+const std::map<std::string, Plain>& plain_options() {
+    static const std::map<std::string, Plain> options = {
+        {"frames", &GeometryWords::turntable},
+        {"turntable", &GeometryWords::turntable},
+        {"perspective", &GeometryWords::perspective},
+        {"threads", &JobOptions::threads},
+        {"max-error", &JobOptions::max_error},
+        {"max-time", &JobOptions::max_time},
+        {"max-memory", &JobOptions::max_memory},
+        {"range", &JobOptions::range},
+        {"zero", &JobOptions::zero},
+        {"outside", &JobOptions::outside},
+        {"time", &JobOptions::time},
+        {"channel", &JobOptions::channel}};
+    return options;
 }
-}  // namespace
-, {"turntable", [](JobOptions& o) -> auto& {return o.geometry.turntable;
-}  // namespace edgewise::cli
-}
-, {"perspective", [](JobOptions& o) -> auto& {return o.geometry.perspective;
-}
-}
-, {"threads", [](JobOptions& o) -> auto& {return o.threads;
-}
-}
-, {"max-error", [](JobOptions& o) -> auto& {return o.max_error;
-}
-}
-, {"max-time", [](JobOptions& o) -> auto& {return o.max_time;
-}
-}
-, {"max-memory", [](JobOptions& o) -> auto& {return o.max_memory;
-}
-}
-, {"range", [](JobOptions& o) -> auto& {return o.range;
-}
-}
-, {"zero", [](JobOptions& o) -> auto& {return o.zero;
-}
-}
-, {"outside", [](JobOptions& o) -> auto& {return o.outside;
-}
-}
-, {"time", [](JobOptions& o) -> auto& {return o.time;
-}
-}
-, {
-    "channel", [](JobOptions & o) -> auto& { return o.channel; }
-}
-}
-;
-return options;
+
+void put(JobOptions& options, const Plain& option, const std::string& text) {
+    if (const auto* request = std::get_if<OfRequest>(&option))
+        options.*(*request) = text;
+    else
+        options.geometry.*std::get<OfGeometry>(option) = text;
 }
 
 /// Options of one number an axis, and what the others are where nobody says.
@@ -140,7 +124,7 @@ JobOptions Sweep::at(const JobOptions& options, double value) const {
     JobOptions changed = options;
     const std::string text = fmt::format("{}", value);
     if (const auto plain = plain_options().find(option); plain != plain_options().end()) {
-        plain->second(changed) = text;
+        put(changed, plain->second, text);
         return changed;
     }
     const std::size_t dot = option.find('.');
