@@ -5,7 +5,8 @@
 
 namespace edgewise::charts {
 
-/// The axes that all of a table fits on: predicted, measured, budgets and peers.
+/// The axes that all of a table fits on: predicted, measured, budgets and peers. Of a sweep what is
+/// drawn: no predictions, and budgets only where they are near.
 LogAxis seconds_axis(const Table& table);
 LogAxis error_axis(const Table& table);
 

@@ -7,6 +7,7 @@
 #include "charts/axes.hpp"
 #include "charts/families.hpp"
 #include "charts/front.hpp"
+#include "charts/front_numbers.hpp"
 #include "charts/program.hpp"
 #include "charts/sweep_script.hpp"
 #include "charts/words.hpp"
@@ -15,6 +16,7 @@ namespace edgewise::charts {
 namespace {
 
 constexpr int kWidth = 1100, kPlotHeight = 640, kLine = 19, kMargin = 140;  // [pixel]
+constexpr int kTop = 50, kLeft = 94, kRight = 1067;                         // of the frame [pixel]
 constexpr std::size_t kMostListed = 24;                                     // of the front
 
 /// All of a scatter plot's parts, in the order in which they lie on each other.
@@ -34,8 +36,9 @@ class Scatter {
         std::string text = head_of(picture, kWidth, height);
         // The plot keeps its height; legend and list have what is below.
         text += fmt::format("set tmargin at screen {:.4f}\nset bmargin at screen {:.4f}\n",
-                            1 - 50.0 / height, 1 - double(50 + kPlotHeight) / height);
-        text += "set lmargin at screen 0.085\nset rmargin at screen 0.97\n";
+                            1 - double(kTop) / height, 1 - double(kTop + kPlotHeight) / height);
+        text += fmt::format("set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n",
+                            double(kLeft) / kWidth, double(kRight) / kWidth);
         text += fmt::format("set title {} noenhanced\n", quoted(shortened(table_.title, 120)));
         text += axis_text("x", seconds_) + axis_text("y", error_);
         text +=
@@ -43,9 +46,9 @@ class Scatter {
         text += fmt::format(
             "set key at screen 0.085,{:.4f} left top Left reverse samplen 2 spacing 1 noenhanced "
             "maxcols 1\n",
-            1 - double(50 + kPlotHeight + 62) / height);
+            1 - double(kTop + kPlotHeight + 62) / height);
         if (listed > 0) text += list_of_front(listed, height);
-        text += budgets() + data();
+        text += budgets() + numbers(height) + data();
         plot("NaN with points pt 7 lc rgb '#444444' title 'measured'");
         plot("NaN with points pt 6 lc rgb '#444444' title 'predicted, joined to measured'");
         add_points();
@@ -75,7 +78,7 @@ class Scatter {
 
     std::string list_of_front(std::size_t listed, int height) const {
         std::string text;
-        const double foot = 50 + kPlotHeight + 72 + kLine * double(families_.size() + 4);
+        const double foot = kTop + kPlotHeight + 72 + kLine * double(families_.size() + 4);
         const auto line = [&](std::size_t row, const std::string& words) {
             text += fmt::format("set label {} at screen 0.085,{:.4f} left noenhanced font ',11'\n",
                                 quoted(words), 1 - (foot + kLine * double(row)) / height);
@@ -108,6 +111,28 @@ class Scatter {
         return text;
     }
 
+    /// The places in the list of the front, where nothing else is; joined to marks that are far.
+    std::string numbers(int height) const {
+        const Frame frame{kLeft, kTop, kRight, kTop + kPlotHeight, seconds_, error_};
+        std::string text;
+        const auto numbers = front_numbers(table_, front_, kMostListed, frame);
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            const auto [spot, far] = numbers[i];
+            const std::string place =
+                fmt::format("screen {:.5f},{:.5f}", spot.x / kWidth, 1 - spot.y / height);
+            text += fmt::format("set label '{}' at {} center font ',11' front\n", i + 1, place);
+            if (far)
+                text += fmt::format("set arrow from {} to {} nohead lw 0.6 lc rgb '#777777' back\n",
+                                    first(table_.points[front_[i]].measured), place);
+        }
+        return text;
+    }
+
+    std::string first(const Values& values) const {
+        return fmt::format("first {:.9g},{:.9g}", seconds_.place(*values.seconds),
+                           error_.place(*values.error));
+    }
+
     /// Blocks of x, y, and for lines their other end.
     std::string data() const {
         std::string text;
@@ -128,20 +153,19 @@ class Scatter {
     }
 
     std::string front_data() const {
-        std::string steps, numbers, chosen;
+        std::string steps, chosen;
         for (std::size_t i = 0; i < front_.size(); ++i) {
             const Values& values = table_.points[front_[i]].measured;
             if (i == 0)
                 steps +=
                     fmt::format("{:.9g} {:.9g}\n", seconds_.place(*values.seconds), error_.high);
             steps += at(values) + "\n";
-            if (i < kMostListed) numbers += fmt::format("{} {}\n", at(values), i + 1);
             if (i + 1 == front_.size())
                 steps += fmt::format("{:.9g} {:.9g}\n", seconds_.high, error_.place(*values.error));
         }
         for (const Point& point : table_.points)
             if (point.chosen && !at(point.measured).empty()) chosen += at(point.measured) + "\n";
-        return block("front", steps) + block("numbers", numbers) + block("chosen", chosen);
+        return block("front", steps) + block("chosen", chosen);
     }
 
     /// A peer near the right end has its name on the left.
@@ -186,9 +210,6 @@ class Scatter {
     void add_front() {
         if (has("front"))
             plot("$front with steps lw 1.5 lc rgb '#333333' title 'front of what was measured'");
-        if (has("numbers"))
-            plot(
-                "$numbers using 1:2:3 with labels right offset -0.7,-0.7 font ',11' boxed notitle");
         if (has("chosen"))
             plot(
                 "$chosen with points pt 6 ps 2.6 lw 2 lc rgb 'black' title 'chosen by the "

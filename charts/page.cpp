@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "charts/axes.hpp"
+#include "charts/courses.hpp"
 #include "charts/embedded.hpp"
 #include "charts/families.hpp"
 #include "charts/html.hpp"
@@ -20,6 +21,18 @@ Json axis_json(const LogAxis& axis) {
     return {{"low", axis.low}, {"high", axis.high}, {"zero", or_null(axis.zero)}, {"ticks", ticks}};
 }
 
+Json courses_json(const Table& table) {
+    Json courses = Json::array();
+    if (table.swept.empty()) return courses;
+    for (const Course& course : courses_of(table))
+        courses.push_back({{"number", course.number},
+                           {"dash", course.dash},
+                           {"path", course.path},
+                           {"family", course.family},
+                           {"points", course.points}});
+    return courses;
+}
+
 Json layout_of(const Table& table, const Pictures* pictures) {
     Json families = Json::array();
     for (const std::string& name : families_of(table)) {
@@ -32,6 +45,7 @@ Json layout_of(const Table& table, const Pictures* pictures) {
         {"budgets",
          {{"seconds", or_null(table.seconds_budget)}, {"error", or_null(table.error_budget)}}},
         {"families", families},
+        {"courses", courses_json(table)},
         {"pictures", pictures ? to_json(*pictures) : Json()}};
 }
 

@@ -12,12 +12,12 @@ namespace {
 
 constexpr const char* kUnknown = "–";
 
-std::string bytes_text(double bytes) { return fmt::format("{:.1f} MiB", bytes / 0x1p20); }
+std::string bytes_text(double bytes) { return fmt::format("{:.1f}\u00a0MiB", bytes / 0x1p20); }
 
-/// "0.0123 (38.2 dB)"
+/// "0.0123 (38.2 dB)"; a narrow column breaks it before the bracket only.
 std::string error_text(double error) {
     if (!(error > 0) || !std::isfinite(error)) return plain_text(error);
-    return fmt::format("{} ({:.1f} dB)", plain_text(error), -20 * std::log10(error));
+    return fmt::format("{} ({:.1f}\u00a0dB)", plain_text(error), -20 * std::log10(error));
 }
 
 using Text = std::string (*)(double);

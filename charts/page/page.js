@@ -18,7 +18,7 @@ const points = doc.points.map((point, index) => ({
     : { seconds: null, error: null, bytes: null },
   source: point,
 }));
-const state = { selected: null, hidden: new Set() };
+const state = { selected: null, hidden: new Set(), opener: null };
 const isSweep = Boolean(doc.sweep);
 
 const secondsText = (s) => {
@@ -27,11 +27,9 @@ const secondsText = (s) => {
     if (s >= 0.9995 * size) return `${Number((s / size).toPrecision(3))} ${unit}`;
   return `${Number((s * 1e9).toPrecision(3))} ns`;
 };
-const errorText = (e) => {
-  if (e === null || e === undefined) return "–";
-  const decibel = e > 0 ? ` (${(-20 * Math.log10(e)).toFixed(1)} dB)` : "";
-  return `${Number(e.toPrecision(3))}${decibel}`;
-};
+const plainError = (e) => (e === null || e === undefined ? "–" : `${Number(e.toPrecision(3))}`);
+const decibelText = (e) => (e > 0 ? ` (${(-20 * Math.log10(e)).toFixed(1)} dB)` : "");
+const errorText = (e) => plainError(e) + decibelText(e);
 const bytesText = (b) => (b === null || b === undefined ? "–" : `${(b / 2 ** 20).toFixed(1)} MiB`);
 const pathText = (point) => point.steps.join(" > ") || "(the input itself)";
 const numbersText = (values) => `${secondsText(values.seconds)}, error ${errorText(values.error)}, ${bytesText(values.bytes)}`;
@@ -75,19 +73,25 @@ function ticksOf(make, log) {
 
 const visible = (point) => !state.hidden.has(point.family);
 
-function select(index) {
+/** @param opener  where the focus goes back to when the path is let go; absent: it stays where it is */
+function select(index, opener = null) {
+  if (index === null && state.opener && state.opener.isConnected) state.opener.focus();
+  state.opener = index === null ? null : opener;
   state.selected = index;
   const hash = index === null ? " " : `#select=${index}`;
   history.replaceState(null, "", index === null ? location.pathname + location.search : hash);
   showSelection();
+  if (index === null) return;
+  const detail = document.getElementById("detail");
+  if (opener) detail.focus({ preventScroll: true });
+  detail.scrollIntoView({ block: "nearest" });
 }
 
 function showSelection() {
   d3.selectAll(".mark").classed("selected", function () { return Number(this.dataset.index) === state.selected; })
     .attr("aria-pressed", function () { return Number(this.dataset.index) === state.selected; });
   d3.selectAll("#table tbody tr").classed("selected", function () { return Number(this.dataset.index) === state.selected; });
-  const path = state.selected === null ? null : pathText(points[state.selected]);
-  d3.selectAll(".course").classed("selected", (course) => course.key === path);
+  if (isSweep) showCourse();
   showDetail(state.selected === null ? null : points[state.selected]);
 }
 
@@ -117,11 +121,23 @@ function showTip(point, anchor) {
 }
 const hideTip = () => d3.select("#tip").attr("hidden", true);
 
-/** Makes marks answer to mouse and keyboard; one of them at a time is a stop of the Tab key. */
-function makeMarksAnswer(marks, order) {
-  const rank = new Map(order.map((point, i) => [point.index, i]));
-  const node = (point) => d3.select(`.mark[data-index="${point.index}"]`).node();
-  marks.attr("tabindex", (point) => (rank.get(point.index) === 0 ? 0 : -1))
+/** The one `step` further in a list, from its end to its beginning. */
+const following = (list, item, step) => list[(list.indexOf(item) + step + list.length) % list.length];
+
+/**
+ * Makes marks answer to mouse and keyboard; one of them at a time is a stop of the Tab key.
+ * @param order  of points: the first is where Tab leads, Home and End go to either end
+ * @param next   the point that an arrow key leads to from another
+ */
+function makeMarksAnswer(marks, order, next) {
+  const nodes = new Map();
+  marks.each(function (point) { nodes.set(point, this); });
+  const target = (point, key) => {
+    if (key === "Home") return order[0];
+    if (key === "End") return order[order.length - 1];
+    return key.startsWith("Arrow") ? next(point, key) : null;
+  };
+  marks.attr("tabindex", (point) => (point === order[0] ? 0 : -1))
     .attr("role", "button")
     .attr("aria-label", (point) => `${pathText(point)}: ${numbersText(point.measured)}`)
     .on("mouseenter", function (point) { showTip(point, this); })
@@ -136,13 +152,10 @@ function makeMarksAnswer(marks, order) {
     .on("keydown", function (point) {
       const key = d3.event.key;
       if (key === "Enter" || key === " ") select(point.index);
-      else if (key === "Escape") { hideTip(); select(null); }
       else {
-        const way = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[key];
-        if (!way) return;
-        const shown = order.filter(visible);
-        const next = shown[(shown.indexOf(point) + way + shown.length) % shown.length];
-        node(next).focus();
+        const other = target(point, key);
+        if (!other) return;
+        nodes.get(other).focus();
       }
       d3.event.preventDefault();
     });
@@ -154,6 +167,7 @@ function makeFamilies(redraw) {
   labels.append("input").attr("type", "checkbox").property("checked", true).on("change", function (family) {
     if (this.checked) state.hidden.delete(family.name);
     else state.hidden.add(family.name);
+    this.parentNode.classList.toggle("off", !this.checked);
     redraw();
   });
   labels.append("svg").attr("width", 16).attr("height", 16).attr("viewBox", "-8 -8 16 16").attr("aria-hidden", true)
@@ -173,6 +187,15 @@ function makeTheme() {
   });
 }
 
+/** Escape lets go of what is selected, wherever the focus is. */
+function makeEscape() {
+  addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    hideTip();
+    if (state.selected !== null) select(null);
+  });
+}
+
 function makeHeader() {
   const request = doc.request;
   const paths = new Set(points.map(pathText)).size;
@@ -182,7 +205,9 @@ function makeHeader() {
     doc.interrupted ? "interrupted" : "",
   ];
   d3.select("#about").text(parts.filter(Boolean).join(" · "));
-  d3.select("#hollow").attr("hidden", isSweep ? true : null);
+  d3.select("#hint").text(isSweep
+    ? "Arrow keys move along a line and to the next one, Enter selects, Escape lets go. Numbers at the ends are those of the list below; thin grey lines were never chosen and on the front of fewer than half of the values."
+    : "Arrow keys move between marks, Enter selects, Escape lets go. Full marks are measured, hollow ones predicted.");
   d3.select("#warnings").attr("hidden", doc.warnings.length ? null : true).selectAll("li").data(doc.warnings).enter()
     .append("li").text((warning) => warning);
 }

@@ -40,13 +40,9 @@ async function differenceOf(index) {
   });
 }
 
-/** Blue below, white or black at none, red above. */
+/** Blue below, nothing at none, red above: on dark, on light and on paper. */
 function signedColour(share) {
-  const dark = getComputedStyle(document.documentElement).colorScheme === "dark";
-  const middle = dark ? [20, 23, 26] : [255, 255, 255];
-  const end = share < 0 ? (dark ? [86, 180, 233] : [0, 90, 181]) : (dark ? [255, 120, 60] : [200, 40, 20]);
-  const t = Math.min(1, Math.abs(share));
-  return middle.map((m, c) => m + (end[c] - m) * t);
+  return [...(share < 0 ? [32, 110, 210] : [220, 62, 28]), 255 * Math.min(1, Math.abs(share))];
 }
 
 function paint(canvas, colourOf) {
@@ -56,8 +52,7 @@ function paint(canvas, colourOf) {
   const image = context.createImageData(canvas.width, canvas.height);
   for (let i = 0; i < canvas.width * canvas.height; ++i) {
     const colour = colourOf(i);
-    for (let c = 0; c < 3; ++c) image.data[4 * i + c] = colour[c];
-    image.data[4 * i + 3] = 255;
+    for (let c = 0; c < 4; ++c) image.data[4 * i + c] = colour[c];
   }
   context.putImageData(image, 0, 0);
 }
@@ -67,7 +62,7 @@ const channel = (plane, i, c) => plane[i + c * pictures.width * pictures.height]
 function paintValues(canvas, plane) {
   const grey = (v) => (Number.isFinite(v) ? (255 * (v - pictures.black)) / (pictures.white - pictures.black) : 0);
   const last = pictures.channels - 1;
-  paint(canvas, (i) => [0, 1, 2].map((c) => grey(channel(plane, i, Math.min(c, last)))));
+  paint(canvas, (i) => [...[0, 1, 2].map((c) => grey(channel(plane, i, Math.min(c, last)))), 255]);
 }
 
 /** Of several channels the one that differs most. */
@@ -76,7 +71,7 @@ function paintDifference(canvas, plane, scale) {
     let most = 0;
     for (let c = 0; c < pictures.channels; ++c) {
       const d = channel(plane, i, c);
-      if (!Number.isFinite(d)) return [255, 0, 255];
+      if (!Number.isFinite(d)) return [255, 0, 255, 255];
       if (Math.abs(d) > Math.abs(most)) most = d;
     }
     return signedColour(most / scale);
@@ -107,7 +102,8 @@ function addDifference(where, name, text, plane) {
   bar.height = 1;
   const context = bar.getContext("2d");
   for (let i = 0; i <= 100; ++i) {
-    context.fillStyle = `rgb(${signedColour((i - 50) / 50).map(Math.round)})`;
+    const [red, green, blue, alpha] = signedColour((i - 50) / 50);
+    context.fillStyle = `rgb(${red} ${green} ${blue} / ${alpha / 255})`;
     context.fillRect(i, 0, 1, 1);
   }
   legend.append("span").text(`+${Number(scale.toPrecision(3))}`);
@@ -128,7 +124,7 @@ async function addPictures(where, point) {
 }
 
 function showDetail(point) {
-  const where = d3.select("#detail").html("");
+  const where = d3.select("#detail").html("").classed("open", point !== null);
   if (!point) {
     where.append("p").attr("class", "soft").text("Select a mark or a row of the table: its steps, numbers and pictures appear here.");
     return;

@@ -71,7 +71,8 @@ function drawMarks(svg, x, y) {
   marks.filter((p) => p.chosen).append("circle").attr("class", "ring").attr("r", 11);
   marks.append("path").attr("class", "full").attr("d", (p) => symbol(families.get(p.family).shape, 6.2))
     .attr("fill", (p) => families.get(p.family).colour);
-  makeMarksAnswer(marks, measured.slice().sort((a, b) => a.measured.seconds - b.measured.seconds));
+  const order = measured.slice().sort((a, b) => a.measured.seconds - b.measured.seconds);
+  makeMarksAnswer(marks, order, (point, key) => following(order, point, key === "ArrowRight" || key === "ArrowDown" ? 1 : -1));
 }
 
 function drawScatter() {

@@ -3,11 +3,12 @@
 const columns = [
   { name: "#", value: (p) => p.index, text: (p) => p.index },
   { name: "path", value: pathText, text: pathText, button: true },
+  ...(isSweep ? [{ name: "line", value: (p) => courseOf.get(p)?.number || null, text: (p) => courseOf.get(p)?.number || "" }] : []),
   ...(isSweep ? [{ name: doc.sweep.option, value: (p) => p.at, text: (p) => p.at }] : []),
   { name: "predicted time", value: (p) => p.predicted.seconds, text: (p) => secondsText(p.predicted.seconds) },
   { name: "measured time", value: (p) => p.measured.seconds, text: (p) => secondsText(p.measured.seconds) },
-  { name: "predicted error", value: (p) => p.predicted.error, text: (p) => errorText(p.predicted.error) },
-  { name: "measured error", value: (p) => p.measured.error, text: (p) => errorText(p.measured.error) },
+  { name: "predicted error", value: (p) => p.predicted.error, text: (p) => plainError(p.predicted.error), more: (p) => decibelText(p.predicted.error) },
+  { name: "measured error", value: (p) => p.measured.error, text: (p) => plainError(p.measured.error), more: (p) => decibelText(p.measured.error) },
   { name: "predicted memory", value: (p) => p.predicted.bytes, text: (p) => bytesText(p.predicted.bytes) },
   { name: "measured memory", value: (p) => p.measured.bytes, text: (p) => bytesText(p.measured.bytes) },
   { name: "front", value: (p) => (p.front ? 0 : 1), text: (p) => (p.front ? "●" : "") },
@@ -37,11 +38,30 @@ function drawTable() {
     });
   const rows = table.append("tbody").selectAll("tr").data(points.filter(visible).sort(compare)).enter().append("tr")
     .attr("data-index", (p) => p.index).classed("selected", (p) => p.index === state.selected)
-    .on("click", (p) => select(p.index));
+    .on("click", function (p) { select(p.index, this.querySelector("button")); });
   for (const column of columns) {
     const cells = rows.append("td");
     (column.button ? cells.append("button").attr("type", "button") : cells).text(column.text);
+    if (column.more) cells.append("span").attr("class", "decibel").text(column.more);
   }
+  makeRowsAnswer(rows);
+}
+
+/** All rows are one stop of the Tab key; arrows, Home and End lead from row to row. */
+function makeRowsAnswer(rows) {
+  const buttons = rows.selectAll("button").nodes();
+  const stop = (button) => buttons.forEach((other) => { other.tabIndex = other === button ? 0 : -1; });
+  stop(buttons[0]);
+  buttons.forEach((button) => {
+    button.addEventListener("focus", () => stop(button));
+    button.addEventListener("keydown", (event) => {
+      const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+      const ends = { Home: buttons[0], End: buttons[buttons.length - 1] }[event.key];
+      if (!step && !ends) return;
+      (ends || following(buttons, button, step)).focus();
+      event.preventDefault();
+    });
+  });
 }
 
 function draw() {
@@ -52,7 +72,10 @@ function draw() {
 
 makeHeader();
 makeTheme();
+makeEscape();
 makeFamilies(draw);
+document.body.classList.toggle("sweep", isSweep);
+if (isSweep) makeCourses();
 draw();
 takeHash();
 addEventListener("hashchange", takeHash);
