@@ -196,6 +196,26 @@ class OneChart(Chart):
         self.assertEqual(self.browser.value("document.activeElement.type"), "checkbox")
         labels = self.browser.value("[...document.querySelectorAll('.mark')].map(m => m.getAttribute('aria-label'))")
         self.assertTrue(all(label and "error" in label for label in labels))
+        self.browser.value("document.querySelectorAll('.mark')[0].focus()")
+        self.browser.press("End")
+        self.assertEqual(self.browser.value(focused), str(order[-1]))
+        self.browser.press("Home")
+        self.assertEqual(self.browser.value(focused), str(order[0]))
+
+    def test_rows_open_and_close_by_keys(self):
+        self.open()
+        row = "document.activeElement.closest('tr').dataset.index"
+        self.assertEqual(self.browser.value("document.querySelectorAll('#table tbody button[tabindex=\"0\"]').length"), 1)
+        self.browser.value("document.querySelector('#table tbody button').focus()")
+        self.browser.press("ArrowDown")
+        index = self.browser.value(row)
+        self.browser.press("Enter")
+        self.browser.wait_for("document.querySelector('[data-picture=picture]')")
+        self.assertEqual(self.browser.value("[String(state.selected), document.activeElement.id]"), [index, "detail"])
+        top, bottom, height = self.browser.value("(r => [r.top, r.bottom, innerHeight])(document.activeElement.getBoundingClientRect())")
+        self.assertTrue(-1 < top < height and (bottom < height + 1 or bottom - top > height))
+        self.browser.press("Escape")
+        self.assertEqual(self.browser.value(f"[state.selected, {row}]"), [None, index])
 
     def test_families_are_hidden_and_shown(self):
         self.open()
@@ -231,6 +251,22 @@ class OneChart(Chart):
         self.assertEqual(self.browser.value(back), "rgb(255, 255, 255)")
         self.assertGreater(len(self.browser.pdf()), 20000)
         self.assertEqual(self.browser.errors, [])
+
+    def test_nothing_is_cut_off_on_paper(self):
+        self.open("#select=1")
+        self.browser.wait_for("document.querySelector('[data-picture=difference]')")
+        self.browser.colours("dark")
+        self.browser.call("Emulation.setEmulatedMedia", media="print")
+        for width in (718, 740):  # A4 and Letter within their margins [px]
+            self.browser.call("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
+            self.addCleanup(self.browser.call, "Emulation.clearDeviceMetricsOverride")
+            self.assertLessEqual(self.browser.value("document.documentElement.scrollWidth"), width)
+            self.assertLessEqual(*self.browser.value("(all => [all.scrollWidth, all.clientWidth])(document.querySelector('#all'))"))
+        # What cannot be used on paper is not there, and what is white stays white.
+        self.assertFalse(self.browser.value("[...document.querySelectorAll('#theme, .hint, input, footer')].some(e => e.offsetParent)"))
+        self.assertTrue(self.browser.value("(c => [...c.getContext('2d').getImageData(0, 0, c.width, c.height).data]"
+                                           ".some((value, i) => i % 4 === 3 && value < 20))"
+                                           "(document.querySelector('[data-picture=difference] canvas'))"))
 
     def test_the_page_needs_no_network(self):
         self.open()
@@ -336,6 +372,37 @@ class Pages(Chart):
         for p in report["points"]:
             if p["at"] == 0.2:
                 self.assertEqual(p["measured"]["error"]["nrmse"], errors[tuple(p["steps"])])
+
+    def test_lines_of_a_sweep_are_told_apart(self):
+        self.chart("render", "phantom:noise:16", "--size", "16x16", "--sweep", "rotate.z=0:40:20", "--repeat", "1", "--verify=64",
+                   "--max-time", "100s", outs=("l.json", "l.html", "l.svg"))
+        texts = [t.strip() for t in ET.parse(self.folder / "l.svg").getroot().itertext()]
+        browser = Browser()
+        self.addCleanup(browser.close)
+        browser.open(f"file://{self.folder}/l.html")
+        numbers = browser.value("courses.filter(c => c.number).map(c => c.number)")
+        self.assertEqual(numbers, list(range(1, len(numbers) + 1)))
+        self.assertEqual(browser.value("[...document.querySelectorAll('#courses li')].map(li => li.value)"), numbers)
+        labelled = browser.value("[...document.querySelectorAll('#plot .number')].flatMap(t => t.textContent.split(', ')).map(Number)")
+        self.assertEqual(sorted(labelled), sorted(2 * numbers))
+        for number in numbers:
+            self.assertTrue(any(str(number) in text.split(", ") for text in texts), number)
+        # The far budget is said at the edge and takes no room.
+        self.assertIn("↑ time budget 100 s", texts)
+        self.assertLess(browser.value("layout.axes.seconds.high"), 10)
+        # Keys stay in their panel: along a line, and to another at the same value.
+        focused = "(e => [e.classList[1], points[e.dataset.index].at, courseOf.get(points[e.dataset.index]).number])(document.activeElement)"
+        browser.value("document.querySelector('.mark.error[tabindex=\"0\"]').focus()")
+        self.assertEqual(browser.value(focused), ["error", 0, 1])
+        browser.press("ArrowRight")
+        self.assertEqual(browser.value(focused), ["error", 20, 1])
+        browser.press("ArrowUp")
+        self.assertEqual(browser.value(focused)[:2], ["error", 20])
+        browser.press("Enter")
+        browser.wait_for("document.querySelectorAll('#plot .course.selected').length === 2")
+        browser.press("Escape")
+        browser.wait_for("document.querySelectorAll('#plot .course.selected').length === 0")
+        self.assertEqual(browser.errors, [])
 
     def test_sweeps_of_parts_sizes_threads_frames_and_budgets(self):
         volume = ["render", "phantom:noise:16", "--repeat", "1", "--limit", "2", "--verify=64"]
