@@ -36,6 +36,8 @@ function drawTable() {
       drawTable();
       d3.select(`#table [data-column="${column.name}"]`).node().focus();
     });
+  // On paper: a head that is repeated on every page shows no buttons.
+  heads.append("span").attr("class", "paper").attr("aria-hidden", true).text((column) => column.name);
   const rows = table.append("tbody").selectAll("tr").data(points.filter(visible).sort(compare)).enter().append("tr")
     .attr("data-index", (p) => p.index).classed("selected", (p) => p.index === state.selected)
     .on("click", function (p) { select(p.index, this.querySelector("button")); });
