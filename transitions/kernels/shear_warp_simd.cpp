@@ -172,7 +172,8 @@ struct Tile {
         const double left = std::floor(x), upper = std::floor(y);
         const T* first =
             samples + static_cast<std::int64_t>(upper) * n.x + static_cast<std::int64_t>(left);
-        all(BilinearRow<T>{first, first + (y > upper ? n.x : 0), x > left ? 1 : 0,
+        // Beside the last column, a place that is whole but for its rounding has no right tap.
+        all(BilinearRow<T>{first, first + (y > upper ? n.x : 0), x - left > kSlip ? 1 : 0,
                            hn::Set(DF(), static_cast<float>(x - left)),
                            hn::Set(DF(), static_cast<float>(y - upper))});
     }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -216,6 +217,15 @@ TEST(ShearWarpKernel, NotFiniteSamplesSpreadNoFartherThanTheirTaps) {
     expect_reference(warp);
     warp.x = 0.25, warp.dy = 0.5;
     expect_reference(warp);
+}
+
+TEST(ShearWarpKernel, NothingIsReadBeyondTheLastSampleWherePlacesAreRounded) {
+    const Extent n{2, 3, 4};
+    std::vector<float> f32(n.samples() + kSlack, std::numeric_limits<float>::quiet_NaN());
+    std::fill_n(f32.begin(), n.samples(), 3.0f);
+    ShearWarp warp{.volume = {f32.data(), Type::f32, n, 1, {}}, .with = {.rule = Combine::sum}};
+    warp.x = 1e-17;
+    for (const float value : picture_of(warp, {0, 0, 2, 3})) EXPECT_EQ(value, 12);
 }
 
 TEST(ShearWarpKernel, ConstantsKeepTheirChord) {
