@@ -22,8 +22,9 @@ struct ShearWarp {
 void shear_spans(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
                  std::int64_t height, float* low, float* high, std::ptrdiff_t pitch);
 
-/// Adds all slices to the states of a tile of the intermediate image. Single-threaded, no
-/// allocation. Tiles of about 128 x 16 pixels keep states and rows in the first-level cache.
+/// Adds all slices to the states of a tile of the intermediate image. A ray that is inside between
+/// two slices only gets the sample of the nearest one. Single-threaded, no allocation. Tiles of
+/// about 128 x 16 pixels keep states and rows in the first-level cache.
 void shear_warp(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
                 std::int64_t height, const PixelSpans& spans, const PixelStates& states);
 

@@ -179,6 +179,64 @@ struct Tile {
     }
 };
 
+/// Rays that pass between two slices, or beyond the outermost: the nearest slice stands for all of
+/// what is inside, so that every ray that meets the volume has a sample.
+struct Slivers {
+    const ShearWarp& warp;
+    std::int64_t i, j, width, height;
+    const PixelSpans& spans;
+    const PixelStates& states;
+
+    template <class Rule>
+    void run() const {
+        const DF d;
+        const Rule rule(warp.with);
+        for (std::int64_t row = 0; row < height; ++row) {
+            const float* low = spans.low + row * spans.pitch;
+            const float* high = spans.high + row * spans.pitch;
+            for (std::int64_t from = 0; from < width; from += kLanes) {
+                const VF a = hn::LoadU(d, low + from), b = hn::LoadU(d, high + from);
+                const MF between = hn::And(hn::Lt(a, b), hn::Gt(hn::Ceil(a), b));
+                if (hn::AllFalse(d, hn::AndNot(beyond(width - from), between))) continue;
+                const std::int64_t to = std::min<std::int64_t>(from + kLanes, width);
+                for (std::int64_t pixel = from; pixel < to; ++pixel)
+                    if (low[pixel] < high[pixel] && std::ceil(low[pixel]) > high[pixel])
+                        add(rule, pixel, row, low[pixel], high[pixel]);
+            }
+        }
+    }
+
+ private:
+    template <class Rule>
+    void add(const Rule& rule, std::int64_t pixel, std::int64_t row, float low, float high) const {
+        const float before = std::floor(low), after = before + 1;
+        const float last = static_cast<float>(warp.volume.extent.z - 1);
+        const float down = low - before, up = after - high;
+        const bool first =
+            after > last || (before >= 0 && (warp.backwards ? down < up : down <= up));
+        const float nearest = first ? before : after;
+        // The span is moved to end in the slice.
+        const float length = high - low;
+        HWY_ALIGN float begin[kLanes] = {}, end[kLanes] = {};
+        begin[0] = first ? nearest : nearest - length;
+        end[0] = first ? nearest + length : nearest;
+        const double k = static_cast<double>(nearest);
+        const ClampedRow clamped{warp.volume,
+                                 scalar_load(warp.volume.type),
+                                 warp.hold,
+                                 static_cast<std::int64_t>(nearest),
+                                 static_cast<double>(i + pixel) + warp.x + k * warp.dx,
+                                 static_cast<double>(j + row) + warp.y + k * warp.dy};
+        add_parts(rule, clamped, 0, 1, nearest, begin, end,
+                  states.first + row * states.pitch + pixel, states.plane);
+    }
+};
+
+void shear_slivers_on(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
+                      std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
+    with_rule<false>(warp.with, Slivers{warp, i, j, width, height, spans, states});
+}
+
 void shear_warp_on(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
                    std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
     const Combining& with = warp.with;
@@ -209,6 +267,7 @@ HWY_AFTER_NAMESPACE();
 namespace edgewise::kernels {
 
 HWY_EXPORT(shear_warp_on);
+HWY_EXPORT(shear_slivers_on);
 
 namespace {
 
@@ -228,8 +287,9 @@ void clip(double origin, double slope, std::int64_t count, double& from, double&
 
 void shear_warp(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
                 std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
-    if (shear_warp_max(warp, i, j, width, height, spans, states)) return;
-    HWY_DYNAMIC_DISPATCH(shear_warp_on)(warp, i, j, width, height, spans, states);
+    if (!shear_warp_max(warp, i, j, width, height, spans, states))
+        HWY_DYNAMIC_DISPATCH(shear_warp_on)(warp, i, j, width, height, spans, states);
+    HWY_DYNAMIC_DISPATCH(shear_slivers_on)(warp, i, j, width, height, spans, states);
 }
 
 void shear_spans(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,

@@ -10,6 +10,7 @@
 #include "transitions/kernels/shear_warp.hpp"
 #include "transitions/kernels/spline_prefilter.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/project/shear_border.hpp"
 
 namespace edgewise {
 namespace {
@@ -233,21 +234,31 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 
     auto* values = static_cast<float*>(image.data());
     const bool spline = smooth(offer.with.word("filter"), want.mode);
+    const bool misses = want.mode == Mode::mip || want.mode == Mode::mean;
+    const float outside = misses ? static_cast<float>(want.miss) : 0.0f;
+    const ShearedImage sheared{.warp = warp,
+                               .values = values,
+                               .extent = f.image,
+                               .channels = channels,
+                               .to_image = f.to_image,
+                               .outside = outside};
     Interval range{};
     if (spline) {
+        continue_image(sheared, context.memory);
         range = range_of(values, f.image.samples());
         kernels::spline_prefilter(values, f.image, channels);
     }
 
-    const bool misses = want.mode == Mode::mip || want.mode == Mode::mean;
     const kernels::BackwardWarp picture(
         kernels::Grid{image.data(), Type::f32, f.image, channels, {}}, f.to_image,
-        spline ? kernels::Hold::bspline3 : hold, misses ? static_cast<float>(want.miss) : 0.0f);
+        spline ? kernels::Hold::bspline3 : hold, outside);
     const kernels::WarpOutput output{out.as<float>(), Region::all(out.what.extent)};
     const Extent tile = kernels::preferred_tile(out.what.extent);
     for_tiles(region, tile.x, tile.y, context, [&](const Region& part) {
         picture(output, part);
         if (spline) clamp(output, part, range);
+        // Without interpolation a pixel that meets nothing takes nothing from its neighbours.
+        if (hold == kernels::Hold::foh) mend_border(sheared, spline, output, part);
     });
 }
 

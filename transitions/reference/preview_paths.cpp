@@ -82,7 +82,7 @@ ShearedPicture::ShearedPicture(const RaySpan& ray, const Extent& input, Mode mod
     nearest_ = pixel_at(std::floor(at[0] + 0.5), std::floor(at[1] + 0.5), 1, mode);
     double begin = static_cast<double>(input[axis_]), end = -1;
     const auto join = [&](const Pixel& pixel) {
-        if (pixel.weight == 0) return;
+        if (pixel.weight == 0 || !(pixel.low < pixel.high)) return;
         begin = std::min(begin, std::ceil(pixel.low));
         end = std::max(end, std::floor(pixel.high));
     };
@@ -100,6 +100,17 @@ ShearedPicture::Pixel ShearedPicture::pixel_at(double u, double v, double weight
                 .stretch = Stretch::empty(mode)};
     for (int i = 0; i < 2; ++i)
         clip(pixel.at[i], shear_[i], input_[across_[i]], pixel.low, pixel.high);
+    const double length = pixel.high - pixel.low, after = std::ceil(pixel.low);
+    if (length > 0 && after > pixel.high) {
+        const double before = after - 1, last = static_cast<double>(input_[axis_] - 1);
+        if (after > last || (before >= 0 && pixel.low - before <= after - pixel.high)) {
+            pixel.low = before;
+            pixel.high = before + length;
+        } else {
+            pixel.low = after - length;
+            pixel.high = after;
+        }
+    }
     return pixel;
 }
 
@@ -129,11 +140,23 @@ void ShearedPicture::result(PreviewHold hold, const Request& want,
         nearest_.stretch.result(want, values.data());
         return;
     }
+    double weight = 0, length = 0;
     for (const Pixel& corner : corners_) {
-        if (corner.weight == 0) continue;
+        if (corner.weight == 0 || !(corner.low < corner.high)) continue;
         std::array<double, 4> value{};
         corner.stretch.result(want, value.data());
+        weight += corner.weight;
+        length += corner.weight * (corner.high - corner.low);
         for (std::size_t c = 0; c < 4; ++c) values[c] += corner.weight * value[c];
+    }
+    if (weight == 0) return;
+    for (double& value : values) value /= weight;
+    const double share = (ray_.high - ray_.low) / step_ * weight / length;
+    if (want.mode == Mode::xray) values[0] *= share;
+    if (want.mode == Mode::composite && values[3] > 0) {
+        const double opacity = 1 - std::pow(std::max(0.0, 1 - values[3]), share);
+        const double scale = opacity / values[3];
+        for (double& value : values) value *= scale;
     }
 }
 

@@ -30,7 +30,9 @@ class ScreenPicture {
 };
 
 /// Slices sheared onto an intermediate image with a pixel a voxel, which is then read at the ray:
-/// four neighbours by a bilinear picture, the nearest by one without interpolation. The slices are
+/// four neighbours by a bilinear picture, of which those count that meet the input, the nearest by
+/// one without interpolation. What the neighbours' rays have less or more of the input than this
+/// one is made up for. The slices are
 /// those across the axis along which the ray advances fastest; pixels lie at whole positions in the
 /// slice that is nearest to the eye. Parallel rays only.
 ///
@@ -48,7 +50,8 @@ class ShearedPicture {
     void result(PreviewHold hold, const Request& want, std::span<double, 4> values) const;
 
  private:
-    /// A pixel of the intermediate image: where it crosses the first slice, its span in slices.
+    /// A pixel of the intermediate image: where it crosses the first slice, its span in slices. A
+    /// span between two slices is moved to end in the nearest one.
     struct Pixel {
         double low = 0, high = -1, weight = 0;
         std::array<double, 2> at{};

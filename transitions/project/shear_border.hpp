@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory_resource>
+
+#include "transitions/kernels/backward.hpp"
+#include "transitions/kernels/shear_warp.hpp"
+
+namespace edgewise {
+
+/// The intermediate image of a shear-warp and how the picture lies on it.
+struct ShearedImage {
+    const kernels::ShearWarp& warp;
+    float* values = nullptr;  // channels interleaved
+    Extent extent;
+    int channels = 1;
+    kernels::Affine to_image{};  // pixel -> pixel of the intermediate image
+    float outside = 0;           // of pixels whose rays miss the volume
+
+    float* at(std::int64_t i, std::int64_t j) const {
+        return values + (j * extent.x + i) * channels;
+    }
+};
+
+// Beyond the faces of the volume the intermediate image has no values, but pixels of the picture
+// whose rays are inside by less than half a voxel lie between such places and the outermost values.
+// As everywhere else the nearest sample continues there, up to half a spacing.
+
+/// Continues the image from the pixels whose rays meet the volume to all others: what reads more
+/// than the four neighbours of a place, as splines do, sees no step.
+void continue_image(const ShearedImage& image, std::pmr::memory_resource* memory);
+
+/// Corrects a bilinear picture of first-order hold where interpolation alone does not tell: pixels
+/// whose rays miss the volume get `outside`; the neighbours of others count only if their rays meet
+/// it; and where the lengths of rays inside are no linear function of the place, integrals are
+/// those of the ray's own length.
+/// @param only_misses  the picture was made of a continued image, and is right but for the first
+void mend_border(const ShearedImage& image, bool only_misses, const kernels::WarpOutput& picture,
+                 const Region& part);
+
+}  // namespace edgewise
