@@ -159,7 +159,11 @@ double Rates::shared_at(const std::string& name, double alone) const {
 Rate Rates::at(const std::string& name, double counted, int runs) const {
     if (!(counted > 0)) return {.ratio = 0};
     Rate rate = alone_at(name, counted);
-    if (rate.ratio > 0) rate.shared = shared_at(name, counted * rate.ratio * runs);
+    if (!(rate.ratio > 0)) return rate;
+    const double edges = shared_at(name, counted * rate.ratio * runs);
+    // A name's own gain is measured as well, but once: the two weigh alike.
+    const bool own = runs == 1 && measured_.contains(name);
+    rate.shared = own ? std::sqrt(rate.shared * edges) : edges;
     return rate;
 }
 

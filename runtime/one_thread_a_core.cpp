@@ -31,32 +31,34 @@ class Workers {
     /// The calling thread is going to sleep, and should wake on this core.
     void bind(int core) {
         const std::lock_guard lock(mutex_);
-        bind(mine(), core);
+        Worker& worker = mine();
+        worker.awake = false;
+        bind(worker, core);
     }
 
     /// The calling thread is awake.
     void free() {
         const std::lock_guard lock(mutex_);
-        free(mine());
+        Worker& worker = mine();
+        worker.awake = true;
+        free(worker);
     }
 
-    /// All that sleep should wake on cores of their own, none of them `taken`.
+    /// All that sleep should wake on a core that is not `taken`, and each on one of its own while
+    /// there are some.
     void begin(int taken) {
         const std::lock_guard lock(mutex_);
         ++users_;
         cpu_set_t used = only(taken);
         for (Worker& worker : workers_) {
-            int core = worker.core;
-            cpu_set_t allowed;
-            if (sched_getaffinity(worker.thread, sizeof allowed, &allowed) != 0) continue;
-            if (worker.bound) allowed = worker.allowed;
-            const auto is_free = [&](int c) {
-                return CPU_ISSET(c, &allowed) && !CPU_ISSET(c, &used);
-            };
-            for (int c = 0; !is_free(core) && c < CPU_SETSIZE; ++c) core = c;
-            if (!is_free(core)) continue;
+            cpu_set_t allowed = worker.allowed;
+            if (worker.awake) continue;
+            if (!worker.bound && sched_getaffinity(worker.thread, sizeof allowed, &allowed) != 0)
+                continue;
+            const int core = choice(worker.core, allowed, used, taken);
+            if (core < 0) continue;
             CPU_SET(core, &used);
-            if (worker.bound) free(worker);
+            free(worker);
             bind(worker, core);
         }
     }
@@ -71,7 +73,7 @@ class Workers {
     struct Worker {
         pid_t thread = 0;
         int core = 0;  // that it ran on last
-        bool bound = false;
+        bool awake = false, bound = false;
         cpu_set_t allowed;  // if it is not bound
     };
 
@@ -96,6 +98,18 @@ class Workers {
         Worker& added = workers_.emplace_back();
         added.thread = thread;
         return added;
+    }
+
+    /// @return the last core, if it is free, or the first that is, or any but `taken`; -1: none
+    static int choice(int last, const cpu_set_t& allowed, const cpu_set_t& used, int taken) {
+        if (CPU_ISSET(last, &allowed) && !CPU_ISSET(last, &used)) return last;
+        int other = -1;
+        for (int core = 0; core < CPU_SETSIZE; ++core) {
+            if (core == taken || !CPU_ISSET(core, &allowed)) continue;
+            if (!CPU_ISSET(core, &used)) return core;
+            if (other < 0) other = core;
+        }
+        return other;
     }
 
     static void bind(Worker& worker, int core) {

@@ -20,7 +20,7 @@ namespace {
 constexpr int kFewest = 96, kMost = 448;  // bundles
 constexpr double kLength = 96 * 256.0;    // that all bundles together should reach [unit]
 // Inputs of so many samples are prepared once for all bundles.
-constexpr std::int64_t kSmallInput = 1 << 18;
+constexpr std::int64_t kSmallInput = 1 << 19;
 // Pictures of so many pixels are measured whole, if their input is small.
 constexpr std::int64_t kSmallPicture = 1 << 12;
 constexpr std::array<double, 4> kSteps = {1, 0.5, 0.25, 2};
