@@ -31,28 +31,23 @@ class Workers {
     /// The calling thread is going to sleep, and should wake on this core.
     void bind(int core) {
         const std::lock_guard lock(mutex_);
-        Worker& worker = mine();
-        worker.awake = false;
-        bind(worker, core);
+        bind(mine(), core);
     }
 
     /// The calling thread is awake.
     void free() {
         const std::lock_guard lock(mutex_);
-        Worker& worker = mine();
-        worker.awake = true;
-        free(worker);
+        free(mine());
     }
 
-    /// All that sleep should wake on a core that is not `taken`, and each on one of its own while
-    /// there are some.
+    /// All should wake on a core that is not `taken`, and each on one of its own while there are
+    /// some. Which of them sleep is not known: a worker may leave an arena after its observer.
     void begin(int taken) {
         const std::lock_guard lock(mutex_);
         ++users_;
         cpu_set_t used = only(taken);
         for (Worker& worker : workers_) {
             cpu_set_t allowed = worker.allowed;
-            if (worker.awake) continue;
             if (!worker.bound && sched_getaffinity(worker.thread, sizeof allowed, &allowed) != 0)
                 continue;
             const int core = choice(worker.core, allowed, used, taken);
@@ -73,7 +68,7 @@ class Workers {
     struct Worker {
         pid_t thread = 0;
         int core = 0;  // that it ran on last
-        bool awake = false, bound = false;
+        bool bound = false;
         cpu_set_t allowed;  // if it is not bound
     };
 
