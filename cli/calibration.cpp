@@ -6,12 +6,15 @@
 #include <ctime>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <map>
 #include <set>
 
+#include "cli/input.hpp"
 #include "cli/machine.hpp"
 #include "cli/quantiles.hpp"
 #include "cli/session.hpp"
 #include "cli/signals.hpp"
+#include "cli/stolen_time.hpp"
 #include "graph/errors.hpp"
 #include "graph/with_type.hpp"
 #include "planner/cost.hpp"
@@ -117,9 +120,45 @@ std::shared_ptr<Data> retyped(const Data& from, Type type, MemoryBudget* memory)
     return to;
 }
 
+/// The samples that trials share.
+class Phantoms {
+ public:
+    std::shared_ptr<const Data> of(const Trial& trial) {
+        std::shared_ptr<const Data>& data = made_[{trial.input, trial.type}];
+        if (!data)
+            data = trial.type == Type::f32 ? formula(trial.input)
+                                           : retyped(*formula(trial.input), trial.type, &memory_);
+        return data;
+    }
+
+ private:
+    std::shared_ptr<const Data> formula(const std::string& name) {
+        std::shared_ptr<const Data>& data = made_[{name, Type::f32}];
+        if (!data) {
+            Input input = inspected(name, {});
+            read_data(input, &memory_);
+            data = input.data;
+        }
+        return data;
+    }
+    MemoryBudget memory_{std::size_t{1} << 46};
+    std::map<std::pair<std::string, Type>, std::shared_ptr<const Data>> made_;
+};
+
+/// Standard error of the log of a median of runs.
+double median_error(const std::vector<double>& seconds) {
+    constexpr double kOneRun = 0.2;  // what single runs scatter by on a shared machine
+    const double runs = static_cast<double>(seconds.size());
+    std::vector<double> away;
+    for (const double one : seconds) away.push_back(std::abs(std::log(one / median(seconds))));
+    // Normal distributions: deviation 1.4826 of the median distance, of a median 1.2533 of a mean.
+    const double scatter = runs < 4 ? kOneRun : 1.4826 * median(away);
+    return 1.2533 * scatter / std::sqrt(runs);
+}
+
 class Calibration {
  public:
-    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 48) {
+    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 50) {
         profile_ = default_profile();
         profile_.processors = usable_cores();
     }
@@ -128,38 +167,45 @@ class Calibration {
         const std::vector<Trial> all = trials(quick_);
         begin_ = Clock::now();
         std::vector<Case> cases(all.size());
-        for (int pass = 0; pass < kPasses; ++pass)
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            show(messages, all[i]);
+            // What a trial leaves of its time goes to those that follow.
+            const double left = kFirstRound * limit_ - since(begin_);
+            end_ = since(begin_) + left / static_cast<double>(all.size() - i);
+            begin_case(cases[i], all[i]);
+        }
+        for (int round = 1; round < kMostRounds && since(begin_) < limit_; ++round)
             for (std::size_t i = 0; i < all.size(); ++i) {
-                messages.progress(since(begin_) / limit_,
-                                  fmt::format("{} {} {}", name_of(all[i].job),
-                                              all[i].mode ? all[i].mode : "", all[i].input));
-                // What a trial leaves of its time goes to those that follow.
-                const double left = limit_ * (pass == 0 ? kFirstPass : 1) - since(begin_);
-                end_ = since(begin_) + left / static_cast<double>(all.size() - i);
-                if (pass == 0)
-                    begin_case(cases[i], all[i]);
-                else
-                    repeat_case(cases[i]);
+                const std::size_t k = round % 2 ? all.size() - 1 - i : i;
+                show(messages, all[k]);
+                repeat_case(cases[k], round);
             }
         for (const Case& each : cases) keep(each);
         fit();
         if (!quick_)
             for (const Trial& exam : exams()) judge(exam);
         messages.end_progress();
+        if (2 * static_cast<int>(disturbed_.size()) > visits_)
+            messages.warning(
+                "other guests of this machine's host held its processors most of the time: what "
+                "was "
+                "measured is slow; calibrate again in a better minute");
         return finished();
     }
 
  private:
-    static constexpr int kPasses = 3, kFewRuns = 2, kMostRuns = 7;
-    static constexpr double kFirstPass = 0.65;  // of the time
-    static constexpr double kEnough = 0.02;     // [s]; of a longer run there is one a pass
+    static constexpr int kMostRounds = 25;
+    static constexpr double kFirstRound = 0.3;  // of the time, at most
+    static constexpr double kShort = 0.05;      // [s]; a longer run needs no warm caches
+    static constexpr double kLong = 0.02;       // [s]
 
     /// A session with the phantom's samples in the trial's type.
     struct Prepared {
-        explicit Prepared(const Trial& trial) : options(options_of(trial)), session(options) {
+        Prepared(const Trial& trial, Phantoms& phantoms)
+            : options(options_of(trial)), session(options) {
             session.errors = false;
+            session.given = phantoms.of(trial);
             take_request(session);
-            session.input->data = retyped(*session.input->data, trial.type, session.memory.get());
         }
         std::vector<Plan> paths(const Profile& profile) {
             const std::vector<Source> sources{{session.input->data->what}};
@@ -171,12 +217,27 @@ class Calibration {
         Session session;
     };
 
-    /// A path, and what its steps took: [s], the least of the passes, each the median of its runs.
-    /// Whatever else keeps a machine busy only makes runs longer, and seldom stays for two passes.
+    /// What the steps of a path took in runs that are seconds apart: a core that is shared with
+    /// others (a hyperthread's sibling, another machine's guest) is slow for tenths of a second, so
+    /// runs one after the other all meet the same state.
+    struct Runs {
+        std::vector<std::vector<double>> seconds;  // [step][run]
+        std::vector<int> visit;                    // of each run
+
+        /// Those of visits that the host left alone, if there are enough.
+        std::vector<double> of(std::size_t step, const std::set<int>& disturbed) const {
+            constexpr std::size_t kEnough = 3;
+            std::vector<double> calm;
+            for (std::size_t i = 0; i < visit.size(); ++i)
+                if (!disturbed.contains(visit[i])) calm.push_back(seconds[step][i]);
+            return calm.size() >= kEnough ? calm : seconds[step];
+        }
+    };
+
     struct TimedPath {
         Plan plan;
-        std::vector<double> alone, together;  // on one thread, on all
-        int runs = 0;
+        Runs alone, together;  // on one thread, on all
+        double longest = 0;    // of all runs
     };
 
     struct Case {
@@ -184,12 +245,19 @@ class Calibration {
         std::vector<TimedPath> paths;  // the cheap ones first
     };
 
+    void show(Messages& messages, const Trial& trial) const {
+        messages.progress(
+            since(begin_) / limit_,
+            fmt::format("{} {} {}", name_of(trial.job), trial.mode ? trial.mode : "", trial.input));
+    }
+
     std::string name(const Case& of, const Step& step) const {
         return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
     }
 
     void begin_case(Case& one, const Trial& trial) {
-        one.prepared = std::make_unique<Prepared>(trial);
+        const Visit visit(*this);
+        one.prepared = std::make_unique<Prepared>(trial, phantoms_);
         std::vector<Plan> plans = one.prepared->paths(profile_);
         // The dear ones may find their steps already timed.
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
@@ -203,74 +271,91 @@ class Calibration {
             // The cheapest few are timed even where the time is used up.
             if (since(begin_) > end_ && seen.size() >= 4) break;
             TimedPath path{.plan = std::move(plan), .alone = {}, .together = {}};
-            if (!time(one, path)) continue;
+            for (Runs* runs : {&path.alone, &path.together})
+                runs->seconds.resize(path.plan.steps.size());
+            if (!time(one, path, profile_.processors)) continue;
             one.paths.push_back(std::move(path));
             seen.merge(names);
         }
+        if (profile_.processors > 1)
+            for (TimedPath& path : one.paths) time(one, path, 1);
         one.prepared->session.memory->trim();
     }
 
-    void repeat_case(Case& one) {
-        for (TimedPath& path : one.paths)
-            if (since(begin_) < end_) time(one, path);
+    /// All paths on all threads, then, in every other round, all of them on one: a thread that
+    /// wakes for every second run is slower than those of a machine at work.
+    void repeat_case(Case& one, int round) {
+        const Visit visit(*this);
+        repeat_paths(one, round, profile_.processors);
+        if (profile_.processors > 1 && round % 2 == 0) repeat_paths(one, round / 2, 1);
         one.prepared->session.memory->trim();
     }
 
-    /// One thread first, then all: a worker that slept through a run of one thread starts on the
-    /// core of its master, and is moved only after some milliseconds.
+    /// Long runs are fewer: their own length is a mean over what the machine does.
+    void repeat_paths(Case& one, int round, int threads) {
+        for (std::size_t i = 0; i < one.paths.size(); ++i) {
+            TimedPath& path = one.paths[round % 2 ? one.paths.size() - 1 - i : i];
+            const bool due = path.longest < kLong || round % 2 == 0;
+            if (due && since(begin_) < limit_) time(one, path, threads);
+        }
+    }
+
+    /// One run. Another path ran before, in blocks of other sizes: a short run counts when warm.
     /// @return false where a step failed
-    bool time(Case& one, TimedPath& path) {
+    bool time(Case& one, TimedPath& path, int threads) {
         if (stop_flag()) throw Cancelled();
-        const int processors = profile_.processors;
-        const std::vector<double> alone = runs_of(one, path, 1);
-        const std::vector<double> together =
-            processors > 1 && !alone.empty() ? runs_of(one, path, processors) : alone;
-        if (alone.empty() || together.empty()) return false;
-        const auto least = [](std::vector<double>& into, const std::vector<double>& seconds) {
-            if (into.empty()) into = seconds;
-            for (std::size_t k = 0; k < into.size(); ++k) into[k] = std::min(into[k], seconds[k]);
-        };
-        least(path.alone, alone);
-        least(path.together, together);
+        if (path.longest < kShort)
+            if (once(one.prepared->session, path.plan, threads).steps != path.plan.texts())
+                return false;
+        add(once(one.prepared->session, path.plan, threads), path,
+            threads == 1 ? path.alone : path.together);
         return true;
     }
 
-    /// The first run warms up only; short ones are run more often. @return the median of each
-    /// step's seconds; empty: it failed
-    std::vector<double> runs_of(Case& one, TimedPath& path, int threads) {
-        std::vector<std::vector<double>> seconds(path.plan.steps.size());
-        double spent = 0;
-        for (int i = 0; i <= kMostRuns && (i <= kFewRuns || spent < kEnough); ++i) {
-            const Outcome outcome = once(one.prepared->session, path.plan, threads);
-            if (outcome.steps != path.plan.texts()) return {};
-            if (i == 0) continue;
-            ++path.runs;
-            spent += outcome.seconds;
-            for (std::size_t k = 0; k < seconds.size(); ++k)
-                seconds[k].push_back(outcome.step_seconds[k]);
-            if (outcome.seconds > kEnough) break;
-        }
-        std::vector<double> medians;
-        for (const std::vector<double>& step : seconds) medians.push_back(median(step));
-        return medians;
+    void add(const Outcome& outcome, TimedPath& path, Runs& into) const {
+        path.longest = std::max(path.longest, outcome.seconds);
+        into.visit.push_back(visits_);
+        for (std::size_t k = 0; k < into.seconds.size(); ++k)
+            into.seconds[k].push_back(outcome.step_seconds[k]);
     }
+
+    /// The runs of one case, one after the other; remembers whether the host let it have its
+    /// processors.
+    class Visit {
+     public:
+        explicit Visit(Calibration& of) : of_(of) {}
+        ~Visit() {
+            if (!watch_.calm()) of_.disturbed_.insert(of_.visits_);
+            ++of_.visits_;
+        }
+        Visit(const Visit&) = delete;
+        Visit& operator=(const Visit&) = delete;
+
+     private:
+        Calibration& of_;
+        StolenTime watch_;
+    };
 
     void keep(const Case& one) {
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
                 const Step& step = path.plan.steps[k];
+                const std::vector<double> alone = path.alone.of(k, disturbed_);
+                const std::vector<double> together =
+                    profile_.processors > 1 ? path.together.of(k, disturbed_) : alone;
                 timed_[name(one, step)].push_back({.counted = profile_.counted(step.work),
-                                                   .alone = path.alone[k] / step.runs(),
-                                                   .together = path.together[k] / step.runs(),
-                                                   .runs = path.runs,
+                                                   .alone = median(alone) / step.runs(),
+                                                   .together = median(together) / step.runs(),
+                                                   .spread = median_error(alone),
+                                                   .runs = static_cast<int>(alone.size()),
                                                    .frames = step.runs()});
             }
     }
 
     /// How far the fit is from paths that it has not seen, on all processors.
     void judge(const Trial& exam) {
-        constexpr double kMost = 0.1;
-        Prepared prepared(exam);
+        constexpr double kMost = 0.03;
+        Prepared prepared(exam, phantoms_);
         for (const Plan& plan : prepared.paths(profile_)) {
             double predicted = 0;
             for (const Step& step : plan.steps)
@@ -321,7 +406,10 @@ class Calibration {
             profile_.spread = std::clamp(median(missed_) / 0.6745, 0.02, 2.0);
         }
         profile_.provenance = {
-            {"rates", "measured; phantoms of 48^3 to 192^3 and 256^2 to 2000^2 samples"},
+            {"rates",
+             fmt::format("measured; phantoms of 48^3 to 192^3 and 256^2 to 2000^2 samples; "
+                         "{} visits, {} of them disturbed by the host",
+                         visits_, disturbed_.size())},
             {"serial", "derived from rates"},
             {"spread",
              fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
@@ -336,8 +424,11 @@ class Calibration {
     bool quick_;
     double limit_, end_ = 0;  // [s] since the begin: of everything, of the trial at hand
     Clock::time_point begin_;
+    Phantoms phantoms_;  // outlives the cases, which measure() holds
     Profile profile_;
     std::map<std::string, std::vector<Timed>> timed_;
+    int visits_ = 0;
+    std::set<int> disturbed_;     // visits
     std::vector<double> missed_;  // logarithms of measured over predicted
 };
 

@@ -127,8 +127,11 @@ void read_input(Session& session) {
     }
     const EndsAtOnce nothing_to_tidy;
     Input& input = *session.input;
-    for (const std::string& warning : read_data(input, session.memory.get()))
-        session.messages.warning(warning);
+    if (session.given)
+        input.data = session.given;
+    else
+        for (const std::string& warning : read_data(input, session.memory.get()))
+            session.messages.warning(warning);
     const Statistics statistics = statistics_of(*input.data, session.memory.get());
     if (statistics.non_finite > 0)
         session.messages.warning(

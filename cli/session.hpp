@@ -49,6 +49,7 @@ struct Session {
     Profile profile;
     Catalogue edges;
     Demands demands;
+    std::shared_ptr<const Data> given;  // samples in place of the input's: then none are read
     std::optional<Input> input;
     Geometry geometry;
     double low = 0, high = 0;  // of the input's values

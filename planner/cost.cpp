@@ -44,8 +44,11 @@ double unit_random(std::uint64_t state) {
 
 std::string timing_name(const Transition& edge, const Offer& offer, const Request& want,
                         const Work& work) {
+    // The box of a view is larger than the input, and its samples lie apart as the pixels do.
+    const bool of_view = want.job == Job::render && offer.to.space == "screen";
     const std::string_view kind = offer.to.content == "picture" ? name_of(want.mode)
                                   : offer.from.axes == 2        ? "2d"
+                                  : of_view                     ? "view"
                                                                 : "3d";
     return fmt::format("{}{}{}{} {} {}", edge.name, offer.with.text(), work.way.empty() ? "" : "/",
                        work.way, kind, name_of(offer.from.type));

@@ -20,8 +20,8 @@ struct StepCost {
 };
 
 /// "EDGE/key=value.../WAY KIND TYPE": what decides how an edge's kernels run, beside the size. WAY
-/// is that of the work, if it has one; KIND the mode of a picture, else 2d or 3d; TYPE that of the
-/// samples it reads.
+/// is that of the work, if it has one; KIND the mode of a picture, view for a volume warped to be
+/// combined to one, else 2d or 3d; TYPE that of the samples it reads.
 std::string timing_name(const Transition& edge, const Offer& offer, const Request& want,
                         const Work& work);
 

@@ -209,7 +209,7 @@ Rates rates_of(const std::map<std::string, std::vector<Timed>>& timed) {
                     {.counted = each.counted,
                      .ratio = each.alone / each.counted,
                      .shared = each.together > 0 ? each.together / each.alone : 1,
-                     .spread = 0,
+                     .spread = each.spread,
                      .runs = each.runs,
                      .frames = each.frames});
     return Rates(std::move(curves));

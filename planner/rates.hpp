@@ -20,6 +20,7 @@ struct Rate {
 /// One timed step.
 struct Timed {
     double counted = 0, alone = 0, together = 0;  // [s] of one frame: one thread, all processors
+    double spread = 0;                            // of the log of `alone`: standard error
     int runs = 0;
     int frames = 1;
 };

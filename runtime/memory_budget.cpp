@@ -1,6 +1,7 @@
 #include "runtime/memory_budget.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <new>
@@ -16,11 +17,21 @@ constexpr std::size_t kPage = 4096;
 
 std::size_t mapped_size(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
 
+/// Blocks of a huge page and more begin at the boundary of one: a read at a computed address misses
+/// the TLB of small pages nearly always, and how many huge ones a block had would be left to chance.
 void* map_block(std::size_t bytes) {
-    void* block = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (block == MAP_FAILED) throw std::bad_alloc();
-    if (bytes >= 2 * kHugePage) madvise(block, bytes, MADV_HUGEPAGE);  // a wish, not a need
-    return block;
+    const std::size_t slack = bytes >= kHugePage ? kHugePage - kPage : 0;
+    void* mapped =
+        mmap(nullptr, bytes + slack, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (mapped == MAP_FAILED) throw std::bad_alloc();
+    if (slack == 0) return mapped;
+    char* const begin = static_cast<char*>(mapped);
+    const std::size_t before =
+        (kHugePage - reinterpret_cast<std::uintptr_t>(begin) % kHugePage) % kHugePage;
+    if (before > 0) munmap(begin, before);
+    if (before < slack) munmap(begin + before + bytes, slack - before);
+    madvise(begin + before, bytes, MADV_HUGEPAGE);  // a wish, not a need
+    return begin + before;
 }
 
 }  // namespace

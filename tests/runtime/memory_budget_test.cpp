@@ -30,6 +30,17 @@ TEST(MemoryBudget, CountsAndRefuses) {
     EXPECT_EQ(memory.peak(), 1000u);
 }
 
+TEST(MemoryBudget, LargeBlocksBeginAtHugePages) {
+    MemoryBudget memory(100 * kMiB);
+    // Odd sizes one after the other: what the system maps next lies anywhere.
+    for (const std::size_t bytes : {2 * kMiB, 2 * kMiB + 4097, 5 * kMiB + 1, 9 * kMiB}) {
+        void* block = memory.allocate(bytes, 64);
+        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(block) % (2 * kMiB), 0u) << bytes;
+        std::memset(block, 1, bytes);  // all of it is there
+        memory.deallocate(block, bytes, 64);
+    }
+}
+
 TEST(MemoryBudget, RefusalLeavesNoTrace) {
     MemoryBudget memory(10 * kMiB);
     for (const std::size_t bytes :

@@ -8,6 +8,9 @@
 
 namespace edgewise::kernels {
 
+/// Columns of an output row that are worked out together, from multiples of it on.
+inline constexpr int kBackwardBlock = 16;
+
 /// Where a warp writes: f32, channels interleaved as in the input.
 struct WarpOutput {
     float* samples = nullptr;

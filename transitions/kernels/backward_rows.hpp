@@ -16,7 +16,7 @@ inline constexpr double kBorderSlack = 1e-9;  // of a sample; absorbs the roundi
 // faces than this the path with clamped taps is taken.
 inline constexpr double kFaceMargin = 1e-6;
 inline constexpr double kFixedOne = 1099511627776.0;  // 2^40
-inline constexpr int kBlock = 16;                     // columns that share one fixed-point origin
+inline constexpr int kBlock = kBackwardBlock;         // they share one fixed-point origin
 inline constexpr int kChunk = 64;                     // columns that share one f64 origin
 
 /// Columns begin <= x < end.

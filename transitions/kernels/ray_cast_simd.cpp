@@ -32,15 +32,15 @@ constexpr std::size_t kSide = hn::MaxLanes(DD());  // lanes whose paths are reck
 struct Spans {
     VD low, high;
 
-    HWY_INLINE void clip(VD o, VD d, double from, double to) {
+    HWY_INLINE void clip(VD o, VD inverse, double from, double to) {
         if (from > to) {
             high = low;
             return;
         }
         const DD tag;
         const VD begin = hn::Set(tag, from), end = hn::Set(tag, to);
-        const VD a = hn::Div(hn::Sub(begin, o), d), b = hn::Div(hn::Sub(end, o), d);
-        const auto along = hn::Eq(d, hn::Zero(tag));
+        const VD a = hn::Mul(hn::Sub(begin, o), inverse), b = hn::Mul(hn::Sub(end, o), inverse);
+        const auto along = hn::Eq(inverse, hn::Zero(tag));
         const VD kept = hn::IfThenElse(hn::Or(hn::Lt(o, begin), hn::Gt(o, end)), low, high);
         high = hn::IfThenElse(along, kept, hn::Min(high, hn::Max(a, b)));
         low = hn::IfThenElse(along, low, hn::Max(low, hn::Min(a, b)));
@@ -60,34 +60,41 @@ struct Packet {
     int inner_begin = 0, inner_end = 0;  // cells that all lanes have inside
     float steepest = 0;                  // largest stride along any axis
 
-    bool prepare(const RayCast& cast, double x, double y, int columns, int rows);
+    bool prepare(const RayCast& cast, const ParallelRays& shared, double x, double y, int columns,
+                 int rows);
 
  private:
-    void reckon(const RayCast& cast, std::size_t lane, VD x, VD y);
+    void reckon(const RayCast& cast, const ParallelRays& shared, std::size_t lane, VD x, VD y);
+    bool fill_in(int columns, int rows);
     void copy(int from, int to);
 };
 
 /// ray_path() of kSide lanes, operation for operation.
-void Packet::reckon(const RayCast& cast, std::size_t lane, VD x, VD y) {
+void Packet::reckon(const RayCast& cast, const ParallelRays& shared, std::size_t lane, VD x, VD y) {
     const DD d;
     const auto at = [&](const Rays::Field& field, int axis) {
         const VD right =
             hn::Add(hn::Set(d, field.base[axis]), hn::Mul(x, hn::Set(d, field.x[axis])));
         return hn::Add(right, hn::Mul(y, hn::Set(d, field.y[axis])));
     };
-    HWY_ALIGN double cells[kSide];
-    const Rays::Field& measure = cast.rays.measure;
-    const bool parallel = measure.x == std::array<double, 3>{} && measure.y == measure.x;
-    if (parallel) {
-        const double norm = std::hypot(measure.base[0], measure.base[1], measure.base[2]);
-        std::fill_n(cells, kSide, cast.step / norm);
+    VD along[3], inverse[3];
+    if (shared.parallel) {
+        for (int axis = 0; axis < 3; ++axis) {
+            along[axis] = hn::Set(d, shared.along[axis]);
+            inverse[axis] = hn::Set(d, shared.inverse[axis]);
+        }
     } else {
-        HWY_ALIGN double m[3][kSide];
-        for (int axis = 0; axis < 3; ++axis) hn::Store(at(measure, axis), d, m[axis]);
+        HWY_ALIGN double m[3][kSide], cells[kSide];
+        for (int axis = 0; axis < 3; ++axis) hn::Store(at(cast.rays.measure, axis), d, m[axis]);
         for (std::size_t i = 0; i < kSide; ++i)
             cells[i] = cast.step / std::hypot(m[0][i], m[1][i], m[2][i]);
+        const VD cell = hn::Load(d, cells), one = hn::Set(d, 1.0);
+        for (int axis = 0; axis < 3; ++axis) {
+            along[axis] = hn::Mul(at(cast.rays.direction, axis), cell);
+            const auto slab = hn::Lt(hn::Abs(along[axis]), hn::Set(d, 1e-280));
+            inverse[axis] = hn::IfThenZeroElse(slab, hn::Div(one, along[axis]));
+        }
     }
-    const VD cell = hn::Load(d, cells);
     const Extent& n = cast.volume.extent;
     const double below = cast.hold == Hold::zoh ? -0.5 : cast.hold == Hold::foh ? 0 : 1;
 
@@ -102,13 +109,12 @@ void Packet::reckon(const RayCast& cast, std::size_t lane, VD x, VD y) {
     Spans box{hn::Set(d, cast.rays.start / cast.step),
               hn::Set(d, std::numeric_limits<double>::infinity())};
     Spans inner = box;
-    VD origin[3], along[3];
+    VD origin[3];
     for (int axis = 0; axis < 3; ++axis) {
         const double top = static_cast<double>(n[axis]) - 0.5, margin = 1e-3 + 1e-6 * top;
         origin[axis] = at(cast.rays.origin, axis);
-        along[axis] = hn::Mul(at(cast.rays.direction, axis), cell);
-        box.clip(origin[axis], along[axis], -0.5, top);
-        inner.clip(origin[axis], along[axis], below + margin, top - 0.5 - below - margin);
+        box.clip(origin[axis], inverse[axis], -0.5, top);
+        inner.clip(origin[axis], inverse[axis], below + margin, top - 0.5 - below - margin);
         keep(along[axis], stride[axis]);
     }
     const VD one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
@@ -138,6 +144,20 @@ void Packet::reckon(const RayCast& cast, std::size_t lane, VD x, VD y) {
     hn::Store(hn::IfThenElseZero(hits, hn::Sub(box.high, box.low)), d, length + lane);
 }
 
+/// Finds the lanes with a hit and lets the others walk along with one. @return false: there is none
+bool Packet::fill_in(int columns, int rows) {
+    constexpr int kCount = static_cast<int>(kLanes);
+    int some = -1;
+    for (int lane = kCount - 1; lane >= 0; --lane) {
+        hit[lane] = length[lane] > 0 && lane % kWidth < columns && lane / kWidth < rows;
+        if (hit[lane]) some = lane;
+    }
+    if (some < 0) return false;
+    for (int lane = 0; lane < kCount; ++lane)
+        if (!hit[lane]) copy(some, lane);
+    return true;
+}
+
 void Packet::copy(int from, int to) {
     for (int axis = 0; axis < 3; ++axis) {
         position[axis][to] = position[axis][from];
@@ -147,7 +167,8 @@ void Packet::copy(int from, int to) {
     for (float* of : {first_offset, last_offset, first_weight, last_weight}) of[to] = of[from];
 }
 
-bool Packet::prepare(const RayCast& cast, double x, double y, int columns, int rows) {
+bool Packet::prepare(const RayCast& cast, const ParallelRays& shared, double x, double y,
+                     int columns, int rows) {
     constexpr int kCount = static_cast<int>(kLanes);
     HWY_ALIGN double px[kLanes], py[kLanes];
     for (int lane = 0; lane < kCount; ++lane) {
@@ -155,15 +176,14 @@ bool Packet::prepare(const RayCast& cast, double x, double y, int columns, int r
         py[lane] = y + lane / kWidth;
     }
     for (std::size_t lane = 0; lane < kLanes; lane += kSide)
-        reckon(cast, lane, hn::Load(DD(), px + lane), hn::Load(DD(), py + lane));
-    int some = -1;
-    for (int lane = kCount - 1; lane >= 0; --lane) {
-        hit[lane] = length[lane] > 0 && lane % kWidth < columns && lane / kWidth < rows;
-        if (hit[lane]) some = lane;
-    }
-    if (some < 0) return false;
-    for (int lane = 0; lane < kCount; ++lane)
-        if (!hit[lane]) copy(some, lane);
+        reckon(cast, shared, lane, hn::Load(DD(), px + lane), hn::Load(DD(), py + lane));
+    bool all_hit = columns == kWidth && rows == kHeight;
+    for (std::size_t lane = 0; lane < kLanes && all_hit; lane += kSide)
+        all_hit = hn::AllTrue(DD(), hn::Gt(hn::Load(DD(), length + lane), hn::Zero(DD())));
+    if (all_hit)
+        std::fill_n(hit, kCount, true);
+    else if (!fill_in(columns, rows))
+        return false;
 
     const DI d;
     begin = hn::GetLane(hn::MinOfLanes(d, hn::Load(d, first)));
@@ -319,12 +339,13 @@ template <class Sampler, class Sum>
 void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int64_t y,
           std::int64_t width, std::int64_t height, float* out, std::ptrdiff_t row_floats) {
     Packet packet;
+    const ParallelRays shared(cast);
     for (std::int64_t row = 0; row < height; row += kHeight) {
         const int rows = static_cast<int>(std::min<std::int64_t>(kHeight, height - row));
         for (std::int64_t column = 0; column < width; column += kWidth) {
             const int columns = static_cast<int>(std::min<std::int64_t>(kWidth, width - column));
             Sum sum(cast);
-            const bool any = packet.prepare(cast, static_cast<double>(x + column),
+            const bool any = packet.prepare(cast, shared, static_cast<double>(x + column),
                                             static_cast<double>(y + row), columns, rows);
             if (any) {
                 walk_ends(packet, sampler, sum, packet.begin,

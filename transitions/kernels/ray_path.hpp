@@ -21,14 +21,39 @@ struct RayPath {
     bool hit() const noexcept { return first <= last; }
 };
 
+/// 1 / d of a ray's stride d; 0 for a ray along a slab (also -0): so small a stride leaves no
+/// trace within any volume, and its inverse times 0 would be no number.
+inline double inverse_stride(double d) noexcept { return std::abs(d) < 1e-280 ? 0 : 1 / d; }
+
+/// What all rays of a cast share, if they are parallel.
+struct ParallelRays {
+    bool parallel = false;
+    double cell = 0;  // of the direction [1]
+    std::array<double, 3> along{}, inverse{};
+
+    explicit ParallelRays(const RayCast& cast) noexcept {
+        const auto same = [](const Rays::Field& field) {
+            return field.x == std::array<double, 3>{} && field.y == field.x;
+        };
+        parallel = same(cast.rays.measure) && same(cast.rays.direction);
+        const auto& m = cast.rays.measure.base;
+        cell = cast.step / std::hypot(m[0], m[1], m[2]);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            along[axis] = cast.rays.direction.base[axis] * cell;
+            inverse[axis] = inverse_stride(along[axis]);
+        }
+    }
+};
+
 /// Clips [low, high] to where o + t d lies within [from, to]. A ray in a face counts as inside.
-inline void clip(double o, double d, double from, double to, double& low, double& high) noexcept {
-    // No slab at all, or a ray along it (also -0), where the quotients below might be 0/0.
-    if (from > to || d == 0) {
+/// @param inverse  inverse_stride(d)
+inline void clip(double o, double inverse, double from, double to, double& low,
+                 double& high) noexcept {
+    if (from > to || inverse == 0) {
         if (from > to || o < from || o > to) high = low;
         return;
     }
-    const double a = (from - o) / d, b = (to - o) / d;
+    const double a = (from - o) * inverse, b = (to - o) * inverse;
     low = std::max(low, std::min(a, b));
     high = std::min(high, std::max(a, b));
 }
@@ -48,10 +73,11 @@ inline RayPath ray_path(const RayCast& cast, double px, double py) noexcept {
     double inner_low = low, inner_high = high;
     for (int axis = 0; axis < 3; ++axis) {
         const double d = direction[axis] * cell, top = static_cast<double>(n[axis]) - 0.5;
-        const double margin = 1e-3 + 1e-6 * top;
+        const double margin = 1e-3 + 1e-6 * top, inverse = inverse_stride(d);
         path.stride[axis] = d;
-        clip(origin[axis], d, -0.5, top, low, high);
-        clip(origin[axis], d, below + margin, top - 0.5 - below - margin, inner_low, inner_high);
+        clip(origin[axis], inverse, -0.5, top, low, high);
+        clip(origin[axis], inverse, below + margin, top - 0.5 - below - margin, inner_low,
+             inner_high);
     }
     if (!(low < high) || !std::isfinite(low) || !std::isfinite(high)) return path;
     path.first = static_cast<std::int64_t>(std::floor(low));

@@ -130,6 +130,19 @@ double mean_length(const Representation& from, const Request& want, int view) {
     return sum / (kSide * kSide);
 }
 
+double shadow(const Representation& from, const Request& want, int view) {
+    const double pixels = static_cast<double>(want.screen.x) * static_cast<double>(want.screen.y);
+    if (want.eye) return pixels;
+    const Mat4 map = residual(from, want, view);
+    double area = 0;  // of the three faces that are seen
+    for (int axis = 0; axis < 3; ++axis) {
+        const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+        area += std::abs(map(0, b) * map(1, c) - map(0, c) * map(1, b)) *
+                static_cast<double>(from.extent[b]) * static_cast<double>(from.extent[c]);
+    }
+    return std::min(area, pixels);
+}
+
 void for_tiles(const Region& region, std::int64_t width, std::int64_t height,
                const Context& context, const std::function<void(const Region&)>& body) {
     const Extent size = region.extent();

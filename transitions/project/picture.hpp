@@ -26,6 +26,10 @@ kernels::Rays rays_of(const Representation& from, const Request& want, int view,
 /// where the screen shows all of them, else from a lattice of rays.
 double mean_length(const Representation& from, const Request& want, int view);
 
+/// Pixels of a view whose parallel rays meet the data, if the screen shows all of them; at most all
+/// pixels, and all from an eye at a finite distance.
+double shadow(const Representation& from, const Request& want, int view);
+
 /// A logarithm and an exponential, for opacities over another length than theirs.
 inline constexpr double kCorrectionOperations = 40;
 

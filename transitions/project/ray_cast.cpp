@@ -7,6 +7,7 @@
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_cast.hpp"
+#include "transitions/kernels/ray_path.hpp"
 #include "transitions/project/bricks_of.hpp"
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
@@ -91,6 +92,22 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
                                       : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
 }
 
+/// Cells that the first ray of a packet of 4 x 4 pixels has ahead of the last at either end, where
+/// parallel rays meet the face that they are steepest on.
+double ragged_cells(const Offer& offer, const Ask& ask, int view) {
+    if (ask.want.eye) return 0;
+    kernels::RayCast cast;
+    cast.rays = rays_of(offer.from, ask.want, view);
+    cast.step = offer.with.number("step");
+    const kernels::ParallelRays along(cast);
+    std::size_t steep = 0;
+    for (std::size_t axis = 1; axis < 3; ++axis)
+        if (std::abs(along.along[axis]) > std::abs(along.along[steep])) steep = axis;
+    const kernels::Rays::Field& origin = cast.rays.origin;
+    const double across = std::abs(origin.x[steep]) + std::abs(origin.y[steep]);
+    return 3 * across * std::abs(along.inverse[steep]);
+}
+
 Work work(const Offer& offer, const Ask& ask, int view) {
     const Hold hold = hold_of(offer.with);
     // TABLE 6: a first-order hold in 3D takes 7 interpolations of 3; a cubic one 3 x 16 for weights
@@ -102,15 +119,23 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double taken = taken_of(offer, ask, samples, bricks);
     const kernels::Optics optics = optics_of(ask.want, offer.from.values);
     const double pixels = static_cast<double>(offer.to.samples());
+    // The thesis counts 60 to set a ray up, where a rank works rays out one by one. Packets take 60
+    // in f64, of which a vector holds half as many as of f32, to see whether a ray meets the data,
+    // and as many where it does; the packet keeps 64 bytes a ray, written and read.
+    const bool spread = is_spread(offer.from);
+    const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
+    // At the ends of a packet half of its lanes are outside, and cells are masked and weighed.
+    const double ragged = spread ? 0 : std::min(ragged_cells(offer, ask, view), samples / hits);
+    const double all = taken + ragged * hits;
     Work work{
-        .operations = taken * (9 + filter + combining(ask, optics, offer.with.number("step"))) +
-                      60 * pixels +
+        .operations = all * (9 + filter + combining(ask, optics, offer.with.number("step"))) +
+                      (spread ? 60 : 120) * pixels + (120 + 12 * (2 * ragged + 2)) * hits +
                       (bricks ? 2.0 * static_cast<double>(offer.from.samples()) + 2 * samples : 0),
-        .streamed = offer.to.bytes() + (bricks ? offer.from.bytes() : 0),
-        .gathers = taken * taps,
+        .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
+        .gathers = all * taps,
         .workspace = bricks ? brick_bytes(offer.from) : 0,
         .way = bricks ? "bricks" : ""};
-    if (is_spread(offer.from)) add_subframes(work, offer, ask, view);
+    if (spread) add_subframes(work, offer, ask, view);
     return work;
 }
 

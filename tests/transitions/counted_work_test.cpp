@@ -1,0 +1,106 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "transitions/kernels/backward.hpp"
+#include "transitions/kernels/ray_path.hpp"
+#include "transitions/project/picture.hpp"
+#include "transitions/warp/backward.hpp"
+
+namespace edgewise {
+namespace {
+
+// What edges count without running is compared with what their samples say one by one.
+
+/// A request that turns a volume about its centre, on a screen that shows all of it.
+struct Turned {
+    Request want;
+    Scene scene;
+    Representation from;
+
+    Turned(Job job, Extent extent, std::array<double, 3> degrees, double zoom, Extent screen) {
+        from.extent = extent;
+        from.type = Type::u8;
+        want.job = job;
+        want.input = extent;
+        want.screen = screen;
+        Mat4 view = Mat4::Identity();
+        for (int axis = 0; axis < 3; ++axis) {
+            Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+            const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+            const double angle = degrees[static_cast<std::size_t>(axis)] * std::numbers::pi / 180;
+            turn(b, b) = turn(c, c) = std::cos(angle);
+            turn(c, b) = std::sin(angle);
+            turn(b, c) = -turn(c, b);
+            view.topLeftCorner<3, 3>() = (turn * view.topLeftCorner<3, 3>()).eval();
+        }
+        view.topLeftCorner<3, 3>() *= zoom;
+        for (int row = 0; row < 3; ++row) {
+            view(row, 3) = double(screen[row] - 1) / 2;
+            for (int k = 0; k < 3; ++k) view(row, 3) -= view(row, k) * double(extent[k] - 1) / 2;
+        }
+        want.views = Placement(view);
+    }
+};
+
+TEST(CountedWork, AShadowHasThePixelsWhoseRaysHit) {
+    for (const auto& degrees : {std::array<double, 3>{0, 0, 0}, {20, 30, 0}, {0, 80, 5}}) {
+        const Turned of(Job::render, {60, 40, 50}, degrees, 1.5, {160, 160, 160});
+        kernels::RayCast cast;
+        cast.volume.extent = of.from.extent;
+        cast.rays = rays_of(of.from, of.want, 0);
+        int hits = 0;
+        for (int y = 0; y < 160; ++y)
+            for (int x = 0; x < 160; ++x) hits += kernels::ray_path(cast, x, y).length > 0;
+        EXPECT_NEAR(shadow(of.from, of.want, 0), hits, 0.02 * hits) << degrees[1];
+    }
+}
+
+TEST(CountedWork, AScreenSmallerThanTheShadowIsAllHit) {
+    const Turned of(Job::render, {60, 40, 50}, {20, 30, 0}, 1.5, {30, 20, 160});
+    EXPECT_EQ(shadow(of.from, of.want, 0), 600);
+}
+
+/// Output samples in blocks of columns of which one at least sees the input.
+double blocked_samples(const Turned& of) {
+    const Mat4 map = of.want.views.at(0).inverse();
+    const Extent& screen = of.want.screen;
+    double blocked = 0;
+    for (std::int64_t z = 0; z < screen.z; ++z)
+        for (std::int64_t y = 0; y < screen.y; ++y)
+            for (std::int64_t x = 0; x < screen.x; x += kernels::kBackwardBlock) {
+                const std::int64_t end = std::min(x + kernels::kBackwardBlock, screen.x);
+                bool seen = false;
+                for (std::int64_t i = x; i < end; ++i) {
+                    const Eigen::Vector4d p =
+                        map * Eigen::Vector4d(double(i), double(y), double(z), 1);
+                    bool inside = true;
+                    for (int axis = 0; axis < 3; ++axis)
+                        inside = inside && p[axis] >= -0.5 &&
+                                 p[axis] <= double(of.from.extent[axis]) - 0.5;
+                    seen = seen || inside;
+                }
+                if (seen) blocked += double(end - x);
+            }
+    return blocked;
+}
+
+TEST(CountedWork, ABackwardWarpCountsTheBlocksThatItWorksOut) {
+    const Transition edge = backward_warp();
+    const Parameters with{{"filter", "foh"}};
+    for (const auto& degrees : {std::array<double, 3>{0, 0, 0}, {20, 30, 0}, {10, 70, -25}}) {
+        const Turned of(Job::warp, {40, 48, 44}, degrees, 1, {90, 84, 88});
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, with);
+        ASSERT_EQ(offer.refused, "");
+        const double counted = edge.work(offer, ask, 0).gathers / 8, truth = blocked_samples(of);
+        // Rows of a lattice stand for all.
+        EXPECT_NEAR(counted, truth, 0.06 * truth) << degrees[1];
+    }
+}
+
+}  // namespace
+}  // namespace edgewise
