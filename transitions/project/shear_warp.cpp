@@ -148,8 +148,6 @@ Error error(const Offer& offer, const Ask& ask) {
     for (int variant = 0; variant < views; ++variant)
         step =
             std::max(step, factored(offer.from, ask.want, ask.want.views.first_view(variant)).step);
-    // Measured with a bilinear picture: at least what the spline of a MIP leaves, but for noise
-    // between samples, where it is a few percent less.
     return sheared_error(offer.with.word("filter"), step, ask);
 }
 

@@ -102,6 +102,27 @@ void PreviewBlock::foh(const Vec3& p, double* values) const {
     }
 }
 
+std::int64_t PreviewBlock::stride(int axis) const {
+    const Extent held = held_.extent();
+    return channels_ * (axis == 0 ? 1 : axis == 1 ? held.x : held.x * held.y);
+}
+
+PreviewBlock::Line PreviewBlock::line(const Vec3& p, int axis) const {
+    Line line;
+    const auto last = static_cast<double>(field_.extent()[axis] - 1);
+    const std::int64_t a_sample = stride(axis);
+    line.begin = std::clamp(static_cast<int>(std::ceil(-0.5 - p[axis])), 0, kSquare);
+    line.end = std::clamp(static_cast<int>(std::floor(last + 0.5 - p[axis])) + 1, 0, kSquare);
+    for (int i = line.begin; i < line.end; ++i) {
+        const double q = std::clamp(p[axis] + i, 0.0, last);
+        const auto cell = static_cast<std::int64_t>(q);
+        line.f[i] = static_cast<float>(q - static_cast<double>(cell));
+        line.offset[i] = (cell - held_.begin[axis]) * a_sample;
+        line.step[i] = line.f[i] > 0 ? a_sample : 0;
+    }
+    return line;
+}
+
 void PreviewBlock::hold(PreviewHold hold, const Vec3& p, double* values) const {
     const Vec3 q = field_.clamped(p);
     if (constant_)

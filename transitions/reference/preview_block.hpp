@@ -18,12 +18,34 @@ double hashed(std::uint64_t n) noexcept;
 /// measure errors of 1e-4 of the range and more. Values are mapped.
 class PreviewBlock {
  public:
+    static constexpr int kSquare = 6;  // places along an axis of linear_square
+
     /// @param cells  floor of the clamped positions that will be asked for
     PreviewBlock(const ReferenceField& field, const Region& cells,
                  std::pmr::memory_resource* memory);
 
     /// Channel values at p; p is clamped here. Not finite where a sample is not that counts.
     void hold(PreviewHold hold, const Vec3& p, double* values) const;
+    /// First-order hold at p + (i, j), i fastest, in the plane of two axes; p is a whole number
+    /// along the third. One channel. Calls each(i, j, value) where both coordinates are inside the
+    /// input.
+    template <class Each>
+    void linear_square(const Vec3& p, const std::array<int, 2>& plane, Each&& each) const {
+        std::array<Line, 2> lines;
+        for (std::size_t axis = 0; axis < 2; ++axis) lines[axis] = line(p, plane[axis]);
+        const auto& [across, down] = lines;
+        const int along = 3 - plane[0] - plane[1];
+        const float* first =
+            samples_ + (static_cast<std::int64_t>(p[along]) - held_.begin[along]) * stride(along);
+        for (int j = down.begin; j < down.end; ++j)
+            for (int i = across.begin; i < across.end; ++i) {
+                const float* at = first + across.offset[i] + down.offset[j];
+                const float* below = at + down.step[j];
+                const float a = at[0] + across.f[i] * (at[across.step[i]] - at[0]);
+                const float b = below[0] + across.f[i] * (below[across.step[i]] - below[0]);
+                each(i, j, a + down.f[j] * (b - a));
+            }
+    }
     /// By the rule of an assignment of samples to places: the nearest sample of a place that
     /// `seed` moves by one rounding more, so that two have an effect on each axis.
     void assigned(const Vec3& p, std::uint64_t seed, double* values) const;
@@ -39,6 +61,14 @@ class PreviewBlock {
     void load();
     void zoh(const Vec3& p, double* values) const;
     void foh(const Vec3& p, double* values) const;
+    /// Places along one axis of a square, of which begin to end are inside.
+    struct Line {
+        int begin = 0, end = 0;
+        std::array<std::int64_t, kSquare> offset, step;  // of the lower sample; to the upper one
+        std::array<float, kSquare> f;
+    };
+    Line line(const Vec3& p, int axis) const;
+    std::int64_t stride(int axis) const;
 
     const ReferenceField& field_;
     int channels_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace edgewise {
 namespace {
@@ -26,6 +27,23 @@ void clip(double at, double shear, std::int64_t n, double& low, double& high) {
     const double a = (first - at) / shear, b = (last - at) / shear;
     low = std::max(low, std::min(a, b));
     high = std::min(high, std::max(a, b));
+}
+
+/// What samples -2 ... 3 weigh in the cubic spline through them at f, between 0 and 1 [Unser 1999].
+std::array<double, 6> spline_weights(double f) {
+    const double pole = std::sqrt(3.0) - 2, scale = -6 * pole / (1 - pole * pole);
+    const double g = 1 - f;
+    const std::array<double, 4> basis = {g * g * g / 6, 2.0 / 3 - f * f * (2 - f) / 2,
+                                         2.0 / 3 - g * g * (2 - g) / 2, f * f * f / 6};
+    std::array<double, 6> weights{};
+    double sum = 0;
+    for (int tap = 0; tap < 6; ++tap) {
+        for (int k = 0; k < 4; ++k)
+            weights[tap] += basis[k] * scale * std::pow(pole, std::abs(tap - 1 - k));
+        sum += weights[tap];
+    }
+    for (double& weight : weights) weight /= sum;
+    return weights;
 }
 
 }  // namespace
@@ -80,6 +98,7 @@ ShearedPicture::ShearedPicture(const RaySpan& ray, const Extent& input, Mode mod
             pixel_at(whole[0] + i, whole[1] + j, (i > 0 ? u : 1 - u) * (j > 0 ? v : 1 - v), mode);
     }
     nearest_ = pixel_at(std::floor(at[0] + 0.5), std::floor(at[1] + 0.5), 1, mode);
+    if (mode == Mode::mip) smooth_ = smooth_at(at, mode);
     double begin = static_cast<double>(input[axis_]), end = -1;
     const auto join = [&](const Pixel& pixel) {
         if (pixel.weight == 0 || !(pixel.low < pixel.high)) return;
@@ -90,6 +109,25 @@ ShearedPicture::ShearedPicture(const RaySpan& ray, const Extent& input, Mode mod
     join(nearest_);
     next_ = static_cast<std::int64_t>(begin);
     last_ = static_cast<std::int64_t>(end);
+}
+
+std::optional<ShearedPicture::Smooth> ShearedPicture::smooth_at(const std::array<double, 2>& at,
+                                                                Mode mode) const {
+    Smooth smooth;
+    for (int i = 0; i < 2; ++i) {
+        smooth.first[i] = std::floor(at[i]) - Smooth::kBefore;
+        smooth.place[i] = at[i] - std::floor(at[i]);
+    }
+    smooth.largest.fill(-std::numeric_limits<float>::infinity());
+    for (std::size_t tap = 0; tap < smooth.only.size(); ++tap) {
+        const Pixel pixel =
+            pixel_at(smooth.first[0] + static_cast<double>(tap % Smooth::kTaps),
+                     smooth.first[1] + static_cast<double>(tap / Smooth::kTaps), 1, mode);
+        const double slice = std::ceil(pixel.low);
+        const bool one = pixel.low < pixel.high && slice == std::floor(pixel.high);
+        smooth.only[tap] = one ? static_cast<std::int32_t>(slice) : -1;
+    }
+    return smooth;
 }
 
 ShearedPicture::Pixel ShearedPicture::pixel_at(double u, double v, double weight, Mode mode) const {
@@ -118,17 +156,83 @@ void ShearedPicture::add(Pixel& pixel, PreviewHold hold, const PreviewBlock& blo
                          const Request& want) {
     const auto k = static_cast<double>(next_);
     if (pixel.weight == 0 || k < pixel.low || k > pixel.high) return;
+    double value = 0;
+    block.hold(hold, place_of(pixel.at), &value);
+    add_finite(pixel.stretch, value, share_of(next_, pixel.low, pixel.high) * step_, want);
+}
+
+Vec3 ShearedPicture::place_of(const std::array<double, 2>& at) const {
+    const auto k = static_cast<double>(next_);
     Vec3 p;
     p[axis_] = ray_.direction[axis_] > 0 ? k : static_cast<double>(input_[axis_] - 1) - k;
-    for (int i = 0; i < 2; ++i) p[across_[i]] = pixel.at[i] + k * shear_[i];
-    double value = 0;
-    block.hold(hold, p, &value);
-    add_finite(pixel.stretch, value, share_of(next_, pixel.low, pixel.high) * step_, want);
+    for (int i = 0; i < 2; ++i) p[across_[i]] = at[i] + k * shear_[i];
+    return p;
+}
+
+void ShearedPicture::add_smooth(const PreviewBlock& block) {
+    const auto take = [&](std::size_t tap, float value) {
+        if (std::isfinite(value)) smooth_->largest[tap] = std::max(smooth_->largest[tap], value);
+    };
+    block.linear_square(place_of(smooth_->first), across_, [&](int i, int j, float value) {
+        take(static_cast<std::size_t>(j * Smooth::kTaps + i), value);
+    });
+    for (std::size_t tap = 0; tap < smooth_->only.size(); ++tap) {
+        if (smooth_->only[tap] != next_) continue;
+        double value = 0;
+        block.hold(kFoh,
+                   place_of({smooth_->first[0] + static_cast<double>(tap % Smooth::kTaps),
+                             smooth_->first[1] + static_cast<double>(tap / Smooth::kTaps)}),
+                   &value);
+        take(tap, static_cast<float>(value));
+    }
+}
+
+/// The mean of the neighbours that are known: those beside, above and below before those across.
+std::optional<float> ShearedPicture::Smooth::continued(int i, int j) const {
+    for (const bool diagonal : {false, true}) {
+        int count = 0;
+        float sum = 0;
+        for (int y = std::max(j - 1, 0); y <= std::min(j + 1, kTaps - 1); ++y)
+            for (int x = std::max(i - 1, 0); x <= std::min(i + 1, kTaps - 1); ++x) {
+                const float value = largest[static_cast<std::size_t>(y * kTaps + x)];
+                if ((x != i && y != j) != diagonal || !std::isfinite(value)) continue;
+                sum += value;
+                ++count;
+            }
+        if (count > 0) return sum / static_cast<float>(count);
+    }
+    return std::nullopt;
+}
+
+/// Where pixels meet nothing, others continue ring by ring, as in continue_image of the edge.
+double ShearedPicture::Smooth::result(double miss) const {
+    const auto unknown = [](const Smooth& of) {
+        return std::any_of(of.largest.begin(), of.largest.end(),
+                           [](float value) { return !std::isfinite(value); });
+    };
+    Smooth known = *this;
+    for (int ring = 1; ring < kTaps && unknown(known); ++ring) {
+        const Smooth before = known;
+        for (int at = 0; at < kTaps * kTaps; ++at)
+            if (!std::isfinite(before.largest[static_cast<std::size_t>(at)]))
+                if (const auto value = before.continued(at % kTaps, at / kTaps))
+                    known.largest[static_cast<std::size_t>(at)] = *value;
+    }
+    if (unknown(known)) return miss;
+    const std::array<double, kTaps> across = spline_weights(place[0]),
+                                    down = spline_weights(place[1]);
+    double sum = 0;
+    for (std::size_t at = 0; at < known.largest.size(); ++at)
+        sum += across[at % kTaps] * down[at / kTaps] * static_cast<double>(known.largest[at]);
+    return sum;
 }
 
 void ShearedPicture::trace(const PreviewBlock& block, double end, const Request& want) {
     for (; next_ <= last_ && begin() < end; ++next_) {
-        for (Pixel& corner : corners_) add(corner, kFoh, block, want);
+        if (smooth_)
+            add_smooth(block);
+        else
+            for (Pixel& corner : corners_) add(corner, kFoh, block, want);
         add(nearest_, kZoh, block, want);
     }
 }
@@ -138,6 +242,10 @@ void ShearedPicture::result(PreviewHold hold, const Request& want,
     std::fill(values.begin(), values.end(), 0.0);
     if (hold == kZoh) {
         nearest_.stretch.result(want, values.data());
+        return;
+    }
+    if (smooth_) {
+        values[0] = smooth_->result(want.miss);
         return;
     }
     double weight = 0, length = 0;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "transitions/reference/answer.hpp"
@@ -32,9 +33,10 @@ class ScreenPicture {
 /// Slices sheared onto an intermediate image with a pixel a voxel, which is then read at the ray:
 /// four neighbours by a bilinear picture, of which those count that meet the input, the nearest by
 /// one without interpolation. What the neighbours' rays have less or more of the input than this
-/// one is made up for. The slices are
-/// those across the axis along which the ray advances fastest; pixels lie at whole positions in the
-/// slice that is nearest to the eye. Parallel rays only.
+/// one is made up for. A MIP of first-order hold is read by the spline through its pixels instead
+/// (project.shear_warp), of which six along either axis are known here: those beyond weigh a
+/// hundredth. The slices are those across the axis along which the ray advances fastest; pixels lie
+/// at whole positions in the slice that is nearest to the eye. Parallel rays only.
 ///
 /// Where rays run nearly along a face, a neighbouring pixel stays inside for many slices that the
 /// ray itself does not meet: begin() and end() tell how far a block must reach.
@@ -57,7 +59,21 @@ class ShearedPicture {
         std::array<double, 2> at{};
         Stretch stretch;
     };
+    /// Largest samples of the pixels that a spline is read from; -inf: the pixel meets nothing.
+    struct Smooth {
+        static constexpr int kBefore = 2, kTaps = PreviewBlock::kSquare;
+        std::array<double, 2> first{};  // pixel
+        std::array<double, 2> place{};  // of the ray, beyond the pixel below it: in [0, 1)
+        std::array<float, kTaps * kTaps> largest;
+        std::array<std::int32_t, kTaps * kTaps> only;  // slice of pixels that see one alone; or -1
+
+        double result(double miss) const;
+        std::optional<float> continued(int i, int j) const;
+    };
     Pixel pixel_at(double u, double v, double weight, Mode mode) const;
+    Vec3 place_of(const std::array<double, 2>& at) const;
+    std::optional<Smooth> smooth_at(const std::array<double, 2>& at, Mode mode) const;
+    void add_smooth(const PreviewBlock& block);
     void add(Pixel& pixel, PreviewHold hold, const PreviewBlock& block, const Request& want);
 
     RaySpan ray_;
@@ -70,6 +86,7 @@ class ShearedPicture {
     std::int64_t next_ = 0, last_ = -1;  // slices, counted from the eye
     std::array<Pixel, 4> corners_;
     Pixel nearest_;
+    std::optional<Smooth> smooth_;  // of a MIP, in place of the corners
 };
 
 }  // namespace edgewise
