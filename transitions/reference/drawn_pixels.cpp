@@ -90,19 +90,17 @@ struct Candidate {
 
 /// How often each is drawn on average, at most once: those that would be drawn more often are
 /// certain, and leave the others more.
-std::vector<double> expected_draws(const std::vector<Candidate>& from, double draws) {
-    std::vector<double> share(from.size()), expected(from.size(), 0);
-    const double sum =
-        std::accumulate(from.begin(), from.end(), 0.0,
-                        [](double before, const Candidate& each) { return before + each.rough; });
-    const double even = 1 / static_cast<double>(from.size());
-    for (std::size_t i = 0; i < from.size(); ++i)
-        share[i] = sum > 0 ? kEven * even + (1 - kEven) * from[i].rough / sum : even;
+std::vector<double> expected_draws(std::span<const double> rough, double draws) {
+    std::vector<double> share(rough.size()), expected(rough.size(), 0);
+    const double sum = std::accumulate(rough.begin(), rough.end(), 0.0);
+    const double even = 1 / static_cast<double>(rough.size());
+    for (std::size_t i = 0; i < rough.size(); ++i)
+        share[i] = sum > 0 ? kEven * even + (1 - kEven) * rough[i] / sum : even;
     double left = draws, rest = 1;  // of draws, and of shares, for those that are not certain
     for (bool again = true; again && rest > 0;) {
         again = false;
         const double scale = left / rest;
-        for (std::size_t i = 0; i < from.size(); ++i)
+        for (std::size_t i = 0; i < rough.size(); ++i)
             if (expected[i] < 1 && share[i] * scale >= 1) {
                 expected[i] = 1;
                 left -= 1;
@@ -110,7 +108,7 @@ std::vector<double> expected_draws(const std::vector<Candidate>& from, double dr
                 again = true;
             }
     }
-    for (std::size_t i = 0; i < from.size(); ++i)
+    for (std::size_t i = 0; i < rough.size(); ++i)
         if (expected[i] < 1) expected[i] = std::clamp(share[i] * left / rest, 0.0, 1.0);
     return expected;
 }
@@ -139,16 +137,29 @@ std::vector<DrawnPixels::Pixel> draw_rough(const Request& want, const ReferenceF
         tbb::parallel_for(std::size_t{0}, rays.size(),
                           [&](std::size_t i) { rays[i].rough = roughness.at(rays[i].at); });
     });
+    std::vector<double> rough;
+    for (const Candidate& ray : rays) rough.push_back(ray.rough);
+    for (const auto& [place, weight] : draw_in_proportion(rough, draws))
+        drawn.push_back({rays[place].at, weight});
+    return drawn;
+}
+
+std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double draws) {
     // At equal distances along the sorted ones, so that rough and smooth are met in proportion.
-    std::stable_sort(rays.begin(), rays.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.rough < b.rough; });
-    const std::vector<double> expected = expected_draws(rays, draws);
+    std::vector<std::size_t> order(rough.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return rough[a] < rough[b]; });
+    std::vector<double> sorted;
+    for (const std::size_t place : order) sorted.push_back(rough[place]);
+    const std::vector<double> expected = expected_draws(sorted, draws);
+    std::vector<RoughDraw> drawn;
     double passed = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
+    for (std::size_t i = 0; i < sorted.size(); ++i) {
         const double before = std::floor(passed + 0.5);
         passed += expected[i];
         if (std::floor(passed + 0.5) > before)
-            drawn.push_back({rays[i].at, draws / (static_cast<double>(rays.size()) * expected[i])});
+            drawn.push_back({order[i], draws / (static_cast<double>(sorted.size()) * expected[i])});
     }
     return drawn;
 }

@@ -26,6 +26,16 @@ struct DrawnPixels {
     bool whole = false;  // all of them are drawn
 };
 
+/// One of a list, and the inverse of how likely it was to be drawn: mean 1, about.
+struct RoughDraw {
+    std::size_t place;
+    double weight;
+};
+/// Half of the draws are even, half go in proportion to a roughness.
+/// @param draws  less than there are in the list
+/// @return in increasing roughness
+std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double draws);
+
 /// Draws from pixels whose rays meet the input.
 /// @param from   spread evenly over their population; any of them may be drawn
 /// @param draws  pixels, at most about so many; all of `from` where there are no more

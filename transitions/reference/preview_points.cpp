@@ -6,8 +6,10 @@
 #include <optional>
 #include <tbb/parallel_for.h>
 
+#include "transitions/reference/drawn_pixels.hpp"
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_block.hpp"
+#include "transitions/reference/stored_cast.hpp"
 
 namespace edgewise {
 namespace {
@@ -15,6 +17,10 @@ namespace {
 // Near the faces of the input holds err most, and in a large input few of its samples lie there: a
 // stratum of its own.
 constexpr int kInner = 300, kOuter = 200, kTries = 25'000;
+// So many clusters are looked at cheaply for each that is drawn, of a large input: where nearest
+// and linear samples differ, every hold errs, and of much that is smooth few such places are met by
+// chance.
+constexpr int kLooked = 8;
 // Inputs of so many samples are prepared once for all clusters, of which there can be more.
 constexpr std::int64_t kSmallInput = 1 << 18;
 constexpr int kMore = 5;
@@ -29,6 +35,7 @@ constexpr std::array<const char*, kMethods> kNames = {
 struct Cluster {
     std::vector<OutputSample> samples;
     bool outer = false, counted = true;
+    double weight = 1;  // the inverse of how likely it was to be drawn
     std::array<double, kMethods> squares{};
     double count = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -54,6 +61,41 @@ struct Drawn {
     double outer_share = 0;  // of the samples that see the input
 };
 
+/// How rough the input is where a cluster reads it: the mean square of what nearest and linear
+/// samples differ by.
+template <class T>
+double roughness(const Cluster& cluster, const Reference& reference,
+                 const NearestStored<T>& nearest, const LinearStored<T>& linear) {
+    double sum = 0;
+    for (const OutputSample& sample : cluster.samples) {
+        const Vec3 p = *reference.geometry().point(sample);
+        sum += std::pow(nearest(p) - linear(p), 2);
+    }
+    return std::isfinite(sum) ? sum / static_cast<double>(cluster.samples.size()) : 0;
+}
+
+/// Of the clusters at some samples, as draw_in_proportion has it; all where there are no more.
+std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Extent& n,
+                                         const std::vector<OutputSample>& at, double draws) {
+    std::vector<Cluster> all, drawn;
+    for (const OutputSample& corner : at) all.push_back(cluster_at(reference, n, corner));
+    if (static_cast<double>(all.size()) <= draws) return all;
+    std::vector<double> rough(all.size());
+    const Data& samples = reference.field().samples();
+    with_stored_type(samples.what.type, [&](auto zero) {
+        const NearestStored<decltype(zero)> nearest(samples);
+        const LinearStored<decltype(zero)> linear(samples);
+        tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+            rough[i] = roughness(all[i], reference, nearest, linear);
+        });
+    });
+    for (const auto& [place, weight] : draw_in_proportion(rough, draws)) {
+        drawn.push_back(std::move(all[place]));
+        drawn.back().weight = weight;
+    }
+    return drawn;
+}
+
 /// Places spread evenly by the additive recurrence of the generalised golden ratio (Roberts 2018),
 /// of those that see the input.
 Drawn draw(const Request& want, const Reference& reference) {
@@ -67,9 +109,14 @@ Drawn draw(const Request& want, const Reference& reference) {
     };
     const int more = input.samples() <= kSmallInput ? kMore : 1;
     const int most_inner = more * kInner, most_outer = more * kOuter;
-    Drawn drawn;
-    int inner = 0, outer = 0;
-    for (int i = 0; i < kTries && (inner < most_inner || outer < most_outer); ++i) {
+    std::array<std::vector<OutputSample>, 2> met;  // inner, outer
+    const auto most = [&](bool outer) {
+        return static_cast<std::size_t>(outer ? std::max(kLooked * kOuter, 2 * most_outer)
+                                              : std::max(kLooked * kInner, 2 * most_inner));
+    };
+    std::array<int, 2> count{};
+    for (int i = 0; i < kTries && (met[0].size() < most(false) || met[1].size() < most(true));
+         ++i) {
         std::array<double, 4> u;
         for (int axis = 0; axis < 4; ++axis) u[axis] = std::fmod(0.5 + ratio[axis] * (i + 1), 1.0);
         const auto place = [&](int axis) {
@@ -78,11 +125,18 @@ Drawn draw(const Request& want, const Reference& reference) {
         const OutputSample at{static_cast<int>(u[3] * want.frames), place(0), place(1), place(2)};
         if (!reference.sees_input(at)) continue;
         const bool is_outer = near_a_face(*reference.geometry().point(at));
-        if ((is_outer ? outer : inner)++ >= (is_outer ? most_outer : most_inner)) continue;
-        drawn.clusters.push_back(cluster_at(reference, n, at));
-        drawn.clusters.back().outer = is_outer;
+        ++count[is_outer];
+        if (met[is_outer].size() < most(is_outer)) met[is_outer].push_back(at);
     }
-    if (inner + outer > 0) drawn.outer_share = double(outer) / (inner + outer);
+    Drawn drawn;
+    for (const bool outer : {false, true}) {
+        const double draws = outer ? most_outer : most_inner;
+        for (Cluster& cluster : draw_rough_clusters(reference, n, met[outer], draws)) {
+            cluster.outer = outer;
+            drawn.clusters.push_back(std::move(cluster));
+        }
+    }
+    if (count[0] + count[1] > 0) drawn.outer_share = double(count[1]) / (count[0] + count[1]);
     return drawn;
 }
 
@@ -204,7 +258,8 @@ Preview preview_points(const Request& want, const ReferenceField& field,
         for (int method = 0; method < kMethods && cluster.counted; ++method) {
             if (!(cluster.count > 0)) continue;
             // A cluster is drawn as often as it has samples that see the input.
-            tallies[cluster.outer][method].add(cluster.squares[method] / cluster.count, 1);
+            tallies[cluster.outer][method].add(
+                cluster.weight * cluster.squares[method] / cluster.count, cluster.weight);
             tallies[cluster.outer][method].close();
         }
     }
