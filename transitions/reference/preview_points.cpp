@@ -22,7 +22,7 @@ constexpr int kInner = 300, kOuter = 200, kTries = 25'000;
 // chance.
 constexpr int kLooked = 8;
 // Inputs of so many samples are prepared once for all clusters, of which there can be more.
-constexpr std::int64_t kSmallInput = 1 << 18;
+constexpr std::int64_t kSmallInput = 1 << 19;
 constexpr int kMore = 5;
 constexpr double kShell = 2;  // samples
 constexpr int kHolds = 4;     // with the assignment ("me")
