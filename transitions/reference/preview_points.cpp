@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <tbb/parallel_for.h>
 
@@ -17,16 +18,17 @@ namespace {
 // Near the faces of the input holds err most, and in a large input few of its samples lie there: a
 // stratum of its own.
 constexpr int kInner = 300, kOuter = 200, kTries = 25'000;
-// So many clusters are looked at cheaply for each that is drawn, of a large input: where nearest
+// So many clusters are looked at cheaply for each that is drawn: where nearest
 // and linear samples differ, every hold errs, and of much that is smooth few such places are met by
 // chance.
 constexpr int kLooked = 8;
 // Inputs of so many samples are prepared once for all clusters, of which there can be more.
 constexpr std::int64_t kSmallInput = 1 << 19;
 constexpr int kMore = 5;
-constexpr double kShell = 2;  // samples
-constexpr int kHolds = 4;     // with the assignment ("me")
-constexpr int kMethods = 6;   // with passes of shears
+constexpr std::size_t kExtremes = 16;  // clusters where the reference may be lowest, and highest
+constexpr double kShell = 2;           // samples
+constexpr int kHolds = 4;              // with the assignment ("me")
+constexpr int kMethods = 6;            // with passes of shears
 constexpr std::array<const char*, kMethods> kNames = {
     "field/zoh", "field/foh", "field/bspline3", "field/me", "sheared/foh", "sheared/bspline3"};
 
@@ -61,34 +63,69 @@ struct Drawn {
     double outer_share = 0;  // of the samples that see the input
 };
 
-/// How rough the input is where a cluster reads it: the mean square of what nearest and linear
-/// samples differ by.
+/// What nearest and linear samples tell of a cluster.
+struct Look {
+    double rough = 0;  // mean square of what they differ by
+    // The ends of linear samples, as far beyond as nearest ones differ: splines overshoot there.
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+};
+
 template <class T>
-double roughness(const Cluster& cluster, const Reference& reference,
-                 const NearestStored<T>& nearest, const LinearStored<T>& linear) {
-    double sum = 0;
+Look look_at(const Cluster& cluster, const Reference& reference, const NearestStored<T>& nearest,
+             const LinearStored<T>& linear) {
+    Look look;
     for (const OutputSample& sample : cluster.samples) {
         const Vec3 p = *reference.geometry().point(sample);
-        sum += std::pow(nearest(p) - linear(p), 2);
+        const double value = linear(p), differs = std::abs(nearest(p) - value);
+        if (!std::isfinite(differs)) continue;
+        look.rough += differs * differs / static_cast<double>(cluster.samples.size());
+        look.low = std::min(look.low, value - differs);
+        look.high = std::max(look.high, value + differs);
     }
-    return std::isfinite(sum) ? sum / static_cast<double>(cluster.samples.size()) : 0;
+    return look;
 }
 
-/// Of the clusters at some samples, as draw_in_proportion has it; all where there are no more.
+/// Places of the clusters where the reference is likely to be lowest and highest.
+std::vector<std::size_t> extremes_of(const std::vector<Look>& looks) {
+    std::vector<std::size_t> order(looks.size()), extremes;
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const std::size_t count = std::min(order.size(), kExtremes);
+    const auto take = [&](const auto& before) {
+        std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count),
+                          order.end(), [&](std::size_t a, std::size_t b) {
+                              return before(looks[a], looks[b]) ||
+                                     (!before(looks[b], looks[a]) && a < b);
+                          });
+        extremes.insert(extremes.end(), order.begin(),
+                        order.begin() + static_cast<std::ptrdiff_t>(count));
+    };
+    take([](const Look& a, const Look& b) { return a.low < b.low; });
+    take([](const Look& a, const Look& b) { return a.high > b.high; });
+    return extremes;
+}
+
+/// Of the clusters at some samples, as draw_in_proportion has it, all where there are no more; and
+/// uncounted ones where the reference is likely to be extreme.
 std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Extent& n,
                                          const std::vector<OutputSample>& at, double draws) {
     std::vector<Cluster> all, drawn;
     for (const OutputSample& corner : at) all.push_back(cluster_at(reference, n, corner));
     if (static_cast<double>(all.size()) <= draws) return all;
-    std::vector<double> rough(all.size());
+    std::vector<Look> looks(all.size());
     const Data& samples = reference.field().samples();
     with_stored_type(samples.what.type, [&](auto zero) {
         const NearestStored<decltype(zero)> nearest(samples);
         const LinearStored<decltype(zero)> linear(samples);
         tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
-            rough[i] = roughness(all[i], reference, nearest, linear);
+            looks[i] = look_at(all[i], reference, nearest, linear);
         });
     });
+    for (const std::size_t place : extremes_of(looks)) {
+        drawn.push_back(all[place]);
+        drawn.back().counted = false;
+    }
+    std::vector<double> rough;
+    for (const Look& look : looks) rough.push_back(look.rough);
     for (const auto& [place, weight] : draw_in_proportion(rough, draws)) {
         drawn.push_back(std::move(all[place]));
         drawn.back().weight = weight;
@@ -111,8 +148,7 @@ Drawn draw(const Request& want, const Reference& reference) {
     const int most_inner = more * kInner, most_outer = more * kOuter;
     std::array<std::vector<OutputSample>, 2> met;  // inner, outer
     const auto most = [&](bool outer) {
-        return static_cast<std::size_t>(outer ? std::max(kLooked * kOuter, 2 * most_outer)
-                                              : std::max(kLooked * kInner, 2 * most_inner));
+        return static_cast<std::size_t>(kLooked * (outer ? most_outer : most_inner));
     };
     std::array<int, 2> count{};
     for (int i = 0; i < kTries && (met[0].size() < most(false) || met[1].size() < most(true));
