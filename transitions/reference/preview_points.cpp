@@ -108,26 +108,28 @@ std::vector<std::size_t> extremes_of(const std::vector<Look>& looks) {
 /// uncounted ones where the reference is likely to be extreme.
 std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Extent& n,
                                          const std::vector<OutputSample>& at, double draws) {
-    std::vector<Cluster> all, drawn;
-    for (const OutputSample& corner : at) all.push_back(cluster_at(reference, n, corner));
-    if (static_cast<double>(all.size()) <= draws) return all;
-    std::vector<Look> looks(all.size());
+    std::vector<Cluster> drawn;
+    if (static_cast<double>(at.size()) <= draws) {
+        for (const OutputSample& corner : at) drawn.push_back(cluster_at(reference, n, corner));
+        return drawn;
+    }
+    std::vector<Look> looks(at.size());
     const Data& samples = reference.field().samples();
     with_stored_type(samples.what.type, [&](auto zero) {
         const NearestStored<decltype(zero)> nearest(samples);
         const LinearStored<decltype(zero)> linear(samples);
-        tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
-            looks[i] = look_at(all[i], reference, nearest, linear);
+        tbb::parallel_for(std::size_t{0}, at.size(), [&](std::size_t i) {
+            looks[i] = look_at(cluster_at(reference, n, at[i]), reference, nearest, linear);
         });
     });
     for (const std::size_t place : extremes_of(looks)) {
-        drawn.push_back(all[place]);
+        drawn.push_back(cluster_at(reference, n, at[place]));
         drawn.back().counted = false;
     }
     std::vector<double> rough;
     for (const Look& look : looks) rough.push_back(look.rough);
     for (const auto& [place, weight] : draw_in_proportion(rough, draws)) {
-        drawn.push_back(std::move(all[place]));
+        drawn.push_back(cluster_at(reference, n, at[place]));
         drawn.back().weight = weight;
     }
     return drawn;
