@@ -198,7 +198,7 @@ Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     OfSamples& measured = facts.measured.emplace();
     measured.statistics = statistics_of(data, &memory);
     measured.histogram = histogram_of(data, measured.statistics);
-    measured.spectrum = measure_radial_power(data, &memory);
+    measured.spectrum = measure_radial_power(data, measured.statistics.occupied, &memory);
     measured.dynamic_range = dynamic_range_of(measured, data.what);
     return facts;
 }

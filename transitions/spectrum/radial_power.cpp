@@ -4,64 +4,22 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
+#include <tbb/parallel_for.h>
 
 #include "graph/with_type.hpp"
 #include "transitions/kernels/fourier.hpp"
+#include "transitions/spectrum/varying_bricks.hpp"
 
 namespace edgewise {
 namespace {
 
 using kernels::Complex;
 using kernels::Fourier;
-using Lengths = std::array<std::int64_t, 3>;
+using Lengths = VaryingBricks::Lengths;
 
-constexpr std::int64_t kSide = 32, kSideOfImages = 128;
-constexpr int kLooked = 32, kUsed = 8;
 constexpr double kRing = 1.0 / 32, kHigh = 3.0 / 8;  // [cycles a sample]
 
 std::int64_t product(const Lengths& n) { return n[0] * n[1] * n[2]; }
-
-/// Bricks that tile the data; where they do not fit, they overlap.
-struct Tiling {
-    Lengths extent, brick, count;
-
-    explicit Tiling(const Extent& n) : extent{n.x, n.y, n.z} {
-        const std::int64_t side = n.z == 1 ? kSideOfImages : kSide;
-        for (std::size_t k = 0; k < 3; ++k) {
-            brick[k] = std::min(extent[k], side);
-            count[k] = (extent[k] + side - 1) / side;
-        }
-    }
-    /// The first sample of brick i.
-    Lengths origin(std::int64_t i) const {
-        Lengths at;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::int64_t place = i % count[k], last = count[k] - 1;
-            at[k] = last > 0 ? place * (extent[k] - brick[k]) / last : 0;
-            i /= count[k];
-        }
-        return at;
-    }
-};
-
-/// All bricks where these are few, else one from each of 32 stretches of the tiling. Neighbours are
-/// far apart in this order (bits are reversed), so that those that are used lie all over the data.
-std::vector<std::int64_t> looked_at(std::int64_t bricks) {
-    std::vector<std::int64_t> order;
-    std::mt19937_64 bits(kLooked);
-    for (int i = 0; i < kLooked; ++i) {
-        int stretch = 0;
-        for (int bit = 1; bit < kLooked; bit *= 2) stretch = stretch * 2 + (i & bit ? 1 : 0);
-        const double within = static_cast<double>(bits() >> 11) * 0x1p-53;
-        const double drawn = (stretch + within) / kLooked * static_cast<double>(bricks);
-        if (bricks > kLooked)
-            order.push_back(static_cast<std::int64_t>(drawn));
-        else if (stretch < bricks)
-            order.push_back(stretch);
-    }
-    return order;
-}
 
 /// A Hann window whose zeros lie half a sample beyond the outermost samples.
 std::vector<double> window_of(std::int64_t n) {
@@ -74,14 +32,19 @@ std::vector<double> window_of(std::int64_t n) {
     return window;
 }
 
+/// The numbers of one brick in one channel, as stored.
+struct Part {
+    Lengths from;
+    int channel;
+};
+
 /// Everything that is the same for all bricks of one data set.
 class Rings {
  public:
-    Rings(const Tiling& tiling, std::pmr::memory_resource* memory)
-        : brick_(tiling.brick),
-          length_(lengths_of(tiling)),
-          tile_(bytes(), memory),
-          turned_(bytes(), memory) {
+    Rings(const Data& data, const Lengths& brick) : data_(data), brick_(brick) {
+        const Extent& n = data.what.extent;
+        const std::int64_t side = n.z == 1 ? VaryingBricks::kSideOfImages : VaryingBricks::kSide;
+        length_ = {n.x > 1 ? side : 1, n.y > 1 ? side : 1, n.z > 1 ? side : 1};
         int axes = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             window_[k] = window_of(brick_[k]);
@@ -91,89 +54,101 @@ class Rings {
             for (const double w : window_[k]) square += w * w;
             energy_ *= square;
         }
-        const auto rings = static_cast<std::size_t>(std::lround(std::sqrt(axes) / 2 / kRing)) + 1;
-        power_.resize(rings);
-        share_.resize(rings);
+        for (std::int64_t square = 0; square <= axes * side * side / 4; ++square)
+            ring_of_square_.push_back(static_cast<std::size_t>(std::lround(
+                std::sqrt(static_cast<double>(square)) / static_cast<double>(side) / kRing)));
+        share_.resize(ring_of_square_.back() + 1);
         each_frequency([&](std::size_t, std::size_t ring) { share_[ring] += 1; });
         for (double& share : share_) share /= static_cast<double>(product(length_));
     }
 
-    /// Adds the power of a brick. @param value  (x, y, z) -> f64
-    /// @return whether anything varies in it
-    template <class Value>
-    bool add(const Value& value) {
-        double sum = 0, weights = 0, low = HUGE_VAL, high = -HUGE_VAL;
-        each_sample(
-            [&](std::size_t, double w, double v) {
-                if (!std::isfinite(v)) return;
-                sum += w * v;
-                weights += w;
-                low = std::min(low, v);
-                high = std::max(high, v);
-            },
-            value);
-        if (!(low < high)) return false;
-        const double mean = sum / weights, scale = 1 / (high - low);
-        auto* tile = static_cast<Complex*>(tile_.data());
-        std::fill_n(tile, product(length_), Complex());
-        each_sample(
-            [&](std::size_t at, double w, double v) {
-                if (std::isfinite(v)) tile[at] = static_cast<float>(w * (v - mean) * scale);
-            },
-            value);
-        transform();
-        const double unit = 1 / (scale * scale * energy_ * static_cast<double>(product(length_)));
+    /// The power of two parts together: one is real, one imaginary. What they have in common at a
+    /// frequency is the opposite of what they have at the opposite one, which is in the same ring.
+    std::vector<double> power_of(const Part& real, const Part* imaginary,
+                                 std::pmr::memory_resource* memory) const {
+        const auto bytes = static_cast<std::size_t>(product(length_)) * sizeof(Complex);
+        Array tile(bytes, memory), turned(bytes, memory);
+        auto* values = static_cast<Complex*>(tile.data());
+        std::fill_n(values, product(length_), Complex());
+        const Level one = level_of(real), other = imaginary ? level_of(*imaginary) : Level{};
+        std::vector<double> power(share_.size());
+        const double range = std::max(one.range, other.range);
+        if (!(range > 0)) return power;
+        fill(real, one.mean, 1 / range, reinterpret_cast<float*>(values));
+        if (imaginary)
+            fill(*imaginary, other.mean, 1 / range, reinterpret_cast<float*>(values) + 1);
+        transform(values, static_cast<Complex*>(turned.data()));
         each_frequency([&](std::size_t at, std::size_t ring) {
-            power_[ring] += unit * std::norm(std::complex<double>(tile[at]));
+            const double re = values[at].real(), im = values[at].imag();
+            power[ring] += re * re + im * im;
         });
-        return true;
+        for (double& each : power)
+            each *= range * range / (energy_ * static_cast<double>(product(length_)));
+        return power;
     }
 
-    const std::vector<double>& power() const noexcept { return power_; }
     const std::vector<double>& share() const noexcept { return share_; }
 
  private:
-    static Lengths lengths_of(const Tiling& tiling) {
-        const std::int64_t side = tiling.extent[2] == 1 ? kSideOfImages : kSide;
-        Lengths length;
-        for (std::size_t k = 0; k < 3; ++k) length[k] = tiling.extent[k] > 1 ? side : 1;
-        return length;
-    }
-    std::size_t bytes() const {
-        return static_cast<std::size_t>(product(length_)) * sizeof(Complex);
+    struct Level {
+        double mean = 0, range = 0;  // range 0: nothing varies
+    };
+
+    template <class Body>
+    void each_sample(const Part& part, const Body& body) const {
+        const Representation& what = data_.what;
+        with_type(what.type, [&]<class T>(T) {
+            for (std::int64_t z = 0; z < brick_[2]; ++z)
+                for (std::int64_t y = 0; y < brick_[1]; ++y) {
+                    const std::int64_t row = (part.from[2] + z) * what.extent.y + part.from[1] + y;
+                    const T* from = data_.as<T>() +
+                                    (row * what.extent.x + part.from[0]) * what.channels +
+                                    part.channel;
+                    const std::int64_t to = (z * length_[1] + y) * length_[0];
+                    const double w = window_[1][static_cast<std::size_t>(y)] *
+                                     window_[2][static_cast<std::size_t>(z)];
+                    for (std::int64_t x = 0; x < brick_[0]; ++x)
+                        body(to + x, w * window_[0][static_cast<std::size_t>(x)],
+                             static_cast<double>(from[x * what.channels]));
+                }
+        });
     }
 
-    template <class Body, class Value>
-    void each_sample(const Body& body, const Value& value) const {
-        for (std::int64_t z = 0; z < brick_[2]; ++z)
-            for (std::int64_t y = 0; y < brick_[1]; ++y)
-                for (std::int64_t x = 0; x < brick_[0]; ++x)
-                    body(static_cast<std::size_t>((z * length_[1] + y) * length_[0] + x),
-                         window_[0][static_cast<std::size_t>(x)] *
-                             window_[1][static_cast<std::size_t>(y)] *
-                             window_[2][static_cast<std::size_t>(z)],
-                         value(x, y, z));
+    Level level_of(const Part& part) const {
+        double sum = 0, weights = 0, low = HUGE_VAL, high = -HUGE_VAL;
+        each_sample(part, [&](std::int64_t, double w, double v) {
+            if (!std::isfinite(v)) return;
+            sum += w * v;
+            weights += w;
+            low = std::min(low, v);
+            high = std::max(high, v);
+        });
+        return low < high ? Level{sum / weights, high - low} : Level{};
+    }
+
+    void fill(const Part& part, double mean, double scale, float* to) const {
+        each_sample(part, [&](std::int64_t at, double w, double v) {
+            if (std::isfinite(v)) to[2 * at] = static_cast<float>(w * (v - mean) * scale);
+        });
     }
 
     template <class Body>
     void each_frequency(const Body& body) const {
+        // Sides are equal, or 1: squared distances are whole numbers.
         const auto square = [&](std::int64_t i, std::size_t k) {
-            const double f =
-                static_cast<double>(std::min(i, length_[k] - i)) / static_cast<double>(length_[k]);
+            const std::int64_t f = std::min(i, length_[k] - i);
             return f * f;
         };
         std::size_t at = 0;
         for (std::int64_t z = 0; z < length_[2]; ++z)
             for (std::int64_t y = 0; y < length_[1]; ++y)
                 for (std::int64_t x = 0; x < length_[0]; ++x)
-                    body(at++, static_cast<std::size_t>(std::lround(
-                                   std::sqrt(square(x, 0) + square(y, 1) + square(z, 2)) / kRing)));
+                    body(at++, ring_of_square_[static_cast<std::size_t>(
+                                   square(x, 0) + square(y, 1) + square(z, 2))]);
     }
 
     /// Lines along x, then the axes turn (y becomes x): after three rounds they are as before.
-    void transform() {
-        auto *tile = static_cast<Complex*>(tile_.data()),
-             *turned = static_cast<Complex*>(turned_.data());
+    void transform(Complex* tile, Complex* turned) const {
         Lengths n = length_;
         for (std::size_t k = 0; k < 3; ++k) {
             plan_[k].run(tile);
@@ -186,12 +161,13 @@ class Rings {
         }
     }
 
+    const Data& data_;
     Lengths brick_, length_;  // samples of a brick; with the zeros behind them
     std::array<std::vector<double>, 3> window_;
     double energy_ = 1;  // sum of the squares of the window
     std::vector<Fourier> plan_;
-    Array tile_, turned_;
-    std::vector<double> power_, share_;
+    std::vector<std::size_t> ring_of_square_;  // by the squared distance, in steps of 1 / side
+    std::vector<double> share_;
 };
 
 }  // namespace
@@ -206,32 +182,31 @@ double RadialPower::white() const {
     return part > 0 ? std::sqrt(high / part) : 0;
 }
 
-RadialPower measure_radial_power(const Data& data, std::pmr::memory_resource* memory) {
-    const Representation& what = data.what;
-    const Tiling tiling(what.extent);
-    Rings rings(tiling, memory);
+RadialPower measure_radial_power(const Data& data, const Region& occupied,
+                                 std::pmr::memory_resource* memory) {
+    const VaryingBricks bricks = varying_bricks(data, occupied);
+    const int channels = data.what.channels;
+    std::vector<Part> parts;
+    for (const Lengths& from : bricks.first)
+        for (int channel = 0; channel < channels; ++channel) parts.push_back({from, channel});
+    const Rings rings(data, bricks.brick);
+    std::vector<std::vector<double>> powers((parts.size() + 1) / 2);
+    tbb::parallel_for(std::size_t{0}, powers.size(), [&](std::size_t pair) {
+        const std::size_t i = 2 * pair;
+        powers[pair] =
+            rings.power_of(parts[i], i + 1 < parts.size() ? &parts[i + 1] : nullptr, memory);
+    });
     RadialPower found;
-    for (const std::int64_t brick : looked_at(product(tiling.count))) {
-        if (found.bricks == kUsed) break;
-        const Lengths from = tiling.origin(brick);
-        bool varies = false;
-        for (int channel = 0; channel < what.channels; ++channel)
-            with_type(what.type, [&]<class T>(T) {
-                varies |= rings.add([&](std::int64_t x, std::int64_t y, std::int64_t z) {
-                    const std::int64_t row = (from[2] + z) * what.extent.y + from[1] + y;
-                    const std::int64_t at = row * what.extent.x + from[0] + x;
-                    return static_cast<double>(data.as<T>()[at * what.channels + channel]);
-                });
-            });
-        ++(varies ? found.bricks : found.empty);
-        found.samples += product(tiling.brick) * what.channels;
-    }
-    found.power = rings.power();
+    found.bricks = static_cast<int>(bricks.first.size());
+    found.empty = bricks.empty;
+    found.samples = bricks.samples;
     found.share = rings.share();
-    const double each = what.values.slope * what.values.slope / what.channels;
+    found.power.resize(found.share.size());
+    const double slope = data.what.values.slope;
+    const double each = slope * slope / channels / std::max(1, found.bricks);
     for (std::size_t ring = 0; ring < found.power.size(); ++ring) {
         found.frequency.push_back(static_cast<double>(ring) * kRing);
-        found.power[ring] *= each / std::max(1, found.bricks);
+        for (const std::vector<double>& power : powers) found.power[ring] += each * power[ring];
     }
     return found;
 }

@@ -16,21 +16,20 @@ struct RadialPower {
     std::vector<double> share;      // of all frequencies that are in each ring; they add up to 1
     int bricks = 0;                 // that the power is a mean of
     int empty = 0;                  // bricks looked at in which nothing varies, left out
-    std::int64_t samples = 0;       // read, at most kMostSamples times the channels
+    std::int64_t samples = 0;       // looked at
 
     /// RMS of noise that is as strong at all frequencies as the samples are beyond 3/8 cycles a
     /// sample: no white noise in them is stronger. [value]
     double white() const;
-
-    static constexpr std::int64_t kMostSamples = 32 * 32768;
 };
 
-/// Measured on up to 8 bricks of 32^3 samples (images: 128^2), of 32 that are spread over the data,
-/// the same ones for the same extent: each less its mean, faded to its faces by a Hann window
-/// (which spreads a wave over two neighbouring rings), transformed in f32. By Parseval the rings
-/// add up to the mean square within the bricks. Values that are not finite count as the mean of
-/// their brick; a brick without two different finite values is empty. All channels count alike.
-/// Some 5 ms, whatever the size of the data.
-RadialPower measure_radial_power(const Data& data, std::pmr::memory_resource* memory);
+/// Measured on up to 16 bricks of 32^3 samples (images: 128^2) in which something varies, spread
+/// over the data (transitions/spectrum/varying_bricks.hpp), the same ones for the same data: each
+/// less its mean, faded to its faces by a Hann window (which spreads a wave over two neighbouring
+/// rings), transformed in f32. By Parseval the rings add up to the mean square within the bricks.
+/// Values that are not finite count as the mean of their brick. All channels count alike.
+/// @param occupied  box outside of which all samples are equal (Statistics::occupied)
+RadialPower measure_radial_power(const Data& data, const Region& occupied,
+                                 std::pmr::memory_resource* memory);
 
 }  // namespace edgewise
