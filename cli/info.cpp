@@ -6,6 +6,7 @@
 
 #include "cli/errors.hpp"
 #include "cli/input.hpp"
+#include "cli/known_scene.hpp"
 #include "cli/machine.hpp"
 #include "cli/outputs.hpp"
 #include "cli/report.hpp"
@@ -194,12 +195,11 @@ Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     facts.warnings = facts.input.header.warnings;
     if (facts.input.header.times > 1 && !selection.time) return facts;
     facts.warnings = read_data(facts.input, &memory);
-    const Data& data = *facts.input.data;
     OfSamples& measured = facts.measured.emplace();
-    measured.statistics = statistics_of(data, &memory);
-    measured.histogram = histogram_of(data, measured.statistics);
-    measured.spectrum = measure_radial_power(data, measured.statistics.occupied, &memory);
-    measured.dynamic_range = dynamic_range_of(measured, data.what);
+    measured.statistics = known_statistics(facts.input, &memory);
+    measured.histogram = known_histogram(facts.input, measured.statistics);
+    measured.spectrum = known_spectrum(facts.input, measured.statistics, &memory);
+    measured.dynamic_range = dynamic_range_of(measured, facts.input.data->what);
     return facts;
 }
 

@@ -97,6 +97,7 @@ store::Selection selection_of(const std::optional<std::string>& series,
 
 Input inspected(const std::string& name, const store::Selection& selection) {
     Input input;
+    input.inspected_at = std::chrono::system_clock::now();
     input.name = name;
     input.selection = selection;
     if (name.starts_with("phantom:")) {
@@ -138,6 +139,7 @@ std::shared_ptr<const Data> described_data(const Input& input) {
 }
 
 std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory) {
+    const auto identity = identity_of(input);
     const auto begin = std::chrono::steady_clock::now();
     std::vector<std::string> warnings = input.header.warnings;
     if (input.phantom) {
@@ -157,6 +159,8 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
     }
     input.read_seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    input.identity.reset();
+    if (identity && identity_of(input) == identity) input.identity = identity;
     return warnings;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 
 #include "cli/describe.hpp"
 #include "cli/geometry.hpp"
+#include "cli/input_identity.hpp"
 #include "graph/data.hpp"
 #include "transitions/reference/phantoms.hpp"
 #include "transitions/store/store.hpp"
@@ -20,6 +22,8 @@ struct Input {
     std::optional<Described> described;
     std::shared_ptr<const Data> data;
     double read_seconds = 0;
+    std::chrono::system_clock::time_point inspected_at{};
+    std::optional<InputIdentity> identity;  // of the samples as they were read; absent: not sure
 
     int channels() const noexcept { return store::loaded_channels(header, selection); }
     /// Straight colour is multiplied by its alpha before it is interpolated.

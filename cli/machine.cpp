@@ -153,13 +153,21 @@ std::string cpu_name() {
     return colon == std::string::npos ? "" : field.substr(colon + 2);
 }
 
-std::string config_folder() {
-    if (const char* folder = std::getenv("XDG_CONFIG_HOME"); folder && *folder)
+namespace {
+
+/// The folder that a variable names, else that one in the home.
+std::string home_folder(const char* variable, const char* in_home) {
+    if (const char* folder = std::getenv(variable); folder && *folder)
         return std::string(folder) + "/edgewise";
     if (const char* home = std::getenv("HOME"); home && *home)
-        return std::string(home) + "/.config/edgewise";
+        return std::string(home) + in_home + "/edgewise";
     return {};
 }
+
+}  // namespace
+
+std::string config_folder() { return home_folder("XDG_CONFIG_HOME", "/.config"); }
+std::string cache_folder() { return home_folder("XDG_CACHE_HOME", "/.cache"); }
 
 Profile chosen_profile(const std::optional<std::string>& machine) {
     const char* variable = std::getenv("EDGEWISE_MACHINE");

@@ -20,6 +20,9 @@ std::string cpu_name();
 
 /// $XDG_CONFIG_HOME/edgewise, ~/.config/edgewise, or "" where there is no home.
 std::string config_folder();
+/// Where what was learned is kept from run to run: $XDG_CACHE_HOME/edgewise, ~/.cache/edgewise, or
+/// "" where there is no home.
+std::string cache_folder();
 
 /// --machine FILE|NAME, else EDGEWISE_MACHINE, else the profile that `calibrate` left for this
 /// processor, else the built-in one.

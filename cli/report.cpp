@@ -52,6 +52,27 @@ Json measured_json(const Session& session) {
             {"steps", steps}};
 }
 
+/// What was measured of the data for this request. Numbers of a ray are means over pixels.
+Json scene_json(const Session& session) {
+    const Scene& scene = session.scene;
+    const auto corner = [&](const std::array<std::int64_t, 3>& at) {
+        return std::vector<std::int64_t>(at.begin(), at.begin() + session.want().axes);
+    };
+    const std::optional<double> ended = scene.fact("picture/ended");
+    const Json rays = {{"samples", or_null(scene.fact("cast/all"))},
+                       {"taken", or_null(scene.fact("cast/taken"))},
+                       {"taken_with_bricks", or_null(scene.fact("cast/bricks"))},
+                       {"opaque", ended ? Json(*ended * *ended) : Json()}};
+    return {{"values", {scene.low, scene.high}},
+            {"mean", scene.mean},
+            {"non_finite", scene.non_finite},
+            {"commonest", scene.commonest},
+            {"occupied_box", {corner(scene.occupied.begin), corner(scene.occupied.end)}},
+            {"occupied_fraction", scene.occupied_fraction},
+            {"range", scene.range},
+            {"rays", rays}};
+}
+
 void add_answer(Json& report, const Session& session) {
     report["plan"] = nullptr;
     report["front"] = Json::array();
@@ -68,6 +89,7 @@ void add_answer(Json& report, const Session& session) {
         report["margin"] = margin_json(*session.margin);
         report["rivals"] = rivals_json(*session.margin);
     }
+    report["scene"] = scene_json(session);
     report["planning"] = {{"seconds", answer.seconds},
                           {"planner", session.options.planner.value_or("estimate")},
                           {"machine", session.profile.name},

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "cli/errors.hpp"
+#include "cli/known_scene.hpp"
 #include "cli/machine.hpp"
 #include "cli/numbers.hpp"
 #include "cli/pilot.hpp"
@@ -132,16 +133,18 @@ void read_input(Session& session) {
     else
         for (const std::string& warning : read_data(input, session.memory.get()))
             session.messages.warning(warning);
-    const Statistics statistics = statistics_of(*input.data, session.memory.get());
+    const Statistics statistics = session.given ? statistics_of(*input.data, session.memory.get())
+                                                : known_statistics(input, session.memory.get());
     if (statistics.non_finite > 0)
         session.messages.warning(
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
     take_values(session.wish, session.options, *input.data, statistics);
-    const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
-    session.scene = session.errors ? measure_scene(*input.data, statistics, session.want(), formula,
-                                                   session.memory.get())
-                                   : unseen_scene(statistics);
-    measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
+    if (session.errors) {
+        session.scene = known_scene(input, statistics, session.want(), session.memory.get());
+    } else {
+        session.scene = unseen_scene(statistics);
+        measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
+    }
     session.low = statistics.low, session.high = statistics.high;
     take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);

@@ -1,7 +1,5 @@
 #include "cli/wisdom.hpp"
 
-#include <cstdlib>
-#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fmt/chrono.h>
@@ -9,8 +7,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cli/hash.hpp"
 #include "cli/machine.hpp"
 #include "cli/outputs.hpp"
+#include "cli/request_text.hpp"
 #include "cli/session.hpp"
 #include "graph/errors.hpp"
 
@@ -23,11 +23,8 @@ using Json = nlohmann::json;
 constexpr std::size_t kMostRequests = 500;  // the oldest are forgotten
 
 std::string cache_file() {
-    if (const char* folder = std::getenv("XDG_CACHE_HOME"); folder && *folder)
-        return std::string(folder) + "/edgewise/wisdom.json";
-    if (const char* home = std::getenv("HOME"); home && *home)
-        return std::string(home) + "/.cache/edgewise/wisdom.json";
-    return {};
+    const std::string folder = cache_folder();
+    return folder.empty() ? folder : folder + "/wisdom.json";
 }
 
 /// The file's content, or an empty one. @throws InputError where it is broken
@@ -80,31 +77,6 @@ void forget_oldest(Json& requests) {
     }
 }
 
-/// Mixes bytes into 64 bits (multiply and fold, as in wyhash): not for secrets, but fast.
-class Hash {
- public:
-    void add(const void* data, std::size_t bytes) noexcept {
-        const auto* at = static_cast<const unsigned char*>(data);
-        for (; bytes >= 8; at += 8, bytes -= 8) {
-            std::uint64_t word;
-            std::memcpy(&word, at, 8);
-            mix(word);
-        }
-        std::uint64_t rest = bytes;
-        std::memcpy(&rest, at, bytes);
-        mix(rest ^ (std::uint64_t{bytes} << 56));
-    }
-    std::uint64_t value() const noexcept { return state_; }
-
- private:
-    void mix(std::uint64_t word) noexcept {
-        const auto product = static_cast<unsigned __int128>(state_ ^ word) * 0x9e3779b97f4a7c15ull;
-        state_ = static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64) ^
-                 0xa0761d6478bd642full;
-    }
-    std::uint64_t state_ = 0x2d358dccaa6c78a5ull;
-};
-
 }  // namespace
 
 Wisdom Wisdom::load() {
@@ -146,26 +118,10 @@ void Wisdom::keep(const std::string& request, const std::string& about,
 }
 
 std::string wisdom_key(const Session& session) {
-    const Request& want = session.want();
     const Data& data = *session.input->data;
-    std::string text =
-        fmt::format("{}|{}|{}|{} {} {}|{} {}|{}|{}|{:a} {:a} {:a} {:a}|{:a} {:a}|",
-                    EDGEWISE_VERSION, cpu_name(), usable_cores(), name_of(want.job),
-                    name_of(want.mode), want.axes, text_of(want.screen, 3), want.frames,
-                    data.what.text(), static_cast<int>(want.field), want.unit, want.zero, want.miss,
-                    want.outside, data.what.values.slope, data.what.values.offset);
-    for (int view = 0; view < want.frames; ++view)
-        for (int i = 0; i < 16; ++i) text += fmt::format("{:a},", want.views.at(view).data()[i]);
-    for (int i = 0; i < 3; ++i)
-        text += fmt::format("{:a} {:a},", want.spacing[i], want.background[i]);
-    if (want.eye)
-        text += fmt::format("eye {:a} {:a} {:a} {:a}", want.eye->at[0], want.eye->at[1],
-                            want.eye->at[2], want.eye->plane);
-    if (want.range) text += fmt::format("range {:a}", *want.range);
-    text += fmt::format("{:a}", want.transfer.unit);
-    for (const auto& point : want.transfer.points)
-        text += fmt::format("{:a} {:a} {:a} {:a} {:a};", point.value, point.opacity, point.color[0],
-                            point.color[1], point.color[2]);
+    const std::string text = fmt::format("{}|{}|{}|{}|{:a} {:a}|{}", EDGEWISE_VERSION, cpu_name(),
+                                         usable_cores(), data.what.text(), data.what.values.slope,
+                                         data.what.values.offset, request_text(session.want()));
     Hash hash;
     hash.add(text.data(), text.size());
     hash.add(data.samples.data(), static_cast<std::size_t>(data.what.bytes()));

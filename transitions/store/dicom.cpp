@@ -184,6 +184,12 @@ class Stack {
     std::vector<double> places_;
 };
 
+std::vector<std::string> paths_of(const Slices& files) {
+    std::vector<std::string> paths;
+    for (const DicomFile& file : files) paths.push_back(file.path);
+    return paths;
+}
+
 /// Decoded files of compressed pixels, one after another.
 class DicomReader : public Reader {
  public:
@@ -210,6 +216,8 @@ class DicomReader : public Reader {
                     warnings);
         }
     }
+
+    std::optional<std::vector<std::string>> files() const override { return paths_of(files_); }
 
  private:
     Slices files_;
@@ -246,6 +254,8 @@ class PlainReader : public Reader {
             rescale(slice, files_[i], into.data() + to, count);
         }
     }
+
+    std::optional<std::vector<std::string>> files() const override { return paths_of(files_); }
 
  private:
     template <class T>

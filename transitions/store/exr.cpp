@@ -124,6 +124,10 @@ class ExrReader : public Reader {
                         4);
     }
 
+    std::optional<std::vector<std::string>> files() const override {
+        return std::vector<std::string>{};
+    }
+
  private:
     ModuleImage image_;
 };

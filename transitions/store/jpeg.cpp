@@ -119,6 +119,10 @@ class JpegReader : public Reader {
         jpeg_finish_decompress(&decoder.jpeg);
     }
 
+    std::optional<std::vector<std::string>> files() const override {
+        return std::vector<std::string>{};
+    }
+
  private:
     int orientation_;
 };

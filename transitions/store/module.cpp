@@ -87,6 +87,12 @@ class ModuleReader : public Reader {
         scatter(stored, pick, stream, path_, into, warnings);
     }
 
+    std::optional<std::vector<std::string>> files() const override {
+        // ITK may open files that it names by itself.
+        if (library_ == Library::itk) return std::nullopt;
+        return std::vector<std::string>{path_};
+    }
+
  private:
     Library library_;
     std::string path_;

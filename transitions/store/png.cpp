@@ -150,6 +150,10 @@ class PngReader : public Reader {
         png_read_end(decoder.png, nullptr);
     }
 
+    std::optional<std::vector<std::string>> files() const override {
+        return std::vector<std::string>{};
+    }
+
  private:
     Shape shape_;
     int orientation_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +16,8 @@ class Reader {
     /// Fills `into` as read_samples promises; `pick` has been checked.
     virtual void read(const Header&, const Selection& pick, std::span<std::byte> into,
                       std::vector<std::string>& warnings) const = 0;
+    /// Paths of all that samples come from, beside the header's own; none: not known.
+    virtual std::optional<std::vector<std::string>> files() const = 0;
 };
 
 /// One axis of the samples as a file stores them.

@@ -19,6 +19,16 @@ class StackReader : public Reader {
             planes_[i].reader->read(planes_[i], pick, into.subspan(i * bytes, bytes), warnings);
     }
 
+    std::optional<std::vector<std::string>> files() const override {
+        std::vector<std::string> all;
+        for (const Header& plane : planes_) {
+            const auto files = files_of(plane);
+            if (!files) return std::nullopt;
+            all.insert(all.end(), files->begin(), files->end());
+        }
+        return all;
+    }
+
  private:
     std::vector<Header> planes_;
 };

@@ -152,6 +152,12 @@ std::vector<std::string> read_samples(const Header& header, const Selection& pic
     return warnings;
 }
 
+std::optional<std::vector<std::string>> files_of(const Header& header) {
+    std::optional<std::vector<std::string>> files = header.reader->files();
+    if (files && !header.file.starts_with("raw:")) files->push_back(header.file);
+    return files;
+}
+
 Loaded load(const std::string& source, const Selection& pick, std::pmr::memory_resource* from) {
     Loaded loaded{inspect(source, pick), {}};
     Header& header = loaded.header;

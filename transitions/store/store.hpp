@@ -90,6 +90,10 @@ std::size_t loaded_bytes(const Header&, const Selection&);
 std::vector<std::string> read_samples(const Header&, const Selection&, void* into,
                                       std::size_t bytes);
 
+/// Files and folders that the description and the samples come from: while none of them changes,
+/// neither do these. Absent where a library that reads them does not tell.
+std::optional<std::vector<std::string>> files_of(const Header&);
+
 struct Loaded {
     Header header;  // channels and type as in memory, one time point, warnings of both
     Array samples;

@@ -278,6 +278,12 @@ class StoredReader : public Reader {
         }
     }
 
+    std::optional<std::vector<std::string>> files() const override {
+        std::vector<std::string> paths;
+        for (const Stored::Piece& piece : stored_.pieces) paths.push_back(piece.path);
+        return paths;
+    }
+
  private:
     Stored stored_;
 };

@@ -144,6 +144,10 @@ class TiffReader : public Reader {
         }
     }
 
+    std::optional<std::vector<std::string>> files() const override {
+        return std::vector<std::string>{};
+    }
+
  private:
     std::vector<TiffPage> pages_;
 };

@@ -123,6 +123,10 @@ class VtiReader : public Reader {
         scatter(stored_, pick, *stream, header.file, into, warnings);
     }
 
+    std::optional<std::vector<std::string>> files() const override {
+        return std::vector<std::string>{};
+    }
+
  private:
     Stored stored_;
     Array array_;
