@@ -13,7 +13,7 @@
 namespace edgewise::cli {
 namespace {
 
-// What takes less is measured anew: to find a fact takes 0.1 ms, to keep one 0.3 ms
+// What takes less is measured anew: to find a fact takes 0.1 ms, to keep one 0.2 ms and more
 // (benchmarks/facts.cpp).
 constexpr double kWorthKeeping = 1e-3;  // [s]
 

@@ -1,0 +1,84 @@
+// What the facts of data take, beside reading them from a file that is in memory already:
+//   facts_benchmark FILE... prints milliseconds, the least of 25 runs, and the share of reading.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <functional>
+#include <memory_resource>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cli/facts_json.hpp"
+#include "cli/hash.hpp"
+#include "cli/input.hpp"
+#include "cli/known_facts.hpp"
+
+namespace {
+
+using namespace edgewise;
+using Clock = std::chrono::steady_clock;
+
+double least(const std::function<void()>& run) {
+    double milliseconds = HUGE_VAL;
+    for (int i = 0; i < 25; ++i) {
+        const auto begin = Clock::now();
+        run();
+        milliseconds = std::min(
+            milliseconds, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+    }
+    return milliseconds;
+}
+
+void print(const std::string& what, double took, double reading) {
+    fmt::print("  {:24} {:9.2f} ms {:7.2f} %\n", what, took, 100 * took / reading);
+}
+
+void measure(const std::string& file) {
+    auto* memory = std::pmr::new_delete_resource();
+    cli::Input input = cli::inspected(file, {});
+    const double reading = least([&] {
+        input.data.reset();
+        cli::read_data(input, memory);
+    });
+    const Data& data = *input.data;
+    fmt::print("{}\n", file);
+    print("reading", reading, reading);
+    Statistics statistics;
+    print("statistics", least([&] { statistics = statistics_of(data, memory); }), reading);
+    print("histogram", least([&] { histogram_of(data, statistics); }), reading);
+    RadialPower power;
+    print("spectrum",
+          least([&] { power = measure_radial_power(data, statistics.occupied, memory); }), reading);
+    const cli::KnownFacts known(input.identity);
+    if (known.keep("spectrum", cli::json_of(power))) {
+        print("keeping a spectrum", least([&] { known.keep("spectrum", cli::json_of(power)); }),
+              reading);
+        print("finding a spectrum", least([&] {
+                  cli::read(cli::KnownFacts(cli::identity_of(input)).find("spectrum").value(),
+                            power);
+              }),
+              reading);
+        known.keep("statistics", cli::json_of(statistics));
+        print("finding statistics", least([&] {
+                  cli::read(cli::KnownFacts(cli::identity_of(input)).find("statistics").value(),
+                            statistics);
+              }),
+              reading);
+    }
+    volatile std::uint64_t keep = 0;
+    print("hashing all samples", least([&] {
+              cli::Hash hash;
+              hash.add(data.samples.data(), static_cast<std::size_t>(data.what.bytes()));
+              keep = hash.value();
+          }),
+          reading);
+    static_cast<void>(keep);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    for (int i = 1; i < argc; ++i) measure(argv[i]);
+    return 0;
+}
