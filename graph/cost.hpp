@@ -13,8 +13,12 @@ struct Work {
         0;                // additions, multiplications, roundings, comparisons: one each, as [W93]
     double streamed = 0;  // bytes read or written in address order
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
-    double local = 0;     // L: samples read from a neighbouring tile or rank
-    double global = 0;    // G: samples sent to an arbitrary rank, one to one
+    /// Bytes that reads at computed addresses, and what is streamed, lie within; of one rank. They
+    /// tell which levels of memory serve them. 0: the planner's guess, all of the input, and input
+    /// and output.
+    double span = 0, swept = 0;
+    double local = 0;      // L: samples read from a neighbouring tile or rank
+    double global = 0;     // G: samples sent to an arbitrary rank, one to one
     double congested = 0;  // G that may meet at one rank, before congestion N
     double messages = 0;   // one after another, of the rank that sends most
     double sent = 0;       // bytes in these messages

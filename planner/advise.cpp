@@ -182,7 +182,8 @@ class Adviser {
     double bound(At from, At to) const {
         const Representation &in = graph_[from].what, &out = graph_[to].what;
         const Work least{.operations = static_cast<double>(std::max(in.samples(), out.samples())),
-                         .streamed = in.bytes() + out.bytes()};
+                         .streamed = in.bytes() + out.bytes(),
+                         .swept = in.bytes() + out.bytes()};
         const bool spread = in.place == Place::ranks || out.place == Place::ranks;
         return out.runs() * profile_.counted(least) / std::max(1, profile_.processors) /
                (spread ? std::max(1, want_.ranks) : 1);

@@ -19,6 +19,8 @@ Work mean_work(const Transition& edge, const Offer& offer, const Ask& ask) {
         mean.operations += work.operations / asked;
         mean.streamed += work.streamed / asked;
         mean.gathers += work.gathers / asked;
+        mean.span = std::max(mean.span, work.span);
+        mean.swept = std::max(mean.swept, work.swept);
         mean.local += work.local / asked;
         mean.global += work.global / asked;
         mean.congested += work.congested / asked;
@@ -29,6 +31,14 @@ Work mean_work(const Transition& edge, const Offer& offer, const Ask& ask) {
         if (i == 0) mean.way = work.way;
     }
     return mean;
+}
+
+/// Where an edge does not say what its accesses lie within: reads at computed addresses fall
+/// anywhere in the input, and what is streamed is input and output.
+void place(Work& work, const Offer& offer, const StepCost& cost) {
+    const double in = offer.from.bytes() / cost.from_ranks;
+    if (!(work.span > 0)) work.span = in;
+    if (!(work.swept > 0)) work.swept = in + offer.to.bytes() / cost.to_ranks;
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014): spreads the bits of a hash.
@@ -60,6 +70,7 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
     cost.work = mean_work(edge, offer, ask);
     if (offer.from.place == Place::ranks) cost.from_ranks = ask.want.ranks;
     if (offer.to.place == Place::ranks) cost.to_ranks = ask.want.ranks;
+    place(cost.work, offer, cost);
 
     const int among = offer.from.place == Place::ranks ? ask.want.ranks : 1;
     const Seconds run = profile.seconds(timing_name(edge, offer, ask.want, cost.work), cost.work,

@@ -59,7 +59,10 @@ const std::map<std::string, double> kDefaultFactors = {
 }  // namespace
 
 double Profile::counted(const Work& work) const noexcept {
-    return work.operations * operation + work.streamed * streamed + work.gathers * gather +
+    const double byte_read =
+        levels.empty() ? streamed : cost_in(levels, &Level::streamed, work.swept);
+    const double sample_read = levels.empty() ? gather : cost_in(levels, &Level::gather, work.span);
+    return work.operations * operation + work.streamed * byte_read + work.gathers * sample_read +
            work.local * local + (work.global + work.congested * congestion) * global;
 }
 
@@ -134,6 +137,7 @@ Profile parse_profile(const std::string& text, const std::string& file) {
         profile.factors[edge] = fields.number(value, "factors." + edge, 1e-6, 1e6);
     for (const auto& [number, origin] : provenance.items())
         profile.provenance[number] = fields.text(origin, "provenance." + number);
+    profile.levels = levels_of(json.value("levels", nlohmann::json::array()), file);
     profile.rates = rates_of(object("rates"), file);
     return profile;
 }
@@ -146,6 +150,7 @@ nlohmann::json to_json(const Profile& profile) {
                            {"when", profile.when},
                            {"processors", profile.processors},
                            {"ranks", profile.ranks},
+                           {"levels", to_json(profile.levels)},
                            {"factors", profile.factors},
                            {"rates", to_json(profile.rates)},
                            {"provenance", profile.provenance}};

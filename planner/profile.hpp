@@ -5,6 +5,7 @@
 #include <string>
 
 #include "graph/cost.hpp"
+#include "planner/levels.hpp"
 #include "planner/rates.hpp"
 
 namespace edgewise {
@@ -25,8 +26,8 @@ struct Profile {
     int ranks = 1;       // memories, each with so many processors; 1: a machine of shared memory
     double memory = 0;   // [byte] of one rank; 0: not known
     double operation = 0.05e-9;  // [s]; operations run in vectors, so far below a cycle
-    double streamed = 0.12e-9;   // [s/byte]
-    double gather = 0.22e-9;     // [s]
+    double streamed = 0.12e-9;   // [s/byte]; where there are levels, these go before it
+    double gather = 0.22e-9;     // [s]; likewise
     double local = 0.3e-9;       // [s]
     double global = 1e-9;        // [s], before congestion
     double congestion = 1;       // N: how many times that where accesses meet
@@ -35,6 +36,7 @@ struct Profile {
     double start = 20e-6;        // [s] once a run of an edge
     double serial = 0.05;        // share of a run that further threads do not speed up
     double spread = 0.35;        // of predicted seconds, at least: standard deviation of the log
+    Levels levels;               // of memory; empty: `streamed` and `gather` hold for all sizes
     /// Measured over counted seconds, by "EDGE" or "EDGE/key=value..."; the longest name that fits.
     std::map<std::string, double> factors;
     /// The same measured here by size, kind and type of sample; these go before `factors`.

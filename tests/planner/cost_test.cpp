@@ -121,6 +121,43 @@ TEST(Cost, PartsThatAreMergedAreCounted) {
     EXPECT_EQ(cost.scratch, 1 + 1000 + 4 * 100);  // the first part is the output itself
 }
 
+TEST(Cost, AccessesLieWithinInputAndOutputUnlessTheEdgeKnowsBetter) {
+    Request want;
+    const Scene scene;
+    const Profile profile = one_second_an_operation();
+    Offer offer{.from = made(1000, 1), .to = made(60, 1)};
+    StepCost cost = cost_of(graded(), offer, {want, scene}, profile, 1);
+    EXPECT_EQ(cost.work.span, 1000);
+    EXPECT_EQ(cost.work.swept, 1060);
+    Transition own = graded();
+    own.work = [](const Offer&, const Ask&, int view) {
+        return Work{.span = 10.0 + view, .swept = 20};
+    };
+    cost = cost_of(own, offer, {want, scene}, profile, 1);
+    EXPECT_EQ(cost.work.span, 10);
+    EXPECT_EQ(cost.work.swept, 20);
+    want.ranks = 4;  // bytes are those of one
+    offer.from.place = Place::ranks;
+    cost = cost_of(graded(), offer, {want, scene}, profile, 1);
+    EXPECT_EQ(cost.work.span, 250);
+    EXPECT_EQ(cost.work.swept, 310);
+}
+
+TEST(Cost, LevelsOfMemoryPriceWhatIsRead) {
+    const Request want;
+    const Scene scene;
+    Profile profile = one_second_an_operation();
+    profile.levels = {{.bytes = 100, .gather = 1}, {.gather = 3}};
+    Transition edge = graded();
+    edge.work = [](const Offer&, const Ask&, int) { return Work{.gathers = 10}; };
+    const auto seconds = [&](double bytes) {
+        const Offer offer{.from = made(bytes, 1), .to = made(1, 1)};
+        return cost_of(edge, offer, {want, scene}, profile, 1).seconds;
+    };
+    EXPECT_DOUBLE_EQ(seconds(50), 10);
+    EXPECT_DOUBLE_EQ(seconds(200), 30);
+}
+
 TEST(Cost, RandomOnesHangOnEdgeParametersAndSeed) {
     std::set<double> all;
     for (const char* name : {"a.b", "a.c"})

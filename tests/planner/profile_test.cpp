@@ -50,11 +50,15 @@ TEST(Profile, SavesAndLoads) {
     profile.start = 1e-5;
     profile.serial = 0.07;
     profile.factors = {{"warp.backward", 1.25}, {"warp.backward/filter=foh", 0.1}};
+    profile.levels = {{.bytes = 1e5, .streamed = 1e-11, .gather = 1.0 / 3e9, .spread = 0.07},
+                      {.streamed = 1e-10, .gather = 2e-9}};
     const TemporaryFile file(to_json(profile).dump());
     const Profile back = load_profile(file.path());
     EXPECT_EQ(to_json(back), to_json(profile));
     EXPECT_EQ(back.operation, profile.operation);
     EXPECT_EQ(back.factors, profile.factors);
+    ASSERT_EQ(back.levels.size(), 2u);
+    EXPECT_EQ(back.levels[0].gather, profile.levels[0].gather);
 }
 
 TEST(Profile, FieldsThatAreMissingKeepTheirDefaults) {

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <limits>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace edgewise {
+
+/// A level of memory, and what an access costs that it serves.
+struct Level {
+    double bytes = std::numeric_limits<double>::infinity();  // it holds; the last one: no end
+    double streamed = 0;                                     // [s/byte]
+    double gather = 0;                                       // [s]
+    double spread = 0;  // of both numbers: standard deviation of the log
+};
+
+/// From the smallest to the largest; no cost is below that of the level before. Empty: not known.
+using Levels = std::vector<Level>;
+
+/// What one access costs in a set of so many bytes. A set that a level holds takes that level's
+/// cost, one of twice the bytes or more that of the next, and between them the cost grows linearly
+/// with the logarithm of the size: continuous, and never falling as the set grows. Caches that keep
+/// what was used last miss nearly all of a set that is read in order and is a little too large, and
+/// half of one that is read anywhere and is twice too large: two sizes where one would jump.
+/// @param levels  not empty
+/// @param cost    &Level::streamed or &Level::gather
+/// @param set     [byte]; 0: not known, so the last level's
+double cost_in(const Levels& levels, double Level::*cost, double set) noexcept;
+
+nlohmann::json to_json(const Levels& levels);
+/// @throws InputError naming the field; `file` is what messages call the text
+Levels levels_of(const nlohmann::json& json, const std::string& file);
+
+}  // namespace edgewise
