@@ -70,24 +70,27 @@ double Profile::factor(const std::string& edge) const {
     for (std::string known = edge.substr(0, edge.find(' '));; known.resize(known.rfind('/'))) {
         const auto found = factors.find(known);
         if (found != factors.end()) return found->second;
-        if (known.find('/') == std::string::npos) return 1;
+        if (known.find('/') == std::string::npos) break;
     }
+    const auto others = factors.find("*");
+    return others == factors.end() ? 1 : others->second;
 }
 
 Seconds Profile::seconds(const std::string& edge, const Work& work, int threads, int among,
                          int runs) const {
     const double sharing = std::max(1, threads), each = counted(work) / std::max(1, among);
-    const double messages = work.messages * latency + work.sent * byte;
+    const double sending =
+        message_seconds(messages, {.latency = latency, .byte = byte}, work.messages, work.sent);
     const Rate rate = rates.at(edge, each, runs);
     if (rate.ratio > 0) {
         // What all processors together took tells the share that threads do not speed up.
         const double alone = 1.0 / processors;
         const double fixed =
             processors > 1 ? std::clamp((rate.shared - alone) / (1 - alone), 0.0, 1.0) : serial;
-        return {std::max(start, each * rate.ratio * (fixed + (1 - fixed) / sharing)) + messages,
+        return {std::max(start, each * rate.ratio * (fixed + (1 - fixed) / sharing)) + sending,
                 std::max(spread, rate.spread)};
     }
-    return {start + each * factor(edge) * (serial + (1 - serial) / sharing) + messages,
+    return {start + each * factor(edge) * (serial + (1 - serial) / sharing) + sending,
             std::max(spread, kUncalibrated)};
 }
 
@@ -132,12 +135,16 @@ Profile parse_profile(const std::string& text, const std::string& file) {
         if (!part.is_object()) fields.reject(field, "expected an object");
         return part;
     };
-    const nlohmann::json factors = object("factors"), provenance = object("provenance");
+    const nlohmann::json factors = object("factors"), provenance = object("provenance"),
+                         spreads = object("spreads");
     for (const auto& [edge, value] : factors.items())
         profile.factors[edge] = fields.number(value, "factors." + edge, 1e-6, 1e6);
     for (const auto& [number, origin] : provenance.items())
         profile.provenance[number] = fields.text(origin, "provenance." + number);
+    for (const auto& [number, value] : spreads.items())
+        profile.spreads[number] = fields.number(value, "spreads." + number, 0, 10);
     profile.levels = levels_of(json.value("levels", nlohmann::json::array()), file);
+    profile.messages = message_costs_of(json.value("messages", nlohmann::json::array()), file);
     profile.rates = rates_of(object("rates"), file);
     return profile;
 }
@@ -151,9 +158,11 @@ nlohmann::json to_json(const Profile& profile) {
                            {"processors", profile.processors},
                            {"ranks", profile.ranks},
                            {"levels", to_json(profile.levels)},
+                           {"messages", to_json(profile.messages)},
                            {"factors", profile.factors},
                            {"rates", to_json(profile.rates)},
-                           {"provenance", profile.provenance}};
+                           {"provenance", profile.provenance},
+                           {"spreads", profile.spreads}};
     for (const Field& field : kFields) json[field.name] = profile.*field.member;
     return json;
 }

@@ -6,6 +6,7 @@
 
 #include "graph/cost.hpp"
 #include "planner/levels.hpp"
+#include "planner/message_costs.hpp"
 #include "planner/rates.hpp"
 
 namespace edgewise {
@@ -31,19 +32,23 @@ struct Profile {
     double local = 0.3e-9;       // [s]
     double global = 1e-9;        // [s], before congestion
     double congestion = 1;       // N: how many times that where accesses meet
-    double latency = 0;          // [s] once a message
-    double byte = 0;             // [s/byte] in messages
+    double latency = 0;          // [s] once a message, below the first of `messages`
+    double byte = 0;             // [s/byte] in messages, likewise
     double start = 20e-6;        // [s] once a run of an edge
     double serial = 0.05;        // share of a run that further threads do not speed up
     double spread = 0.35;        // of predicted seconds, at least: standard deviation of the log
     Levels levels;               // of memory; empty: `streamed` and `gather` hold for all sizes
-    /// Measured over counted seconds, by "EDGE" or "EDGE/key=value..."; the longest name that fits.
+    MessageCosts messages;       // by size; empty: `latency` and `byte` hold for all sizes
+    /// Measured over counted seconds, by "EDGE" or "EDGE/key=value..."; the longest name that fits,
+    /// else "*".
     std::map<std::string, double> factors;
     /// The same measured here by size, kind and type of sample; these go before `factors`.
     Rates rates;
     /// Where a number comes from, by its name above: "measured", "fitted", "derived" or "guessed",
     /// then from what.
     std::map<std::string, std::string> provenance;
+    /// Of measured numbers, by their name above: standard deviation of the log.
+    std::map<std::string, double> spreads;
 
     /// Seconds of one run of an edge, of `runs` that may overlap; all but its messages is shared by
     /// `among` ranks.

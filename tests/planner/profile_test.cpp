@@ -52,6 +52,8 @@ TEST(Profile, SavesAndLoads) {
     profile.factors = {{"warp.backward", 1.25}, {"warp.backward/filter=foh", 0.1}};
     profile.levels = {{.bytes = 1e5, .streamed = 1e-11, .gather = 1.0 / 3e9, .spread = 0.07},
                       {.streamed = 1e-10, .gather = 2e-9}};
+    profile.provenance = {{"gather", "measured, here"}};
+    profile.spreads = {{"gather", 0.03}};
     const TemporaryFile file(to_json(profile).dump());
     const Profile back = load_profile(file.path());
     EXPECT_EQ(to_json(back), to_json(profile));
@@ -85,6 +87,7 @@ TEST(Profile, BadFilesAreRejectedWithTheField) {
         {R"({"schema": 1, "factors": [1]})", "factors"},
         {R"({"schema": 1, "factors": {"warp.x": 0}})", "factors.warp.x"},
         {R"({"schema": 1, "factors": {"warp.x": "2"}})", "factors.warp.x"},
+        {R"({"schema": 1, "spreads": {"gather": -1}})", "spreads.gather"},
     };
     for (const auto& [text, field] : bad) {
         const std::string why = rejection(text);
@@ -122,6 +125,9 @@ TEST(Profile, LongestNameThatFitsGivesTheFactor) {
     EXPECT_EQ(profile.factor("a.b/f=y"), 2);
     EXPECT_EQ(profile.factor("a.bb"), 1);
     EXPECT_EQ(profile.factor("a"), 1);
+    profile.factors["*"] = 7;
+    EXPECT_EQ(profile.factor("a"), 7);
+    EXPECT_EQ(profile.factor("a.b/f=y"), 2);
 }
 
 }  // namespace
