@@ -11,6 +11,7 @@
 
 #include "cli/input.hpp"
 #include "cli/machine.hpp"
+#include "cli/machine_probe.hpp"
 #include "cli/quantiles.hpp"
 #include "cli/session.hpp"
 #include "cli/signals.hpp"
@@ -161,6 +162,7 @@ class Calibration {
     explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 50) {
         profile_ = default_profile();
         profile_.processors = usable_cores();
+        probe_machine(profile_, quick);  // first: rates refer to it
     }
 
     Profile measure(Messages& messages) {
@@ -258,7 +260,7 @@ class Calibration {
     void begin_case(Case& one, const Trial& trial) {
         const Visit visit(*this);
         one.prepared = std::make_unique<Prepared>(trial, phantoms_);
-        std::vector<Plan> plans = one.prepared->paths(profile_);
+        std::vector<Plan> plans = one.prepared->paths(default_profile());
         // The dear ones may find their steps already timed.
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
             return a.predicted.seconds < b.predicted.seconds;
@@ -387,6 +389,7 @@ class Calibration {
 
     void fit() {
         profile_.rates = rates_of(timed_);
+        rebase_factors(profile_);
         std::vector<double> shared;
         for (const auto& [name, curve] : profile_.rates.measured())
             for (const Rate& rate : curve) shared.push_back(rate.shared);
@@ -405,19 +408,16 @@ class Calibration {
             // The median of a normal distribution's absolute value is 0.6745 of its deviation.
             profile_.spread = std::clamp(median(missed_) / 0.6745, 0.02, 2.0);
         }
-        profile_.provenance = {
-            {"rates",
-             fmt::format("measured; phantoms of 48^3 to 192^3 and 256^2 to 2000^2 samples; "
-                         "{} visits, {} of them disturbed by the host",
-                         visits_, disturbed_.size())},
-            {"serial", "derived from rates"},
-            {"spread",
-             fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
-            {"factors", "guessed: of another machine; where rates have no name"},
-            {"operation", "guessed: of another machine; rates refer to it"},
-            {"streamed", "guessed: of another machine; rates refer to it"},
-            {"gather", "guessed: of another machine; rates refer to it"},
-            {"start", "guessed: of another machine"}};
+        profile_.provenance.insert(
+            {{"rates",
+              fmt::format("measured; phantoms of 48^3 to 192^3 and 256^2 to 2000^2 samples; "
+                          "{} visits, {} of them disturbed by the host",
+                          visits_, disturbed_.size())},
+             {"serial", "derived from rates"},
+             {"spread",
+              fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
+             {"factors",
+              "guessed: of another machine, scaled to the rates; where these have no name"}});
         return profile_;
     }
 
