@@ -105,7 +105,16 @@ Json machines() {
                         {"cpu", profile.cpu},
                         {"processors", profile.processors},
                         {"ranks", profile.ranks},
-                        {"file", file.empty() ? Json() : Json(file)}});
+                        {"file", file.empty() ? Json() : Json(file)},
+                        {"operation", profile.operation},
+                        {"streamed", profile.streamed},
+                        {"gather", profile.gather},
+                        {"levels", to_json(profile.levels)},
+                        {"latency", profile.latency},
+                        {"byte", profile.byte},
+                        {"messages", to_json(profile.messages)},
+                        {"provenance", profile.provenance},
+                        {"spreads", profile.spreads}});
     };
     add(default_profile(), "");
     for (const std::string& name : bundled_machines()) add(*bundled_profile(name), "");
@@ -139,6 +148,32 @@ std::string domain_text(const Json& domain) {
                        meaning.empty() ? "" : " (" + meaning + ")");
 }
 
+/// What an operation and accesses cost, by level of memory.
+std::string numbers_text(const Json& machine) {
+    const auto ns = [](const Json& numbers, const char* name) {
+        return fmt::format("{:.3g} ns", 1e9 * numbers[name].get<double>());
+    };
+    // The first word of where a number comes from.
+    const auto origin = [&](const char* name) {
+        const std::string all = machine["provenance"].value(name, "guessed");
+        return all.substr(0, all.find_first_of(" :,;"));
+    };
+    std::string text =
+        fmt::format("    {} an operation ({})\n", ns(machine, "operation"), origin("operation"));
+    const auto line = [&](const Json& level, const std::string& size, const char* name) {
+        text += fmt::format("    {}: {} a byte in order, {} a computed address ({})\n", size,
+                            ns(level, "streamed"), ns(level, "gather"), origin(name));
+    };
+    const Json& levels = machine["levels"];
+    if (levels.empty()) line(machine, "data of any size", "streamed");
+    for (const Json& level : levels) {
+        const double kilobytes = level.value("bytes", 0.0) / 1024;
+        line(level, kilobytes > 0 ? fmt::format("data up to {:.0f} KiB", kilobytes) : "larger data",
+             "levels");
+    }
+    return text;
+}
+
 std::string line_of(const Json& entry) {
     std::string text = entry["name"].get<std::string>();
     if (entry.contains("endings")) {
@@ -158,6 +193,7 @@ std::string line_of(const Json& entry) {
         text += ": " + entry["meaning"].get<std::string>();
     if (entry.contains("source")) text += ": " + entry["source"].get<std::string>();
     text += "\n";
+    if (entry.contains("levels")) text += numbers_text(entry);
     if (entry.contains("joins"))
         for (const Json& join : entry["joins"])
             text += fmt::format("    {} -> {}\n", join["from"].get<std::string>(),

@@ -428,6 +428,29 @@ class Calibrate(Command):
         self.assertIn("warp.backward", profile["factors"])
         report = self.report("plan", "warp", "phantom:noise:16")
         self.assertEqual(report["planning"]["machine"], profile["name"])
+        self.check_probed(profile)
+        shown = json.loads(self.run_it("list", "machines", "--json", "-").stdout)["machines"]
+        self.assertIn(profile["levels"], [machine["levels"] for machine in shown])
+        self.assertIn(b"a computed address (measured)", self.run_it("list", "machines").stdout)
+
+    def check_probed(self, profile):
+        """What rates refer to is of this machine, and one size of memory costs more than the last."""
+        for name in ("operation", "streamed", "gather", "levels", "start"):
+            self.assertTrue(profile["provenance"][name].startswith("measured 2"), name)
+            self.assertGreaterEqual(profile["spreads"][name], 0, name)
+            self.assertIn("rounds", profile["provenance"][name])
+        for name in ("latency", "byte"):
+            self.assertTrue(profile["provenance"][name].startswith("derived"), name)
+            self.assertGreater(profile[name], 0)
+        levels = profile["levels"]
+        self.assertNotIn("bytes", levels[-1])
+        for less, more in zip(levels, levels[1:]):
+            self.assertLess(less["bytes"], more.get("bytes", float("inf")))
+            self.assertLessEqual(less["streamed"], more["streamed"])
+            self.assertLessEqual(less["gather"], more["gather"])
+        self.assertEqual(levels[-1]["gather"], profile["gather"])
+        self.assertGreater(profile["operation"], 1e-13)
+        self.assertLess(profile["operation"], 1e-8)
 
 
 if __name__ == "__main__":
