@@ -316,7 +316,7 @@ class Probe {
         const std::string sets = fmt::format("one thread, sets of {} KiB to {} MiB",
                                              sizes_.front() >> 10, sizes_.back() >> 20);
         provenance["operation"] =
-            fmt::format("measured {}; one thread, multiplying and adding vectors", rounds);
+            fmt::format("measured {}; one thread, arithmetic of samples in vectors", rounds);
         provenance["levels"] = fmt::format(
             "measured {}; {}; read and written in order; lines of a turned grid, whose reads do "
             "not wait for each other",

@@ -26,11 +26,19 @@ Json short_plan(const Plan& plan) {
 
 /// Of one run, the mean over the views.
 Json work_json(const Work& work) {
-    return {
-        {"operations", work.operations}, {"streamed", work.streamed}, {"gathers", work.gathers},
-        {"local", work.local},           {"global", work.global},     {"congested", work.congested},
-        {"messages", work.messages},     {"sent", work.sent},         {"scratch", work.scratch},
-        {"workspace", work.workspace},   {"span", work.span},         {"swept", work.swept}};
+    return {{"operations", work.operations},
+            {"streamed", work.streamed},
+            {"gathers", work.gathers},
+            {"beside", work.beside},
+            {"local", work.local},
+            {"global", work.global},
+            {"congested", work.congested},
+            {"messages", work.messages},
+            {"sent", work.sent},
+            {"scratch", work.scratch},
+            {"workspace", work.workspace},
+            {"span", work.span},
+            {"swept", work.swept}};
 }
 
 Json measured_json(const Session& session) {

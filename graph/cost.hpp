@@ -13,6 +13,7 @@ struct Work {
         0;                // additions, multiplications, roundings, comparisons: one each, as [W93]
     double streamed = 0;  // bytes read or written in address order
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
+    double beside = 0;    // of these: beside another of the same sample, whose line is there
     /// Bytes that reads at computed addresses, and what is streamed, lie within; of one rank. They
     /// tell which levels of memory serve them. 0: the planner's guess, all of the input, and input
     /// and output.

@@ -62,7 +62,9 @@ double Profile::counted(const Work& work) const noexcept {
     const double byte_read =
         levels.empty() ? streamed : cost_in(levels, &Level::streamed, work.swept);
     const double sample_read = levels.empty() ? gather : cost_in(levels, &Level::gather, work.span);
-    return work.operations * operation + work.streamed * byte_read + work.gathers * sample_read +
+    const double line_there = levels.empty() ? gather : levels.front().gather;
+    return work.operations * operation + work.streamed * byte_read +
+           (work.gathers - work.beside) * sample_read + work.beside * line_there +
            work.local * local + (work.global + work.congested * congestion) * global;
 }
 

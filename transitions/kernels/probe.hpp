@@ -7,8 +7,10 @@ namespace edgewise::kernels {
 /// Loops whose work is known, counted as graph/cost.hpp counts: a machine is measured with them.
 /// What they return or write is of no use but to keep the loop.
 
-/// Multiplies and adds in vectors, of which none waits for another.
-/// @param operations  at least so many; an addition and a multiplication a lane
+/// The arithmetic of samples in vectors, two of which are under way at a time: products, sums,
+/// roundings and comparisons that mostly wait for the one before, as in kernels. The processor's
+/// peak, of products and sums alone, is some ten times as fast, and says nothing about them.
+/// @param operations  at least so many
 /// @param done        as many were done
 float probe_operations(std::int64_t operations, std::int64_t& done) noexcept;
 

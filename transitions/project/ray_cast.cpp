@@ -133,6 +133,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                       (bricks ? 2.0 * static_cast<double>(offer.from.samples()) + 2 * samples : 0),
         .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
         .gathers = all * taps,
+        .beside = all * (taps - 1),
         .workspace = bricks ? brick_bytes(offer.from) : 0,
         .way = bricks ? "bricks" : ""};
     if (spread) add_subframes(work, offer, ask, view);

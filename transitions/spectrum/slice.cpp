@@ -48,6 +48,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .operations = samples * (4 * width * (width * width + width + 1) + 12 * width + 60),
             .streamed = 2 * offer.to.bytes(),
             .gathers = samples * width * width,
+            .beside = samples * (width * width - 1),
             .scratch = kernels::slice_scratch(slice),
             .workspace = kernels::slice_workspace(
                 slice, kernels::SpectrumShape::period_of(offer.from.extent))};

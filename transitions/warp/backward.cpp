@@ -161,7 +161,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                         blocked_share(to_input(offer.from, ask.want, view), offer);
     return {.operations = seen * (count.place + count.filter * offer.from.channels),
             .streamed = offer.to.bytes(),
-            .gathers = seen * count.points * offer.from.channels};
+            .gathers = seen * count.points * offer.from.channels,
+            .beside = seen * (count.points * offer.from.channels - 1)};
 }
 
 /// What the samples stand for is just what the hold computes.
