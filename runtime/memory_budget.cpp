@@ -18,7 +18,8 @@ constexpr std::size_t kPage = 4096;
 std::size_t mapped_size(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
 
 /// Blocks of a huge page and more begin at the boundary of one: a read at a computed address misses
-/// the TLB of small pages nearly always, and how many huge ones a block had would be left to chance.
+/// the TLB of small pages nearly always, and how many huge ones a block had would be left to
+/// chance.
 void* map_block(std::size_t bytes) {
     const std::size_t slack = bytes >= kHugePage ? kHugePage - kPage : 0;
     void* mapped =
