@@ -10,7 +10,8 @@ namespace edgewise {
 /// Needs   an invertible T; any scale. Projective maps of images only. Labels take zoh alone
 /// Border  the input reaches half a sample beyond the outermost centres; the request's `outside`
 ///         farther out
-/// Work    a sample of a block of 16 columns that sees the input (FIGURE 27): 2D, foh: 23 operations (inverse 8, clip 4,
+/// Work    a sample of a block of 16 columns that sees the input (FIGURE 27): 2D, foh: 23
+/// operations (inverse 8, clip 4,
 ///         rounding 2, bilinear 9) and 4 gathers; 3D, foh: 45 (15, 6, 3, 21) and 8: the 39 of
 ///         TABLE 6 and the clipping that it leaves out
 /// Error   that of the hold at fractions of a sample, measured on the scene; none where every view
