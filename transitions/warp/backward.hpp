@@ -11,9 +11,8 @@ namespace edgewise {
 /// Border  the input reaches half a sample beyond the outermost centres; the request's `outside`
 ///         farther out
 /// Work    a sample of a block of 16 columns that sees the input (FIGURE 27): 2D, foh: 23
-/// operations (inverse 8, clip 4,
-///         rounding 2, bilinear 9) and 4 gathers; 3D, foh: 45 (15, 6, 3, 21) and 8: the 39 of
-///         TABLE 6 and the clipping that it leaves out
+///         operations (inverse 8, clip 4, rounding 2, bilinear 9) and 4 gathers; 3D, foh: 45 (15,
+///         6, 3, 21) and 8: the 39 of TABLE 6 and the clipping that it leaves out
 /// Error   that of the hold at fractions of a sample, measured on the scene; none where every view
 ///         is a copy of samples
 /// Source  [W93] 3.6.1, FIGURE 26 and 27, TABLE 6, EQ 16 and 21
