@@ -11,11 +11,12 @@ TEST(Probe, DoesTheOperationsThatItCounts) {
     std::int64_t done = 0;
     const float sum = probe_operations(10'000, done);
     EXPECT_GE(done, 10'000);
-    // Ten vectors go to 2, half of the way each time; a multiplication and an addition a lane.
-    const std::int64_t lanes = std::lround(sum / 20);
-    EXPECT_EQ(sum, 20.0f * float(lanes));
-    EXPECT_EQ(done % (20 * lanes), 0);
-    EXPECT_LT(done, 10'000 + 20 * lanes);
+    // Two vectors go to 0.4, their distance from it by 9/16 each time; eight operations a lane.
+    const std::int64_t lanes = std::lround(sum / 0.8f);
+    ASSERT_GT(lanes, 0);
+    EXPECT_NEAR(sum, 0.8 * double(lanes), 1e-5 * double(lanes));
+    EXPECT_EQ(done % (16 * lanes), 0);
+    EXPECT_LT(done, 10'000 + 16 * lanes);
 }
 
 TEST(Probe, StreamCopiesEveryLength) {
