@@ -161,6 +161,8 @@ def regret_curves(plt, file, names, audits):
         regret = np.sort([entry["regret"] for entry in entries])
         axes.step(regret, np.arange(1, len(regret) + 1) / len(regret), where="post", color=COLOURS[i], label=name)
     axes.set(xscale="log", xlabel="regret: seconds of the chosen path / of the best", ylabel="share of requests", ylim=(0, 1.02))
+    for numbers in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
+        numbers(plt.FormatStrFormatter("%g"))  # not powers of ten
     axes.grid(alpha=0.3)
     axes.legend()
     save(plt, figure, file)

@@ -16,9 +16,13 @@ Json or_null(const std::optional<double>& value) { return value ? Json(*value) :
 Json path_json(const MeasuredPath& path, bool all) {
     Json measured;
     if (path.measured()) {
-        measured = {{"seconds", path.median()},    {"least", path.least()},
-                    {"first", *path.first},        {"runs", path.seconds.size()},
-                    {"bytes", path.bytes},         {"resident_bytes", or_null(path.resident_bytes)},
+        measured = {{"seconds", path.median()},
+                    {"least", path.least()},
+                    {"first", *path.first},
+                    {"runs", path.seconds.size()},
+                    {"set_aside", path.set_aside},
+                    {"bytes", path.bytes},
+                    {"resident_bytes", or_null(path.resident_bytes)},
                     {"error", to_json(path.error)}};
         if (all) measured["all_seconds"] = path.seconds;
     }

@@ -30,12 +30,10 @@ constexpr int kFewRuns = 3;
 /// kMoreSeconds: the least of several medians is too small by what they scatter.
 constexpr double kClose = 1.15, kMoreSeconds = 0.5;
 constexpr int kMoreRuns = 4;
-/// Rounds go on for so long at least: a core that is shared with others, a hyperthread's sibling or
-/// another machine's guest, is slow for tenths of a second, and rounds of a millisecond would all
-/// meet the same state. Sleeping between rounds would not do: a machine that has slept is slow.
+/// Rounds go on for so long at least, and until enough runs were calm: a core that is shared with
+/// others, a hyperthread's sibling or another machine's guest, is slow for tenths of a second and
+/// more. Sleeping between rounds would not do: a machine that has slept is slow.
 constexpr double kLeastSeconds = 0.6, kMostSeconds = 6;
-/// Rounds that the host's doings are judged over: it is known in ticks of 0.01 s.
-constexpr double kBatch = 0.15;  // [s]
 
 double since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -61,8 +59,7 @@ class Rounds {
            const PathSettings& settings, double resident_before)
         : request_(request),
           settings_(settings),
-          runs_(session, request.paths, plans, settings, resident_before),
-          disturbed_(request.paths.size()) {}
+          runs_(session, request.paths, plans, settings, resident_before) {}
 
     void run_all() {
         // The chosen path first: what it takes bounds the patience with the others.
@@ -73,45 +70,30 @@ class Rounds {
         run_rounds();
         run_close_ones();
         catch_up();
-        for (std::size_t i = 0; i < disturbed_.size(); ++i) {
-            std::vector<double>& seconds = request_.paths[i].seconds;
-            if (static_cast<int>(seconds.size()) < settings_.repeat)
-                seconds.insert(seconds.end(), disturbed_[i].begin(), disturbed_[i].end());
-        }
+        runs_.choose_all();
     }
 
  private:
     const MeasuredPath& path(std::size_t i) const { return request_.paths[i]; }
 
-    /// Until there are enough rounds that the host left alone, or for kMostSeconds.
+    /// Until the chosen path and all that may win have enough calm runs, or for kMostSeconds.
     void run_rounds() {
         const auto begin = Clock::now();
-        int calm = 0, round = 0;
-        while (calm < settings_.repeat || since(begin) < kLeastSeconds) {
-            if (round >= settings_.repeat && since(begin) > kMostSeconds) break;
-            std::vector<std::size_t> before;
-            for (const MeasuredPath& each : request_.paths) before.push_back(each.seconds.size());
+        for (int round = 0; round < settings_.repeat || since(begin) < kMostSeconds; ++round) {
+            const bool all = round < settings_.repeat || since(begin) < kLeastSeconds;
+            const auto wanted = [&](std::size_t i) {
+                return (path(i).chosen || may_win(i)) && (all || !is_enough(i));
+            };
+            const std::vector<std::size_t> before = runs_.counts();
             const StolenTime watch;
-            const int first = round;
-            for (const auto batch = Clock::now();
-                 round == first || (since(batch) < kBatch && round < first + settings_.repeat);
-                 ++round)
-                runs_.run_round(round, [&](std::size_t i) { return path(i).chosen || may_win(i); });
-            if (watch.calm())
-                calm += round - first;
-            else
-                set_aside(before);
+            runs_.run_round(round, wanted);
+            if (!watch.calm()) runs_.disturbed_since(before);
+            if (runs_.counts() == before) break;
         }
     }
 
-    /// What was timed since then counts only where there is nothing better.
-    void set_aside(const std::vector<std::size_t>& before) {
-        for (std::size_t i = 0; i < before.size(); ++i) {
-            std::vector<double>& seconds = request_.paths[i].seconds;
-            const auto from = seconds.begin() + static_cast<std::ptrdiff_t>(before[i]);
-            disturbed_[i].insert(disturbed_[i].end(), from, seconds.end());
-            seconds.erase(from, seconds.end());
-        }
+    bool is_enough(std::size_t i) const {
+        return runs_.calm_runs(i) >= static_cast<std::size_t>(settings_.repeat);
     }
 
     /// The best may have seemed faster in its first runs than in all: who was left behind for that
@@ -180,7 +162,6 @@ class Rounds {
     AuditedRequest& request_;
     const PathSettings& settings_;
     PathRuns runs_;
-    std::vector<std::vector<double>> disturbed_;  // [path]: runs while the host was elsewhere
 };
 
 std::string family_of(const Request& want) {

@@ -7,17 +7,18 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <map>
+#include <numeric>
 #include <set>
 
-#include "cli/input.hpp"
+#include "cli/calibration_trials.hpp"
 #include "cli/machine.hpp"
 #include "cli/machine_probe.hpp"
+#include "cli/pace.hpp"
 #include "cli/quantiles.hpp"
 #include "cli/session.hpp"
 #include "cli/signals.hpp"
 #include "cli/stolen_time.hpp"
 #include "graph/errors.hpp"
-#include "graph/with_type.hpp"
 #include "planner/cost.hpp"
 
 namespace edgewise::cli {
@@ -28,127 +29,6 @@ using Clock = std::chrono::steady_clock;
 double since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
 }
-
-/// What is timed: a request, with the phantom's samples in another type.
-struct Trial {
-    Job job;
-    std::string input;
-    Type type;
-    const char* turn;
-    const char* mode;              // null: a warp
-    const char* size = nullptr;    // of the screen; null: the input's
-    const char* frames = nullptr;  // of a turntable; null: one view
-};
-
-/// Sizes within the caches and beyond them; volumes that are full and mostly empty, seen along
-/// different axes. Those that most requests resemble come first: time may run out.
-std::vector<Trial> trials(bool quick) {
-    std::vector<Trial> all;
-    const auto volume = [&](const char* input, const char* turn, std::vector<Type> types) {
-        for (const Type type : types) {
-            for (const char* mode : {"mip", "xray", "composite"})
-                all.push_back({Job::render, input, type, turn, mode});
-            all.push_back({Job::warp, input, type, turn, nullptr});
-        }
-    };
-    const auto image = [&](const char* input, std::vector<Type> types) {
-        for (const Type type : types) all.push_back({Job::warp, input, type, "20", nullptr});
-    };
-    if (quick) {
-        volume("phantom:gaussians:80", "20,-15,10", {Type::u8, Type::f32});
-        image("phantom:zone-plate:700", {Type::u8, Type::f32});
-        return all;
-    }
-    volume("phantom:gaussians:112", "20,-15,10", {Type::u8, Type::i16, Type::f32});
-    image("phantom:zone-plate:900", {Type::u8, Type::f32});
-    volume("phantom:noise:48", "10,70,-25", {Type::u8, Type::f32});
-    // Small data: steps take as long as they start.
-    for (const Type type : {Type::u8, Type::f32}) {
-        all.push_back({Job::render, "phantom:shepp-logan:64", type, "10,30,20", "xray"});
-        all.push_back({Job::warp, "phantom:shepp-logan:64", type, "10,30,20", nullptr});
-    }
-    volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
-    image("phantom:zone-plate:256", {Type::u8, Type::f32});
-    image("phantom:zone-plate:2000", {Type::u8, Type::f32});
-    // Few pixels of large data: rays lie far apart. Many frames: threads have more to share.
-    for (const Type type : {Type::u8, Type::f32}) {
-        for (const char* mode : {"mip", "xray", "composite"})
-            all.push_back({Job::render, "phantom:gaussians:192", type, "5,60,10", mode, "112x112"});
-        all.push_back(
-            {Job::render, "phantom:gaussians:112", type, "20,-15,10", "xray", nullptr, "12"});
-    }
-    all.push_back({Job::render, "phantom:gaussians:112", Type::u8, "20,-15,10", "mean"});
-    all.push_back({Job::render, "phantom:gaussians:112", Type::f32, "20,-15,10", "mean"});
-    all.push_back({Job::render, "phantom:shepp-logan:128", Type::u8, "10,30,20", "mip"});
-    all.push_back({Job::render, "phantom:shepp-logan:224", Type::u8, "10,30,20", "xray"});
-    all.push_back({Job::render, "phantom:shepp-logan:128", Type::f32, "10,30,20", "xray"});
-    all.push_back({Job::warp, "phantom:gaussians:112", Type::u8, "90,0,0", nullptr});
-    all.push_back({Job::warp, "phantom:gaussians:112", Type::f32, "90,0,90", nullptr});
-    return all;
-}
-
-/// Requests unlike the trials, on which the fit is judged.
-std::vector<Trial> exams() {
-    return {{Job::render, "phantom:marschner-lobb:80", Type::u8, "-35,25,60", "mip"},
-            {Job::render, "phantom:sphere:128", Type::u8, "5,-50,15", "xray"},
-            {Job::render, "phantom:shepp-logan:96", Type::f32, "-20,15,40", "composite"},
-            {Job::warp, "phantom:sphere:96", Type::u8, "12,33,-21", nullptr}};
-}
-
-JobOptions options_of(const Trial& trial) {
-    JobOptions options;
-    options.job = trial.job;
-    options.input = trial.input;
-    options.geometry.steps = {{"rotate", trial.turn}};
-    if (trial.mode) options.mode = trial.mode;
-    if (trial.size) options.geometry.size = trial.size;
-    if (trial.frames) options.geometry.turntable = trial.frames;
-    options.machine = "default";
-    options.threads = "1";
-    options.quiet = true;
-    return options;
-}
-
-/// The same values, rounded, in another type.
-std::shared_ptr<Data> retyped(const Data& from, Type type, MemoryBudget* memory) {
-    Representation what = from.what;
-    what.type = type;
-    const double top = type == Type::f32 ? 1 : type == Type::u8 ? 255 : 4095;
-    what.values = {1 / top, 0};
-    auto to = std::make_shared<Data>(Data::make(what, memory));
-    with_type(type, [&]<class T>(T) {
-        for (std::int64_t i = 0; i < what.samples(); ++i) {
-            const double value = top * double(from.as<float>()[i]);
-            to->as<T>()[i] = static_cast<T>(is_integer(type) ? std::round(value) : value);
-        }
-    });
-    return to;
-}
-
-/// The samples that trials share.
-class Phantoms {
- public:
-    std::shared_ptr<const Data> of(const Trial& trial) {
-        std::shared_ptr<const Data>& data = made_[{trial.input, trial.type}];
-        if (!data)
-            data = trial.type == Type::f32 ? formula(trial.input)
-                                           : retyped(*formula(trial.input), trial.type, &memory_);
-        return data;
-    }
-
- private:
-    std::shared_ptr<const Data> formula(const std::string& name) {
-        std::shared_ptr<const Data>& data = made_[{name, Type::f32}];
-        if (!data) {
-            Input input = inspected(name, {});
-            read_data(input, &memory_);
-            data = input.data;
-        }
-        return data;
-    }
-    MemoryBudget memory_{std::size_t{1} << 46};
-    std::map<std::pair<std::string, Type>, std::shared_ptr<const Data>> made_;
-};
 
 /// Standard error of the log of a median of runs.
 double median_error(const std::vector<double>& seconds) {
@@ -163,7 +43,7 @@ double median_error(const std::vector<double>& seconds) {
 
 class Calibration {
  public:
-    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 50) {
+    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 45) {
         profile_ = default_profile();
         profile_.processors = usable_cores();
         probe_machine(profile_, quick);  // first: rates refer to it
@@ -186,16 +66,17 @@ class Calibration {
                 show(messages, all[k]);
                 repeat_case(cases[k], round);
             }
+        for (const Case& each : cases) compare_paces(each);
         for (const Case& each : cases) keep(each);
         fit();
         if (!quick_)
             for (const Trial& exam : exams()) judge(exam);
         messages.end_progress();
-        if (2 * static_cast<int>(disturbed_.size()) > visits_)
+        // What is brought to the best pace is less certain than what was timed at it.
+        if (2 * disturbed_ > visits_ || 20 * calm_ < runs_)
             messages.warning(
-                "other guests of this machine's host held its processors most of the time: what "
-                "was "
-                "measured is slow; calibrate again in a better minute");
+                "the processors were slow or busy nearly all the time, with other programs or "
+                "other guests of a host: calibrate again in a better minute");
         return finished();
     }
 
@@ -203,7 +84,7 @@ class Calibration {
     static constexpr int kMostRounds = 25;
     static constexpr double kFirstRound = 0.3;  // of the time, at most
     static constexpr double kShort = 0.05;      // [s]; a longer run needs no warm caches
-    static constexpr double kLong = 0.02;       // [s]
+    static constexpr double kLong = 0.005, kLonger = 0.02;  // [s]
 
     /// A session with the phantom's samples in the trial's type.
     struct Prepared {
@@ -223,22 +104,10 @@ class Calibration {
         Session session;
     };
 
-    /// What the steps of a path took in runs that are seconds apart: a core that is shared with
-    /// others (a hyperthread's sibling, another machine's guest) is slow for tenths of a second, so
-    /// runs one after the other all meet the same state.
-    struct Runs {
-        std::vector<std::vector<double>> seconds;  // [step][run]
-        std::vector<int> visit;                    // of each run
-
-        /// Those of visits that the host left alone, if there are enough.
-        std::vector<double> of(std::size_t step, const std::set<int>& disturbed) const {
-            constexpr std::size_t kEnough = 3;
-            std::vector<double> calm;
-            for (std::size_t i = 0; i < visit.size(); ++i)
-                if (!disturbed.contains(visit[i])) calm.push_back(seconds[step][i]);
-            return calm.size() >= kEnough ? calm : seconds[step];
-        }
-    };
+    /// What each step of a path took in runs that are seconds apart: a core that is shared with
+    /// others (a hyperthread's sibling, another machine's guest) is slow for tenths of a second and
+    /// more, so runs one after the other all meet the same state.
+    using Runs = std::vector<PacedRuns>;
 
     struct TimedPath {
         Plan plan;
@@ -261,14 +130,23 @@ class Calibration {
         return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
     }
 
+    static bool passes(const Plan& plan, const std::string& edge) {
+        return std::any_of(plan.steps.begin(), plan.steps.end(),
+                           [&](const Step& step) { return step.by->name == edge; });
+    }
+
     void begin_case(Case& one, const Trial& trial) {
-        const Visit visit(*this);
+        const Visit visit(*this, one);
         one.prepared = std::make_unique<Prepared>(trial, phantoms_);
         std::vector<Plan> plans = one.prepared->paths(default_profile());
         // The dear ones may find their steps already timed.
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
             return a.predicted.seconds < b.predicted.seconds;
         });
+        if (trial.edge) {
+            std::erase_if(plans, [&](const Plan& plan) { return !passes(plan, trial.edge); });
+            plans.resize(std::min<std::size_t>(1, plans.size()));
+        }
         std::set<std::string> seen;  // at this size
         for (Plan& plan : plans) {
             std::set<std::string> names;
@@ -277,10 +155,12 @@ class Calibration {
             // The cheapest few are timed even where the time is used up.
             if (since(begin_) > end_ && seen.size() >= 4) break;
             TimedPath path{.plan = std::move(plan), .alone = {}, .together = {}};
-            for (Runs* runs : {&path.alone, &path.together})
-                runs->seconds.resize(path.plan.steps.size());
-            if (!time(one, path, profile_.processors)) continue;
+            for (Runs* runs : {&path.alone, &path.together}) runs->resize(path.plan.steps.size());
             one.paths.push_back(std::move(path));
+            if (!time(one, one.paths.back(), profile_.processors)) {
+                one.paths.pop_back();
+                continue;
+            }
             seen.merge(names);
         }
         if (profile_.processors > 1)
@@ -291,7 +171,7 @@ class Calibration {
     /// All paths on all threads, then, in every other round, all of them on one: a thread that
     /// wakes for every second run is slower than those of a machine at work.
     void repeat_case(Case& one, int round) {
-        const Visit visit(*this);
+        const Visit visit(*this, one);
         repeat_paths(one, round, profile_.processors);
         if (profile_.processors > 1 && round % 2 == 0) repeat_paths(one, round / 2, 1);
         one.prepared->session.memory->trim();
@@ -301,7 +181,8 @@ class Calibration {
     void repeat_paths(Case& one, int round, int threads) {
         for (std::size_t i = 0; i < one.paths.size(); ++i) {
             TimedPath& path = one.paths[round % 2 ? one.paths.size() - 1 - i : i];
-            const bool due = path.longest < kLong || round % 2 == 0;
+            const int every = path.longest < kLong ? 1 : path.longest < kLonger ? 2 : 4;
+            const bool due = round % every == 0;
             if (due && since(begin_) < limit_) time(one, path, threads);
         }
     }
@@ -313,54 +194,114 @@ class Calibration {
         if (path.longest < kShort)
             if (once(one.prepared->session, path.plan, threads).steps != path.plan.texts())
                 return false;
-        add(once(one.prepared->session, path.plan, threads), path,
-            threads == 1 ? path.alone : path.together);
+        const double before = pace_now(threads);
+        const Outcome outcome = once(one.prepared->session, path.plan, threads);
+        const double after = pace_now(threads);
+        if (outcome.steps != path.plan.texts()) return false;
+        path.longest = std::max(path.longest, outcome.seconds);
+        // What setting up takes, and going from step to step, is part of the steps.
+        const std::vector<double>& steps = outcome.step_seconds;
+        const double between = outcome.seconds - std::accumulate(steps.begin(), steps.end(), 0.0);
+        Runs& runs = threads == 1 ? path.alone : path.together;
+        for (std::size_t k = 0; k < runs.size(); ++k)
+            runs[k].add(steps[k] + std::max(0.0, between) / double(steps.size()), before, after);
         return true;
     }
 
-    void add(const Outcome& outcome, TimedPath& path, Runs& into) const {
-        path.longest = std::max(path.longest, outcome.seconds);
-        into.visit.push_back(visits_);
-        for (std::size_t k = 0; k < into.seconds.size(); ++k)
-            into.seconds[k].push_back(outcome.step_seconds[k]);
-    }
-
-    /// The runs of one case, one after the other; remembers whether the host let it have its
-    /// processors.
+    /// The runs of one case, one after the other; where the host did not let it have its
+    /// processors, they are disturbed.
     class Visit {
      public:
-        explicit Visit(Calibration& of) : of_(of) {}
+        Visit(Calibration& of, Case& one) : of_(of), one_(one) {
+            for_runs([&](PacedRuns& runs) { before_.push_back(runs.size()); });
+        }
         ~Visit() {
-            if (!watch_.calm()) of_.disturbed_.insert(of_.visits_);
             ++of_.visits_;
+            if (watch_.calm()) return;
+            ++of_.disturbed_;
+            std::size_t k = 0;
+            for_runs([&](PacedRuns& runs) {
+                runs.disturbed_from(k < before_.size() ? before_[k] : 0);
+                ++k;
+            });
         }
         Visit(const Visit&) = delete;
         Visit& operator=(const Visit&) = delete;
 
      private:
+        template <class Each>
+        void for_runs(Each&& each) {
+            for (TimedPath& path : one_.paths)
+                for (Runs* runs : {&path.alone, &path.together})
+                    for (PacedRuns& step : *runs) each(step);
+        }
+
         Calibration& of_;
+        Case& one_;
+        std::vector<std::size_t> before_;  // runs that each step had
         StolenTime watch_;
     };
 
+    /// What a slow machine makes of an edge: measured, as some wait for memory that is as fast.
+    void compare_paces(const Case& one) {
+        for (const TimedPath& path : one.paths)
+            for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
+                Slowdowns& of = slowdowns_[path.plan.steps[k].by->name];
+                path.alone[k].add_slowdowns(best_pace(1), of);
+                path.together[k].add_slowdowns(best_pace(profile_.processors), of);
+            }
+    }
+
+    std::array<double, kPaceClasses> slowdown_of(const std::string& edge) const {
+        constexpr std::size_t kEnough = 20;
+        std::array<double, kPaceClasses> slowdown{};
+        for (int of = kCalm + 1; of < kPaceClasses; ++of) {
+            slowdown[of] = slowdown[of - 1];
+            std::vector<double> logs = slowdowns_.at(edge)[of];
+            if (logs.size() < kEnough) {
+                logs.clear();
+                for (const auto& [other, slowdowns] : slowdowns_)
+                    logs.insert(logs.end(), slowdowns[of].begin(), slowdowns[of].end());
+            }
+            if (logs.size() >= kEnough) slowdown[of] = std::max(slowdown[of], median(logs));
+        }
+        return slowdown;
+    }
+
     void keep(const Case& one) {
+        // What is left of other guests only makes runs longer.
+        constexpr double kQuartile = 0.25;
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
                 const Step& step = path.plan.steps[k];
-                const std::vector<double> alone = path.alone.of(k, disturbed_);
-                const std::vector<double> together =
-                    profile_.processors > 1 ? path.together.of(k, disturbed_) : alone;
-                timed_[name(one, step)].push_back({.counted = profile_.counted(step.work),
-                                                   .alone = median(alone) / step.runs(),
-                                                   .together = median(together) / step.runs(),
-                                                   .spread = median_error(alone),
-                                                   .runs = static_cast<int>(alone.size()),
-                                                   .frames = step.runs()});
+                const std::array<double, kPaceClasses> slowdown = slowdown_of(step.by->name);
+                const auto seconds = [&](const Runs& runs, int threads) {
+                    constexpr std::size_t kEnough = 3;
+                    return runs[k].calmed(best_pace(threads), slowdown, kEnough);
+                };
+                const Runs& all = profile_.processors > 1 ? path.together : path.alone;
+                runs_ += all[k].size();
+                calm_ += all[k].calm(best_pace(profile_.processors));
+                const std::vector<double> alone = seconds(path.alone, 1);
+                const std::vector<double> together = seconds(all, profile_.processors);
+                if (alone.empty() || together.empty()) continue;
+                const double shared = quantile(together, kQuartile);
+                timed_[name(one, step)].push_back(
+                    {.counted = profile_.counted(step.work),
+                     // So many threads are not faster than so many times.
+                     .alone = std::min(quantile(alone, kQuartile), profile_.processors * shared) /
+                              step.runs(),
+                     .together = shared / step.runs(),
+                     .spread = median_error(together),
+                     .runs = static_cast<int>(together.size()),
+                     .frames = step.runs()});
             }
     }
 
     /// How far the fit is from paths that it has not seen, on all processors.
     void judge(const Trial& exam) {
         constexpr double kMost = 0.03;
+        constexpr std::size_t kFew = 3, kMany = 7;
         Prepared prepared(exam, phantoms_);
         for (const Plan& plan : prepared.paths(profile_)) {
             double predicted = 0;
@@ -373,11 +314,16 @@ class Calibration {
                                       .seconds;
             if (predicted > kMost) continue;
             if (stop_flag()) throw Cancelled();
-            std::vector<double> seconds;
-            for (int i = 0; i < 4; ++i)
-                seconds.push_back(once(prepared.session, plan, profile_.processors).seconds);
-            seconds.erase(seconds.begin());
-            missed_.push_back(std::log(median(seconds) / predicted));
+            once(prepared.session, plan, profile_.processors);  // warm
+            PacedRuns runs;
+            double best = best_pace(profile_.processors);
+            while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
+                const double before = pace_now(profile_.processors);
+                const double seconds = once(prepared.session, plan, profile_.processors).seconds;
+                runs.add(seconds, before, pace_now(profile_.processors));
+                best = best_pace(profile_.processors);
+            }
+            missed_.push_back(std::log(median(runs.seconds(best, kFew)) / predicted));
         }
     }
 
@@ -416,8 +362,9 @@ class Calibration {
         profile_.provenance.insert(
             {{"rates",
               fmt::format("measured; phantoms of 48^3 to 192^3 and 256^2 to 2000^2 samples; "
-                          "{} visits, {} of them disturbed by the host",
-                          visits_, disturbed_.size())},
+                          "{} visits, {} of them disturbed by the host; {} % of runs at the best "
+                          "pace, others brought to it",
+                          visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
              {"serial", "derived from rates"},
              {"spread",
               fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
@@ -432,9 +379,10 @@ class Calibration {
     Phantoms phantoms_;  // outlives the cases, which measure() holds
     Profile profile_;
     std::map<std::string, std::vector<Timed>> timed_;
-    int visits_ = 0;
-    std::set<int> disturbed_;     // visits
-    std::vector<double> missed_;  // logarithms of measured over predicted
+    int visits_ = 0, disturbed_ = 0;
+    std::size_t runs_ = 0, calm_ = 0;             // of steps
+    std::map<std::string, Slowdowns> slowdowns_;  // of each edge
+    std::vector<double> missed_;                  // logarithms of measured over predicted
 };
 
 }  // namespace

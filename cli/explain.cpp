@@ -148,6 +148,9 @@ std::string explanation_of(const Session& session) {
         want.threads, want.ranks > 1 ? fmt::format(" on each of {} ranks", want.ranks) : "",
         session.profile.name, budget_text(want), seconds_text(answer.seconds), answer.vertices,
         answer.edges);
+    if (session.drawn > 1)
+        text += fmt::format("errors from {} clusters of samples, {} times the usual draws\n",
+                            session.scene.draws, session.drawn);
     std::optional<Predicted> chosen;
     if (answer.plan) {
         chosen = answer.plan->predicted;

@@ -37,6 +37,18 @@ std::vector<double> numbers_of(const Json& json) {
     return values;
 }
 
+Json facts_json(const std::map<std::string, double>& facts) {
+    Json json = Json::object();
+    for (const auto& [name, value] : facts) json[name] = number_json(value);
+    return json;
+}
+
+std::map<std::string, double> facts_of(const Json& json) {
+    std::map<std::string, double> facts;
+    for (const auto& [name, value] : json.items()) facts[name] = number_of(value);
+    return facts;
+}
+
 }  // namespace
 
 Json json_of(const Statistics& s) {
@@ -95,14 +107,19 @@ void read(const Json& json, RadialPower& p) {
 }
 
 Json json_of(const Seen& seen) {
-    Json facts = Json::object();
-    for (const auto& [name, value] : seen.facts) facts[name] = number_json(value);
-    return {{"range", number_json(seen.range)}, {"facts", facts}};
+    return {{"range", number_json(seen.range)},
+            {"facts", facts_json(seen.facts)},
+            {"likely", facts_json(seen.likely)},
+            {"draws", seen.draws},
+            {"exhausted", seen.exhausted}};
 }
 
 void read(const Json& json, Seen& seen) {
     seen.range = number_of(json.at("range"));
-    for (const auto& [name, value] : json.at("facts").items()) seen.facts[name] = number_of(value);
+    seen.facts = facts_of(json.at("facts"));
+    seen.likely = facts_of(json.at("likely"));
+    seen.draws = json.at("draws").get<std::int64_t>();
+    seen.exhausted = json.at("exhausted").get<bool>();
 }
 
 }  // namespace edgewise::cli

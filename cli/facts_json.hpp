@@ -13,7 +13,9 @@ namespace edgewise::cli {
 /// What a preview adds to statistics (Scene has both).
 struct Seen {
     double range = 1;
-    std::map<std::string, double> facts;
+    std::map<std::string, double> facts, likely;
+    std::int64_t draws = 0;
+    bool exhausted = false;
 };
 
 // Facts as JSON and back: the same to the last bit, numbers that are not finite too.

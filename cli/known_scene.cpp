@@ -1,6 +1,6 @@
 #include "cli/known_scene.hpp"
 
-#include <chrono>
+#include <fmt/format.h>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -13,9 +13,9 @@
 namespace edgewise::cli {
 namespace {
 
-// What takes less is measured anew: to find a fact takes 0.1 ms, to keep one 0.2 ms and more
-// (benchmarks/facts.cpp).
-constexpr double kWorthKeeping = 1e-3;  // [s]
+/// Of less the statistics are measured anew: to find a fact takes 0.1 ms, to keep one 0.2 ms and
+/// more, to look at so many bytes 0.3 ms and more (benchmarks/facts.cpp).
+constexpr double kWorthKeeping = 4 << 20;  // [byte]
 
 /// @param of  what the fact depends on beside the data
 template <class Fact>
@@ -31,16 +31,15 @@ Fact known(const Input& input, const std::string& name, const std::string& of,
             // Somebody else's file: measured anew, and replaced.
         }
     }
-    const auto begin = std::chrono::steady_clock::now();
     const Fact fact = measure();
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    if (took.count() > kWorthKeeping) facts.keep(name, json_of(fact), of);
+    facts.keep(name, json_of(fact), of);
     return fact;
 }
 
 }  // namespace
 
 Statistics known_statistics(const Input& input, std::pmr::memory_resource* memory) {
+    if (input.bytes() < kWorthKeeping) return statistics_of(*input.data, memory);
     return known<Statistics>(input, "statistics", "",
                              [&] { return statistics_of(*input.data, memory); });
 }
@@ -58,16 +57,22 @@ RadialPower known_spectrum(const Input& input, const Statistics& statistics,
 }
 
 Scene known_scene(const Input& input, const Statistics& statistics, const Request& want,
-                  std::pmr::memory_resource* memory) {
-    const Seen seen = known<Seen>(input, "view", request_text(want), [&] {
+                  std::pmr::memory_resource* memory, int times) {
+    // Each by itself: whether more is drawn depends on budgets, which are no part of the request.
+    const std::string of = request_text(want) + (times > 1 ? fmt::format(" draws {}", times) : "");
+    const Seen seen = known<Seen>(input, "view", of, [&] {
         const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
-        Scene scene = measure_scene(*input.data, statistics, want, formula, memory);
+        Scene scene = measure_scene(*input.data, statistics, want, formula, memory, times);
         measure_casting(*input.data, want, scene.facts, memory);
-        return Seen{scene.range, std::move(scene.facts)};
+        return Seen{scene.range, std::move(scene.facts), std::move(scene.likely), scene.draws,
+                    scene.exhausted};
     });
     Scene scene = unseen_scene(statistics);
     scene.range = seen.range;
     scene.facts = seen.facts;
+    scene.likely = seen.likely;
+    scene.draws = seen.draws;
+    scene.exhausted = seen.exhausted;
     return scene;
 }
 

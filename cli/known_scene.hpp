@@ -19,7 +19,8 @@ Histogram known_histogram(const Input& input, const Statistics& statistics);
 RadialPower known_spectrum(const Input& input, const Statistics& statistics,
                            std::pmr::memory_resource* memory);
 /// Statistics, preview, and what a ray caster takes of the data (transitions/project/casting.hpp).
+/// @param times  so many times the usual draws of a preview
 Scene known_scene(const Input& input, const Statistics& statistics, const Request& want,
-                  std::pmr::memory_resource* memory);
+                  std::pmr::memory_resource* memory, int times = 1);
 
 }  // namespace edgewise::cli

@@ -56,6 +56,8 @@ PathRuns::PathRuns(Session& session, std::vector<MeasuredPath>& paths,
       plans_(plans),
       resident_before_(resident_before),
       seed_(settings.seed),
+      repeat_(settings.repeat),
+      runs_(paths.size()),
       reference_memory_(std::size_t{1} << 46),
       field_(*session.input->data, session.want().field,
              session.input->phantom ? &*session.input->phantom : nullptr),
@@ -137,9 +139,41 @@ void PathRuns::run_again(std::size_t i) {
         run_once(i, std::numeric_limits<double>::infinity(),
                  [](int, const std::shared_ptr<const Data>&) {});
     last_ = i;
+    const int threads = session_.want().threads;
+    const double before = pace_now(threads);
     const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                   [](int, const std::shared_ptr<const Data>&) {});
-    if (outcome) paths_[i].seconds.push_back(outcome->seconds);
+    if (!outcome) return;
+    runs_[i].add(outcome->seconds, before, pace_now(threads));
+    choose(i);
+}
+
+void PathRuns::choose(std::size_t i) {
+    paths_[i].seconds = runs_[i].seconds(best(), static_cast<std::size_t>(repeat_));
+    paths_[i].set_aside = runs_[i].size() - paths_[i].seconds.size();
+}
+
+std::size_t PathRuns::calm_runs(std::size_t i) const { return runs_[i].calm(best()); }
+
+double PathRuns::best() const { return best_pace(session_.want().threads); }
+
+std::vector<std::size_t> PathRuns::counts() const {
+    std::vector<std::size_t> counts;
+    for (const PacedRuns& each : runs_) counts.push_back(each.size());
+    return counts;
+}
+
+void PathRuns::choose_all() {
+    for (std::size_t i = 0; i < runs_.size(); ++i)
+        if (runs_[i].size() > 0) choose(i);
+}
+
+void PathRuns::disturbed_since(const std::vector<std::size_t>& counts) {
+    for (std::size_t i = 0; i < runs_.size(); ++i) {
+        if (runs_[i].size() == counts[i]) continue;
+        runs_[i].disturbed_from(counts[i]);
+        choose(i);
+    }
 }
 
 void PathRuns::run_round(int round, const std::function<bool(std::size_t)>& wanted,

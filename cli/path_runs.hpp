@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/pace.hpp"
 #include "cli/paths.hpp"
 #include "graph/cost.hpp"
 #include "runtime/runtime.hpp"
@@ -29,7 +30,8 @@ struct MeasuredPath {
     Predicted predicted;
     bool front = false, chosen = false;
     std::optional<double> first;     // [s], with cold caches
-    std::vector<double> seconds;     // further runs
+    std::vector<double> seconds;     // further runs, as far as they count
+    std::size_t set_aside = 0;       // further runs that do not: the host slowed them
     std::optional<double> given_up;  // [s] after which it was stopped: it takes longer
     double bytes = 0;                // peak: what the process held before, and what was counted
     std::optional<double>
@@ -61,8 +63,9 @@ class PathRuns {
     /// @throws Cancelled
     void run_first(std::size_t i, double limit, const Deliver& look = {});
     /// One more run of a path that has run. Short ones run twice where another path ran before,
-    /// which took the memory that this one's blocks could reuse; the second run counts. @throws
-    /// Cancelled
+    /// which took the memory that this one's blocks could reuse; the second run counts. A path's
+    /// `seconds` are then those of its calm runs, or of PathSettings::repeat that come closest.
+    /// @throws Cancelled
     void run_again(std::size_t i);
     /// Every path that has run and is wanted once more; the order turns round every time.
     /// @param begins  told each that is run, before it is
@@ -70,11 +73,22 @@ class PathRuns {
     void run_round(int round, const std::function<bool(std::size_t)>& wanted,
                    const std::function<void(std::size_t)>& begins = {});
 
+    /// Runs beside which no other guest of the host slowed the processors.
+    std::size_t calm_runs(std::size_t i) const;
+    /// Which runs count, by the best pace so far: of all paths alike.
+    void choose_all();
+    /// How often each path ran again.
+    std::vector<std::size_t> counts() const;
+    /// The host was elsewhere since these counts: those runs were not calm.
+    void disturbed_since(const std::vector<std::size_t>& counts);
+
     const ReferenceField& field() const noexcept { return field_; }
     MemoryBudget& reference_memory() noexcept { return reference_memory_; }
 
  private:
     std::optional<Outcome> run_once(std::size_t i, double limit, const Deliver& deliver);
+    double best() const;  // pace
+    void choose(std::size_t i);
     bool is_open(const Verified& error) const;
     void verify_carefully(std::size_t i);
 
@@ -83,6 +97,8 @@ class PathRuns {
     const std::vector<Plan>& plans_;
     double resident_before_;
     std::uint64_t seed_;
+    int repeat_;
+    std::vector<PacedRuns> runs_;      // of each path, but the first
     std::optional<std::size_t> last_;  // path that ran
     MemoryBudget reference_memory_;    // what verifying takes is not the paths'
     ReferenceField field_;

@@ -8,6 +8,7 @@
 #include <tbb/task_arena.h>
 
 #include "cli/machine.hpp"
+#include "cli/pace.hpp"
 #include "cli/paths.hpp"
 #include "cli/quantiles.hpp"
 #include "cli/session.hpp"
@@ -23,7 +24,8 @@ constexpr std::size_t kMostPaths = 200;
 constexpr std::int64_t kSamples = 1024;  // that an error is measured on
 constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
 constexpr int kFrames = 12;              // run of a long turntable
-constexpr int kRounds = 7;               // of close contenders
+constexpr std::size_t kRuns = 7;         // of close contenders, at least
+constexpr int kMostRounds = 25;          // until they have kFewRuns beside which no guest was busy
 constexpr double kTrying = 0.6;          // of the time; what is left goes to the close ones
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.
@@ -38,10 +40,20 @@ constexpr double kOneSided = 1.645;
 
 /// One path on trial.
 struct Contender {
-    Plan plan;  // of the whole request, as predicted
-    std::vector<double> seconds;
+    Plan plan;                     // of the whole request, as predicted
+    std::vector<double> seconds;   // that count
+    PacedRuns runs;                // of this process
     std::optional<Learned> known;  // error and bytes
     bool is_default = false, failed = false;
+
+    /// Which runs count, by the best pace so far.
+    void choose(double best) {
+        if (runs.size() > 0) seconds = runs.seconds(best, kFewRuns);
+    }
+    bool is_sure(double best) const {
+        return runs.size() == 0 ? seconds.size() >= kFewRuns
+                                : runs.size() >= kRuns && runs.calm(best) >= kFewRuns;
+    }
 
     double least() const {
         return seconds.empty() ? std::numeric_limits<double>::infinity()
@@ -88,8 +100,9 @@ class Pilot {
             else if (keeps_error(each) || each.is_default)
                 run_again(each);
         }
-        for (int round = 0; runs_ > 0 && round < kRounds && !out_of_time(); ++round)
+        for (int round = 0; runs_ > 0 && round < kMostRounds && !out_of_time(); ++round)
             if (!run_round(round)) break;
+        for (Contender& each : contenders_) each.choose(best_pace(session_.profile.processors));
         keep();
         choose();
     }
@@ -256,9 +269,13 @@ class Pilot {
         if (last_ != &each && each.least() < kShort)
             run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
         last_ = &each;
+        const int threads = session_.profile.processors;
+        const double before = pace_now(threads);
         const auto outcome = run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
-        if (outcome)
-            each.seconds.push_back(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome));
+        if (!outcome) return;
+        each.runs.add(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome), before,
+                      pace_now(threads));
+        each.choose(best_pace(threads));
     }
 
     /// The first runs of a path may have met other load.
@@ -272,15 +289,16 @@ class Pilot {
     bool run_round(int round) {
         const Contender* best = this->best();
         if (!best) return false;
-        std::vector<Contender*> close;
-        for (Contender& each : contenders_)
-            if (std::isfinite(cost(each)) && each.seconds.size() < std::size_t(kRounds) &&
-                is_close(each, *best))
-                close.push_back(&each);
-        const bool undecided = close.size() > 1 || best->seconds.size() < 3;
-        if (!undecided) return false;
-        if (round % 2) std::reverse(close.begin(), close.end());
-        for (Contender* each : close) {
+        std::vector<Contender*> unsure;
+        int close = 0;
+        for (Contender& each : contenders_) {
+            if (!std::isfinite(cost(each)) || !is_close(each, *best)) continue;
+            ++close;
+            if (!each.is_sure(best_pace(session_.profile.processors))) unsure.push_back(&each);
+        }
+        if (unsure.empty() || (close == 1 && best->seconds.size() >= kFewRuns)) return false;
+        if (round % 2) std::reverse(unsure.begin(), unsure.end());
+        for (Contender* each : unsure) {
             if (out_of_time() && each->seconds.size() > 1) break;
             run_again(*each);
         }

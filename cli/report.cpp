@@ -78,6 +78,7 @@ Json scene_json(const Session& session) {
             {"occupied_box", {corner(scene.occupied.begin), corner(scene.occupied.end)}},
             {"occupied_fraction", scene.occupied_fraction},
             {"range", scene.range},
+            {"draws", scene.draws},
             {"rays", rays}};
 }
 

@@ -68,7 +68,8 @@ std::vector<Fact> input_facts(const Session& session) {
                      input.channels() > 1 ? fmt::format(", {} channels", input.channels()) : "")},
         {"spacing", numbers(want.spacing, want.axes, h.unit)}};
     if (!h.orientation.empty()) facts.emplace_back("orientation", h.orientation);
-    facts.emplace_back("values", fmt::format("{:.6g} to {:.6g}", session.low, session.high));
+    facts.emplace_back(
+        "values", fmt::format("{:.6g} to {:.6g}", session.statistics.low, session.statistics.high));
     return facts;
 }
 

@@ -10,6 +10,7 @@
 #include "cli/machine.hpp"
 #include "cli/numbers.hpp"
 #include "cli/pilot.hpp"
+#include "cli/refined_scene.hpp"
 #include "cli/shown.hpp"
 #include "cli/signals.hpp"
 #include "graph/errors.hpp"
@@ -133,8 +134,9 @@ void read_input(Session& session) {
     else
         for (const std::string& warning : read_data(input, session.memory.get()))
             session.messages.warning(warning);
-    const Statistics statistics = session.given ? statistics_of(*input.data, session.memory.get())
-                                                : known_statistics(input, session.memory.get());
+    const Statistics& statistics = session.statistics =
+        session.given ? statistics_of(*input.data, session.memory.get())
+                      : known_statistics(input, session.memory.get());
     if (statistics.non_finite > 0)
         session.messages.warning(
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
@@ -145,7 +147,6 @@ void read_input(Session& session) {
         session.scene = unseen_scene(statistics);
         measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
     }
-    session.low = statistics.low, session.high = statistics.high;
     take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
 }
@@ -201,18 +202,6 @@ void pilot(Session& session) {
     }
     session.answer->seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-void prepare_planning(Session& session) {
-    session.plan_options.demands = session.demands;
-    session.plan_options.pinned = pinned_bytes(session);
-    session.plan_options.resident = session.resident;
-    if (session.want().ranks > 1) return;
-    session.plan_options.after = std::max(verifying_bytes(session), showing_bytes(session));
-    // What reading and measuring have left behind counts once, as samples or as `held`.
-    session.memory->trim();
-    session.plan_options.held = std::max(0.0, resident_now() - double(session.memory->used())) +
-                                kGrowth + kGrowthAThread * session.want().threads;
 }
 
 /// Before samples are read. Where there is no room for them, how much would do is planned as if
@@ -301,12 +290,22 @@ void take_request(Session& session) {
     read_input(session);
 }
 
+void prepare_planning(Session& session) {
+    session.plan_options.demands = session.demands;
+    session.plan_options.pinned = pinned_bytes(session);
+    session.plan_options.resident = session.resident;
+    if (session.want().ranks > 1) return;
+    session.plan_options.after = std::max(verifying_bytes(session), showing_bytes(session));
+    // What reading and measuring have left behind counts once, as samples or as `held`.
+    session.memory->trim();
+    session.plan_options.held = std::max(0.0, resident_now() - double(session.memory->used())) +
+                                kGrowth + kGrowthAThread * session.want().threads;
+}
+
 void make_plan(Session& session) {
     {
         const EndsAtOnce nothing_to_tidy;
-        prepare_planning(session);
-        session.answer = plan(session.edges, session.ask(), session.sources(), session.profile,
-                              session.plan_options);
+        ask_planner(session);
     }
     if (session.wish.planner != Planner::estimate) pilot(session);
     for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);

@@ -12,6 +12,7 @@
 #include "cli/written.hpp"
 #include "planner/margin.hpp"
 #include "runtime/runtime.hpp"
+#include "transitions/reference/statistics.hpp"
 #include "transitions/reference/verify.hpp"
 
 namespace edgewise::cli {
@@ -52,8 +53,9 @@ struct Session {
     std::shared_ptr<const Data> given;  // samples in place of the input's: then none are read
     std::optional<Input> input;
     Geometry geometry;
-    double low = 0, high = 0;  // of the input's values
+    Statistics statistics;  // of the input's samples, where there are any
     Scene scene;
+    int drawn = 1;  // so many times the usual draws of its preview
     Written written;
     PlanOptions plan_options;
     std::optional<Answer> answer;
@@ -76,6 +78,9 @@ struct Session {
 /// Checks what is to be written, reads the options and the input, and measures its scene.
 /// @throws RequestError, InputError, NoPlan
 void take_request(Session& session);
+
+/// What the planner is told beside request and scene, as the process is now.
+void prepare_planning(Session& session);
 
 /// Asks the planner. @throws RequestError, NoPlan
 void make_plan(Session& session);

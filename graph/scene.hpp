@@ -33,10 +33,21 @@ struct Scene {
     ///  - "gain/blur": error of a combined picture over that of its samples ("combined/...");
     ///  - "gain/noise/FILTER": error of a picture over independent noise of its samples (zoh, foh).
     std::map<std::string, double> facts{};
+    /// Errors among the facts are upper estimates. What the draws themselves say of them, without
+    /// standard errors.
+    std::map<std::string, double> likely{};
+    std::int64_t draws = 0;  // clusters of samples that they were measured on; 0: they are guesses
+    bool exhausted = false;  // no more is drawn, whatever is asked for
 
     std::optional<double> fact(const std::string& name) const {
         const auto found = facts.find(name);
         return found == facts.end() ? std::nullopt : std::optional(found->second);
+    }
+    /// The same with likely errors in place of upper estimates.
+    Scene as_likely() const {
+        Scene scene = *this;
+        for (const auto& [name, error] : likely) scene.facts[name] = error;
+        return scene;
     }
 };
 

@@ -160,10 +160,8 @@ Rate Rates::at(const std::string& name, double counted, int runs) const {
     if (!(counted > 0)) return {.ratio = 0};
     Rate rate = alone_at(name, counted);
     if (!(rate.ratio > 0)) return rate;
-    const double edges = shared_at(name, counted * rate.ratio * runs);
-    // A name's own gain is measured as well, but once: the two weigh alike.
-    const bool own = runs == 1 && measured_.contains(name);
-    rate.shared = own ? std::sqrt(rate.shared * edges) : edges;
+    if (runs > 1 || !measured_.contains(name))
+        rate.shared = shared_at(name, counted * rate.ratio * runs);
     return rate;
 }
 

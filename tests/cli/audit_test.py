@@ -75,7 +75,7 @@ class Report(Audit):
         for path in self.tiny()["requests"][3]["measured_paths"]:
             self.assertFalse([step for step in path["steps"] if step.startswith("store.")])
 
-    def test_the_chosen_path_is_the_plan_and_is_run_most_often(self):
+    def test_the_chosen_path_is_the_plan_and_is_run_to_the_end(self):
         for entry in self.tiny()["requests"]:
             plan = json.loads(self.run_it("plan", *entry["args"], "--json", "-", "--quiet").stdout)["plan"]
             chosen = [path for path in entry["measured_paths"] if path.get("chosen")]
@@ -83,9 +83,10 @@ class Report(Audit):
             self.assertEqual([step["transition"] for step in plan["steps"]],
                              [step.split("/")[0] for step in chosen[0]["steps"]])
             self.assertEqual(entry["chosen"]["steps"], chosen[0]["steps"])
-            runs = [path["measured"]["runs"] for path in entry["measured_paths"] if path["measured"]]
-            self.assertEqual(chosen[0]["measured"]["runs"], max(runs))
-            self.assertGreaterEqual(max(runs), 5)
+            measured = chosen[0]["measured"]
+            self.assertGreaterEqual(measured["runs"], 5)
+            # It runs on where not all of its runs were calm.
+            self.assertGreaterEqual(measured["set_aside"], 0)
 
     def test_medians_are_those_of_the_runs(self):
         for entry in self.tiny()["requests"]:

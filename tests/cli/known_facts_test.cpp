@@ -67,11 +67,18 @@ TEST_F(Known, NumbersComeBackToTheLastBit) {
     EXPECT_EQ(again.empty, 5);
     EXPECT_EQ(again.samples, power.samples);
 
-    const Seen seen{.range = 0.3, .facts = {{"picture/zoh/1", 2 / 3.0}, {"cast/all", HUGE_VAL}}};
+    const Seen seen{.range = 0.3,
+                    .facts = {{"picture/zoh/1", 2 / 3.0}, {"cast/all", HUGE_VAL}},
+                    .likely = {{"picture/zoh/1", 1 / 3.0}},
+                    .draws = 500,
+                    .exhausted = true};
     Seen seen_again;
     read(Json::parse(json_of(seen).dump()), seen_again);
     EXPECT_EQ(seen_again.range, seen.range);
     EXPECT_EQ(seen_again.facts, seen.facts);
+    EXPECT_EQ(seen_again.likely, seen.likely);
+    EXPECT_EQ(seen_again.draws, seen.draws);
+    EXPECT_EQ(seen_again.exhausted, seen.exhausted);
 
     Statistics statistics;
     statistics.low = -1e300, statistics.high = 0.7, statistics.mean = 0.1, statistics.lowest = 7;

@@ -125,13 +125,15 @@ std::vector<Candidate> some_of(std::span<const OutputSample> from, std::size_t m
 
 std::vector<DrawnPixels::Pixel> draw_rough(const Request& want, const ReferenceField& field,
                                            const ViewGeometry& geometry,
-                                           std::span<const OutputSample> from, double draws) {
+                                           std::span<const OutputSample> from, double draws,
+                                           int times) {
+    draws *= times;
     std::vector<DrawnPixels::Pixel> drawn;
     if (static_cast<double>(from.size()) <= draws) {
         for (const OutputSample& at : from) drawn.push_back({at});
         return drawn;
     }
-    std::vector<Candidate> rays = some_of(from, kLooked);
+    std::vector<Candidate> rays = some_of(from, kLooked * times);
     with_stored_type(field.samples().what.type, [&](auto zero) {
         const Roughness<decltype(zero)> roughness(want, field.samples(), geometry);
         tbb::parallel_for(std::size_t{0}, rays.size(),
@@ -165,14 +167,16 @@ std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double 
 }
 
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
-                        const ViewGeometry& geometry, int fewest, int most, double length) {
+                        const ViewGeometry& geometry, int fewest, int most, double length,
+                        int times) {
     // Spread evenly over views and pixels by the additive recurrence of the generalised golden
     // ratio (Roberts 2018).
     constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};
     std::vector<OutputSample> met;
     double reach = 0;
     int tries = 0;
-    for (; tries < kTries && met.size() < kLooked; ++tries) {
+    for (; tries < kTries * times && met.size() < kLooked * static_cast<std::size_t>(times);
+         ++tries) {
         std::array<double, 3> u;
         for (int axis = 0; axis < 3; ++axis)
             u[axis] = std::fmod(0.5 + ratio[axis] * (tries + 1), 1.0);
@@ -188,7 +192,7 @@ DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
     const auto count = static_cast<double>(met.size());
     const double draws = std::clamp(std::ceil(length * count / std::max(reach, 1e-9)),
                                     static_cast<double>(fewest), static_cast<double>(most));
-    return {.drawn = draw_rough(want, field, geometry, met, draws),
+    return {.drawn = draw_rough(want, field, geometry, met, draws, times),
             .pixels = static_cast<double>(want.screen.x * want.screen.y) * want.frames * count /
                       std::max(1, tries)};
 }

@@ -39,15 +39,18 @@ std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double 
 /// Draws from pixels whose rays meet the input.
 /// @param from   spread evenly over their population; any of them may be drawn
 /// @param draws  pixels, at most about so many; all of `from` where there are no more
+/// @param times  so many times the draws, of so many times the pixels that are looked at
 /// @return in increasing roughness; the same for any number of threads
 std::vector<DrawnPixels::Pixel> draw_rough(const Request& want, const ReferenceField& field,
                                            const ViewGeometry& geometry,
-                                           std::span<const OutputSample> from, double draws);
+                                           std::span<const OutputSample> from, double draws,
+                                           int times = 1);
 
 /// Of all pixels but those of short rays (preview_short.hpp).
 /// @param fewest, most  pixels; between them as many as their rays together are `length` long
 ///                      [unit]
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
-                        const ViewGeometry& geometry, int fewest, int most, double length);
+                        const ViewGeometry& geometry, int fewest, int most, double length,
+                        int times = 1);
 
 }  // namespace edgewise

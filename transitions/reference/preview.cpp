@@ -35,13 +35,13 @@ double ErrorTally::error() const {
     return std::sqrt(spread * n / (n - 1)) / weight;
 }
 
-double upper_of(std::span<const Stratum> strata) {
+ErrorEstimate estimate_of(std::span<const Stratum> strata) {
     double mean = 0, variance = 0;
     for (const Stratum& stratum : strata) {
         mean += stratum.share * stratum.tally.mean();
         if (!stratum.whole) variance += std::pow(stratum.share * stratum.tally.error(), 2);
     }
-    return std::sqrt(mean + ErrorTally::kStandardErrors * std::sqrt(variance));
+    return {std::sqrt(mean), std::sqrt(mean + ErrorTally::kStandardErrors * std::sqrt(variance))};
 }
 
 }  // namespace edgewise

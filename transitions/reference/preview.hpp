@@ -14,7 +14,9 @@ namespace edgewise {
 /// Errors measured on a few output samples (graph/scene.hpp lists the facts), and the reference's
 /// range over these and over a few chosen because they are likely to be its ends.
 struct Preview {
-    std::map<std::string, double> facts;
+    std::map<std::string, double> facts, likely;
+    std::int64_t draws = 0;    // clusters
+    bool exhausted = false;    // no more is drawn, whatever is asked for
     double low = 0, high = 0;  // of the reference; low > high: no output sample sees the input
 };
 
@@ -33,7 +35,6 @@ class ErrorTally {
     /// The next cluster begins.
     void close();
     double rms() const;
-    double upper() const { return std::sqrt(mean() + kStandardErrors * error()); }
     double mean() const;   // square
     double error() const;  // standard error of the mean square
 
@@ -48,15 +49,21 @@ struct Stratum {
     const ErrorTally& tally;
     bool whole = false;  // the tally holds all of it, so nothing is left to chance
 };
-/// As ErrorTally::upper of the population.
-double upper_of(std::span<const Stratum> strata);
+/// RMS error of a population.
+struct ErrorEstimate {
+    double likely = 0;  // what was drawn, each stratum by its share
+    double upper = 0;   // the same raised by standard errors
+};
+ErrorEstimate estimate_of(std::span<const Stratum> strata);
 
 /// Of warps: points.
+/// @param times  so many times the usual draws, within what there is
 Preview preview_points(const Request& want, const ReferenceField& field,
-                       const Statistics& statistics, std::pmr::memory_resource* memory);
+                       const Statistics& statistics, std::pmr::memory_resource* memory,
+                       int times = 1);
 
 /// Of pictures: rays.
 Preview preview_rays(const Request& want, const ReferenceField& field, const Statistics& statistics,
-                     std::pmr::memory_resource* memory);
+                     std::pmr::memory_resource* memory, int times = 1);
 
 }  // namespace edgewise

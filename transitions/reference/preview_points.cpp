@@ -24,7 +24,7 @@ constexpr int kInner = 300, kOuter = 200, kTries = 25'000;
 constexpr int kLooked = 8;
 // Inputs of so many samples are prepared once for all clusters, of which there can be more.
 constexpr std::int64_t kSmallInput = 1 << 19;
-constexpr int kMore = 5;
+constexpr int kMore = 5, kMostMore = 20;
 constexpr std::size_t kExtremes = 16;  // clusters where the reference may be lowest, and highest
 constexpr double kShell = 2;           // samples
 constexpr int kHolds = 4;              // with the assignment ("me")
@@ -35,7 +35,7 @@ constexpr std::array<const char*, kMethods> kNames = {
 /// A few neighbouring output samples, whose places in the input lie together: a cell of a lattice,
 /// so that each sample is part of one cluster.
 struct Cluster {
-    std::vector<OutputSample> samples;
+    OutputSample corner;  // any sample of the cell
     bool outer = false, counted = true;
     double weight = 1;  // the inverse of how likely it was to be drawn
     std::array<double, kMethods> squares{};
@@ -43,8 +43,10 @@ struct Cluster {
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
 
-Cluster cluster_at(const Reference& reference, const Extent& n, const OutputSample& corner) {
-    Cluster cluster;
+/// Those of a cluster that see the input.
+std::vector<OutputSample> samples_at(const Reference& reference, const Extent& n,
+                                     const OutputSample& corner) {
+    std::vector<OutputSample> samples;
     const std::int64_t side = n.z > 1 ? 2 : 4;
     for (std::int64_t k = 0; k < std::min(n.z, side); ++k)
         for (std::int64_t j = 0; j < side; ++j)
@@ -53,9 +55,9 @@ Cluster cluster_at(const Reference& reference, const Extent& n, const OutputSamp
                                       corner.y / side * side + j,
                                       n.z > 1 ? corner.z / side * side + k : 0};
                 if (at.x < n.x && at.y < n.y && at.z < n.z && reference.sees_input(at))
-                    cluster.samples.push_back(at);
+                    samples.push_back(at);
             }
-    return cluster;
+    return samples;
 }
 
 struct Drawn {
@@ -71,14 +73,14 @@ struct Look {
 };
 
 template <class T>
-Look look_at(const Cluster& cluster, const Reference& reference, const NearestStored<T>& nearest,
-             const LinearStored<T>& linear) {
+Look look_at(const std::vector<OutputSample>& cluster, const Reference& reference,
+             const NearestStored<T>& nearest, const LinearStored<T>& linear) {
     Look look;
-    for (const OutputSample& sample : cluster.samples) {
+    for (const OutputSample& sample : cluster) {
         const Vec3 p = *reference.geometry().point(sample);
         const double value = linear(p), differs = std::abs(nearest(p) - value);
         if (!std::isfinite(differs)) continue;
-        look.rough += differs * differs / static_cast<double>(cluster.samples.size());
+        look.rough += differs * differs / static_cast<double>(cluster.size());
         look.low = std::min(look.low, value - differs);
         look.high = std::max(look.high, value + differs);
     }
@@ -110,7 +112,7 @@ std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Exten
                                          const std::vector<OutputSample>& at, double draws) {
     std::vector<Cluster> drawn;
     if (static_cast<double>(at.size()) <= draws) {
-        for (const OutputSample& corner : at) drawn.push_back(cluster_at(reference, n, corner));
+        for (const OutputSample& corner : at) drawn.push_back({.corner = corner});
         return drawn;
     }
     std::vector<Look> looks(at.size());
@@ -119,25 +121,28 @@ std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Exten
         const NearestStored<decltype(zero)> nearest(samples);
         const LinearStored<decltype(zero)> linear(samples);
         tbb::parallel_for(std::size_t{0}, at.size(), [&](std::size_t i) {
-            looks[i] = look_at(cluster_at(reference, n, at[i]), reference, nearest, linear);
+            looks[i] = look_at(samples_at(reference, n, at[i]), reference, nearest, linear);
         });
     });
     for (const std::size_t place : extremes_of(looks)) {
-        drawn.push_back(cluster_at(reference, n, at[place]));
-        drawn.back().counted = false;
+        drawn.push_back({.corner = at[place], .counted = false});
     }
     std::vector<double> rough;
     for (const Look& look : looks) rough.push_back(look.rough);
     for (const auto& [place, weight] : draw_in_proportion(rough, draws)) {
-        drawn.push_back(cluster_at(reference, n, at[place]));
-        drawn.back().weight = weight;
+        drawn.push_back({.corner = at[place], .weight = weight});
     }
     return drawn;
 }
 
+/// Of input, so many times kInner and kOuter.
+int draws_of(const Extent& input, int times) {
+    return std::min(kMostMore, times * (input.samples() <= kSmallInput ? kMore : 1));
+}
+
 /// Places spread evenly by the additive recurrence of the generalised golden ratio (Roberts 2018),
 /// of those that see the input.
-Drawn draw(const Request& want, const Reference& reference) {
+Drawn draw(const Request& want, const Reference& reference, int times) {
     constexpr std::array<double, 4> ratio = {0.8566749, 0.7338918, 0.6287067, 0.5385973};
     const Extent n = want.output(), input = reference.field().extent();
     const auto near_a_face = [&](const Vec3& p) {
@@ -146,15 +151,15 @@ Drawn draw(const Request& want, const Reference& reference) {
                 return true;
         return false;
     };
-    const int more = input.samples() <= kSmallInput ? kMore : 1;
+    const int more = draws_of(input, times);
     const int most_inner = more * kInner, most_outer = more * kOuter;
     std::array<std::vector<OutputSample>, 2> met;  // inner, outer
     const auto most = [&](bool outer) {
         return static_cast<std::size_t>(kLooked * (outer ? most_outer : most_inner));
     };
     std::array<int, 2> count{};
-    for (int i = 0; i < kTries && (met[0].size() < most(false) || met[1].size() < most(true));
-         ++i) {
+    for (int i = 0;
+         i < times * kTries && (met[0].size() < most(false) || met[1].size() < most(true)); ++i) {
         std::array<double, 4> u;
         for (int axis = 0; axis < 4; ++axis) u[axis] = std::fmod(0.5 + ratio[axis] * (i + 1), 1.0);
         const auto place = [&](int axis) {
@@ -197,8 +202,7 @@ std::vector<Cluster> around(const Request& want, const Reference& reference, con
         at.x = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.x()));
         at.y = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.y()));
         if (want.axes == 3) at.z = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.z()));
-        Cluster cluster = cluster_at(reference, n, at);
-        if (!cluster.samples.empty()) return {cluster};
+        if (!samples_at(reference, n, at).empty()) return {{.corner = at}};
     }
     return {};
 }
@@ -211,12 +215,13 @@ bool on_a_sample(const Vec3& p, int axes) {
 }
 
 /// @param whole  of all the input, or null: one is prepared here
-void measure(const ReferenceField& field, const ViewGeometry& geometry, bool labels,
-             Cluster& cluster, const PreviewBlock* whole, std::pmr::memory_resource* memory) {
+void measure(const Reference& reference, const Extent& n, bool labels, Cluster& cluster,
+             const PreviewBlock* whole, std::pmr::memory_resource* memory) {
+    const ReferenceField& field = reference.field();
     Region cells{{field.extent().x, field.extent().y, field.extent().z}, {0, 0, 0}};
     std::vector<Vec3> places;
-    for (const OutputSample& sample : cluster.samples) {
-        places.push_back(*geometry.point(sample));
+    for (const OutputSample& sample : samples_at(reference, n, cluster.corner)) {
+        places.push_back(*reference.geometry().point(sample));
         const Vec3 p = field.clamped(places.back());
         for (int axis = 0; axis < 3; ++axis) {
             const auto cell = static_cast<std::int64_t>(std::floor(p[axis]));
@@ -268,10 +273,10 @@ void measure(const ReferenceField& field, const ViewGeometry& geometry, bool lab
 }  // namespace
 
 Preview preview_points(const Request& want, const ReferenceField& field,
-                       const Statistics& statistics, std::pmr::memory_resource* memory) {
+                       const Statistics& statistics, std::pmr::memory_resource* memory, int times) {
     const Reference reference(want, field, memory);
     const bool labels = field.kind() == Field::nearest;
-    Drawn drawn = draw(want, reference);
+    Drawn drawn = draw(want, reference, times);
     std::vector<Cluster>& clusters = drawn.clusters;
     for (std::int64_t place : {statistics.lowest, statistics.highest})
         for (Cluster& cluster : around(want, reference, field.extent(), place)) {
@@ -282,12 +287,13 @@ Preview preview_points(const Request& want, const ReferenceField& field,
     if (field.extent().samples() <= kSmallInput)
         whole.emplace(field, Region::all(field.extent()), memory);
     tbb::parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t i) {
-        measure(field, reference.geometry(), labels, clusters[i], whole ? &*whole : nullptr,
-                memory);
+        measure(reference, want.output(), labels, clusters[i], whole ? &*whole : nullptr, memory);
     });
 
     std::array<std::array<ErrorTally, kMethods>, 2> tallies;  // inner, outer
     Preview preview{.facts = {},
+                    .likely = {},
+                    .exhausted = draws_of(field.extent(), times) == kMostMore,
                     .low = std::numeric_limits<double>::infinity(),
                     .high = -std::numeric_limits<double>::infinity()};
     for (const Cluster& cluster : clusters) {
@@ -295,16 +301,20 @@ Preview preview_points(const Request& want, const ReferenceField& field,
         preview.high = std::max(preview.high, cluster.high);
         for (int method = 0; method < kMethods && cluster.counted; ++method) {
             if (!(cluster.count > 0)) continue;
+            preview.draws += method == 0;
             // A cluster is drawn as often as it has samples that see the input.
             tallies[cluster.outer][method].add(
                 cluster.weight * cluster.squares[method] / cluster.count, cluster.weight);
             tallies[cluster.outer][method].close();
         }
     }
-    for (int method = 0; method < kMethods; ++method)
-        preview.facts[kNames[method]] =
-            upper_of(std::array{Stratum{1 - drawn.outer_share, tallies[0][method]},
-                                Stratum{drawn.outer_share, tallies[1][method]}});
+    for (int method = 0; method < kMethods; ++method) {
+        const ErrorEstimate error =
+            estimate_of(std::array{Stratum{1 - drawn.outer_share, tallies[0][method]},
+                                   Stratum{drawn.outer_share, tallies[1][method]}});
+        preview.facts[kNames[method]] = error.upper;
+        preview.likely[kNames[method]] = error.likely;
+    }
     return preview;
 }
 

@@ -4,240 +4,67 @@
 #include <fmt/format.h>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <tbb/parallel_for.h>
 
 #include "transitions/reference/coarse_picture.hpp"
 #include "transitions/reference/drawn_pixels.hpp"
 #include "transitions/reference/preview.hpp"
-#include "transitions/reference/preview_block.hpp"
-#include "transitions/reference/preview_paths.hpp"
-#include "transitions/reference/preview_short.hpp"
-#include "transitions/reference/preview_spectrum.hpp"
+#include "transitions/reference/preview_bundle.hpp"
 
 namespace edgewise {
 namespace {
 
 constexpr int kFewest = 96, kMost = 448;  // bundles
-constexpr double kLength = 96 * 256.0;    // that all bundles together should reach [unit]
+constexpr std::size_t kAtOnce = 128;
+constexpr double kLength = 96 * 256.0;  // that all bundles together should reach [unit]
 // Inputs of so many samples are prepared once for all bundles.
 constexpr std::int64_t kSmallInput = 1 << 19;
 // Pictures of so many pixels are measured whole, if their input is small.
-constexpr std::int64_t kSmallPicture = 1 << 12;
-constexpr std::array<double, 4> kSteps = {1, 0.5, 0.25, 2};
-constexpr std::size_t kFinest = 2;  // of kSteps
-constexpr double kFine = 1.0 / Reference::kStepsPerUnit;
-constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers on its longest axis
-
-/// One ray with all pictures that it is part of.
-struct Traced {
-    RaySpan ray;
-    OutputSample at;
-    Stretch reference;
-    std::array<Stretch, 2> noisy;  // zoh, foh with noise in the samples, step 1
-    std::array<std::array<Stretch, kSteps.size()>, 3> cast;  // by hold and step
-    std::optional<ScreenPicture> screen;
-    std::optional<ShearedPicture> sheared;               // of parallel rays
-    std::vector<SpectrumPicture::Named> spectrum;        // squared errors
-    std::array<std::int64_t, 1 + kSteps.size()> next{};  // cell, of the fine step and the others
-    double low = 0, high = 0;  // part of the ray that any of the pictures needs [t]
-};
+constexpr int kSmallPicture = 1 << 12;
+constexpr std::size_t kFinest = 2;  // of kPreviewSteps
 
 /// What a ray was taken for: drawn at random; chosen, because the reference is likely to be extreme
 /// there; of the classes of ShortRays.
 enum Among : std::size_t { kDrawn, kChosen, kShort, kAmong = kShort + ShortRays::kClasses };
 
-/// Neighbouring pixels, so that their rays share blocks of the input.
-struct Bundle {
+/// Neighbouring pixels that are measured together.
+struct Draw {
+    OutputSample corner;
     std::size_t among = kDrawn;
     double weight = 1;  // the inverse of how likely it was to be drawn
-    std::vector<Traced> rays;
-    std::array<double, 4> field{};    // squared errors of zoh, foh, bspline3, me
-    std::array<double, 2> sheared{};  // of a pass of shears: foh, bspline3
-    double points = 0, sheared_points = 0;
+    int side = 2;
+    bool whole = true;  // with the short rays too, where they are drawn by themselves
 };
-
-/// What a stretch of a bundle is measured with.
-struct Setting {
-    const Request& want;
-    const ReferenceField& field;
-    double noise;  // RMS [value]
-};
-
-/// Where the first cell of cast rays begins: in front of the first layer of the screen, or in the
-/// eye, as in project.ray_cast.
-double front_of(const Request& want) { return want.eye ? 0 : -0.5; }
-
-bool is_short(const RaySpan& ray, const Request& want) {
-    return ShortRays::class_of(ray, want) < ShortRays::kClasses;
-}
-
-/// @param side   pixels along x and y
-/// @param whole  with the short rays too, where they are drawn by themselves
-Bundle bundle_at(const Request& want, const ViewGeometry& geometry, const OutputSample& corner,
-                 std::size_t among, int side = 2, bool whole = true) {
-    Bundle bundle{.among = among, .rays = {}};
-    for (int i = 0; i < side * side; ++i) {
-        const std::int64_t x = corner.x + i % side, y = corner.y + i / side;
-        if (x < 0 || y < 0 || x >= want.screen.x || y >= want.screen.y) continue;
-        const std::optional<RaySpan> ray =
-            geometry.ray(corner.view, static_cast<double>(x), static_cast<double>(y));
-        if (!ray || (!whole && is_short(*ray, want))) continue;
-        const Stretch empty = Stretch::empty(want.mode);
-        Traced traced{.ray = *ray,
-                      .at = {corner.view, x, y, 0},
-                      .reference = empty,
-                      .noisy = {empty, empty},
-                      .cast = {},
-                      .screen = {},
-                      .sheared = {},
-                      .spectrum = {},
-                      .low = ray->low,
-                      .high = ray->high};
-        if (!want.eye) {
-            traced.screen.emplace(*ray, want.mode);
-            traced.sheared.emplace(*ray, want.input, want.mode);
-            traced.low = std::min(traced.low, traced.sheared->begin());
-            traced.high = std::max(traced.high, traced.sheared->end());
-        }
-        for (auto& steps : traced.cast) steps.fill(empty);
-        traced.next[0] = static_cast<std::int64_t>(std::floor(ray->low / kFine));
-        for (std::size_t s = 0; s < kSteps.size(); ++s)
-            traced.next[s + 1] =
-                static_cast<std::int64_t>(std::floor((ray->low - front_of(want)) / kSteps[s]));
-        bundle.rays.push_back(traced);
-    }
-    return bundle;
-}
-
-/// Calls each(t, length) for the cells of one step whose middles lie before `end`.
-template <class Each>
-void cells_before(double end, double front, double step, const RaySpan& ray, std::int64_t& next,
-                  Each&& each) {
-    for (;; ++next) {
-        const double begin = front + static_cast<double>(next) * step;
-        const double low = std::max(ray.low, begin), high = std::min(ray.high, begin + step);
-        if (0.5 * (low + high) >= end || begin >= ray.high) return;
-        if (low < high) each(0.5 * (low + high), high - low);
-    }
-}
-
-void trace(Traced& traced, const PreviewBlock& block, double end, const Setting& setting,
-           Bundle& bundle) {
-    const Request& want = setting.want;
-    const RaySpan& ray = traced.ray;
-    double expected = 0;
-    const auto place = [&](double t) { return Vec3(ray.origin + t * ray.direction); };
-    const auto add = [&](Stretch& to, double seen, double length) {
-        if (std::isfinite(seen)) to.add(seen, length, want);
-    };
-    cells_before(end, 0, kFine, ray, traced.next[0], [&](double t, double length) {
-        const Vec3 p = place(t);
-        if (block.reference(p, &expected)) add(traced.reference, expected, length);
-    });
-    if (traced.screen) traced.screen->trace(block, end, want);
-    if (traced.sheared) traced.sheared->trace(block, end, want);
-    for (std::size_t s = 0; s < kSteps.size(); ++s)
-        cells_before(
-            end, front_of(want), kSteps[s], ray, traced.next[s + 1], [&](double t, double length) {
-                const Vec3 p = place(t);
-                std::array<double, 4> held{};
-                for (PreviewHold hold : {kZoh, kFoh, kSpline}) {
-                    block.hold(hold, p, &held[hold]);
-                    add(traced.cast[hold][s], held[hold], length);
-                }
-                if (kSteps[s] == 1)
-                    for (PreviewHold hold : {kZoh, kFoh})
-                        add(traced.noisy[hold], held[hold] + setting.noise * block.noise(hold, p),
-                            length);
-                if (kSteps[s] != 0.5 || !block.reference(p, &expected)) return;
-                block.assigned(p, static_cast<std::uint64_t>(std::abs(1e3 * (t + p.sum()))),
-                               &held[3]);
-                for (std::size_t method = 0; method < 4; ++method) {
-                    const double d = held[method] - expected;
-                    if (std::isfinite(d)) bundle.field[method] += d * d * length;
-                }
-                bundle.points += length;
-                if (want.eye || (traced.next[s + 1] & 3) != 0) return;
-                const std::array<double, 2> wrong =
-                    block.sheared(p, static_cast<std::uint64_t>(std::abs(1e3 * (t + p.sum()))));
-                for (std::size_t i = 0; i < wrong.size(); ++i)
-                    if (std::isfinite(wrong[i])) bundle.sheared[i] += wrong[i] * wrong[i];
-                ++bundle.sheared_points;
-            });
-}
-
-/// The box of cells that the rays of a bundle cross between begin and end; none: empty.
-Region cells_between(const Bundle& bundle, double begin, double end, const ReferenceField& field) {
-    Region cells{{field.extent().x, field.extent().y, field.extent().z}, {0, 0, 0}};
-    for (const Traced& traced : bundle.rays)
-        for (double t : {std::max(begin, traced.low), std::min(end, traced.high)}) {
-            if (t < traced.low || t > traced.high) continue;
-            const Vec3 p = field.clamped(traced.ray.origin + t * traced.ray.direction);
-            for (int axis = 0; axis < 3; ++axis) {
-                const auto cell = static_cast<std::int64_t>(std::floor(p[axis]));
-                cells.begin[axis] = std::min(cells.begin[axis], cell);
-                cells.end[axis] = std::max(cells.end[axis], cell + 1);
-            }
-        }
-    return cells;
-}
-
-/// @param whole  of all the input, or null: one is prepared for each stretch
-void measure(Bundle& bundle, const Setting& setting, const PreviewBlock* whole,
-             std::pmr::memory_resource* memory) {
-    constexpr double kEnd = std::numeric_limits<double>::infinity();
-    if (whole) {
-        for (Traced& traced : bundle.rays) trace(traced, *whole, kEnd, setting, bundle);
-        return;
-    }
-    double low = kEnd, high = -low, speed = 0;
-    for (const Traced& traced : bundle.rays) {
-        low = std::min(low, traced.low);
-        high = std::max(high, traced.high);
-        speed = std::max(speed, traced.ray.direction.cwiseAbs().maxCoeff());
-    }
-    const double piece = kBlockSide / speed;
-    for (double begin = low; begin < high; begin += piece) {
-        const double end = begin + piece >= high ? kEnd : begin + piece;
-        const Region cells = cells_between(bundle, begin, std::min(end, high), setting.field);
-        if (cells.empty()) continue;
-        const PreviewBlock block(setting.field, cells, memory);
-        for (Traced& traced : bundle.rays) trace(traced, block, end, setting, bundle);
-    }
-}
 
 struct Drawn {
-    std::vector<Bundle> bundles;
+    std::vector<Draw> draws;
     double pixels = 0;  // of all views that see the input, about; without short rays
     bool all = false;   // every pixel is there, once
 };
 
-/// All pixels of all views that see the input.
-Drawn take_all(const Request& want, const ViewGeometry& geometry) {
+/// All pixels of all views.
+Drawn take_all(const Request& want) {
     Drawn drawn;
     drawn.all = true;
     for (int view = 0; view < want.frames; ++view)
         for (std::int64_t y = 0; y < want.screen.y; y += 2)
-            for (std::int64_t x = 0; x < want.screen.x; x += 2) {
-                Bundle bundle = bundle_at(want, geometry, {view, x, y, 0}, kDrawn);
-                drawn.pixels += static_cast<double>(bundle.rays.size());
-                if (!bundle.rays.empty()) drawn.bundles.push_back(std::move(bundle));
-            }
+            for (std::int64_t x = 0; x < want.screen.x; x += 2)
+                drawn.draws.push_back({{view, x, y, 0}});
     return drawn;
 }
 
 /// Some of the pixels, as draw_pixels has it, each with its neighbours.
-Drawn draw(const Request& want, const ReferenceField& field, const ViewGeometry& geometry) {
+Drawn draw(const Request& want, const ReferenceField& field, const ViewGeometry& geometry,
+           int times) {
     // Without blocks to prepare a ray costs less.
     const double length = (want.input.samples() <= kSmallInput ? 2 : 1) * kLength;
-    const DrawnPixels pixels = draw_pixels(want, field, geometry, kFewest, kMost, length);
-    Drawn drawn{.bundles = {}, .pixels = pixels.pixels};
-    for (const auto& [at, weight] : pixels.drawn) {
+    const DrawnPixels pixels = draw_pixels(want, field, geometry, kFewest, kMost, length, times);
+    Drawn drawn{.draws = {}, .pixels = pixels.pixels};
+    for (const auto& [at, weight] : pixels.drawn)
         // Cells of a lattice, so that each pixel is part of one bundle.
-        drawn.bundles.push_back(
-            bundle_at(want, geometry, {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, kDrawn, 2, false));
-        drawn.bundles.back().weight = weight;
-    }
+        drawn.draws.push_back(
+            {.corner = {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, .weight = weight, .whole = false});
     return drawn;
 }
 
@@ -245,6 +72,7 @@ Drawn draw(const Request& want, const ReferenceField& field, const ViewGeometry&
 struct Tallies {
     std::array<std::map<std::string, ErrorTally>, kAmong> among;
     double chosen_rays = 0;
+    std::int64_t draws = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
 
@@ -288,8 +116,8 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
         return square_of(values_of(got, want), expected, want);
     };
     for (std::size_t hold = 0; hold < kPreviewHolds.size(); ++hold)
-        for (std::size_t s = 0; s < kSteps.size(); ++s)
-            each(fmt::format("picture/{}/{}", kPreviewHolds[hold], kSteps[s]),
+        for (std::size_t s = 0; s < kPreviewSteps.size(); ++s)
+            each(fmt::format("picture/{}/{}", kPreviewHolds[hold], kPreviewSteps[s]),
                  against(traced.cast[hold][s]));
     for (PreviewHold hold : {kZoh, kFoh}) {
         const Values clean = values_of(traced.cast[hold][0], want);
@@ -311,10 +139,11 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
 }
 
 /// @param even  bundles count alike: each was drawn as often as it has rays that meet the input
-void tally(const Bundle& bundle, const Request& want, bool even, Tallies& tallies) {
-    auto& by_name = tallies.among[bundle.among];
+void tally(const Bundle& bundle, const Draw& draw, const Request& want, bool even,
+           Tallies& tallies) {
+    auto& by_name = tallies.among[draw.among];
     const int channels = want.mode == Mode::composite ? 4 : 1;
-    const double weight = bundle.weight * (even ? 1 / static_cast<double>(bundle.rays.size()) : 1);
+    const double weight = draw.weight * (even ? 1 / static_cast<double>(bundle.rays.size()) : 1);
     for (const Traced& traced : bundle.rays) {
         const Values value = values_of(traced.reference, want);
         for (int c = 0; c < channels; ++c) {
@@ -325,13 +154,16 @@ void tally(const Bundle& bundle, const Request& want, bool even, Tallies& tallie
             by_name[name].add(square * weight, weight);
         });
     }
-    if (bundle.among == kChosen) tallies.chosen_rays += static_cast<double>(bundle.rays.size());
+    if (draw.among == kChosen)
+        tallies.chosen_rays += static_cast<double>(bundle.rays.size());
+    else
+        ++tallies.draws;
     for (std::size_t method = 0; method < kMethods.size(); ++method)
-        by_name[fmt::format("field/{}", kMethods[method])].add(bundle.weight * bundle.field[method],
-                                                               bundle.weight * bundle.points);
+        by_name[fmt::format("field/{}", kMethods[method])].add(draw.weight * bundle.field[method],
+                                                               draw.weight * bundle.points);
     for (std::size_t i = 0; i < bundle.sheared.size(); ++i)
         by_name[fmt::format("sheared/{}", kMethods[i + 1])].add(
-            bundle.weight * bundle.sheared[i], bundle.weight * bundle.sheared_points);
+            draw.weight * bundle.sheared[i], draw.weight * bundle.sheared_points);
     for (auto& [name, errors] : by_name) errors.close();
 }
 
@@ -367,6 +199,17 @@ void split_combining(std::map<std::string, double>& facts, Field field) {
     facts["picture/combined"] = added;
 }
 
+void add_error(Preview& preview, const std::string& name, const ErrorEstimate& error,
+               double noise) {
+    if (!name.starts_with("noisy/")) {
+        preview.facts[name] = error.upper;
+        preview.likely[name] = error.likely;
+    } else if (noise > 0) {
+        const std::string gain = "gain/noise/" + name.substr(6);
+        preview.facts[gain] = preview.likely[gain] = error.likely / noise;
+    }
+}
+
 /// Of the pixels that see the input.
 std::array<double, kAmong> shares_of(const Drawn& drawn, const ShortRays& short_rays,
                                      const Tallies& tallies) {
@@ -384,66 +227,91 @@ std::array<double, kAmong> shares_of(const Drawn& drawn, const ShortRays& short_
     return shares;
 }
 
+/// Pixels where the reference is likely to be extreme, and short rays.
+ShortRays add_chosen(const Request& want, const ReferenceField& field, const Statistics& statistics,
+                     const ViewGeometry& geometry, int times, Drawn& drawn) {
+    const bool is_small = field.extent().samples() <= kSmallInput;
+    for (OutputSample at : likely_extremes(want, field, geometry, statistics)) {
+        at.x -= is_small;
+        at.y -= is_small;
+        drawn.draws.push_back({.corner = at, .among = kChosen, .side = is_small ? 4 : 2});
+    }
+    if (drawn.all) return {};
+    ShortRays short_rays = draw_short_rays(want, field, geometry, times);
+    for (std::size_t c = 0; c < short_rays.classes.size(); ++c)
+        for (const auto& [at, weight] : short_rays.classes[c].drawn)
+            drawn.draws.push_back({.corner = at, .among = kShort + c, .weight = weight, .side = 1});
+    return short_rays;
+}
+
+/// A few bundles at once, so that memory does not grow with the draws.
+Tallies tally_all(const Drawn& drawn, const Setting& setting, const ViewGeometry& geometry,
+                  const Statistics& statistics, std::pmr::memory_resource* memory) {
+    const Request& want = setting.want;
+    const ReferenceField& field = setting.field;
+    std::optional<PreviewBlock> whole;
+    if (field.extent().samples() <= kSmallInput)
+        whole.emplace(field, Region::all(field.extent()), memory);
+    std::optional<SpectrumPicture> spectrum;
+    if (has_slices(want, statistics)) spectrum.emplace(want, field.samples(), statistics);
+    Tallies tallies;
+    std::vector<Bundle> bundles(std::min(kAtOnce, drawn.draws.size()));
+    for (std::size_t first = 0; first < drawn.draws.size(); first += bundles.size()) {
+        const auto draws = std::span(drawn.draws)
+                               .subspan(first)
+                               .first(std::min(bundles.size(), drawn.draws.size() - first));
+        tbb::parallel_for(std::size_t{0}, draws.size(), [&](std::size_t i) {
+            const auto& [corner, among, weight, side, with_short] = draws[i];
+            bundles[i] = bundle_at(want, geometry, corner, side, with_short);
+            measure(bundles[i], setting, whole ? &*whole : nullptr, memory);
+            if (!spectrum) return;
+            // Neighbours have much the same ghosts: of four rays one.
+            for (Traced& traced : bundles[i].rays)
+                if (bundles[i].rays.size() == 1 || (traced.at.x % 2 == 0 && traced.at.y % 2 == 0))
+                    add_spectrum(traced, *spectrum, want);
+        });
+        for (std::size_t i = 0; i < draws.size(); ++i)
+            if (!bundles[i].rays.empty())
+                tally(bundles[i], draws[i], want, !drawn.all && draws[i].among == kDrawn, tallies);
+    }
+    return tallies;
+}
+
 }  // namespace
 
 Preview preview_rays(const Request& want, const ReferenceField& field, const Statistics& statistics,
-                     std::pmr::memory_resource* memory) {
+                     std::pmr::memory_resource* memory, int times) {
     const ViewGeometry geometry(want);
     // About the rounding to 8 bits: gains of a maximum depend on how large noise is.
     const Setting setting{want, field, 1e-3 * (statistics.high - statistics.low)};
     // In a small input rays cost little, and in a small picture a few pixels carry the error.
-    const bool is_small = field.extent().samples() <= kSmallInput;
-    const bool take_every = is_small && want.output().samples() * want.frames <= kSmallPicture;
-    Drawn drawn = take_every ? take_all(want, geometry) : draw(want, field, geometry);
-    std::vector<Bundle>& bundles = drawn.bundles;
-    std::optional<PreviewBlock> whole;
-    for (OutputSample at : likely_extremes(want, field, geometry, statistics)) {
-        at.x -= is_small;
-        at.y -= is_small;
-        bundles.push_back(bundle_at(want, geometry, at, kChosen, is_small ? 4 : 2));
-    }
-    ShortRays short_rays;
-    if (!drawn.all) short_rays = draw_short_rays(want, field, geometry);
-    for (std::size_t c = 0; c < short_rays.classes.size(); ++c)
-        for (const auto& [at, weight] : short_rays.classes[c].drawn) {
-            bundles.push_back(bundle_at(want, geometry, at, kShort + c, 1));
-            bundles.back().weight = weight;
-        }
-    if (is_small) whole.emplace(field, Region::all(field.extent()), memory);
-    std::optional<SpectrumPicture> spectrum;
-    if (has_slices(want, statistics)) spectrum.emplace(want, field.samples(), statistics);
-    tbb::parallel_for(std::size_t{0}, bundles.size(), [&](std::size_t i) {
-        measure(bundles[i], setting, whole ? &*whole : nullptr, memory);
-        if (!spectrum) return;
-        // Neighbours have much the same ghosts: of four rays one.
-        for (Traced& traced : bundles[i].rays)
-            if (bundles[i].rays.size() == 1 || (traced.at.x % 2 == 0 && traced.at.y % 2 == 0))
-                add_spectrum(traced, *spectrum, want);
-    });
-
-    Tallies tallies;
-    for (const Bundle& bundle : bundles)
-        tally(bundle, want, !drawn.all && bundle.among == kDrawn, tallies);
-    Preview preview{.facts = {}, .low = tallies.low, .high = tallies.high};
+    const bool take_every =
+        field.extent().samples() <= kSmallInput &&
+        want.output().samples() * want.frames <= std::max(kSmallPicture, 4 * kMost * times);
+    Drawn drawn = take_every ? take_all(want) : draw(want, field, geometry, times);
+    const ShortRays short_rays = add_chosen(want, field, statistics, geometry, times, drawn);
+    Tallies tallies = tally_all(drawn, setting, geometry, statistics, memory);
+    Preview preview{.facts = {},
+                    .likely = {},
+                    .draws = tallies.draws,
+                    .exhausted = drawn.all,
+                    .low = tallies.low,
+                    .high = tallies.high};
     const std::array<double, kAmong> shares = shares_of(drawn, short_rays, tallies);
     for (const auto& [name, errors] : tallies.among[kDrawn]) {
         // Points of the field are weighed by the length of rays, of which short ones have nothing.
         const bool is_picture = name.starts_with("picture/") || name.starts_with("noisy/");
         std::vector<Stratum> strata;
-        double square = 0;
         for (std::size_t among = 0; among < (is_picture ? kAmong : kShort); ++among) {
             const ErrorTally& tally = tallies.among[among][name];
             const bool whole_one =
                 among == kChosen || (among >= kShort && short_rays.classes[among - kShort].whole);
             strata.push_back({shares[among], tally, whole_one});
-            square += shares[among] * tally.mean();
         }
-        if (!name.starts_with("noisy/"))
-            preview.facts[name] = upper_of(strata);
-        else if (setting.noise > 0)
-            preview.facts["gain/noise/" + name.substr(6)] = std::sqrt(square) / setting.noise;
+        add_error(preview, name, estimate_of(strata), setting.noise);
     }
     split_combining(preview.facts, field.kind());
+    split_combining(preview.likely, field.kind());
     return preview;
 }
 

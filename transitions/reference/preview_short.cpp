@@ -35,7 +35,7 @@ std::size_t ShortRays::class_of(const RaySpan& ray, const Request& want) noexcep
 }
 
 ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
-                          const ViewGeometry& geometry) {
+                          const ViewGeometry& geometry, int times) {
     const std::int64_t a_view = want.screen.x * want.screen.y, all = a_view * want.frames;
     // No whole number of rows, so that what is left out is spread over each view.
     const double step = std::max(1.0, static_cast<double>(all) / kLookedAt);
@@ -53,7 +53,7 @@ ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
     for (std::size_t c = 0; c < found.size(); ++c) {
         DrawnPixels& of = rays.classes[c];
         of.pixels = static_cast<double>(found[c].size()) * step;
-        of.drawn = draw_rough(want, field, geometry, found[c], kMost[c]);
+        of.drawn = draw_rough(want, field, geometry, found[c], kMost[c], times);
         of.whole = step == 1 && of.drawn.size() == found[c].size();
     }
     return rays;

@@ -21,6 +21,6 @@ struct ShortRays {
 };
 
 ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
-                          const ViewGeometry& geometry);
+                          const ViewGeometry& geometry, int times = 1);
 
 }  // namespace edgewise

@@ -19,13 +19,16 @@ Scene unseen_scene(const Statistics& statistics) {
 }
 
 Scene measure_scene(const Data& input, const Statistics& statistics, const Request& want,
-                    const Phantom* formula, std::pmr::memory_resource* memory) {
+                    const Phantom* formula, std::pmr::memory_resource* memory, int times) {
     Scene scene = unseen_scene(statistics);
 
     const ReferenceField field(input, want.field, formula);
-    Preview preview = want.job == Job::warp ? preview_points(want, field, statistics, memory)
-                                            : preview_rays(want, field, statistics, memory);
+    Preview preview = want.job == Job::warp ? preview_points(want, field, statistics, memory, times)
+                                            : preview_rays(want, field, statistics, memory, times);
     scene.facts = std::move(preview.facts);
+    scene.likely = std::move(preview.likely);
+    scene.draws = preview.draws;
+    scene.exhausted = preview.exhausted;
     const bool labels = want.job == Job::warp && want.field == Field::nearest;
     scene.range = labels ? 1 : want.range.value_or(range_between(preview.low, preview.high));
     return scene;

@@ -14,7 +14,7 @@ struct Statistics {
     double occupied_fraction = 0;          // of all values
 };
 
-/// Types of up to 16 bits by histogram, exactly. Of others the commonest value is that of 4096
+/// All of it exactly, but that of types of more than 16 bits the commonest value is that of 4096
 /// values drawn at random, where at least 8 of these agree, else the least: a float volume without
 /// a background has no commonest value that would matter.
 Statistics statistics_of(const Data& data, std::pmr::memory_resource* memory);

@@ -133,8 +133,9 @@ Request request_for(const Data& data, Job job, Mode mode, int frames) {
     return want;
 }
 
-Scene scene_of(const Data& data, const Request& want, const Phantom* formula = nullptr) {
-    return measure_scene(data, statistics_of(data, heap()), want, formula, heap());
+Scene scene_of(const Data& data, const Request& want, const Phantom* formula = nullptr,
+               int times = 1) {
+    return measure_scene(data, statistics_of(data, heap()), want, formula, heap(), times);
 }
 
 /// The RMS error of one hold and step over random pixels or samples, by the slow f64 fields:
@@ -237,6 +238,60 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"zone-plate", Job::warp, Mode::mip, Field::spline}),
     [](const auto& tested) { return "number_" + std::to_string(tested.index); });
 
+/// How far upper estimates of mean squares are above likely ones with `more` draws, over the same
+/// with fewer: the median of all errors. Single ones with heavy tails need not come nearer.
+double doubt_left(const Scene& scene, const Scene& more) {
+    std::vector<double> left;
+    for (const auto& [fact, likely] : scene.likely) {
+        const std::string& name = fact;
+        const bool is_error = name.starts_with("field/") || name.starts_with("picture/");
+        if (!is_error || !(likely > 0) || name == "picture/combined") continue;
+        EXPECT_GE(scene.facts.at(name), likely) << name;
+        const auto doubt = [&](const Scene& of) {
+            return std::pow(of.facts.at(name), 2) - std::pow(of.likely.at(name), 2);
+        };
+        left.push_back(doubt(more) / doubt(scene));
+    }
+    std::ranges::sort(left);
+    return left.at(left.size() / 2);
+}
+
+/// Standard errors shrink as the root of the draws grows, and what they are taken of stays.
+TEST_P(Scenes, AreSurerWithMoreDraws) {
+    const auto [name, job, mode, kind] = GetParam();
+    const Phantom phantom = phantom_named(name, 48);
+    const Data data = make_phantom(name, 48, heap());
+    Request want = request_for(data, job, mode, 3);
+    want.field = kind;
+    const Scene once = scene_of(data, want, &phantom), more = scene_of(data, want, &phantom, 4);
+    EXPECT_GT(static_cast<double>(more.draws), 2.5 * static_cast<double>(once.draws));
+    EXPECT_LT(static_cast<double>(more.draws), 4.5 * static_cast<double>(once.draws));
+    EXPECT_NEAR(doubt_left(once, more), 0.5, 0.2);
+    const ReferenceField truth(data, kind, &phantom);
+    for (const auto& [hold, hold_kind] :
+         {std::pair("zoh", Field::nearest), std::pair("foh", Field::linear)}) {
+        if (hold_kind == kind) continue;
+        const std::string fact = job == Job::warp ? std::string("field/") + hold
+                                                  : std::string("picture/") + hold + "/0.5";
+        double range = 0;
+        const ReferenceField held(data, hold_kind);
+        const double error = measured(want, truth, held, 0.5, range).high;
+        EXPECT_NEAR(more.likely.at(fact) / error, 1, 0.1) << fact;
+        EXPECT_EQ(more.as_likely().fact(fact), more.likely.at(fact));
+    }
+}
+
+/// All there is was drawn: a whole small picture.
+TEST(Scene, KnowsWhenNoMoreCanBeDrawn) {
+    const Data data = make_phantom("noise", 24, heap());
+    Request want = request_for(data, Job::render, Mode::mip, 1);
+    const Scene small = scene_of(data, want);
+    EXPECT_TRUE(small.exhausted);
+    EXPECT_EQ(small.facts, scene_of(data, want, nullptr, 4).facts);
+    want.screen = {100, 100, 42};
+    EXPECT_FALSE(scene_of(data, want).exhausted);
+}
+
 TEST(Scene, OfAWarpThatCopiesIsExact) {
     const Data data = make_phantom("noise", 24, heap());
     Request want;
@@ -277,14 +332,18 @@ TEST(Scene, TakesOneVoxelOnePlaneAndConstants) {
 TEST(Scene, DoesNotDependOnThreads) {
     const Data data = make_phantom("shepp-logan", 60, heap());
     const Request want = request_for(data, Job::render, Mode::composite, 4);
-    const auto run = [&](std::size_t threads) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        return scene_of(data, want);
-    };
-    const Scene one = run(1), seven = run(7);
-    EXPECT_EQ(one.facts, seven.facts);
-    EXPECT_EQ(one.range, seven.range);
-    EXPECT_EQ(one.mean, seven.mean);
+    for (const int times : {1, 4}) {
+        const auto run = [&](std::size_t threads) {
+            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+            return scene_of(data, want, nullptr, times);
+        };
+        const Scene one = run(1), seven = run(7);
+        EXPECT_EQ(one.facts, seven.facts);
+        EXPECT_EQ(one.likely, seven.likely);
+        EXPECT_EQ(one.draws, seven.draws);
+        EXPECT_EQ(one.range, seven.range);
+        EXPECT_EQ(one.mean, seven.mean);
+    }
 }
 
 }  // namespace

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace edgewise::cli {
+
+/// Seconds that a fixed loop takes at this moment on so many processors, or all that there are, all
+/// at work: the harmonic mean, as work is shared; infinite where they did not come together within
+/// a fraction of a millisecond. The loop issues as much as a core can, out of its first cache:
+/// while a hyperthread's sibling is awake for another guest of the host it takes 1.5 to 1.8 times
+/// as long, and so does a ray caster, for tenths of a second to seconds; chains of products and
+/// streams hardly notice, and no counter of a virtual machine tells. Takes 0.05 ms, up to 0.3 ms
+/// where they do not meet.
+double pace_now(int threads);
+
+/// The least that pace_now() of so many threads has found in this process.
+double best_pace(int threads);
+
+/// The pace beside a run against the best: calm, slow in several degrees, or not known.
+enum PaceClass { kCalm, kBrisk, kSlow, kSlower, kSlowest, kUnknown };
+constexpr int kPaceClasses = kUnknown;  // those that are known
+PaceClass pace_class(double pace, double best) noexcept;
+
+/// How much longer than calm runs those of each class take: logarithms, one a run.
+using Slowdowns = std::array<std::vector<double>, kPaceClasses>;
+
+/// Runs of one thing, and how fast the machine was beside each.
+class PacedRuns {
+ public:
+    /// @param before,after  pace_now()
+    void add(double seconds, double before, double after) {
+        runs_.push_back({seconds, (before + after) / 2});
+    }
+    std::size_t size() const noexcept { return runs_.size(); }
+    /// The runs from this one on count only where the others are too few.
+    void disturbed_from(std::size_t first);
+
+    std::size_t calm(double best) const;
+    /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
+    /// of all where the pace of none is known.
+    std::vector<double> seconds(double best, std::size_t least) const;
+
+    /// Of every run that was not calm, beside the median of those that were; nothing where none
+    /// was.
+    void add_slowdowns(double best, Slowdowns& to) const;
+    /// Seconds of all runs of known pace, each as if it had been calm; as they are where these are
+    /// fewer than `least`.
+    /// @param slowdown  median logarithms by class
+    std::vector<double> calmed(double best, const std::array<double, kPaceClasses>& slowdown,
+                               std::size_t least) const;
+
+ private:
+    struct Run {
+        double seconds, pace;
+    };
+    std::vector<Run> runs_;
+};
+
+}  // namespace edgewise::cli

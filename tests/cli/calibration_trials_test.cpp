@@ -1,0 +1,52 @@
+#include "cli/calibration_trials.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <set>
+#include <tuple>
+
+namespace edgewise::cli {
+namespace {
+
+TEST(CalibrationTrials, CropIsTimedInEveryTypeAtSizesFarApart) {
+    std::set<std::tuple<std::string, Type>> crops;
+    for (const Trial& trial : trials(false))
+        if (trial.edge && std::string(trial.edge) == "store.crop")
+            crops.emplace(trial.input, trial.type);
+    EXPECT_EQ(crops.size(), 9u);
+    for (const Trial& exam : exams())
+        for (const Trial& trial : trials(false)) EXPECT_NE(exam.input, trial.input);
+}
+
+TEST(CalibrationTrials, PhantomsKeepTheirValuesInOtherTypes) {
+    Phantoms phantoms;
+    Trial trial{Job::warp, "phantom:noise:20", Type::f32, "1,2,3", nullptr};
+    const auto reals = phantoms.of(trial);
+    EXPECT_EQ(phantoms.of(trial), reals);  // made once
+    trial.type = Type::u8;
+    const auto bytes = phantoms.of(trial);
+    ASSERT_EQ(bytes->what.type, Type::u8);
+    for (std::int64_t i = 0; i < reals->what.samples(); ++i)
+        ASSERT_NEAR(bytes->what.values(bytes->as<std::uint8_t>()[i]), reals->as<float>()[i],
+                    0.5 / 255 + 1e-6);
+}
+
+TEST(CalibrationTrials, WhatIsCroppedFillsTheMiddleAlone) {
+    Phantoms phantoms;
+    Trial trial{Job::render, "phantom:noise:20", Type::f32, "1,2,3", "xray"};
+    const auto whole = phantoms.of(trial);
+    trial.edge = "store.crop";
+    const auto framed = phantoms.of(trial);
+    std::int64_t i = 0, kept = 0;
+    for (int z = 0; z < 20; ++z)
+        for (int y = 0; y < 20; ++y)
+            for (int x = 0; x < 20; ++x, ++i) {
+                const bool inside = std::min({x, y, z}) >= 5 && std::max({x, y, z}) < 15;
+                ASSERT_EQ(framed->as<float>()[i], inside ? whole->as<float>()[i] : 0.f);
+                kept += framed->as<float>()[i] != 0;
+            }
+    EXPECT_GT(kept, 900);
+}
+
+}  // namespace
+}  // namespace edgewise::cli
