@@ -84,6 +84,7 @@ class Calibration {
     static constexpr int kMostRounds = 25;
     static constexpr double kFirstRound = 0.3;  // of the time, at most
     static constexpr double kShort = 0.05;      // [s]; a longer run needs no warm caches
+    static constexpr double kBrief = 0.005;     // [s]
     static constexpr double kLong = 0.005, kLonger = 0.02;  // [s]
 
     /// A session with the phantom's samples in the trial's type.
@@ -187,16 +188,29 @@ class Calibration {
         }
     }
 
-    /// One run. Another path ran before, in blocks of other sizes: a short run counts when warm.
+    /// Another path ran before, in blocks of other sizes: a short run counts when warm, and a brief
+    /// one brings data only near, so there are several in a row.
     /// @return false where a step failed
     bool time(Case& one, TimedPath& path, int threads) {
+        constexpr int kInARow = 3;
+        double expected = path.longest;
+        if (path.longest < kShort) {
+            const Outcome warm = once(one.prepared->session, path.plan, threads);
+            if (warm.steps != path.plan.texts()) return false;
+            expected = warm.seconds;
+        }
+        double pace = pace_now(threads);
+        for (int run = 0; run < (expected < kBrief ? kInARow : 1); ++run)
+            if (!time_once(one, path, threads, pace)) return false;
+        return true;
+    }
+
+    /// @param pace  before it; afterwards that after it
+    bool time_once(Case& one, TimedPath& path, int threads, double& pace) {
         if (stop_flag()) throw Cancelled();
-        if (path.longest < kShort)
-            if (once(one.prepared->session, path.plan, threads).steps != path.plan.texts())
-                return false;
-        const double before = pace_now(threads);
+        const double before = pace;
         const Outcome outcome = once(one.prepared->session, path.plan, threads);
-        const double after = pace_now(threads);
+        const double after = pace = pace_now(threads);
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.
@@ -269,31 +283,23 @@ class Calibration {
     }
 
     void keep(const Case& one) {
-        // What is left of other guests only makes runs longer.
-        constexpr double kQuartile = 0.25;
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
                 const Step& step = path.plan.steps[k];
                 const std::array<double, kPaceClasses> slowdown = slowdown_of(step.by->name);
-                const auto seconds = [&](const Runs& runs, int threads) {
-                    constexpr std::size_t kEnough = 3;
-                    return runs[k].calmed(best_pace(threads), slowdown, kEnough);
-                };
                 const Runs& all = profile_.processors > 1 ? path.together : path.alone;
                 runs_ += all[k].size();
                 calm_ += all[k].calm(best_pace(profile_.processors));
-                const std::vector<double> alone = seconds(path.alone, 1);
-                const std::vector<double> together = seconds(all, profile_.processors);
-                if (alone.empty() || together.empty()) continue;
-                const double shared = quantile(together, kQuartile);
+                if (path.alone[k].size() == 0 || all[k].size() == 0) continue;
+                const double alone = path.alone[k].undisturbed(best_pace(1), slowdown);
+                const double shared = all[k].undisturbed(best_pace(profile_.processors), slowdown);
                 timed_[name(one, step)].push_back(
                     {.counted = profile_.counted(step.work),
                      // So many threads are not faster than so many times.
-                     .alone = std::min(quantile(alone, kQuartile), profile_.processors * shared) /
-                              step.runs(),
+                     .alone = std::min(alone, profile_.processors * shared) / step.runs(),
                      .together = shared / step.runs(),
-                     .spread = median_error(together),
-                     .runs = static_cast<int>(together.size()),
+                     .spread = median_error(all[k].seconds(best_pace(profile_.processors), 3)),
+                     .runs = static_cast<int>(all[k].size()),
                      .frames = step.runs()});
             }
     }

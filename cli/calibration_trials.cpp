@@ -73,10 +73,12 @@ std::vector<Trial> trials(bool quick) {
     volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
     image("phantom:zone-plate:256", {Type::u8, Type::f32});
     image("phantom:zone-plate:2000", {Type::u8, Type::f32});
-    // Few pixels of large data: rays lie far apart. Many frames: threads have more to share.
+    // Few pixels of large data: rays lie far apart, across rows or along them. Many frames: threads
+    // have more to share.
     for (const Type type : {Type::u8, Type::f32}) {
-        for (const char* mode : {"mip", "xray", "composite"})
-            all.push_back({Job::render, "phantom:gaussians:192", type, "5,60,10", mode, "112x112"});
+        for (const char* turn : {"5,60,10", "-3,84,4"})
+            for (const char* mode : {"mip", "xray", "composite"})
+                all.push_back({Job::render, "phantom:gaussians:192", type, turn, mode, "112x112"});
         all.push_back(
             {Job::render, "phantom:gaussians:112", type, "20,-15,10", "xray", nullptr, "12"});
     }

@@ -158,15 +158,17 @@ void PacedRuns::add_slowdowns(double best, Slowdowns& to) const {
     }
 }
 
-std::vector<double> PacedRuns::calmed(double best, const std::array<double, kPaceClasses>& slowdown,
-                                      std::size_t least) const {
-    std::vector<double> all, calmed;
+double PacedRuns::undisturbed(double best, const std::array<double, kPaceClasses>& slowdown) const {
+    constexpr std::size_t kEnough = 3;
+    std::vector<double> all, known, calm;
     for (const Run& run : runs_) {
         all.push_back(run.seconds);
         const PaceClass of = pace_class(run.pace, best);
-        if (of != kUnknown) calmed.push_back(run.seconds / std::exp(slowdown[of]));
+        if (of != kUnknown) known.push_back(run.seconds / std::exp(slowdown[of]));
+        if (of == kCalm) calm.push_back(run.seconds);
     }
-    return calmed.size() < least ? all : calmed;
+    if (calm.size() >= kEnough) return quantile(calm, 0.1);
+    return quantile(known.size() >= kEnough ? known : all, 0.25);
 }
 
 }  // namespace edgewise::cli

@@ -45,11 +45,12 @@ class PacedRuns {
     /// Of every run that was not calm, beside the median of those that were; nothing where none
     /// was.
     void add_slowdowns(double best, Slowdowns& to) const;
-    /// Seconds of all runs of known pace, each as if it had been calm; as they are where these are
-    /// fewer than `least`.
+    /// Seconds of a run that nothing disturbs: the first decile of the calm ones, as other guests
+    /// that read the same caches and memory only add, which no pace tells; where there are hardly
+    /// any, the first quartile of all, each as if it had been calm.
+    /// @pre size() > 0
     /// @param slowdown  median logarithms by class
-    std::vector<double> calmed(double best, const std::array<double, kPaceClasses>& slowdown,
-                               std::size_t least) const;
+    double undisturbed(double best, const std::array<double, kPaceClasses>& slowdown) const;
 
  private:
     struct Run {

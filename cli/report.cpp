@@ -29,7 +29,7 @@ Json work_json(const Work& work) {
     return {{"operations", work.operations},
             {"streamed", work.streamed},
             {"gathers", work.gathers},
-            {"beside", work.beside},
+            {"lines", work.lines},
             {"local", work.local},
             {"global", work.global},
             {"congested", work.congested},

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
 namespace edgewise {
+
+constexpr double kLineBytes = 64;  // that a cache reads at once
 
 /// Counted for one run of one edge at one view, never timed: a machine profile makes seconds of it.
 /// Where samples are spread over ranks, operations and accesses are the sum over ranks, which share
@@ -13,10 +16,9 @@ struct Work {
         0;                // additions, multiplications, roundings, comparisons: one each, as [W93]
     double streamed = 0;  // bytes read or written in address order
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
-    double beside = 0;    // of these: beside another of the same sample, whose line is there
-    /// Bytes that reads at computed addresses, and what is streamed, lie within; of one rank. They
-    /// tell which levels of memory serve them. 0: the planner's guess, all of the input, and input
-    /// and output.
+    double lines = 0;     // of memory that these bring from `span`; what else they read is near
+    /// Bytes that lines, and what is streamed, lie within; of one rank. They tell which levels of
+    /// memory serve them. 0: the planner's guess, all of the input, and input and output.
     double span = 0, swept = 0;
     double local = 0;      // L: samples read from a neighbouring tile or rank
     double global = 0;     // G: samples sent to an arbitrary rank, one to one
@@ -29,6 +31,15 @@ struct Work {
     /// apart: one word, empty for an edge of one way. Machines are timed for each.
     std::string_view way = {};
 };
+
+/// Lines of memory that samples on a grid touch: neighbours share them, along the grid's rows and
+/// across, as long as a cache holds what lies between.
+/// @param apart  voxels of the volume for each sample
+/// @param bytes  of a voxel
+/// @param rows   lines that a sample alone needs: one for each row of its taps
+inline double lines_touched(double samples, double apart, double bytes, double rows) noexcept {
+    return samples * std::min(rows, apart * bytes / kLineBytes);
+}
 
 /// What an edge adds to the error of its output, and how it scales the error of its input.
 /// Absolute, in the values of the output.

@@ -19,7 +19,7 @@ Work mean_work(const Transition& edge, const Offer& offer, const Ask& ask) {
         mean.operations += work.operations / asked;
         mean.streamed += work.streamed / asked;
         mean.gathers += work.gathers / asked;
-        mean.beside += work.beside / asked;
+        mean.lines += work.lines / asked;
         mean.span = std::max(mean.span, work.span);
         mean.swept = std::max(mean.swept, work.swept);
         mean.local += work.local / asked;

@@ -17,12 +17,14 @@ constexpr double kAlike = 1.35;        // sizes within this factor are one
 constexpr double kLeastSpread = 0.03;  // what two runs of the same differ by
 constexpr double kBorrowed = 0.25;     // spread of a rate under another name, at least
 constexpr double kBeyond = 0.1;        // more spread for each factor e beyond the measured sizes
-constexpr std::size_t kNear = 4;       // neighbours on either side that sharing is the median of
+/// [s] of any run beside what is counted: threads wake, pages are new. Small counts say little.
+constexpr double kSetUp = 1e-4;
+constexpr std::size_t kNear = 4;  // neighbours on either side that sharing is the median of
 
 double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    std::sort(values.begin(), values.end());
+    const std::size_t n = values.size();
+    return (values[(n - 1) / 2] + values[n / 2]) / 2;
 }
 
 /// Median absolute deviation as the standard deviation of a normal distribution.
@@ -104,8 +106,14 @@ Rate between(const std::vector<Rate>& curve, double counted) {
     const auto above =
         std::lower_bound(curve.begin(), end, counted,
                          [](const Rate& rate, double value) { return rate.counted < value; });
+    // Measured over counted seconds and set-up, which change less from size to size.
+    const auto level = [](const Rate& rate) {
+        return std::log(rate.ratio * rate.counted / (rate.counted + kSetUp));
+    };
+    const auto ratio = [&](double log) { return std::exp(log) * (1 + kSetUp / counted); };
     const auto beyond = [&](Rate rate) {
         rate.spread += kBeyond * std::abs(std::log(counted / rate.counted));
+        rate.ratio = ratio(level(rate));
         return rate;
     };
     if (above == curve.begin()) return beyond(curve.front());
@@ -113,7 +121,7 @@ Rate between(const std::vector<Rate>& curve, double counted) {
     const Rate &low = *(above - 1), &high = *above;
     const double f = std::log(counted / low.counted) / std::log(high.counted / low.counted);
     return {.counted = counted,
-            .ratio = std::exp((1 - f) * std::log(low.ratio) + f * std::log(high.ratio)),
+            .ratio = ratio((1 - f) * level(low) + f * level(high)),
             .shared = (1 - f) * low.shared + f * high.shared,
             .spread = (1 - f) * low.spread + f * high.spread,
             .runs = std::min(low.runs, high.runs)};

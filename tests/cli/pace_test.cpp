@@ -70,13 +70,23 @@ TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
     std::array<double, kPaceClasses> slowdown{};
     slowdown[kSlowest] = median(slowdowns[kSlowest]);
     EXPECT_NEAR(slowdown[kSlowest], std::log(1.6), 1e-12);
-    const std::vector<double> calmed = runs.calmed(1, slowdown, 3);
-    EXPECT_EQ(calmed.size(), 21u);
-    EXPECT_NEAR(median(calmed), 1e-3, 1e-12);
+    EXPECT_NEAR(runs.undisturbed(1, slowdown), 1e-3, 1e-12);
+    // Where hardly any was calm, those that were slow tell as well.
+    PacedRuns slow;
+    slow.add(1.2e-3, 1, 1);
+    for (int i = 0; i < 9; ++i) slow.add(1.6e-3, 1.7, 1.7);
+    EXPECT_NEAR(slow.undisturbed(1, slowdown), 1e-3, 1e-12);
     // Runs of unknown pace are left out, unless there is nothing else.
-    runs.disturbed_from(1);
-    EXPECT_EQ(runs.calmed(1, slowdown, 1).size(), 1u);
-    EXPECT_EQ(runs.calmed(1, slowdown, 3).size(), 21u);
+    slow.disturbed_from(1);
+    EXPECT_NEAR(slow.undisturbed(1, slowdown), 1.6e-3, 1e-12);
+}
+
+TEST(Pace, WhatOnlyAddsIsNoPartOfAnUndisturbedRun) {
+    // Calm by the pace, and yet half of the runs waited for memory that others read.
+    PacedRuns runs;
+    for (int i = 0; i < 20; ++i) runs.add(i % 2 ? 1e-3 : (1.1 + 0.1 * i) * 1e-3, 1, 1);
+    runs.add(0.1, 1, 1);
+    EXPECT_NEAR(runs.undisturbed(1, {}), 1e-3, 1e-12);
 }
 
 }  // namespace

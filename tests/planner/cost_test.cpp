@@ -149,13 +149,13 @@ TEST(Cost, LevelsOfMemoryPriceWhatIsRead) {
     Profile profile = one_second_an_operation();
     profile.levels = {{.bytes = 100, .gather = 1}, {.gather = 3}};
     Transition edge = graded();
-    edge.work = [](const Offer&, const Ask&, int) { return Work{.gathers = 10}; };
+    edge.work = [](const Offer&, const Ask&, int) { return Work{.gathers = 8, .lines = 2}; };
     const auto seconds = [&](double bytes) {
         const Offer offer{.from = made(bytes, 1), .to = made(1, 1)};
         return cost_of(edge, offer, {want, scene}, profile, 1).seconds;
     };
-    EXPECT_DOUBLE_EQ(seconds(50), 10);
-    EXPECT_DOUBLE_EQ(seconds(200), 30);
+    EXPECT_DOUBLE_EQ(seconds(50), 8);
+    EXPECT_DOUBLE_EQ(seconds(200), 8 + 2 * 4 * (3 - 1));
 }
 
 TEST(Cost, RandomOnesHangOnEdgeParametersAndSeed) {

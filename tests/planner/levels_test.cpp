@@ -111,12 +111,15 @@ TEST(Levels, BrokenOnesAreRefusedWithTheField) {
 TEST(Levels, GoBeforeTheSingleNumbersOfAProfile) {
     Profile profile;
     profile.operation = 0;
-    Work work{.streamed = 10, .gathers = 3, .span = 500 * kKilo, .swept = 16 * kKilo};
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * profile.streamed + 3 * profile.gather);
+    // A line for every four reads.
+    Work work{.streamed = 10, .gathers = 12, .lines = 3, .span = 500 * kKilo, .swept = 16 * kKilo};
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * profile.streamed + 12 * profile.gather);
     profile.levels = three();
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 3 * 4e-10);
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 12 * 4e-10);
     work.span = work.swept = 0;  // not known
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 3 * 3e-9);
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * 3e-9);
+    work.lines = 0;  // all that is read is near
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * profile.levels.front().gather);
 }
 
 TEST(Levels, AFileWithoutThemCountsAsEver) {

@@ -17,12 +17,22 @@ Timed timed(double counted, double ratio, double shared = 0.5) {
 }
 
 TEST(Rates, RunBetweenSizesByLogarithms) {
-    const Rates rates = rates_of({{"e/f=x mip u8", {timed(1e-3, 4, 0.8), timed(1e-1, 1, 0.6)}}});
-    const Rate middle = rates.at("e/f=x mip u8", 1e-2);
-    EXPECT_NEAR(middle.ratio, 2, 1e-12);
+    const Rates rates = rates_of({{"e/f=x mip u8", {timed(10, 4, 0.8), timed(1000, 1, 0.6)}}});
+    const Rate middle = rates.at("e/f=x mip u8", 100);
+    EXPECT_NEAR(middle.ratio, 2, 1e-4);
     EXPECT_NEAR(middle.shared, 0.7, 1e-12);
-    EXPECT_NEAR(rates.at("e/f=x mip u8", 1e-6).ratio, 4, 1e-12);
-    EXPECT_NEAR(rates.at("e/f=x mip u8", 10).ratio, 1, 1e-12);
+    EXPECT_NEAR(rates.at("e/f=x mip u8", 10).ratio, 4, 1e-12);
+    EXPECT_NEAR(rates.at("e/f=x mip u8", 1).ratio, 4, 1e-3);
+    EXPECT_NEAR(rates.at("e/f=x mip u8", 1e5).ratio, 1, 1e-6);
+}
+
+TEST(Rates, SetUpDoesNotGoAwayWithTheSize) {
+    // 0.2 ms for whatever runs, and twice what is counted.
+    const auto took = [](double counted) { return 2e-4 + 2 * counted; };
+    const auto both = [&](double counted) { return timed(counted, took(counted) / counted); };
+    const Rates rates = rates_of({{"e mip u8", {both(1e-4), both(1e-2)}}});
+    for (const double counted : {1e-7, 1e-5, 1e-3, 1e-1})
+        EXPECT_NEAR(counted * rates.at("e mip u8", counted).ratio / took(counted), 1, 1e-9);
 }
 
 TEST(Rates, FarBeyondTheMeasuredSizesAreLessCertain) {
@@ -48,8 +58,8 @@ TEST(Rates, WhatWasNotMeasuredIsServedByThoseThatShareTheMostParts) {
                                   {"e/f=y/s=1 mip u8", {timed(1e-3, 32)}},
                                   {"e/f=y/s=1/bricks mip u8", {timed(1e-3, 64)}},
                                   {"else/f=x/s=2 mip u8", {timed(1e-3, 128)}}});
-    // Two of this kind differ by the type: their median (of an even number the upper counts).
-    EXPECT_NEAR(rates.at("e/f=x/s=1 mip i16", 1e-3).ratio, 4, 1e-9);
+    // Two of this kind differ by the type: their median.
+    EXPECT_NEAR(rates.at("e/f=x/s=1 mip i16", 1e-3).ratio, std::sqrt(2.0 * 4.0), 1e-9);
     // A step is not the edge's first parameter, but kind and type are the same.
     EXPECT_NEAR(rates.at("e/f=x/s=2 xray u8", 1e-3).ratio, 8, 1e-9);
     EXPECT_NEAR(rates.at("e/f=y/s=2 mip u8", 1e-3).ratio, 32, 1e-9) << "not of another way";

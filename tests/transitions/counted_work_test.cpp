@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <set>
 
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/ray_path.hpp"
@@ -100,6 +101,52 @@ TEST(CountedWork, ABackwardWarpCountsTheBlocksThatItWorksOut) {
         // Rows of a lattice stand for all.
         EXPECT_NEAR(counted, truth, 0.06 * truth) << degrees[1];
     }
+}
+
+/// Lines of the input that nearest samples of a turned grid touch, were there as many in it as in
+/// the blocks that are worked out.
+double touched_lines(const Turned& of) {
+    const Mat4 map = of.want.views.at(0).inverse();
+    const Extent &screen = of.want.screen, &n = of.from.extent;
+    std::set<std::int64_t> lines;
+    double seen = 0;
+    for (std::int64_t z = 0; z < screen.z; ++z)
+        for (std::int64_t y = 0; y < screen.y; ++y)
+            for (std::int64_t x = 0; x < screen.x; ++x) {
+                const Eigen::Vector4d p = map * Eigen::Vector4d(double(x), double(y), double(z), 1);
+                std::int64_t at[3];
+                bool inside = true;
+                for (int axis = 0; axis < 3; ++axis) {
+                    at[axis] = std::lround(p[axis]);
+                    inside = inside && at[axis] >= 0 && at[axis] < n[axis];
+                }
+                if (!inside) continue;
+                ++seen;
+                lines.insert(((at[2] * n.y + at[1]) * n.x + at[0]) / 64);
+            }
+    return static_cast<double>(lines.size()) * blocked_samples(of) / seen;
+}
+
+TEST(CountedWork, ABackwardWarpCountsTheLinesThatItsSamplesTouch) {
+    const Transition edge = backward_warp();
+    const Parameters with{{"filter", "zoh"}};
+    for (const double zoom : {1.0, 2.0})  // finer grids touch no more
+        for (const auto& degrees : {std::array<double, 3>{0, 0, 0}, {20, 30, 0}, {10, 70, -25}}) {
+            const std::int64_t side = zoom > 1 ? 290 : 150;
+            const Turned of(Job::warp, {128, 48, 44}, degrees, zoom, {side, side, side});
+            const Ask ask{of.want, of.scene};
+            const Offer offer = edge.offer(of.from, ask, with);
+            ASSERT_EQ(offer.refused, "");
+            const Work work = edge.work(offer, ask, 0);
+            const double truth = touched_lines(of);
+            EXPECT_NEAR(work.lines, truth, 0.08 * truth) << zoom << ' ' << degrees[1];
+        }
+}
+
+TEST(CountedWork, SamplesFarApartTouchTheirOwnLines) {
+    EXPECT_EQ(lines_touched(1000, 1, 1, 1), 1000.0 / 64);
+    EXPECT_EQ(lines_touched(1000, 1e6, 4, 1), 1000);
+    EXPECT_EQ(lines_touched(1000, 1e6, 4, 16), 16000);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "transitions/project/ray_cast.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -92,6 +93,13 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
                                       : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
 }
 
+/// Voxels of the volume for each sample on a ray.
+double voxels_apart(const Offer& offer, const Ask& ask, double samples, int view) {
+    if (ask.want.eye) return static_cast<double>(offer.from.samples()) / samples;
+    const Mat4 map = residual(offer.from, ask.want, view);
+    return offer.with.number("step") / std::abs(map.topLeftCorner<3, 3>().determinant());
+}
+
 /// Cells that the first ray of a packet of 4 x 4 pixels has ahead of the last at either end, where
 /// parallel rays meet the face that they are steepest on.
 double ragged_cells(const Offer& offer, const Ask& ask, int view) {
@@ -113,6 +121,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // TABLE 6: a first-order hold in 3D takes 7 interpolations of 3; a cubic one 3 x 16 for weights
     // and 21 sums of four products. Place: 3 products and sums, 3 roundings.
     const double filter = hold == Hold::zoh ? 0 : hold == Hold::foh ? 21 : 48 + 147;
+    const double rows = hold == Hold::zoh ? 1 : hold == Hold::foh ? 4 : 16;
     const double taps = hold == Hold::zoh ? 1 : hold == Hold::foh ? 8 : 64;
     const double samples = samples_of(offer, ask, view);
     const bool bricks = with_bricks(offer, ask, samples);
@@ -121,19 +130,25 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double pixels = static_cast<double>(offer.to.samples());
     // The thesis counts 60 to set a ray up, where a rank works rays out one by one. Packets take 60
     // in f64, of which a vector holds half as many as of f32, to see whether a ray meets the data,
-    // and as many where it does; the packet keeps 64 bytes a ray, written and read.
+    // and as many where it does; the packet keeps 64 bytes a ray, written and read. A lane's
+    // result is worked out by itself: 20 numbers are stored and read again.
     const bool spread = is_spread(offer.from);
     const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
-    // At the ends of a packet half of its lanes are outside, and cells are masked and weighed.
+    // At the ends of a packet half of its lanes are outside, and cells are masked and weighed, and
+    // opacities corrected for their weights.
     const double ragged = spread ? 0 : std::min(ragged_cells(offer, ask, view), samples / hits);
-    const double all = taken + ragged * hits;
+    const double all = taken + ragged * hits, ends = (2 * ragged + 2) * hits;
+    const bool corrected =
+        ask.want.mode == Mode::composite && offer.with.number("step") == optics.unit;
     Work work{
         .operations = all * (9 + filter + combining(ask, optics, offer.with.number("step"))) +
-                      (spread ? 60 : 120) * pixels + (120 + 12 * (2 * ragged + 2)) * hits +
+                      (spread ? 60 : 120) * pixels + 120 * hits +
+                      (corrected ? 12 + kCorrectionOperations : 12) * ends +
                       (bricks ? 2.0 * static_cast<double>(offer.from.samples()) + 2 * samples : 0),
         .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
-        .gathers = all * taps,
-        .beside = all * (taps - 1),
+        .gathers = all * taps + (spread ? 0 : 20) * pixels,
+        .lines = lines_touched(all, voxels_apart(offer, ask, samples, view),
+                               static_cast<double>(bytes_of(offer.from.type)), rows),
         .workspace = bricks ? brick_bytes(offer.from) : 0,
         .way = bricks ? "bricks" : ""};
     if (spread) add_subframes(work, offer, ask, view);

@@ -130,12 +130,13 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // recursions of its prefilter.
     const double hold = spline ? 54 : nearest ? 0 : 9 * channels;
     const double finish = spline ? 60 : 40;
-    const double taps = spline ? 16 : nearest ? 1 : 4;
+    const double rows = spline ? 4 : nearest ? 1 : 2, taps = rows * rows;
     return {.operations = voxels * voxel_operations(offer, ask, nearest, f.step) +
                           finish * static_cast<double>(f.image.samples()) + pixels * (14 + hold),
             .streamed = offer.from.bytes() + 2 * image_bytes(f, ask.want.mode) + offer.to.bytes(),
             .gathers = pixels * taps * channels,
-            .beside = pixels * (taps * channels - 1),
+            .lines = lines_touched(pixels, static_cast<double>(f.image.samples()) / pixels,
+                                   sizeof(float) * channels, rows),
             .span = image_bytes(f, ask.want.mode),
             .scratch = tile_bytes(ask.want.mode),
             .workspace = image_bytes(f, ask.want.mode)};

@@ -48,7 +48,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .operations = samples * (4 * width * (width * width + width + 1) + 12 * width + 60),
             .streamed = 2 * offer.to.bytes(),
             .gathers = samples * width * width,
-            .beside = samples * (width * width - 1),
+            // Rows of `width` c64 across the plane, which is one sample thick.
+            .lines = samples * width * 2 * sizeof(float) / kLineBytes,
             .scratch = kernels::slice_scratch(slice),
             .workspace = kernels::slice_workspace(
                 slice, kernels::SpectrumShape::period_of(offer.from.extent))};

@@ -177,13 +177,17 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return to_screen(with) ? offer_screen(from, ask, with) : offer_aligned(from, ask, with);
 }
 
-/// Rows that stay rows are copied; those that become columns are read sample by sample.
+/// Rows that stay rows are copied; those that become columns are read sample by sample, in blocks
+/// that a cache holds: their lines are what is streamed.
 Work work(const Offer& offer, const Ask& ask, int view) {
     Work work{.streamed = offer.from.bytes() + offer.to.bytes()};
     const kernels::AxisPermutation permutation =
         to_screen(offer.with) ? permutation_to_screen(offer.from, ask.want, view).value()
                               : permutation_to_rays(offer.from, ask.want, view);
-    if (permutation.from[0] != 0) work.gathers = static_cast<double>(offer.from.samples());
+    if (permutation.from[0] != 0) {
+        work.gathers = static_cast<double>(offer.from.samples());
+        work.way = "transposed";
+    }
     return work;
 }
 

@@ -157,12 +157,16 @@ Work spread_work(const Offer& offer, const Ask& ask, int view) {
 Work work(const Offer& offer, const Ask& ask, int view) {
     if (is_spread(offer.from)) return spread_work(offer, ask, view);
     const Count count = count_of(hold_of(offer.with), offer.from.axes);
-    const double seen = static_cast<double>(offer.to.samples()) *
-                        blocked_share(to_input(offer.from, ask.want, view), offer);
+    const Mat4 map = to_input(offer.from, ask.want, view);
+    const double seen = static_cast<double>(offer.to.samples()) * blocked_share(map, offer);
+    const double apart = offer.from.axes == 2 ? std::abs(map.topLeftCorner<2, 2>().determinant())
+                                              : std::abs(map.topLeftCorner<3, 3>().determinant());
+    const double rows = std::pow(count.points, 1 - 1.0 / offer.from.axes);
     return {.operations = seen * (count.place + count.filter * offer.from.channels),
             .streamed = offer.to.bytes(),
             .gathers = seen * count.points * offer.from.channels,
-            .beside = seen * (count.points * offer.from.channels - 1)};
+            .lines = lines_touched(seen, apart,
+                                   double(bytes_of(offer.from.type)) * offer.from.channels, rows)};
 }
 
 /// What the samples stand for is just what the hold computes.
