@@ -85,7 +85,7 @@ class Calibration {
     static constexpr double kFirstRound = 0.3;  // of the time, at most
     static constexpr double kShort = 0.05;      // [s]; a longer run needs no warm caches
     static constexpr double kBrief = 0.005;     // [s]
-    static constexpr double kLong = 0.005, kLonger = 0.02;  // [s]
+    static constexpr double kLong = 0.02;       // [s]
 
     /// A session with the phantom's samples in the trial's type.
     struct Prepared {
@@ -169,12 +169,12 @@ class Calibration {
         one.prepared->session.memory->trim();
     }
 
-    /// All paths on all threads, then, in every other round, all of them on one: a thread that
+    /// All paths on all threads, then, in every third round, all of them on one: a thread that
     /// wakes for every second run is slower than those of a machine at work.
     void repeat_case(Case& one, int round) {
         const Visit visit(*this, one);
         repeat_paths(one, round, profile_.processors);
-        if (profile_.processors > 1 && round % 2 == 0) repeat_paths(one, round / 2, 1);
+        if (profile_.processors > 1 && round % 3 == 0) repeat_paths(one, round / 3, 1);
         one.prepared->session.memory->trim();
     }
 
@@ -182,23 +182,24 @@ class Calibration {
     void repeat_paths(Case& one, int round, int threads) {
         for (std::size_t i = 0; i < one.paths.size(); ++i) {
             TimedPath& path = one.paths[round % 2 ? one.paths.size() - 1 - i : i];
-            const int every = path.longest < kLong ? 1 : path.longest < kLonger ? 2 : 4;
+            const int every = path.longest < kLong ? 1 : 4;
             const bool due = round % every == 0;
             if (due && since(begin_) < limit_) time(one, path, threads);
         }
     }
 
-    /// Another path ran before, in blocks of other sizes: a short run counts when warm, and a brief
-    /// one brings data only near, so there are several in a row.
+    /// Another path ran before: a short run counts when warm. There are several brief ones in a
+    /// row.
     /// @return false where a step failed
     bool time(Case& one, TimedPath& path, int threads) {
-        constexpr int kInARow = 3;
+        constexpr int kInARow = 2;
         double expected = path.longest;
-        if (path.longest < kShort) {
-            const Outcome warm = once(one.prepared->session, path.plan, threads);
-            if (warm.steps != path.plan.texts()) return false;
-            expected = warm.seconds;
-        }
+        if (path.longest < kShort)
+            for (int run = 0; run == 0 || run < warming_runs(expected); ++run) {
+                const Outcome warm = once(one.prepared->session, path.plan, threads);
+                if (warm.steps != path.plan.texts()) return false;
+                expected = warm.seconds;
+            }
         double pace = pace_now(threads);
         for (int run = 0; run < (expected < kBrief ? kInARow : 1); ++run)
             if (!time_once(one, path, threads, pace)) return false;

@@ -115,6 +115,12 @@ double pace_now(int threads) {
 
 double best_pace(int threads) { return best_paces.of(at_once(threads)); }
 
+int warming_runs(double seconds) noexcept {
+    constexpr double kEnough = 0.004;  // [s]
+    constexpr int kMost = 4;
+    return seconds * kMost > kEnough ? static_cast<int>(std::ceil(kEnough / seconds)) : kMost;
+}
+
 PaceClass pace_class(double pace, double best) noexcept {
     // One busy sibling of two, before or after the run, makes 1.13 of it; both, all the time, 1.7.
     constexpr std::array<double, kPaceClasses - 1> kUpTo = {1.1, 1.2, 1.3, 1.45};

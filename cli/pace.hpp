@@ -26,6 +26,10 @@ PaceClass pace_class(double pace, double best) noexcept;
 /// How much longer than calm runs those of each class take: logarithms, one a run.
 using Slowdowns = std::array<std::vector<double>, kPaceClasses>;
 
+/// How often something runs before a run counts that others ran before: at least once, as these
+/// took its blocks; brief ones more often, as the caches of all processors hold what others read.
+int warming_runs(double seconds) noexcept;
+
 /// Runs of one thing, and how fast the machine was beside each.
 class PacedRuns {
  public:

@@ -135,9 +135,10 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
 
 void PathRuns::run_again(std::size_t i) {
     constexpr double kShort = 0.05;  // [s]
-    if (last_ != i && paths_[i].least() < kShort)
-        run_once(i, std::numeric_limits<double>::infinity(),
-                 [](int, const std::shared_ptr<const Data>&) {});
+    if (const double seconds = paths_[i].least(); last_ != i && seconds < kShort)
+        for (int run = 0; run < warming_runs(seconds); ++run)
+            run_once(i, std::numeric_limits<double>::infinity(),
+                     [](int, const std::shared_ptr<const Data>&) {});
     last_ = i;
     const int threads = session_.want().threads;
     const double before = pace_now(threads);

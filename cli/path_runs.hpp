@@ -62,8 +62,8 @@ class PathRuns {
     /// @param look  sees every frame's result, untimed
     /// @throws Cancelled
     void run_first(std::size_t i, double limit, const Deliver& look = {});
-    /// One more run of a path that has run. Short ones run twice where another path ran before,
-    /// which took the memory that this one's blocks could reuse; the second run counts. A path's
+    /// One more run of a path that has run. Short ones run more often where another path ran
+    /// before (warming_runs()); the last run counts. A path's
     /// `seconds` are then those of its calm runs, or of PathSettings::repeat that come closest.
     /// @throws Cancelled
     void run_again(std::size_t i);

@@ -263,11 +263,11 @@ class Pilot {
                              .bytes = session_.resident + double(outcome->peak)};
     }
 
-    /// A run of another path has taken the memory that this one's blocks could reuse: then the
-    /// first of two runs warms up only.
+    /// Where another path ran before, short ones run more often, and the last run counts.
     void run_again(Contender& each) {
-        if (last_ != &each && each.least() < kShort)
-            run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
+        if (const double seconds = each.least(); last_ != &each && seconds < kShort)
+            for (int run = 0; run < warming_runs(seconds); ++run)
+                run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
         last_ = &each;
         const int threads = session_.profile.processors;
         const double before = pace_now(threads);

@@ -55,6 +55,13 @@ TEST(Pace, MoreThreadsThanProcessorsAreAsManyAsThereAre) {
     EXPECT_EQ(best_pace(1000), best_pace(usable_cores()));
 }
 
+TEST(Pace, BriefRunsAreWarmedMoreOften) {
+    EXPECT_EQ(warming_runs(1e-6), 4);
+    EXPECT_EQ(warming_runs(0), 4);
+    EXPECT_EQ(warming_runs(1.5e-3), 3);
+    EXPECT_EQ(warming_runs(0.01), 1);
+}
+
 TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
     // A machine that takes 1.6 times as long in half of the runs, and once 100 times.
     PacedRuns runs;
