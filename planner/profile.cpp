@@ -63,7 +63,7 @@ double Profile::counted(const Work& work) const noexcept {
         levels.empty() ? streamed : cost_in(levels, &Level::streamed, work.swept);
     const double near = levels.empty() ? gather : levels.front().gather;
     // Reads of a level for one line from it. The probe's would be ten (by a cache of 1 MiB that
-    // drops what was used longest ago), but rays bring lines 2.5 times as fast: fitted on 250 ray
+    // drops what was used longest ago), but rays bring lines 2.5 times as fast: fitted on ray
     // casts of six volumes.
     constexpr double kReads = 4;
     const double line =
