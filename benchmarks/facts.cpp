@@ -13,10 +13,10 @@
 #include <string>
 #include <tbb/parallel_for.h>
 
-#include "cli/facts_json.hpp"
-#include "cli/hash.hpp"
-#include "cli/input.hpp"
-#include "cli/known_facts.hpp"
+#include "cli/request/input.hpp"
+#include "cli/session/facts_json.hpp"
+#include "cli/session/hash.hpp"
+#include "cli/session/known_facts.hpp"
 
 namespace {
 

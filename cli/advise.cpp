@@ -5,14 +5,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/outputs.hpp"
-#include "cli/paths.hpp"
-#include "cli/quantities.hpp"
-#include "cli/report.hpp"
-#include "cli/request_options.hpp"
-#include "cli/rivals.hpp"
-#include "cli/session.hpp"
-#include "cli/verbs.hpp"
+#include "cli/request/outputs.hpp"
+#include "cli/request/quantities.hpp"
+#include "cli/request/request_options.hpp"
+#include "cli/session/paths.hpp"
+#include "cli/session/report.hpp"
+#include "cli/session/rivals.hpp"
+#include "cli/session/session.hpp"
+#include "cli/verbs/verbs.hpp"
 #include "planner/advise.hpp"
 
 namespace edgewise::cli {

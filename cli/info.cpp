@@ -4,14 +4,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/errors.hpp"
-#include "cli/input.hpp"
-#include "cli/known_scene.hpp"
-#include "cli/machine.hpp"
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
-#include "cli/request_options.hpp"
-#include "cli/verbs.hpp"
+#include "cli/machine/machine.hpp"
+#include "cli/request/errors.hpp"
+#include "cli/request/input.hpp"
+#include "cli/request/outputs.hpp"
+#include "cli/request/request_options.hpp"
+#include "cli/session/known_scene.hpp"
+#include "cli/session/report.hpp"
+#include "cli/verbs/verbs.hpp"
 #include "runtime/memory_budget.hpp"
 #include "transitions/reference/histogram.hpp"
 #include "transitions/reference/statistics.hpp"

@@ -4,13 +4,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
-#include "cli/request_options.hpp"
-#include "cli/rivals.hpp"
-#include "cli/run_page.hpp"
-#include "cli/session.hpp"
-#include "cli/verbs.hpp"
+#include "cli/request/outputs.hpp"
+#include "cli/request/request_options.hpp"
+#include "cli/session/report.hpp"
+#include "cli/session/rivals.hpp"
+#include "cli/session/run_page.hpp"
+#include "cli/session/session.hpp"
+#include "cli/verbs/verbs.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -5,12 +5,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/errors.hpp"
-#include "cli/machine.hpp"
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
-#include "cli/request_options.hpp"
-#include "cli/verbs.hpp"
+#include "cli/machine/machine.hpp"
+#include "cli/request/errors.hpp"
+#include "cli/request/outputs.hpp"
+#include "cli/request/request_options.hpp"
+#include "cli/session/report.hpp"
+#include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
 #include "planner/machines.hpp"
 #include "transitions/catalogue.hpp"

@@ -4,12 +4,12 @@
 #include <tbb/task_arena.h>
 #include <vector>
 
-#include "cli/errors.hpp"
-#include "cli/machine.hpp"
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
-#include "cli/signals.hpp"
-#include "cli/verbs.hpp"
+#include "cli/machine/machine.hpp"
+#include "cli/machine/signals.hpp"
+#include "cli/request/errors.hpp"
+#include "cli/request/outputs.hpp"
+#include "cli/session/report.hpp"
+#include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
 #include "runtime/one_thread_a_core.hpp"
 

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <map>
+#include <deque>
+#include <iterator>
 #include <mutex>
 #include <new>
 #include <sys/mman.h>
@@ -38,20 +39,34 @@ void* map_block(std::size_t bytes) {
 }  // namespace
 
 struct MemoryBudget::State {
+    struct Spare {
+        std::size_t bytes;
+        void* block;
+    };
     std::mutex mutex;
     std::size_t limit = 0, used = 0, kept = 0, peak = 0;
-    std::multimap<std::size_t, void*> spare;  // mapped blocks that wait for reuse, by size
+    std::deque<Spare> spare;  // mapped blocks that wait for reuse; the last released is last
 
     void drop_spare() {
-        for (const auto& [bytes, block] : spare) munmap(block, bytes);
-        spare.clear();
-        kept = 0;
+        while (!spare.empty()) drop_one();
     }
+    /// The one that nobody has asked for the longest: blocks of a path that ran before may be
+    /// larger than all of those that each frame of this one asks for.
     void drop_one() {
-        const auto first = spare.begin();
-        munmap(first->second, first->first);
-        kept -= first->first;
-        spare.erase(first);
+        munmap(spare.front().block, spare.front().bytes);
+        kept -= spare.front().bytes;
+        spare.pop_front();
+    }
+    /// @return a block of just these bytes, or null
+    void* take_spare(std::size_t bytes) {
+        const auto last = std::find_if(spare.rbegin(), spare.rend(),
+                                       [&](const Spare& each) { return each.bytes == bytes; });
+        if (last == spare.rend()) return nullptr;
+        void* block = last->block;
+        spare.erase(std::next(last).base());
+        kept -= bytes;
+        used += bytes;
+        return block;
     }
     /// Counts bytes, or throws; the caller holds the mutex. What is kept for reuse hardly adds to
     /// the peak: blocks of ever new sizes would pile up. That little keeps a small block from
@@ -61,7 +76,7 @@ struct MemoryBudget::State {
         used += bytes;
         peak = std::max(peak, used);
         const std::size_t most = std::min(limit, peak + peak / 32);
-        while (kept > 0 && used + kept > most) drop_one();
+        while (!spare.empty() && used + kept > most) drop_one();
     }
 };
 
@@ -101,14 +116,7 @@ void* MemoryBudget::do_allocate(std::size_t bytes, std::size_t alignment) {
         return block;
     }
     const std::size_t size = mapped_size(bytes);
-    const auto exact = state_->spare.find(size);  // frames of one request ask for equal sizes
-    if (exact != state_->spare.end()) {
-        void* block = exact->second;
-        state_->spare.erase(exact);
-        state_->kept -= size;
-        state_->used += size;
-        return block;
-    }
+    if (void* block = state_->take_spare(size)) return block;
     state_->count(size);
     try {
         return map_block(size);
@@ -128,7 +136,7 @@ void MemoryBudget::do_deallocate(void* block, std::size_t bytes, std::size_t ali
     const std::size_t size = mapped_size(bytes);
     state_->used -= size;
     state_->kept += size;
-    state_->spare.emplace(size, block);
+    state_->spare.push_back({size, block});
 }
 
 }  // namespace edgewise

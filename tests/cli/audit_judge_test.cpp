@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "cli/audit.hpp"
-#include "cli/audit_fixed.hpp"
-#include "cli/quantiles.hpp"
+#include "cli/audit/audit.hpp"
+#include "cli/audit/audit_fixed.hpp"
+#include "cli/machine/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "cli/calibration_trials.hpp"
+#include "cli/calibrate/calibration_trials.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "cli/geometry.hpp"
+#include "cli/request/geometry.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>

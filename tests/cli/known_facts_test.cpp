@@ -1,4 +1,4 @@
-#include "cli/known_facts.hpp"
+#include "cli/session/known_facts.hpp"
 
 #include <atomic>
 #include <bit>
@@ -12,7 +12,7 @@
 #include <random>
 #include <thread>
 
-#include "cli/facts_json.hpp"
+#include "cli/session/facts_json.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "cli/machine_probe.hpp"
+#include "cli/machine/machine_probe.hpp"
 
 #include <gtest/gtest.h>
 

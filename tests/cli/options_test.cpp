@@ -1,11 +1,11 @@
-#include "cli/options.hpp"
+#include "cli/request/options.hpp"
 
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "cli/numbers.hpp"
-#include "cli/outputs.hpp"
-#include "cli/tail.hpp"
+#include "cli/request/numbers.hpp"
+#include "cli/request/outputs.hpp"
+#include "cli/request/tail.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise::cli {

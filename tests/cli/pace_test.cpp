@@ -1,11 +1,11 @@
-#include "cli/pace.hpp"
+#include "cli/machine/pace.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "cli/machine.hpp"
-#include "cli/quantiles.hpp"
+#include "cli/machine/machine.hpp"
+#include "cli/machine/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "cli/probe_fit.hpp"
+#include "cli/machine/probe_fit.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

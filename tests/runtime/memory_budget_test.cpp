@@ -91,6 +91,30 @@ TEST(MemoryBudget, BlocksOfEverNewSizesDoNotPileUp) {
     memory.deallocate(again, 8 * kMiB, 64);
 }
 
+/// Asks for blocks of these sizes, one after the other, as steps of a path do with scratch.
+/// @return how many of them were mapped anew: those that are still clear
+int run_of_blocks(MemoryBudget& memory, const std::vector<std::size_t>& sizes) {
+    int mapped = 0;
+    for (const std::size_t bytes : sizes) {
+        auto* block = static_cast<char*>(memory.allocate(bytes, 64));
+        mapped += *block == 0;
+        *block = 1;
+        memory.deallocate(block, bytes, 64);
+    }
+    return mapped;
+}
+
+TEST(MemoryBudget, SmallBlocksOfThisPathStayAndLargeOnesOfAnotherGo) {
+    MemoryBudget memory(100 * kMiB);
+    const std::vector<std::size_t> large = {30 * kMiB, 20 * kMiB};
+    EXPECT_EQ(run_of_blocks(memory, large), 2);
+    EXPECT_EQ(memory.peak(), 30 * kMiB);  // the second did not add to it
+    const std::vector<std::size_t> small = {4 * kMiB, 7 * kMiB};
+    EXPECT_EQ(run_of_blocks(memory, small), 2);
+    for (int run = 0; run < 3; ++run) EXPECT_EQ(run_of_blocks(memory, small), 0) << run;
+    EXPECT_EQ(memory.peak(), 30 * kMiB);
+}
+
 TEST(MemoryBudget, NeverExceedsItsLimitUnderManyThreads) {
     MemoryBudget memory(8 * kMiB);
     std::vector<std::thread> threads;

@@ -1,0 +1,401 @@
+#include "cli/calibrate/calibration.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "cli/calibrate/calibration_trials.hpp"
+#include "cli/machine/machine.hpp"
+#include "cli/machine/machine_probe.hpp"
+#include "cli/machine/pace.hpp"
+#include "cli/machine/quantiles.hpp"
+#include "cli/machine/signals.hpp"
+#include "cli/machine/stolen_time.hpp"
+#include "cli/session/session.hpp"
+#include "graph/errors.hpp"
+#include "planner/cost.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// Standard error of the log of a median of runs.
+double median_error(const std::vector<double>& seconds) {
+    constexpr double kOneRun = 0.2;  // what single runs scatter by on a shared machine
+    const double runs = static_cast<double>(seconds.size());
+    std::vector<double> away;
+    for (const double one : seconds) away.push_back(std::abs(std::log(one / median(seconds))));
+    // Normal distributions: deviation 1.4826 of the median distance, of a median 1.2533 of a mean.
+    const double scatter = runs < 4 ? kOneRun : 1.4826 * median(away);
+    return 1.2533 * scatter / std::sqrt(runs);
+}
+
+class Calibration {
+ public:
+    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 45) {
+        profile_ = default_profile();
+        profile_.processors = usable_cores();
+        probe_machine(profile_, quick);  // first: rates refer to it
+    }
+
+    Profile measure(Messages& messages) {
+        const std::vector<Trial> all = trials(quick_);
+        begin_ = Clock::now();
+        std::vector<Case> cases(all.size());
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            show(messages, all[i]);
+            // What a trial leaves of its time goes to those that follow.
+            const double left = kFirstRound * limit_ - since(begin_);
+            end_ = since(begin_) + left / static_cast<double>(all.size() - i);
+            begin_case(cases[i], all[i]);
+        }
+        for (int round = 1; round < kMostRounds && since(begin_) < limit_; ++round)
+            for (std::size_t i = 0; i < all.size(); ++i) {
+                const std::size_t k = round % 2 ? all.size() - 1 - i : i;
+                show(messages, all[k]);
+                repeat_case(cases[k], round);
+            }
+        for (const Case& each : cases) compare_paces(each);
+        for (const Case& each : cases) keep(each);
+        fit();
+        if (!quick_)
+            for (const Trial& exam : exams()) judge(exam);
+        messages.end_progress();
+        // What is brought to the best pace is less certain than what was timed at it.
+        if (2 * disturbed_ > visits_ || 20 * calm_ < runs_)
+            messages.warning(
+                "the processors were slow or busy nearly all the time, with other programs or "
+                "other guests of a host: calibrate again in a better minute");
+        return finished();
+    }
+
+ private:
+    static constexpr int kMostRounds = 25;
+    static constexpr double kFirstRound = 0.3;  // of the time, at most
+    static constexpr double kShort = 0.05;      // [s]; a longer run needs no warm caches
+    static constexpr double kBrief = 0.005;     // [s]
+    static constexpr double kLong = 0.02;       // [s]
+
+    /// A session with the phantom's samples in the trial's type.
+    struct Prepared {
+        Prepared(const Trial& trial, Phantoms& phantoms)
+            : options(options_of(trial)), session(options) {
+            session.errors = false;
+            session.given = phantoms.of(trial);
+            take_request(session);
+        }
+        std::vector<Plan> paths(const Profile& profile) {
+            const std::vector<Source> sources{{session.input->data->what}};
+            const TransformGraph spanned = expand(session.edges, session.ask(), sources);
+            return all_paths(spanned, session.edges, session.ask(), sources, profile,
+                             session.plan_options, 1000);
+        }
+        JobOptions options;
+        Session session;
+    };
+
+    /// What each step of a path took in runs that are seconds apart: a core that is shared with
+    /// others (a hyperthread's sibling, another machine's guest) is slow for tenths of a second and
+    /// more, so runs one after the other all meet the same state.
+    using Runs = std::vector<PacedRuns>;
+
+    struct TimedPath {
+        Plan plan;
+        Runs alone, together;  // on one thread, on all
+        double longest = 0;    // of all runs
+    };
+
+    struct Case {
+        std::unique_ptr<Prepared> prepared;
+        std::vector<TimedPath> paths;  // the cheap ones first
+    };
+
+    void show(Messages& messages, const Trial& trial) const {
+        messages.progress(
+            since(begin_) / limit_,
+            fmt::format("{} {} {}", name_of(trial.job), trial.mode ? trial.mode : "", trial.input));
+    }
+
+    std::string name(const Case& of, const Step& step) const {
+        return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
+    }
+
+    static bool passes(const Plan& plan, const std::string& edge) {
+        return std::any_of(plan.steps.begin(), plan.steps.end(),
+                           [&](const Step& step) { return step.by->name == edge; });
+    }
+
+    void begin_case(Case& one, const Trial& trial) {
+        const Visit visit(*this, one);
+        one.prepared = std::make_unique<Prepared>(trial, phantoms_);
+        std::vector<Plan> plans = one.prepared->paths(default_profile());
+        // The dear ones may find their steps already timed.
+        std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
+            return a.predicted.seconds < b.predicted.seconds;
+        });
+        if (trial.edge) {
+            std::erase_if(plans, [&](const Plan& plan) { return !passes(plan, trial.edge); });
+            plans.resize(std::min<std::size_t>(1, plans.size()));
+        }
+        std::set<std::string> seen;  // at this size
+        for (Plan& plan : plans) {
+            std::set<std::string> names;
+            for (const Step& step : plan.steps) names.insert(name(one, step));
+            if (std::includes(seen.begin(), seen.end(), names.begin(), names.end())) continue;
+            // The cheapest few are timed even where the time is used up.
+            if (since(begin_) > end_ && seen.size() >= 4) break;
+            TimedPath path{.plan = std::move(plan), .alone = {}, .together = {}};
+            for (Runs* runs : {&path.alone, &path.together}) runs->resize(path.plan.steps.size());
+            one.paths.push_back(std::move(path));
+            if (!time(one, one.paths.back(), profile_.processors)) {
+                one.paths.pop_back();
+                continue;
+            }
+            seen.merge(names);
+        }
+        if (profile_.processors > 1)
+            for (TimedPath& path : one.paths) time(one, path, 1);
+        one.prepared->session.memory->trim();
+    }
+
+    /// All paths on all threads, then, in every third round, all of them on one: a thread that
+    /// wakes for every second run is slower than those of a machine at work.
+    void repeat_case(Case& one, int round) {
+        const Visit visit(*this, one);
+        repeat_paths(one, round, profile_.processors);
+        if (profile_.processors > 1 && round % 3 == 0) repeat_paths(one, round / 3, 1);
+        one.prepared->session.memory->trim();
+    }
+
+    /// Long runs are fewer: their own length is a mean over what the machine does.
+    void repeat_paths(Case& one, int round, int threads) {
+        for (std::size_t i = 0; i < one.paths.size(); ++i) {
+            TimedPath& path = one.paths[round % 2 ? one.paths.size() - 1 - i : i];
+            const int every = path.longest < kLong ? 1 : 4;
+            const bool due = round % every == 0;
+            if (due && since(begin_) < limit_) time(one, path, threads);
+        }
+    }
+
+    /// Another path ran before: a short run counts when warm. There are several brief ones in a
+    /// row.
+    /// @return false where a step failed
+    bool time(Case& one, TimedPath& path, int threads) {
+        constexpr int kInARow = 2;
+        double expected = path.longest;
+        if (path.longest < kShort)
+            for (int run = 0; run == 0 || run < warming_runs(expected); ++run) {
+                const Outcome warm = once(one.prepared->session, path.plan, threads);
+                if (warm.steps != path.plan.texts()) return false;
+                expected = warm.seconds;
+            }
+        double pace = pace_now(threads);
+        for (int run = 0; run < (expected < kBrief ? kInARow : 1); ++run)
+            if (!time_once(one, path, threads, pace)) return false;
+        return true;
+    }
+
+    /// @param pace  before it; afterwards that after it
+    bool time_once(Case& one, TimedPath& path, int threads, double& pace) {
+        if (stop_flag()) throw Cancelled();
+        const double before = pace;
+        const Outcome outcome = once(one.prepared->session, path.plan, threads);
+        const double after = pace = pace_now(threads);
+        if (outcome.steps != path.plan.texts()) return false;
+        path.longest = std::max(path.longest, outcome.seconds);
+        // What setting up takes, and going from step to step, is part of the steps.
+        const std::vector<double>& steps = outcome.step_seconds;
+        const double between = outcome.seconds - std::accumulate(steps.begin(), steps.end(), 0.0);
+        Runs& runs = threads == 1 ? path.alone : path.together;
+        for (std::size_t k = 0; k < runs.size(); ++k)
+            runs[k].add(steps[k] + std::max(0.0, between) / double(steps.size()), before, after);
+        return true;
+    }
+
+    /// The runs of one case, one after the other; where the host did not let it have its
+    /// processors, they are disturbed.
+    class Visit {
+     public:
+        Visit(Calibration& of, Case& one) : of_(of), one_(one) {
+            for_runs([&](PacedRuns& runs) { before_.push_back(runs.size()); });
+        }
+        ~Visit() {
+            ++of_.visits_;
+            if (watch_.calm()) return;
+            ++of_.disturbed_;
+            std::size_t k = 0;
+            for_runs([&](PacedRuns& runs) {
+                runs.disturbed_from(k < before_.size() ? before_[k] : 0);
+                ++k;
+            });
+        }
+        Visit(const Visit&) = delete;
+        Visit& operator=(const Visit&) = delete;
+
+     private:
+        template <class Each>
+        void for_runs(Each&& each) {
+            for (TimedPath& path : one_.paths)
+                for (Runs* runs : {&path.alone, &path.together})
+                    for (PacedRuns& step : *runs) each(step);
+        }
+
+        Calibration& of_;
+        Case& one_;
+        std::vector<std::size_t> before_;  // runs that each step had
+        StolenTime watch_;
+    };
+
+    /// What a slow machine makes of an edge: measured, as some wait for memory that is as fast.
+    void compare_paces(const Case& one) {
+        for (const TimedPath& path : one.paths)
+            for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
+                Slowdowns& of = slowdowns_[path.plan.steps[k].by->name];
+                path.alone[k].add_slowdowns(best_pace(1), of);
+                path.together[k].add_slowdowns(best_pace(profile_.processors), of);
+            }
+    }
+
+    std::array<double, kPaceClasses> slowdown_of(const std::string& edge) const {
+        constexpr std::size_t kEnough = 20;
+        std::array<double, kPaceClasses> slowdown{};
+        for (int of = kCalm + 1; of < kPaceClasses; ++of) {
+            slowdown[of] = slowdown[of - 1];
+            std::vector<double> logs = slowdowns_.at(edge)[of];
+            if (logs.size() < kEnough) {
+                logs.clear();
+                for (const auto& [other, slowdowns] : slowdowns_)
+                    logs.insert(logs.end(), slowdowns[of].begin(), slowdowns[of].end());
+            }
+            if (logs.size() >= kEnough) slowdown[of] = std::max(slowdown[of], median(logs));
+        }
+        return slowdown;
+    }
+
+    void keep(const Case& one) {
+        for (const TimedPath& path : one.paths)
+            for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
+                const Step& step = path.plan.steps[k];
+                const std::array<double, kPaceClasses> slowdown = slowdown_of(step.by->name);
+                const Runs& all = profile_.processors > 1 ? path.together : path.alone;
+                runs_ += all[k].size();
+                calm_ += all[k].calm(best_pace(profile_.processors));
+                if (path.alone[k].size() == 0 || all[k].size() == 0) continue;
+                const double alone = path.alone[k].undisturbed(best_pace(1), slowdown);
+                const double shared = all[k].undisturbed(best_pace(profile_.processors), slowdown);
+                timed_[name(one, step)].push_back(
+                    {.counted = profile_.counted(step.work),
+                     // So many threads are not faster than so many times.
+                     .alone = std::min(alone, profile_.processors * shared) / step.runs(),
+                     .together = shared / step.runs(),
+                     .spread = median_error(all[k].seconds(best_pace(profile_.processors), 3)),
+                     .runs = static_cast<int>(all[k].size()),
+                     .frames = step.runs()});
+            }
+    }
+
+    /// How far the fit is from paths that it has not seen, on all processors.
+    void judge(const Trial& exam) {
+        constexpr double kMost = 0.03;
+        constexpr std::size_t kFew = 3, kMany = 7;
+        Prepared prepared(exam, phantoms_);
+        for (const Plan& plan : prepared.paths(profile_)) {
+            double predicted = 0;
+            for (const Step& step : plan.steps)
+                predicted +=
+                    step.runs() * profile_
+                                      .seconds(timing_name(*step.by, step.offer,
+                                                           prepared.session.want(), step.work),
+                                               step.work, profile_.processors)
+                                      .seconds;
+            if (predicted > kMost) continue;
+            if (stop_flag()) throw Cancelled();
+            once(prepared.session, plan, profile_.processors);  // warm
+            PacedRuns runs;
+            double best = best_pace(profile_.processors);
+            while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
+                const double before = pace_now(profile_.processors);
+                const double seconds = once(prepared.session, plan, profile_.processors).seconds;
+                runs.add(seconds, before, pace_now(profile_.processors));
+                best = best_pace(profile_.processors);
+            }
+            missed_.push_back(std::log(median(runs.seconds(best, kFew)) / predicted));
+        }
+    }
+
+    static Outcome once(Session& session, const Plan& plan, int threads) {
+        RunOptions options;
+        options.threads = threads;
+        options.memory = session.memory.get();
+        options.stop = &stop_flag();
+        return run(
+            plan, session.ask(), session.input->data,
+            [](int, const std::shared_ptr<const Data>&) {}, options);
+    }
+
+    void fit() {
+        profile_.rates = rates_of(timed_);
+        rebase_factors(profile_);
+        std::vector<double> shared;
+        for (const auto& [name, curve] : profile_.rates.measured())
+            for (const Rate& rate : curve) shared.push_back(rate.shared);
+        const double each = 1.0 / profile_.processors;
+        if (profile_.processors > 1 && !shared.empty())
+            profile_.serial = std::clamp((median(shared) - each) / (1 - each), 0.0, 1.0);
+    }
+
+    Profile finished() {
+        profile_.name = quick_ ? "this machine (quick)" : "this machine";
+        profile_.cpu = cpu_name();
+        profile_.build = EDGEWISE_VERSION;
+        profile_.when = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+        if (!missed_.empty()) {
+            for (double& miss : missed_) miss = std::abs(miss);
+            // Of a normal distribution 90 % lie within 1.645 deviations; the tails are longer, and
+            // intervals of 90 % are what the spread is for.
+            profile_.spread = std::clamp(quantile(missed_, 0.9) / 1.645, 0.02, 2.0);
+        }
+        profile_.provenance.insert(
+            {{"rates",
+              fmt::format("measured; phantoms of 48^3 to 192^3 and 256^2 to 2000^2 samples; "
+                          "{} visits, {} of them disturbed by the host; {} % of runs at the best "
+                          "pace, others brought to it",
+                          visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
+             {"serial", "derived from rates"},
+             {"spread",
+              fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
+             {"factors",
+              "guessed: of another machine, scaled to the rates; where these have no name"}});
+        return profile_;
+    }
+
+    bool quick_;
+    double limit_, end_ = 0;  // [s] since the begin: of everything, of the trial at hand
+    Clock::time_point begin_;
+    Phantoms phantoms_;  // outlives the cases, which measure() holds
+    Profile profile_;
+    std::map<std::string, std::vector<Timed>> timed_;
+    int visits_ = 0, disturbed_ = 0;
+    std::size_t runs_ = 0, calm_ = 0;             // of steps
+    std::map<std::string, Slowdowns> slowdowns_;  // of each edge
+    std::vector<double> missed_;                  // logarithms of measured over predicted
+};
+
+}  // namespace
+
+Profile measured_profile(bool quick, Messages& messages) {
+    return Calibration(quick).measure(messages);
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,145 @@
+#include "cli/calibrate/calibration_trials.hpp"
+
+#include <cmath>
+
+#include "cli/request/input.hpp"
+#include "cli/request/job_options.hpp"
+#include "graph/with_type.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+/// The same values, rounded, in another type.
+std::shared_ptr<Data> retyped(const Data& from, Type type, MemoryBudget* memory) {
+    Representation what = from.what;
+    what.type = type;
+    const double top = type == Type::f32 ? 1 : type == Type::u8 ? 255 : 4095;
+    what.values = {1 / top, 0};
+    auto to = std::make_shared<Data>(Data::make(what, memory));
+    with_type(type, [&]<class T>(T) {
+        for (std::int64_t i = 0; i < what.samples(); ++i) {
+            const double value = top * double(from.as<float>()[i]);
+            to->as<T>()[i] = static_cast<T>(is_integer(type) ? std::round(value) : value);
+        }
+    });
+    return to;
+}
+
+/// The same in the middle of its box, half as wide; 0 around it.
+std::shared_ptr<Data> framed(const Data& from, MemoryBudget* memory) {
+    auto to = std::make_shared<Data>(Data::make(from.what, memory));
+    const Extent n = from.what.extent;
+    const auto middle = [](std::int64_t at, std::int64_t all) {
+        return all == 1 || (at >= all / 4 && at < all - all / 4);
+    };
+    with_type(from.what.type, [&]<class T>(T) {
+        std::int64_t i = 0;
+        for (std::int64_t z = 0; z < n.z; ++z)
+            for (std::int64_t y = 0; y < n.y; ++y)
+                for (std::int64_t x = 0; x < n.x; ++x, ++i)
+                    to->as<T>()[i] =
+                        middle(x, n.x) && middle(y, n.y) && middle(z, n.z) ? from.as<T>()[i] : T{};
+    });
+    return to;
+}
+
+}  // namespace
+
+std::vector<Trial> trials(bool quick) {
+    std::vector<Trial> all;
+    const auto volume = [&](const char* input, const char* turn, std::vector<Type> types) {
+        for (const Type type : types) {
+            for (const char* mode : {"mip", "xray", "composite"})
+                all.push_back({Job::render, input, type, turn, mode});
+            all.push_back({Job::warp, input, type, turn, nullptr});
+        }
+    };
+    const auto image = [&](const char* input, std::vector<Type> types) {
+        for (const Type type : types) all.push_back({Job::warp, input, type, "20", nullptr});
+    };
+    if (quick) {
+        volume("phantom:gaussians:80", "20,-15,10", {Type::u8, Type::f32});
+        image("phantom:zone-plate:700", {Type::u8, Type::f32});
+        return all;
+    }
+    volume("phantom:gaussians:112", "20,-15,10", {Type::u8, Type::i16, Type::f32});
+    image("phantom:zone-plate:900", {Type::u8, Type::f32});
+    volume("phantom:noise:48", "10,70,-25", {Type::u8, Type::f32});
+    // Small data: steps take as long as they start.
+    for (const Type type : {Type::u8, Type::f32}) {
+        all.push_back({Job::render, "phantom:shepp-logan:64", type, "10,30,20", "xray"});
+        all.push_back({Job::warp, "phantom:shepp-logan:64", type, "10,30,20", nullptr});
+    }
+    volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
+    image("phantom:zone-plate:256", {Type::u8, Type::f32});
+    image("phantom:zone-plate:2000", {Type::u8, Type::f32});
+    // Few pixels of large data: rays lie far apart, across rows or along them. Many frames: threads
+    // have more to share.
+    for (const Type type : {Type::u8, Type::f32}) {
+        for (const char* turn : {"5,60,10", "-3,84,4"})
+            for (const char* mode : {"mip", "xray", "composite"})
+                all.push_back({Job::render, "phantom:gaussians:192", type, turn, mode, "112x112"});
+        all.push_back(
+            {Job::render, "phantom:gaussians:112", type, "20,-15,10", "xray", nullptr, "12"});
+    }
+    // What is mostly empty is copied first: small copies cost what their pages do.
+    for (const char* input :
+         {"phantom:gaussians:64", "phantom:gaussians:112", "phantom:gaussians:192"})
+        for (const Type type : {Type::u8, Type::i16, Type::f32})
+            all.push_back(
+                {Job::render, input, type, "20,-15,10", "xray", nullptr, nullptr, "store.crop"});
+    all.push_back({Job::render, "phantom:gaussians:112", Type::u8, "20,-15,10", "mean"});
+    all.push_back({Job::render, "phantom:gaussians:112", Type::f32, "20,-15,10", "mean"});
+    all.push_back({Job::render, "phantom:shepp-logan:128", Type::u8, "10,30,20", "mip"});
+    all.push_back({Job::render, "phantom:shepp-logan:224", Type::u8, "10,30,20", "xray"});
+    all.push_back({Job::render, "phantom:shepp-logan:128", Type::f32, "10,30,20", "xray"});
+    all.push_back({Job::warp, "phantom:gaussians:112", Type::u8, "90,0,0", nullptr});
+    all.push_back({Job::warp, "phantom:gaussians:112", Type::f32, "90,0,90", nullptr});
+    return all;
+}
+
+std::vector<Trial> exams() {
+    return {{Job::render, "phantom:marschner-lobb:80", Type::u8, "-35,25,60", "mip"},
+            {Job::render, "phantom:sphere:128", Type::u8, "5,-50,15", "xray"},
+            {Job::render, "phantom:shepp-logan:96", Type::f32, "-20,15,40", "composite"},
+            {Job::warp, "phantom:sphere:96", Type::u8, "12,33,-21", nullptr}};
+}
+
+JobOptions options_of(const Trial& trial) {
+    JobOptions options;
+    options.job = trial.job;
+    options.input = trial.input;
+    options.geometry.steps = {{"rotate", trial.turn}};
+    if (trial.mode) options.mode = trial.mode;
+    if (trial.size) options.geometry.size = trial.size;
+    if (trial.frames) options.geometry.turntable = trial.frames;
+    options.machine = "default";
+    options.threads = "1";
+    options.quiet = true;
+    return options;
+}
+
+std::shared_ptr<const Data> Phantoms::of(const Trial& trial) {
+    if (trial.edge) return framed(*whole(trial), &memory_);
+    return whole(trial);
+}
+
+std::shared_ptr<const Data> Phantoms::whole(const Trial& trial) {
+    std::shared_ptr<const Data>& data = made_[{trial.input, trial.type}];
+    if (!data)
+        data = trial.type == Type::f32 ? formula(trial.input)
+                                       : retyped(*formula(trial.input), trial.type, &memory_);
+    return data;
+}
+
+std::shared_ptr<const Data> Phantoms::formula(const std::string& name) {
+    std::shared_ptr<const Data>& data = made_[{name, Type::f32}];
+    if (!data) {
+        Input input = inspected(name, {});
+        read_data(input, &memory_);
+        data = input.data;
+    }
+    return data;
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,169 @@
+#include "cli/chart/chart_sweep.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <map>
+#include <variant>
+
+#include "cli/request/input.hpp"
+#include "cli/request/numbers.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+constexpr double kMostValues = 1000;
+
+using Words = std::vector<std::string>;
+
+/// Options that are one number: of the request, of its geometry.
+using OfRequest = std::optional<std::string> JobOptions::*;
+using OfGeometry = std::optional<std::string> GeometryWords::*;
+using Plain = std::variant<OfRequest, OfGeometry>;
+
+const std::map<std::string, Plain>& plain_options() {
+    static const std::map<std::string, Plain> options = {
+        {"frames", &GeometryWords::turntable},
+        {"turntable", &GeometryWords::turntable},
+        {"perspective", &GeometryWords::perspective},
+        {"threads", &JobOptions::threads},
+        {"max-error", &JobOptions::max_error},
+        {"max-time", &JobOptions::max_time},
+        {"max-memory", &JobOptions::max_memory},
+        {"range", &JobOptions::range},
+        {"zero", &JobOptions::zero},
+        {"outside", &JobOptions::outside},
+        {"time", &JobOptions::time},
+        {"channel", &JobOptions::channel}};
+    return options;
+}
+
+void put(JobOptions& options, const Plain& option, const std::string& text) {
+    if (const auto* request = std::get_if<OfRequest>(&option))
+        options.*(*request) = text;
+    else
+        options.geometry.*std::get<OfGeometry>(option) = text;
+}
+
+/// Options of one number an axis, and what the others are where nobody says.
+const std::map<std::string, const char*>& axis_options() {
+    static const std::map<std::string, const char*> options = {{"rotate", "0"},    {"scale", "1"},
+                                                               {"translate", "0"}, {"spacing", ""},
+                                                               {"about", ""},      {"size", ""}};
+    return options;
+}
+
+std::string known_options() {
+    Words names;
+    for (const auto& [name, place] : plain_options()) names.push_back(name);
+    for (const auto& [name, rest] : axis_options()) names.push_back(name + "[.x|.y|.z]");
+    std::sort(names.begin(), names.end());
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// The value of an axis option as it stands, as words; the last of its kind counts.
+std::optional<std::string> present(const JobOptions& options, const std::string& name) {
+    if (name == "spacing") return options.geometry.spacing;
+    if (name == "about") return options.geometry.about;
+    if (name == "size") return options.geometry.size;
+    for (auto step = options.geometry.steps.rbegin(); step != options.geometry.steps.rend(); ++step)
+        if (step->first == name) return step->second;
+    return std::nullopt;
+}
+
+void put(JobOptions& options, const std::string& name, const std::string& text) {
+    if (name == "spacing") options.geometry.spacing = text;
+    if (name == "about") options.geometry.about = text;
+    if (name == "size") options.geometry.size = text;
+    if (name == "spacing" || name == "about" || name == "size") return;
+    auto& steps = options.geometry.steps;
+    const auto last = std::find_if(steps.rbegin(), steps.rend(),
+                                   [&](const auto& step) { return step.first == name; });
+    if (last != steps.rend())
+        last->second = text;
+    else
+        steps.emplace_back(name, text);
+}
+
+std::size_t axes_of(const JobOptions& options) {
+    const store::Selection selection =
+        selection_of(options.series, options.time, options.channel, options.orient);
+    return inspected(options.input, selection).header.volume ? 3 : 2;
+}
+
+/// All parts alike: "64x64", "1.5".
+std::string whole_text(const JobOptions& options, const std::string& name,
+                       const std::string& value) {
+    if (name != "size") return value;
+    const bool cube = options.job == Job::warp && axes_of(options) == 3;
+    return cube ? fmt::format("{0}x{0}x{0}", value) : fmt::format("{0}x{0}", value);
+}
+
+std::string part_text(const JobOptions& options, const std::string& name, std::size_t axis,
+                      const std::string& value) {
+    const bool picture = name == "size" && options.job == Job::render;
+    const std::size_t axes = picture ? 2 : axes_of(options);
+    if (name == "rotate" && axes == 2 && axis == 2) return value;
+    if (axis >= axes || (name == "rotate" && axes == 2))
+        throw RequestError(fmt::format("--sweep {}: there are {} axes", name, axes));
+    const char separator = name == "size" ? 'x' : ',';
+    const auto there = present(options, name);
+    Words parts = there ? split(*there, separator) : Words(axes, axis_options().at(name));
+    if (there && parts.size() == 1) parts.resize(axes, parts[0]);
+    if (parts.size() != axes || parts[0].empty())
+        throw RequestError(fmt::format(
+            "--sweep {}: the other axes are not known; give --{} for all of them too", name, name));
+    parts[axis] = value;
+    return fmt::format("{}", fmt::join(parts, std::string(1, separator)));
+}
+
+}  // namespace
+
+JobOptions Sweep::at(const JobOptions& options, double value) const {
+    JobOptions changed = options;
+    const std::string text = fmt::format("{}", value);
+    if (const auto plain = plain_options().find(option); plain != plain_options().end()) {
+        put(changed, plain->second, text);
+        return changed;
+    }
+    const std::size_t dot = option.find('.');
+    const std::string name = option.substr(0, dot);
+    put(changed, name,
+        dot == std::string::npos
+            ? whole_text(options, name, text)
+            : part_text(options, name, static_cast<std::size_t>(option[dot + 1] - 'x'), text));
+    return changed;
+}
+
+Sweep sweep_of(const std::string& text) {
+    const auto refuse = [&](const std::string& what) {
+        throw RequestError(fmt::format("--sweep {}: {}", text, what));
+    };
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) refuse("expected OPTION=FROM:TO:STEP");
+    Sweep sweep;
+    sweep.option =
+        text.substr(text.starts_with("--") ? 2 : 0, equals - (text.starts_with("--") ? 2 : 0));
+    const std::size_t dot = sweep.option.find('.');
+    const std::string axis = dot == std::string::npos ? "x" : sweep.option.substr(dot + 1);
+    const bool plain = plain_options().contains(sweep.option);
+    if (!plain && (!axis_options().contains(sweep.option.substr(0, dot)) ||
+                   (axis != "x" && axis != "y" && axis != "z")))
+        refuse("there is no such number to sweep; there are " + known_options());
+    const Words ends = split(std::string_view(text).substr(equals + 1), ':');
+    if (ends.size() != 3) refuse("expected OPTION=FROM:TO:STEP");
+    const double from = number_of("--sweep", ends[0]), to = number_of("--sweep", ends[1]),
+                 step = number_of("--sweep", ends[2]);
+    if (step == 0 || (to - from) / step < 0) refuse("STEP does not lead from FROM to TO");
+    // TO is reached although steps of 0.1 are not exact.
+    const double count = std::floor((to - from) / step + 1e-9) + 1;
+    if (count > kMostValues) refuse(fmt::format("{} values are beyond {}", count, kMostValues));
+    for (int i = 0; i < count; ++i) {
+        // 0.1 * 3 is written as 0.3: nobody meant more than twelve digits.
+        sweep.values.push_back(std::stod(fmt::format("{:.12g}", from + i * step)));
+    }
+    return sweep;
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,368 @@
+#include "cli/machine/machine_probe.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <cstring>
+#include <ctime>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <mutex>
+#include <numbers>
+#include <optional>
+#include <thread>
+#include <unistd.h>
+
+#include "cli/machine/machine.hpp"
+#include "cli/machine/probe_fit.hpp"
+#include "cli/machine/quantiles.hpp"
+#include "cli/machine/signals.hpp"
+#include "graph/errors.hpp"
+#include "runtime/runtime.hpp"
+#include "transitions/kernels/backward.hpp"
+#include "transitions/kernels/probe.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::int64_t kFloat = sizeof(float);
+constexpr std::int64_t kMostSet = std::int64_t{64} << 20;        // [byte]
+constexpr std::int64_t kStreamedAtOnce = std::int64_t{4} << 20;  // [byte] of a larger set, a part
+constexpr std::int64_t kReadAtOnce = std::int64_t{1} << 19;      // samples, likewise
+constexpr std::int64_t kOperationsAtOnce = 4'000'000;
+constexpr std::size_t kLeastRounds = 5;  // where a process stands still
+
+template <class Body>
+double seconds_of(Body&& body) {
+    const Clock::time_point begin = Clock::now();
+    body();
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// [byte]; nothing where the system does not tell.
+std::optional<std::int64_t> cache_size([[maybe_unused]] bool first) {
+    long bytes = 0;
+#ifdef _SC_LEVEL1_DCACHE_SIZE
+    bytes = sysconf(first ? _SC_LEVEL1_DCACHE_SIZE : _SC_LEVEL3_CACHE_SIZE);
+#endif
+    return bytes > 0 ? std::optional<std::int64_t>(bytes) : std::nullopt;
+}
+
+/// Powers of two from half of the first cache to four times the last one, or what memory allows.
+std::vector<std::int64_t> set_sizes() {
+    std::int64_t least = std::int64_t{16} << 10, most = kMostSet;
+    if (const auto first = cache_size(true)) least = std::clamp(*first / 2, least / 4, 4 * least);
+    if (const auto last = cache_size(false)) most = std::min(most, 4 * *last);
+    most = std::min(most, static_cast<std::int64_t>(free_memory() / 4));
+    std::vector<std::int64_t> sizes;
+    std::int64_t size = 1;
+    while (2 * size <= least) size *= 2;
+    do sizes.push_back(size);
+    while ((size *= 2) <= most);
+    return sizes;
+}
+
+/// A set of bytes, read and written in order and read at computed addresses; a large one part by
+/// part, each time another one.
+class Set {
+ public:
+    explicit Set(std::int64_t bytes) : bytes_(bytes) {
+        times_.bytes = static_cast<double>(bytes);
+        const auto side = std::lround(std::cbrt(static_cast<double>(bytes / kFloat))) | 1;
+        const Extent tile = kernels::preferred_tile({side, side, side});
+        length_ = std::min<std::int64_t>((side + 31) / 32 * 32, tile.x);
+        const auto lines = static_cast<std::size_t>(bytes / kFloat / length_);
+        for (std::int64_t i = 0; i < length_; ++i)
+            steps_.push_back(offset(side, {double(i), 0, 0}));
+        // Tile by tile, as warps go.
+        for (std::int64_t z = 0; z < side; z += tile.z)
+            for (std::int64_t y = 0; y < side; y += tile.y)
+                for (std::int64_t x = 0; x < side && begins_.size() < lines; x += length_)
+                    for (std::int64_t k = 0; k < tile.z * tile.y; ++k)
+                        begins_.push_back(offset(
+                            side, {double(x), double(y + k % tile.y), double(z + k / tile.y)}));
+        begins_.resize(std::max<std::size_t>(1, std::min(begins_.size(), lines)));
+    }
+
+    /// Half of the bytes are read, half written.
+    void stream(float* block) {
+        const std::int64_t half = bytes_ / kFloat / 2;
+        const std::int64_t part = std::min(half, kStreamedAtOnce / kFloat / 2);
+        const std::int64_t passes = kStreamedAtOnce / (2 * part * kFloat);
+        if (part == half) kernels::probe_stream(block, block + half, half);  // warm
+        const double seconds = seconds_of([&] {
+            for (std::int64_t pass = 0; pass < passes; ++pass)
+                kernels::probe_stream(block + streamed_, block + half + streamed_, part);
+        });
+        times_.streamed.push_back(seconds / static_cast<double>(passes * 2 * part * kFloat));
+        streamed_ = (streamed_ + part) % half;
+    }
+
+    /// @return a number that depends on what was read
+    float gather(const float* block) {
+        const auto all = static_cast<std::int64_t>(begins_.size());
+        const std::int64_t lines = std::min(all, kReadAtOnce / length_);
+        const std::int64_t passes = std::max<std::int64_t>(1, kReadAtOnce / length_ / lines);
+        if (line_ + lines > all) line_ = 0;
+        const kernels::ProbeLines part{steps_.data(), length_, begins_.data() + line_, lines,
+                                       static_cast<std::int32_t>(bytes_ - kFloat)};
+        float sum = lines == all ? kernels::probe_gather(block, part) : 0;  // warm
+        const double seconds = seconds_of([&] {
+            for (std::int64_t pass = 0; pass < passes; ++pass)
+                sum += kernels::probe_gather(block, part);
+        });
+        times_.gather.push_back(seconds / static_cast<double>(passes * lines * length_));
+        line_ += lines;
+        return sum;
+    }
+
+    const SetTimes& times() const { return times_; }
+
+ private:
+    /// Where a sample of the turned grid lies in a volume of so many samples a side, an odd number:
+    /// powers of two as strides would put neighbours into the same lines of a cache.
+    static std::int32_t offset(std::int64_t side, const std::array<double, 3>& at) {
+        // Turned by 30 degrees about each axis.
+        constexpr double s = 0.5, c = std::numbers::sqrt3 / 2;
+        constexpr double turn[3][3] = {{c * c, c * s * s - s * c, s * c * c + s * s},
+                                       {s * c, s * s * s + c * c, s * s * c - c * s},
+                                       {-s, c * s, c * c}};
+        std::int64_t sample = 0;
+        for (int axis = 2; axis >= 0; --axis)
+            sample = sample * side + std::lround(turn[axis][0] * at[0] + turn[axis][1] * at[1] +
+                                                 turn[axis][2] * at[2]);
+        return static_cast<std::int32_t>(sample * kFloat);
+    }
+
+    std::int64_t bytes_, length_ = 0;
+    std::int64_t streamed_ = 0, line_ = 0;      // where the next part begins
+    std::vector<std::int32_t> steps_, begins_;  // of ProbeLines
+    SetTimes times_;
+};
+
+/// A thread that answers when it is woken.
+class Echo {
+ public:
+    Echo() : thread_([this] { answer(); }) {}
+    ~Echo() {
+        pass(kEnd);
+        thread_.join();
+    }
+
+    /// Seconds from a word to the thread that waits for it, the mean of both directions.
+    double wake_seconds() {
+        constexpr int kTrips = 4;
+        return seconds_of([&] {
+                   for (int i = 0; i < kTrips; ++i) {
+                       pass(kThere);
+                       wait_for(kHere);
+                   }
+               }) /
+               (2 * kTrips);
+    }
+
+ private:
+    enum Ball { kHere, kThere, kEnd };
+
+    void pass(Ball to) {
+        {
+            const std::lock_guard lock(mutex_);
+            ball_ = to;
+        }
+        moved_.notify_one();
+    }
+    void wait_for(Ball where) {
+        std::unique_lock lock(mutex_);
+        moved_.wait(lock, [&] { return ball_ == where; });
+    }
+    void answer() {
+        for (;;) {
+            {
+                std::unique_lock lock(mutex_);
+                moved_.wait(lock, [&] { return ball_ != kHere; });
+                if (ball_ == kEnd) return;
+            }
+            pass(kHere);
+        }
+    }
+
+    std::mutex mutex_;
+    std::condition_variable moved_;
+    Ball ball_ = kHere;
+    std::thread thread_;  // after what it uses
+};
+
+/// Plans of steps that do nothing, in one region a processor.
+class EmptySteps {
+ public:
+    explicit EmptySteps(int processors) : threads_(processors) {
+        what_.axes = 2;
+        what_.type = Type::u8;
+        what_.extent = {16, processors, 1};
+        want_.axes = 2;
+        want_.job = Job::warp;
+        want_.input = want_.screen = what_.extent;
+        nothing_.name = "probe.nothing";
+        nothing_.parts = [](const Offer&, const Ask&) {
+            return Partition{.kind = Partition::output, .leaf = {16, 1, 1}};
+        };
+        nothing_.run = [](const Offer&, const Ask&, const Data&, Data&, const Region&, Context&) {};
+        source_ = std::make_shared<Data>(Data::make(what_, &memory_));
+    }
+
+    /// What one step adds to a run.
+    double step_seconds() const {
+        constexpr int kSteps = 8;
+        // One run of either may be held up by something else.
+        return std::max(1e-8, (run_seconds(1 + kSteps) - run_seconds(1)) / kSteps);
+    }
+
+ private:
+    double run_seconds(int steps) const {
+        Step step;
+        step.by = &nothing_;
+        step.offer = {.from = what_, .to = what_};
+        Plan plan;
+        plan.source = what_;
+        plan.steps.assign(static_cast<std::size_t>(steps), step);
+        return run(plan, {want_, scene_}, source_, [](int, const std::shared_ptr<const Data>&) {},
+                   {.threads = threads_, .memory = &memory_, .stop = &stop_flag()})
+            .seconds;
+    }
+
+    int threads_;
+    mutable MemoryBudget memory_{std::size_t{1} << 24};
+    Representation what_;
+    Request want_;
+    Scene scene_;
+    Transition nothing_;
+    std::shared_ptr<const Data> source_;
+};
+
+/// All measurements, a round of each after the other.
+class Probe {
+ public:
+    explicit Probe(int processors)
+        : sizes_(set_sizes()),
+          memory_(static_cast<std::size_t>(2 * sizes_.back())),
+          block_(static_cast<std::size_t>(sizes_.back()), &memory_),
+          steps_(processors) {
+        std::memset(block_.data(), 0, block_.bytes());
+        for (const std::int64_t bytes : sizes_) sets_.emplace_back(bytes);
+    }
+
+    /// @param limit  [s] since it was made
+    void measure(double limit) {
+        while (operation_.size() < kLeastRounds ||
+               std::chrono::duration<double>(Clock::now() - begin_).count() < limit) {
+            if (stop_flag()) throw Cancelled();
+            round();
+        }
+    }
+
+    void write(Profile& profile) const {
+        std::vector<SetTimes> times;
+        for (const Set& set : sets_) times.push_back(set.times());
+        profile.levels = levels_from(times);
+        const Level& last = profile.levels.back();
+        profile.streamed = last.streamed;
+        profile.gather = last.gather;
+        for (const char* name : {"levels", "streamed", "gather"})
+            profile.spreads[name] = last.spread;
+        set(profile, "operation", profile.operation, operation_);
+        set(profile, "latency", profile.latency, wake_);
+        set(profile, "byte", profile.byte, copy_);
+        set(profile, "start", profile.start, start_);
+        note(profile.provenance);
+    }
+
+ private:
+    void round() {
+        auto* const block = static_cast<float*>(block_.data());
+        const double operations = seconds_of([&] {
+            std::int64_t done = 0;
+            used_ = kernels::probe_operations(kOperationsAtOnce, done);
+            operations_done_ = static_cast<double>(done);
+        });
+        operation_.push_back(operations / operations_done_);
+        for (Set& set : sets_) set.stream(block);
+        for (Set& set : sets_) used_ = set.gather(block);
+        const std::size_t half = block_.bytes() / 2;
+        const std::size_t part = std::min<std::size_t>(half, kStreamedAtOnce / 2);
+        auto* const bytes = static_cast<char*>(block_.data());
+        copied_ = copied_ + part > half ? 0 : copied_;
+        copy_.push_back(
+            seconds_of([&] { std::memcpy(bytes + half + copied_, bytes + copied_, part); }) /
+            static_cast<double>(part));
+        copied_ += part;
+        wake_.push_back(echo_.wake_seconds());
+        start_.push_back(steps_.step_seconds());
+    }
+
+    static void set(Profile& profile, const char* name, double& number,
+                    const std::vector<double>& rounds) {
+        const Settled found = settled(rounds);
+        number = found.value;
+        profile.spreads[name] = found.spread;
+    }
+
+    void note(std::map<std::string, std::string>& provenance) const {
+        const std::string rounds = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}, median of {} rounds",
+                                               fmt::gmtime(std::time(nullptr)), operation_.size());
+        const std::string sets = fmt::format("one thread, sets of {} KiB to {} MiB",
+                                             sizes_.front() >> 10, sizes_.back() >> 20);
+        provenance["operation"] =
+            fmt::format("measured {}; one thread, arithmetic of samples in vectors", rounds);
+        provenance["levels"] = fmt::format(
+            "measured {}; {}; read and written in order; lines of a turned grid, whose reads do "
+            "not wait for each other",
+            rounds, sets);
+        provenance["streamed"] = provenance["gather"] =
+            fmt::format("measured {}; {}: the largest level's", rounds, sets);
+        provenance["start"] =
+            fmt::format("measured {}; steps that do nothing, on all processors", rounds);
+        provenance["latency"] =
+            fmt::format("derived: a thread wakes another, measured {}; no network was", rounds);
+        provenance["byte"] =
+            fmt::format("derived: a copy in memory, measured {}, of {} MiB; no network was", rounds,
+                        kStreamedAtOnce >> 21);
+        for (const char* name : {"local", "global", "congestion"})
+            provenance[name] = "guessed: of no machine; where samples are spread over ranks";
+    }
+
+    const Clock::time_point begin_ = Clock::now();
+    std::vector<std::int64_t> sizes_;
+    MemoryBudget memory_;
+    Array block_;  // sets are its begin
+    std::vector<Set> sets_;
+    Echo echo_;
+    EmptySteps steps_;
+    std::vector<double> operation_, copy_, wake_, start_;  // one a round
+    std::size_t copied_ = 0;
+    double operations_done_ = 0;
+    volatile float used_ = 0;  // so that no loop is dropped
+};
+
+}  // namespace
+
+void probe_machine(Profile& profile, bool quick) {
+    Probe probe(profile.processors);
+    probe.measure(quick ? 0.4 : 1.5);
+    probe.write(profile);
+}
+
+void rebase_factors(Profile& profile) {
+    std::vector<double> logs;
+    for (const auto& [name, curve] : profile.rates.measured())
+        for (const Rate& rate : curve) logs.push_back(std::log(rate.ratio / profile.factor(name)));
+    if (logs.empty()) return;
+    const double scale = std::exp(median(logs));
+    for (auto& [edge, factor] : profile.factors) factor *= scale;
+    profile.factors.try_emplace("*", scale);
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,182 @@
+#include "cli/request/input.hpp"
+
+#include <chrono>
+#include <fmt/format.h>
+#include <limits>
+#include <tbb/parallel_for.h>
+
+#include "cli/request/numbers.hpp"
+#include "graph/errors.hpp"
+#include "graph/with_type.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+constexpr std::int64_t kLargestSide = 100000;
+
+/// "phantom:NAME:N".
+Phantom phantom_of(const std::string& name) {
+    const auto words = split(name, ':');
+    if (words.size() != 3)
+        throw RequestError(fmt::format("{}: expected phantom:NAME:N with a name of {}", name,
+                                       fmt::join(phantom_names(), ", ")));
+    return phantom_named(words[1], whole_of(name, words[2], 1, kLargestSide));
+}
+
+store::Header header_of(const std::string& name, const Phantom& phantom) {
+    store::Header header;
+    header.file = name;
+    header.format = "phantom";
+    header.volume = phantom.axes == 3;
+    header.extent = {phantom.side, phantom.side, phantom.axes == 3 ? phantom.side : 1};
+    header.type = Type::f32;
+    return header;
+}
+
+template <class T>
+void premultiply(const T* in, int channels, std::size_t samples, double opaque, float* out) {
+    const int last = channels - 1;
+    tbb::parallel_for(std::size_t{0}, (samples + 65535) / 65536, [&](std::size_t block) {
+        const std::size_t end = std::min(samples, (block + 1) * 65536);
+        for (std::size_t i = block * 65536; i < end; ++i) {
+            const T* sample = in + i * static_cast<std::size_t>(channels);
+            float* to = out + i * static_cast<std::size_t>(channels);
+            const double alpha = static_cast<double>(sample[last]) / opaque;
+            for (int c = 0; c < last; ++c)
+                to[c] = static_cast<float>(static_cast<double>(sample[c]) * alpha);
+            to[last] = static_cast<float>(alpha);
+        }
+    });
+}
+
+std::shared_ptr<const Data> premultiplied_data(const Data& straight, double opaque,
+                                               std::pmr::memory_resource* memory) {
+    Representation what = straight.what;
+    what.type = Type::f32;
+    auto data = std::make_shared<Data>(Data::make(what, memory));
+    const auto samples = static_cast<std::size_t>(what.samples());
+    with_type(straight.what.type, [&](auto zero) {
+        premultiply(straight.as<decltype(zero)>(), what.channels, samples, opaque,
+                    data->as<float>());
+    });
+    return data;
+}
+
+}  // namespace
+
+bool Input::premultiplied() const noexcept {
+    return header.alpha == store::Alpha::straight && channels() > 1;
+}
+
+double Input::opaque() const noexcept {
+    return is_integer(header.type) ? limits_of(header.type)[1] : 1;
+}
+
+double Input::bytes() const {
+    if (phantom) return static_cast<double>(header.extent.samples()) * sizeof(float);
+    const auto stored = static_cast<double>(store::loaded_bytes(header, selection));
+    if (!premultiplied()) return stored;
+    return stored / static_cast<double>(bytes_of(store::loaded_type(header.type))) * sizeof(float);
+}
+
+store::Selection selection_of(const std::optional<std::string>& series,
+                              const std::optional<std::string>& time,
+                              const std::optional<std::string>& channel,
+                              const std::optional<std::string>& orient) {
+    constexpr std::int64_t kMost = std::numeric_limits<int>::max();
+    store::Selection selection;
+    selection.series = series;
+    if (time) selection.time = static_cast<int>(whole_of("--time", *time, 0, kMost));
+    if (channel) selection.channel = static_cast<int>(whole_of("--channel", *channel, 0, kMost));
+    if (orient) {
+        directions_of(*orient);
+        selection.orient = *orient;
+    }
+    return selection;
+}
+
+Input inspected(const std::string& name, const store::Selection& selection) {
+    Input input;
+    input.inspected_at = std::chrono::system_clock::now();
+    input.name = name;
+    input.selection = selection;
+    if (name.starts_with("phantom:")) {
+        input.phantom = phantom_of(name);
+        input.header = header_of(name, *input.phantom);
+    } else if (name.starts_with("describe:")) {
+        input.described = described_by(name);
+        input.header = header_of(name, *input.described);
+    } else {
+        input.header = store::inspect(name, selection);
+    }
+    const int channels = input.header.channels;
+    if (selection.channel && *selection.channel >= channels)
+        throw RequestError(fmt::format("--channel {}: {} has {} channel{}, counted from 0",
+                                       *selection.channel, name, channels,
+                                       channels > 1 ? "s" : ""));
+    return input;
+}
+
+namespace {
+
+Representation loaded_as(const Input& input) {
+    const store::Header& header = input.header;
+    Representation what;
+    what.axes = header.volume ? 3 : 2;
+    what.extent = header.extent;
+    what.channels = input.channels();
+    what.type = store::loaded_type(header.type);
+    what.values = header.values;
+    return what;
+}
+
+}  // namespace
+
+std::shared_ptr<const Data> described_data(const Input& input) {
+    auto data = std::make_shared<Data>();
+    data->what = loaded_as(input);
+    return data;
+}
+
+std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory) {
+    const auto identity = identity_of(input);
+    const auto begin = std::chrono::steady_clock::now();
+    std::vector<std::string> warnings = input.header.warnings;
+    if (input.phantom) {
+        input.data =
+            std::make_shared<Data>(make_phantom(input.phantom->name, input.phantom->side, memory));
+    } else {
+        const store::Header& header = input.header;
+        // Beyond the selection's limit: told with its size, before anything is allocated.
+        store::loaded_bytes(header, input.selection);
+        auto data = std::make_shared<Data>(Data::make(loaded_as(input), memory));
+        for (std::string& warning : store::read_samples(
+                 header, input.selection, data->samples.data(), data->samples.bytes()))
+            warnings.push_back(std::move(warning));
+        input.data = std::move(data);
+        if (input.premultiplied())
+            input.data = premultiplied_data(*input.data, input.opaque(), memory);
+    }
+    input.read_seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    input.identity.reset();
+    if (identity && identity_of(input) == identity) input.identity = identity;
+    return warnings;
+}
+
+InputGrid grid_of(const Input& input) {
+    const store::Header& header = input.header;
+    InputGrid grid;
+    grid.axes = header.volume ? 3 : 2;
+    grid.extent = header.extent;
+    grid.spacing = Vec3(header.spacing.data());
+    grid.anatomical = header.anatomical;
+    // What does not say how it lies in the body is taken as LPS.
+    if (header.anatomical)
+        for (int k = 0; k < 3; ++k)
+            grid.direction.col(k) = Vec3(header.direction[static_cast<std::size_t>(k)].data());
+    if (grid.axes == 2) grid.spacing.z() = 1;
+    return grid;
+}
+
+}  // namespace edgewise::cli

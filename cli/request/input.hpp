@@ -1,0 +1,54 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "cli/request/describe.hpp"
+#include "cli/request/geometry.hpp"
+#include "cli/request/input_identity.hpp"
+#include "graph/data.hpp"
+#include "transitions/reference/phantoms.hpp"
+#include "transitions/store/store.hpp"
+
+namespace edgewise::cli {
+
+/// What FILE stands for: first its description, then its samples.
+struct Input {
+    std::string name;  // as it was typed
+    store::Header header;
+    store::Selection selection;
+    std::optional<Phantom> phantom;
+    std::optional<Described> described;
+    std::shared_ptr<const Data> data;
+    double read_seconds = 0;
+    std::chrono::system_clock::time_point inspected_at{};
+    std::optional<InputIdentity> identity;  // of the samples as they were read; absent: not sure
+
+    int channels() const noexcept { return store::loaded_channels(header, selection); }
+    /// Straight colour is multiplied by its alpha before it is interpolated.
+    bool premultiplied() const noexcept;
+    /// The stored alpha that is opaque.
+    double opaque() const noexcept;
+    /// Bytes of the samples in memory.
+    double bytes() const;
+};
+
+/// Which of several things in a file are meant. @throws RequestError
+store::Selection selection_of(const std::optional<std::string>& series,
+                              const std::optional<std::string>& time,
+                              const std::optional<std::string>& channel,
+                              const std::optional<std::string>& orient);
+
+/// Reads the description. @throws InputError, RequestError
+Input inspected(const std::string& name, const store::Selection& selection);
+/// Reads the samples. @throws InputError, RequestError, std::bad_alloc
+/// @return warnings
+std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory);
+
+/// The same of what was described: a representation without samples.
+std::shared_ptr<const Data> described_data(const Input& input);
+
+InputGrid grid_of(const Input& input);
+
+}  // namespace edgewise::cli

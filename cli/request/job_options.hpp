@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/request/geometry.hpp"
+
+namespace edgewise::cli {
+
+/// A request as it was typed: texts, read when all of them are there.
+struct JobOptions {
+    Job job = Job::render;
+    std::string input;
+    std::optional<std::string> out;
+    GeometryWords geometry;
+    std::optional<std::string> orient, series, time, channel;
+    std::optional<std::string> mode, zero, background, transfer, window, outside;
+    std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
+    std::optional<std::string> threads, ranks, machine, planner, planning_time;
+    std::vector<std::string> via, without;
+    std::optional<std::string> bits, quality, json, verify, seed, repeat, trace, flow;
+    std::optional<std::string> progress, log;
+    std::optional<std::string> report;
+    std::vector<std::string> words;  // of the command line, as it was typed
+    bool explain = false, quiet = false, strict = false;
+};
+
+}  // namespace edgewise::cli

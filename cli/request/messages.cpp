@@ -1,0 +1,90 @@
+#include "cli/request/messages.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "graph/errors.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+constexpr int kBarWidth = 30;
+constexpr std::chrono::milliseconds kBarPause{100};
+
+template <std::size_t N>
+int index_of(const char* option, const std::string& word, const char* const (&names)[N]) {
+    for (std::size_t i = 0; i < N; ++i)
+        if (word == names[i]) return static_cast<int>(i);
+    throw RequestError(fmt::format("{}: '{}' is none of {}", option, word, fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+void Messages::configure(const std::string& log, const std::string& progress, bool quiet) {
+    constexpr const char* kLogs[] = {"error", "warning", "info", "debug"};
+    constexpr const char* kProgress[] = {"auto", "always", "never"};
+    log_ = static_cast<Log>(index_of("--log", log, kLogs));
+    progress_ = static_cast<Progress>(index_of("--progress", progress, kProgress));
+    quiet_ = quiet;
+    if (quiet) log_ = Log::error;
+}
+
+void Messages::say(const char* kind, const std::string& text) {
+    end_progress();
+    fmt::print(stderr, "edgewise: {}{}\n", kind, text);
+}
+
+void Messages::error(const std::string& text) { say("", text); }
+
+void Messages::warning(const std::string& text) {
+    // The same thing found in every frame is worth saying once.
+    if (std::find(warnings_.begin(), warnings_.end(), text) != warnings_.end()) return;
+    warnings_.push_back(text);
+    if (log_ >= Log::warning) say("warning: ", text);
+}
+
+void Messages::info(const std::string& text) {
+    if (log_ >= Log::info) say("", text);
+}
+
+void Messages::debug(const std::string& text) {
+    if (log_ >= Log::debug) say("", text);
+}
+
+bool Messages::shows_bar() const noexcept {
+    if (quiet_ || progress_ == Progress::never) return false;
+    return progress_ == Progress::always || isatty(STDERR_FILENO);
+}
+
+void Messages::progress(double share, const std::string& step) {
+    if (!shows_bar()) return;
+    const auto now = std::chrono::steady_clock::now();
+    if (share < 1 && now - drawn_ < kBarPause) return;
+    drawn_ = now;
+    const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarWidth);
+    fmt::print(stderr, "\r[{:<{}}] {:3.0f} % {:<32.32}", std::string(full, '='), kBarWidth,
+               share * 100, step);
+    std::fflush(stderr);
+    bar_ = true;
+}
+
+void Messages::step_done(const std::string& step, double seconds) {
+    if (quiet_ || progress_ == Progress::never || shows_bar()) return;
+    fmt::print(stderr, "edgewise: {}: {:.3g} s\n", step, seconds);
+}
+
+void Messages::end_progress() {
+    if (!bar_) return;
+    bar_ = false;
+    fmt::print(stderr, "\r{:78}\r", "");
+}
+
+bool colourful() {
+    const char* no_color = std::getenv("NO_COLOR");
+    return isatty(STDOUT_FILENO) && !(no_color && *no_color);
+}
+
+}  // namespace edgewise::cli

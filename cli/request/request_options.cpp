@@ -1,0 +1,190 @@
+#include "cli/request/request_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <map>
+
+namespace edgewise::cli {
+namespace {
+
+using Words = std::vector<std::string>;
+
+constexpr const char* kSteps[] = {"rotate", "matrix", "scale", "translate", "shear"};
+
+CLI::Option* add_list(CLI::App& app, const std::string& name, Words& into,
+                      const std::string& help) {
+    return app
+        .add_option(name, CLI::callback_t([&into](const Words& words) {
+                        into = words;
+                        return true;
+                    }),
+                    help)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_geometry(CLI::App& app, JobOptions& o) {
+    const std::string group = "Geometry, in the order given";
+    const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
+                          const char* help) {
+        add_text(app, name, into, help)->type_name(value)->group(group);
+    };
+    const auto step = [&](const char* name, const char* value, const char* help) {
+        // Order comes from the parser; see order_geometry.
+        app.add_option(name, CLI::callback_t([](const Words&) { return true; }), help)
+            ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+            ->type_name(value)
+            ->group(group);
+    };
+    text("--view", o.geometry.view, "SIDE",
+         "front, back, left, right, top, bottom, or x, y, z: along the file's axis");
+    step("--rotate", "A|X,Y,Z", "degrees about z (2D), or about x, then y, then z");
+    step("--matrix", "NUMBERS|FILE", "object -> screen, row by row");
+    step("--scale", "S[,S[,S]]", "more than 1 enlarges");
+    step("--translate", "T,T[,T]", "in the file's unit");
+    step("--shear", "xy=K,...", "adds K y to x");
+    text("--about", o.geometry.about, "X,Y[,Z]", "sample that is held fixed; default the centre");
+    if (o.job == Job::render) {
+        text("--perspective", o.geometry.perspective, "FOV",
+             "vertical angle; default parallel rays");
+        text("--turntable", o.geometry.turntable, "N", "N views about screen y");
+    }
+    text("--spacing", o.geometry.spacing, "S[,S[,S]]", "distance of output samples");
+    text("--size", o.geometry.size, o.job == Job::warp ? "WxH[xD]|fit" : "WxH", "output samples");
+}
+
+void add_input(CLI::App& app, JobOptions& o) {
+    app.add_option("FILE", o.input,
+                   "file, folder, phantom:NAME:N, raw:FILE:WxHxD:TYPE or, for plans, "
+                   "describe:WxHxD:TYPE")
+        ->required();
+    add_text(app, "--orient", o.orient, "where x, y, z point, as RAS")->type_name("RAS|...");
+    add_text(app, "--series", o.series, "which DICOM series of a folder")->type_name("UID|N");
+    add_text(app, "--time", o.time, "which time point, from 0")->type_name("N");
+    add_text(app, "--channel", o.channel, "which channel, from 0")->type_name("N");
+}
+
+void add_mode(CLI::App& app, JobOptions& o) {
+    if (o.job == Job::warp) {
+        add_text(app, "--outside", o.outside, "value beyond the input; default 0")->type_name("V");
+    } else {
+        add_text(app, "--mode", o.mode, "mip (default), xray, mean, composite")->type_name("MODE");
+        add_text(app, "--zero", o.zero, "xray: the value that adds nothing")->type_name("V");
+        add_text(app, "--background", o.background, "composite: default 0,0,0")->type_name("R,G,B");
+        add_text(app, "--transfer", o.transfer, "composite: opacity and colour")->type_name("FILE");
+    }
+    add_text(app, "--window", o.window, "what is black and white, values or percentiles")
+        ->type_name("LO,HI");
+}
+
+void add_budgets(CLI::App& app, JobOptions& o) {
+    const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
+                          const char* help) {
+        add_text(app, name, into, help)->type_name(value)->group("Budgets");
+    };
+    text("--max-error", o.max_error, "E", "NRMSE as 0.01, or PSNR as 40dB");
+    text("--range", o.range, "R", "the difference in values that counts as an error of 1");
+    text("--reference", o.reference, "FIELD", "what the samples mean: spline, linear or nearest");
+    text("--max-time", o.max_time, "T", "50ms, 2s, 1min");
+    text("--max-memory", o.max_memory, "M", "512MiB, 2GB: peak of the process");
+    text("--minimize", o.minimize, "WHAT", "time, error or memory");
+    text("--threads", o.threads, "N", "default: the cores this process may use");
+    text("--ranks", o.ranks, "N", "plan: memories that samples lie in; default: the machine's");
+    text("--machine", o.machine, "FILE|NAME", "profile to predict with");
+    text("--planner", o.planner, "estimate|pilot|exhaustive",
+         "models alone, contenders measured, or all paths");
+    text("--planning-time", o.planning_time, "T", "pilot, exhaustive: then the best so far");
+    app.add_flag("--strict", o.strict, "a measured budget that is broken: exit 1, no output")
+        ->group("Budgets");
+    const char* value = "NAME[/key=value]...";
+    add_list(app, "--via", o.via, "an edge or a family that must be on the path")
+        ->type_name(value)
+        ->group("Budgets");
+    add_list(app, "--without", o.without, "an edge or a family that must not")
+        ->type_name(value)
+        ->group("Budgets");
+}
+
+void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
+    const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
+                          const char* help) {
+        return add_text(app, name, into, help)->type_name(value)->group("Output");
+    };
+    if (out != OutNeeded::absent) {
+        CLI::Option* option =
+            text("-o", o.out, "OUT", "file, by its ending; %d is the frame; null:");
+        option->required(out == OutNeeded::yes);
+    }
+    text("--bits", o.bits, "8|16|32", "8, 16: a view; 32: values");
+    text("--quality", o.quality, "Q", "of JPEG; default 95");
+    text("--json", o.json, "FILE|-", "report");
+    app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
+    app.add_option("--verify", CLI::callback_t([&o](const Words& words) {
+                       o.verify = words.back().empty() ? "2048" : words.back();
+                       return true;
+                   }),
+                   "measure the error on N random samples (--verify=N; default 2048) or all")
+        ->expected(0, 0)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+        ->group("Output");
+    text("--seed", o.seed, "S", "of these samples; default 1");
+    text("--repeat", o.repeat, "N", "run N times");
+    if (out == OutNeeded::yes)
+        text("--report", o.report, "FILE.html", "a page of the run: plan, pictures, error map");
+    text("--trace", o.trace, "FILE.json", "what ran when, for Chrome's trace viewer");
+    text("--flow", o.flow, "FILE.dot", "the nodes that run");
+    add_text(app, "--progress", o.progress, "auto, always or never")
+        ->type_name("WHEN")
+        ->group("Output");
+    app.add_flag("--quiet", o.quiet, "errors only")->group("Output");
+    text("--log", o.log, "LEVEL", "error, warning, info or debug");
+}
+
+}  // namespace
+
+CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& into,
+                      const std::string& help) {
+    return app
+        .add_option(name, CLI::callback_t([&into](const Words& words) {
+                        into = words.back();
+                        return true;
+                    }),
+                    help)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out) {
+    add_input(app, options);
+    add_geometry(app, options);
+    add_mode(app, options);
+    add_budgets(app, options);
+    add_output(app, options, out);
+}
+
+std::vector<std::string> typed_words(const CLI::App& app) {
+    std::vector<std::string> words;
+    for (const CLI::App* at = &app; at; at = at->get_parent())
+        words.insert(words.begin(), at->get_name());
+    std::map<const CLI::Option*, std::size_t> taken;
+    for (const CLI::Option* option : app.parse_order()) {
+        const std::string name = option->get_name();
+        const std::string value = option->results().at(taken[option]++);
+        if (option->get_positional()) {
+            words.push_back(value);
+        } else if (option->get_expected_max() > 0) {
+            words.insert(words.end(), {name, value});
+        } else {
+            const bool is_flag = value.empty() || value == "true";
+            words.push_back(is_flag ? name : name + "=" + value);
+        }
+    }
+    return words;
+}
+
+void order_geometry(const CLI::App& app, JobOptions& options) {
+    std::map<const CLI::Option*, std::size_t> taken;
+    for (const CLI::Option* option : app.parse_order())
+        for (const char* step : kSteps)
+            if (option->get_lnames() == Words{step})
+                options.geometry.steps.emplace_back(step, option->results().at(taken[option]++));
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,169 @@
+#include "cli/request/screen.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "cli/request/errors.hpp"
+#include "cli/request/numbers.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+constexpr double kMostSamplesAnAxis = 2147483647;
+constexpr double kMostSamples = 1e18;  // further on, counts of bytes would leave 64 bits
+/// Lengths that should be whole numbers of samples are so to this: 1e-9 of a sample is no reason
+/// for one more.
+constexpr double kSlack = 1e-9;
+
+struct Box {
+    Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+
+    void add(const Vec3& point) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+};
+
+Box box_of(const std::vector<Mat4>& maps, const std::vector<Vec3>& corners) {
+    Box box;
+    for (const Mat4& map : maps)
+        for (const Vec3& corner : corners) {
+            const std::optional<Vec3> to = sent(map, corner);
+            if (!to)
+                throw RequestError(
+                    "--matrix: the horizon of this homography crosses the image; --size WxH says "
+                    "what to show of it");
+            box.add(*to);
+        }
+    return box;
+}
+
+std::int64_t whole_samples(double length, double spacing, const char* what) {
+    const double count = std::max(1.0, std::ceil(length / spacing - kSlack));
+    if (!(count <= kMostSamplesAnAxis))
+        throw RequestError(fmt::format("{}: makes {:.4g} samples along an axis; at most {}", what,
+                                       count, kMostSamplesAnAxis));
+    return static_cast<std::int64_t>(count);
+}
+
+void expect_countable(const Extent& extent) {
+    const double samples = double(extent.x) * double(extent.y) * double(extent.z);
+    if (samples > kMostSamples)
+        throw NoPlan(fmt::format("an output of {}x{}x{} samples does not fit into any memory",
+                                 extent.x, extent.y, extent.z));
+}
+
+/// --size WxH or WxHxD.
+Extent size_of(const std::string& text, std::size_t axes, const char* expected) {
+    const std::vector<std::string> words = split(text, 'x');
+    if (words.size() != axes)
+        throw RequestError(fmt::format("--size: '{}' given; expected {}", text, expected));
+    Extent extent;
+    for (std::size_t k = 0; k < axes; ++k)
+        extent[static_cast<int>(k)] =
+            whole_of("--size", words[k], 1, static_cast<std::int64_t>(kMostSamplesAnAxis));
+    return extent;
+}
+
+/// --spacing: one number for all axes, or one each.
+Vec3 spacing_of(const std::string& text, int axes, const Vec3& otherwise) {
+    std::vector<double> numbers = numbers_of("--spacing", text);
+    if (numbers.size() == 1) numbers.assign(axes, numbers[0]);
+    if (static_cast<int>(numbers.size()) != axes)
+        throw RequestError(
+            fmt::format("--spacing: {} numbers given; expected 1 or {}", numbers.size(), axes));
+    Vec3 spacing = otherwise;
+    for (int k = 0; k < axes; ++k) {
+        if (!(numbers[k] > 0))
+            throw RequestError(fmt::format("--spacing: {} is not greater than 0", numbers[k]));
+        spacing[k] = numbers[k];
+    }
+    return spacing;
+}
+
+/// The one factor by which `field` (samples) is shrunk or enlarged so that it fits into `size`.
+double one_factor(const Extent& field, const Extent& size, int axes) {
+    double factor = 1e300;
+    for (int k = 0; k < axes; ++k) factor = std::min(factor, double(size[k]) / double(field[k]));
+    return factor;
+}
+
+void take_size(ScreenGrid& grid, const GeometryWords& words, int axes, const char* expected) {
+    const Extent size = size_of(*words.size, static_cast<std::size_t>(axes), expected);
+    if (!words.spacing) {
+        const double factor = one_factor(grid.extent, size, axes);
+        for (int k = 0; k < axes; ++k) grid.spacing[k] /= factor;
+    }
+    for (int k = 0; k < axes; ++k) grid.extent[k] = size[k];
+}
+
+}  // namespace
+
+ScreenGrid warp_grid(const GeometryWords& words, const InputGrid& input, const Mat4& map,
+                     const std::vector<Vec3>& corners) {
+    ScreenGrid grid{input.extent, input.spacing};
+    if (words.spacing) grid.spacing = spacing_of(*words.spacing, input.axes, input.spacing);
+    if (words.size == "fit") {
+        const Box box = box_of({map}, corners);
+        for (int k = 0; k < input.axes; ++k)
+            grid.extent[k] = whole_samples(box.high[k] - box.low[k], grid.spacing[k], "--size fit");
+        grid.centre = (box.low + box.high) / 2;
+        if (input.axes == 2) grid.centre.z() = 0;
+    } else if (words.size) {
+        take_size(grid, words, input.axes,
+                  input.axes == 2 ? "WxH or fit" : "WxHxD or fit for a volume");
+    } else if (words.spacing) {
+        for (int k = 0; k < input.axes; ++k)
+            grid.extent[k] = whole_samples(double(input.extent[k]) * input.spacing[k],
+                                           grid.spacing[k], "--spacing");
+    }
+    expect_countable(grid.extent);
+    return grid;
+}
+
+ScreenGrid picture_grid(const GeometryWords& words, const InputGrid& input,
+                        const std::vector<Mat4>& maps, const std::vector<Vec3>& corners) {
+    const double unit = input.spacing.minCoeff();
+    const Box box = box_of(maps, corners);
+    ScreenGrid grid{{}, Vec3::Constant(unit)};
+    if (words.spacing) grid.spacing = spacing_of(*words.spacing, 2, grid.spacing);
+    for (int k = 0; k < 2; ++k)
+        grid.extent[k] = whole_samples(2 * std::max(box.high[k], -box.low[k]), grid.spacing[k],
+                                       words.spacing ? "--spacing" : "the geometry");
+    if (words.size == "fit") throw RequestError("--size fit: of warp; a picture is never cut off");
+    if (words.size) take_size(grid, words, 2, "WxH for a picture");
+    grid.spacing.z() = unit;
+    grid.extent.z = whole_samples(box.high.z() - box.low.z(), unit, "the geometry");
+    grid.centre = Vec3(0, 0, (box.low.z() + box.high.z()) / 2);
+    expect_countable(grid.extent);
+    return grid;
+}
+
+Eye eye_of(const std::string& degrees, const ScreenGrid& grid, const std::vector<Mat4>& maps,
+           const std::vector<Vec3>& corners) {
+    const double angle = number_of("--perspective", degrees);
+    if (!(angle > 0 && angle < 180))
+        throw RequestError(
+            fmt::format("--perspective: {} degrees; expected between 0 and 180", degrees));
+    const double half_height = grid.extent.y * grid.spacing.y() / 2;
+    const double half_width = grid.extent.x * grid.spacing.x() / 2;
+    const double up = std::tan(angle * (3.14159265358979323846 / 360));
+    const double aside = up * half_width / half_height;
+    double z = 1e300;
+    for (const Mat4& map : maps)
+        for (const Vec3& corner : corners) {
+            const Vec3 p = sent(map, corner).value();
+            z = std::min(z, p.z() - std::max(std::abs(p.y()) / up, std::abs(p.x()) / aside));
+        }
+    const auto depth = [&](double at) {
+        return (at - grid.centre.z()) / grid.spacing.z() + (grid.extent.z - 1) / 2.0;
+    };
+    Eye eye;
+    eye.at = {(grid.extent.x - 1) / 2.0, (grid.extent.y - 1) / 2.0, depth(z)};
+    eye.plane = depth(z + half_height / up);
+    return eye;
+}
+
+}  // namespace edgewise::cli

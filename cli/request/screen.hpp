@@ -1,0 +1,25 @@
+#pragma once
+
+#include "cli/request/geometry.hpp"
+
+namespace edgewise::cli {
+
+/// Samples that a warp makes: --spacing and --size, else those of the input.
+/// @param map      centred object -> centred screen space [file unit]
+/// @param corners  of the input, centred object space [file unit]
+/// @throws RequestError
+ScreenGrid warp_grid(const GeometryWords& words, const InputGrid& input, const Mat4& map,
+                     const std::vector<Vec3>& corners);
+
+/// Pixels of all views, centred where the middle of the turn is; by default no view is cut off.
+/// z: the depth that all views take, in units of the smallest spacing of the input.
+/// @throws RequestError
+ScreenGrid picture_grid(const GeometryWords& words, const InputGrid& input,
+                        const std::vector<Mat4>& maps, const std::vector<Vec3>& corners);
+
+/// The eye that sees all corners of all views under the vertical angle `degrees`.
+/// @throws RequestError
+Eye eye_of(const std::string& degrees, const ScreenGrid& grid, const std::vector<Mat4>& maps,
+           const std::vector<Vec3>& corners);
+
+}  // namespace edgewise::cli

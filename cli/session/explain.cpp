@@ -1,0 +1,199 @@
+#include "cli/session/explain.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+
+#include "cli/request/quantities.hpp"
+#include "cli/session/rivals.hpp"
+#include "cli/session/session.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+constexpr std::size_t kMostPaths = 2000, kMostRows = 40;
+
+std::string path_text(const Plan& plan) {
+    return plan.steps.empty() ? "(the input itself)"
+                              : fmt::format("{}", fmt::join(plan.texts(), " > "));
+}
+
+std::string row(const std::string& mark, const Predicted& predicted, const std::string& path,
+                const std::string& why) {
+    return fmt::format("{:1} {:>11} {:>12} {:>19}  {}{}\n", mark, seconds_text(predicted.seconds),
+                       bytes_text(predicted.expected_bytes()), error_text(predicted), path,
+                       why.empty() ? "" : "  [" + why + "]");
+}
+
+}  // namespace
+
+std::string why_not(const Predicted& other, const std::optional<Predicted>& chosen,
+                    const Request& want) {
+    const Budget& budget = want.budget;
+    if (budget.error && !other.known) return "its error is unknown";
+    if (budget.error && other.error > *budget.error)
+        return fmt::format("error above {:.3g}", *budget.error);
+    if (budget.seconds && other.seconds > *budget.seconds)
+        return "slower than " + seconds_text(*budget.seconds);
+    if (budget.bytes && other.bytes > *budget.bytes)
+        return "larger than " + bytes_text(*budget.bytes);
+    if (!chosen) return {};
+    switch (want.minimize) {
+        case Minimize::time:
+            if (other.seconds > chosen->seconds)
+                return fmt::format("{:.2f} times as slow", other.seconds / chosen->seconds);
+            break;
+        case Minimize::error:
+            if (other.error > chosen->error) return "less accurate";
+            break;
+        case Minimize::memory:
+            if (other.bytes > chosen->bytes) return "takes more memory";
+            break;
+    }
+    return "no better";
+}
+
+namespace {
+
+/// All paths, those of the front first.
+std::vector<Plan> paths_of(const Session& session) {
+    const std::vector<Source> sources = session.sources();
+    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.demands);
+    std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
+                                        session.profile, session.plan_options, kMostPaths);
+    std::set<std::string> front;
+    for (const Plan& plan : session.answer->front) front.insert(path_text(plan));
+    std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
+        return a.predicted.seconds < b.predicted.seconds;
+    });
+    std::stable_partition(plans.begin(), plans.end(),
+                          [&](const Plan& plan) { return front.contains(path_text(plan)); });
+    return plans;
+}
+
+std::string steps_text(const Plan& plan) {
+    std::string text;
+    for (const Step& step : plan.steps)
+        text += fmt::format("  {:>11} {:>12} {:>19}  {}{}\n    {} -> {}\n",
+                            seconds_text(step.predicted.seconds), bytes_text(step.predicted.bytes),
+                            error_text(step.predicted), step.text(),
+                            step.runs() > 1 ? fmt::format(" x {}", step.runs()) : "",
+                            step.offer.from.text(), step.offer.to.text());
+    return text;
+}
+
+double median(std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+    return values[values.size() / 2];
+}
+
+}  // namespace
+
+std::string budget_text(const Request& want) {
+    const Budget& budget = want.budget;
+    std::vector<std::string> parts;
+    if (budget.error)
+        parts.push_back(fmt::format("error {:.3g}{}", *budget.error,
+                                    budget.error_is_default ? " (default)" : ""));
+    if (budget.seconds) parts.push_back("time " + seconds_text(*budget.seconds));
+    if (budget.bytes) parts.push_back("memory " + bytes_text(*budget.bytes));
+    if (parts.empty()) parts.push_back("none");
+    return fmt::format("{}; least {}", fmt::join(parts, ", "), name_of(want.minimize));
+}
+
+namespace {
+
+std::string measured_row(const std::string& predicted, const std::string& measured, double ratio,
+                         const std::string& what) {
+    return fmt::format("  {:>19} {:>19} {:>7}  {}\n", predicted, measured,
+                       std::isfinite(ratio) ? fmt::format("{:.2f}", ratio) : "", what);
+}
+
+/// Prediction against measurement, of steps those of the last run; steps of a plan that took over
+/// were not predicted.
+std::string measured_table(const Session& session) {
+    const Plan& plan = *session.answer->plan;
+    const Measured& measured = *session.measured;
+    std::string text = measured_row("predicted", "measured", NAN, "step");
+    for (std::size_t i = 0; i < measured.steps.size() && i < measured.step_seconds.size(); ++i) {
+        const double took = measured.step_seconds[i];
+        const bool planned = i < plan.steps.size() && plan.steps[i].text() == measured.steps[i];
+        const double expected = planned ? plan.steps[i].predicted.seconds : NAN;
+        text += measured_row(planned ? seconds_text(expected) : "not planned", seconds_text(took),
+                             took / expected, measured.steps[i]);
+    }
+    const Predicted& all = plan.predicted;
+    const double seconds = median(measured.seconds);
+    text += measured_row(seconds_text(all.seconds), seconds_text(seconds), seconds / all.seconds,
+                         "all steps");
+    text += measured_row(bytes_text(all.expected_bytes()), bytes_text(measured.bytes),
+                         measured.bytes / all.expected_bytes(), "peak memory");
+    text += measured_row(
+        error_text(all),
+        measured.error ? error_text({.error = measured.error->nrmse}) : "not verified",
+        measured.error && all.known ? measured.error->nrmse / all.error : NAN, "error");
+    return text;
+}
+
+}  // namespace
+
+std::string explanation_of(const Session& session) {
+    const Answer& answer = *session.answer;
+    const Request& want = session.want();
+    std::string text = fmt::format(
+        "{} {}: {} view{}, {} threads{}, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
+        "edges\n",
+        name_of(want.job), session.options.input, want.frames, want.frames > 1 ? "s" : "",
+        want.threads, want.ranks > 1 ? fmt::format(" on each of {} ranks", want.ranks) : "",
+        session.profile.name, budget_text(want), seconds_text(answer.seconds), answer.vertices,
+        answer.edges);
+    if (session.drawn > 1)
+        text += fmt::format("errors from {} clusters of samples, {} times the usual draws\n",
+                            session.scene.draws, session.drawn);
+    std::optional<Predicted> chosen;
+    if (answer.plan) {
+        chosen = answer.plan->predicted;
+        text += "\nplan\n" + steps_text(*answer.plan) + row("=", *chosen, "all steps", "");
+    } else {
+        text += "\nno plan: " + answer.problem + "\n";
+    }
+    text += margin_text(session);
+    const std::vector<Plan> plans = paths_of(session);
+    text += fmt::format("\npaths ({}{}; > chosen, * on the front)\n", plans.size(),
+                        plans.size() == kMostPaths ? " and more" : "");
+    std::set<std::string> front;
+    for (const Plan& plan : answer.front) front.insert(path_text(plan));
+    for (std::size_t i = 0; i < plans.size() && i < kMostRows; ++i) {
+        const std::string path = path_text(plans[i]);
+        const bool is_plan = answer.plan && path == path_text(*answer.plan);
+        text +=
+            row(is_plan                ? ">"
+                : front.contains(path) ? "*"
+                                       : "",
+                plans[i].predicted, path, is_plan ? "" : why_not(plans[i].predicted, chosen, want));
+    }
+    if (plans.size() > kMostRows) text += fmt::format("  and {} more\n", plans.size() - kMostRows);
+    if (!answer.refused.empty()) text += "\nrefused\n";
+    for (const Refusal& refusal : answer.refused)
+        text += fmt::format("  {}: {}\n", refusal.transition, refusal.reason);
+    return text;
+}
+
+std::string measurement_of(const Session& session) {
+    const Measured& measured = *session.measured;
+    std::string text;
+    if (session.options.explain && session.answer->plan) text = measured_table(session) + "\n";
+    text += fmt::format("measured: {}, peak {}", seconds_text(median(measured.seconds)),
+                        bytes_text(measured.bytes));
+    if (measured.error) {
+        const Verified& e = *measured.error;
+        text += fmt::format(
+            ", error {}, 95 % from {:.3g} to {:.3g}; largest difference {:.4g} of {:.4g}, {} "
+            "samples",
+            error_text({.error = e.nrmse}), e.low, e.high, e.max, e.range, e.samples);
+    }
+    return text + "\n";
+}
+
+}  // namespace edgewise::cli

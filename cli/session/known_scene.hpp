@@ -1,0 +1,27 @@
+#pragma once
+
+#include <memory_resource>
+
+#include "cli/request/input.hpp"
+#include "graph/request.hpp"
+#include "graph/scene.hpp"
+#include "transitions/reference/histogram.hpp"
+#include "transitions/reference/statistics.hpp"
+#include "transitions/spectrum/radial_power.hpp"
+
+namespace edgewise::cli {
+
+// Facts of loaded samples: those that are known from an earlier run, else measured and, if that
+// took longer than keeping them is worth, kept (cli/session/known_facts.hpp). The same to the last
+// bit.
+
+Statistics known_statistics(const Input& input, std::pmr::memory_resource* memory);
+Histogram known_histogram(const Input& input, const Statistics& statistics);
+RadialPower known_spectrum(const Input& input, const Statistics& statistics,
+                           std::pmr::memory_resource* memory);
+/// Statistics, preview, and what a ray caster takes of the data (transitions/project/casting.hpp).
+/// @param times  so many times the usual draws of a preview
+Scene known_scene(const Input& input, const Statistics& statistics, const Request& want,
+                  std::pmr::memory_resource* memory, int times = 1);
+
+}  // namespace edgewise::cli

@@ -1,0 +1,192 @@
+#include "cli/session/path_runs.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <limits>
+#include <tbb/task_arena.h>
+
+#include "cli/machine/machine.hpp"
+#include "cli/machine/quantiles.hpp"
+#include "cli/machine/signals.hpp"
+#include "cli/machine/watch.hpp"
+#include "cli/session/session.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// From now on resident_peak() counts anew. @return false where the system does not let us
+bool reset_resident_peak() {
+    std::ofstream stream("/proc/self/clear_refs");
+    return static_cast<bool>(stream << "5" << std::flush);
+}
+
+}  // namespace
+
+double MeasuredPath::median() const { return seconds.empty() ? *first : cli::median(seconds); }
+
+double MeasuredPath::least() const {
+    return seconds.empty() ? *first : *std::min_element(seconds.begin(), seconds.end());
+}
+
+std::vector<MeasuredPath> unmeasured(const TriedPaths& tried,
+                                     const std::vector<std::string>* chosen) {
+    std::vector<MeasuredPath> paths(tried.plans.size());
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        paths[i].steps = tried.plans[i].texts();
+        paths[i].predicted = tried.plans[i].predicted;
+        paths[i].front = tried.front[i];
+        paths[i].chosen = chosen && paths[i].steps == *chosen;
+    }
+    return paths;
+}
+
+PathRuns::PathRuns(Session& session, std::vector<MeasuredPath>& paths,
+                   const std::vector<Plan>& plans, const PathSettings& settings,
+                   double resident_before)
+    : session_(session),
+      paths_(paths),
+      plans_(plans),
+      resident_before_(resident_before),
+      seed_(settings.seed),
+      repeat_(settings.repeat),
+      runs_(paths.size()),
+      reference_memory_(std::size_t{1} << 46),
+      field_(*session.input->data, session.want().field,
+             session.input->phantom ? &*session.input->phantom : nullptr),
+      verifier_(session.want(), field_, settings.samples, settings.seed, &reference_memory_) {}
+
+void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
+    MeasuredPath& path = paths_[i];
+    // As a process that runs this path alone would hold it.
+    session_.memory->trim();
+    session_.memory->reset_peak();
+    const auto held = static_cast<double>(session_.memory->used());
+    const double resident = resident_now();
+    const bool counts = reset_resident_peak();
+    double delivering = 0;
+    const Deliver deliver = [&](int frame, const std::shared_ptr<const Data>& result) {
+        const auto begin = Clock::now();
+        // Waiting for its own tiles, this thread must not begin another frame's step.
+        tbb::this_task_arena::isolate([&] { verifier_.frame(frame, *result); });
+        if (look) look(frame, result);
+        delivering += since(begin);
+    };
+    const std::optional<Outcome> outcome = run_once(i, limit, deliver);
+    // What the process took more than before; what verifying holds beside it does not count.
+    const double grown = resident_peak() - resident;
+    const Verified error = verifier_.finish();
+    if (!outcome) return;
+    const Request& want = session_.want();
+    const int side_by_side = std::max(1, std::min(want.threads, want.frames));
+    path.first = std::max(0.0, outcome->seconds - delivering / side_by_side);
+    path.bytes = session_.resident + static_cast<double>(outcome->peak);
+    if (counts) path.resident_bytes = resident_before_ + held + std::max(0.0, grown);
+    path.error = error;
+    if (is_open(error)) verify_carefully(i);
+}
+
+bool PathRuns::is_open(const Verified& error) const {
+    const std::optional<double>& budget = session_.want().budget.error;
+    return budget && error.low <= *budget && *budget < error.high;
+}
+
+void PathRuns::verify_carefully(std::size_t i) {
+    if (!careful_)
+        careful_.emplace(session_.want(), field_, careful_samples(session_.want()), seed_,
+                         &reference_memory_);
+    // What takes long here is the reference: the path itself was not given up.
+    const auto outcome =
+        run_once(i, std::numeric_limits<double>::infinity(),
+                 [&](int frame, const std::shared_ptr<const Data>& result) {
+                     tbb::this_task_arena::isolate([&] { careful_->frame(frame, *result); });
+                 });
+    const Verified error = careful_->finish();
+    if (outcome) paths_[i].error = error;
+}
+
+/// @return nothing where it failed or was given up
+std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Deliver& deliver) {
+    MeasuredPath& path = paths_[i];
+    const Watch watch(limit);
+    RunOptions options;
+    options.threads = session_.want().threads;
+    options.memory = session_.memory.get();
+    options.stop = &watch.flag();
+    try {
+        return run(plans_[i], session_.ask(), session_.input->data, deliver, options);
+    } catch (const Cancelled&) {
+        if (stop_flag()) throw;
+        path.given_up = watch.elapsed();
+    } catch (const std::bad_alloc&) {
+        path.failure = "out of memory";
+    } catch (const std::exception& error) {
+        path.failure = error.what();
+    }
+    return std::nullopt;
+}
+
+void PathRuns::run_again(std::size_t i) {
+    constexpr double kShort = 0.05;  // [s]
+    if (const double seconds = paths_[i].least(); last_ != i && seconds < kShort)
+        for (int run = 0; run < warming_runs(seconds); ++run)
+            run_once(i, std::numeric_limits<double>::infinity(),
+                     [](int, const std::shared_ptr<const Data>&) {});
+    last_ = i;
+    const int threads = session_.want().threads;
+    const double before = pace_now(threads);
+    const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
+                                  [](int, const std::shared_ptr<const Data>&) {});
+    if (!outcome) return;
+    runs_[i].add(outcome->seconds, before, pace_now(threads));
+    choose(i);
+}
+
+void PathRuns::choose(std::size_t i) {
+    paths_[i].seconds = runs_[i].seconds(best(), static_cast<std::size_t>(repeat_));
+    paths_[i].set_aside = runs_[i].size() - paths_[i].seconds.size();
+}
+
+std::size_t PathRuns::calm_runs(std::size_t i) const { return runs_[i].calm(best()); }
+
+double PathRuns::best() const { return best_pace(session_.want().threads); }
+
+std::vector<std::size_t> PathRuns::counts() const {
+    std::vector<std::size_t> counts;
+    for (const PacedRuns& each : runs_) counts.push_back(each.size());
+    return counts;
+}
+
+void PathRuns::choose_all() {
+    for (std::size_t i = 0; i < runs_.size(); ++i)
+        if (runs_[i].size() > 0) choose(i);
+}
+
+void PathRuns::disturbed_since(const std::vector<std::size_t>& counts) {
+    for (std::size_t i = 0; i < runs_.size(); ++i) {
+        if (runs_[i].size() == counts[i]) continue;
+        runs_[i].disturbed_from(counts[i]);
+        choose(i);
+    }
+}
+
+void PathRuns::run_round(int round, const std::function<bool(std::size_t)>& wanted,
+                         const std::function<void(std::size_t)>& begins) {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < paths_.size(); ++i)
+        if (paths_[i].measured() && paths_[i].failure.empty() && wanted(i)) order.push_back(i);
+    if (round % 2) std::reverse(order.begin(), order.end());
+    for (const std::size_t i : order) {
+        if (begins) begins(i);
+        run_again(i);
+    }
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/machine/pace.hpp"
+#include "cli/session/paths.hpp"
+#include "graph/cost.hpp"
+#include "runtime/runtime.hpp"
+#include "transitions/reference/verify.hpp"
+
+namespace edgewise::cli {
+
+/// How the paths of a request are measured.
+struct PathSettings {
+    std::size_t limit = 200;      // paths a request
+    int repeat = 5;               // warm runs of every path that is worth them
+    std::int64_t samples = 2048;  // output samples that an error is measured on; 0: all. More are
+                                  // taken where these leave open whether it keeps its budget
+    std::uint64_t seed = 1;       // of these samples, and of the paths beyond the limit
+};
+
+/// One path: what it was predicted to take, and what it took.
+struct MeasuredPath {
+    std::vector<std::string> steps;
+    Predicted predicted;
+    bool front = false, chosen = false;
+    std::optional<double> first;     // [s], with cold caches
+    std::vector<double> seconds;     // further runs, as far as they count
+    std::size_t set_aside = 0;       // further runs that do not: the host slowed them
+    std::optional<double> given_up;  // [s] after which it was stopped: it takes longer
+    double bytes = 0;                // peak: what the process held before, and what was counted
+    std::optional<double>
+        resident_bytes;  // peak as the system sees it, without what measuring holds
+    std::optional<Verified> error;
+    std::string failure;  // why it has no result
+
+    bool measured() const noexcept { return first.has_value(); }
+    /// Of the warm runs, or the cold one where there is no other.
+    double median() const;
+    double least() const;
+};
+
+/// The paths to run, with nothing measured yet. @param chosen  the planner's, where it has one
+std::vector<MeasuredPath> unmeasured(const TriedPaths& tried,
+                                     const std::vector<std::string>* chosen);
+
+/// Runs the paths of one request in this process: each first alone, as a process of its own would
+/// hold it, with its error; then in rounds, interleaved, so that what else the machine does meets
+/// all of them alike. Which paths are worth how much patience is up to who asks.
+class PathRuns {
+ public:
+    /// All must stay alive. @param resident_before  bytes of the process beside counted samples
+    PathRuns(Session& session, std::vector<MeasuredPath>& paths, const std::vector<Plan>& plans,
+             const PathSettings& settings, double resident_before);
+
+    /// The first run. @param limit  given up after so long [s]
+    /// @param look  sees every frame's result, untimed
+    /// @throws Cancelled
+    void run_first(std::size_t i, double limit, const Deliver& look = {});
+    /// One more run of a path that has run. Short ones run more often where another path ran
+    /// before (warming_runs()); the last run counts. A path's
+    /// `seconds` are then those of its calm runs, or of PathSettings::repeat that come closest.
+    /// @throws Cancelled
+    void run_again(std::size_t i);
+    /// Every path that has run and is wanted once more; the order turns round every time.
+    /// @param begins  told each that is run, before it is
+    /// @throws Cancelled
+    void run_round(int round, const std::function<bool(std::size_t)>& wanted,
+                   const std::function<void(std::size_t)>& begins = {});
+
+    /// Runs beside which no other guest of the host slowed the processors.
+    std::size_t calm_runs(std::size_t i) const;
+    /// Which runs count, by the best pace so far: of all paths alike.
+    void choose_all();
+    /// How often each path ran again.
+    std::vector<std::size_t> counts() const;
+    /// The host was elsewhere since these counts: those runs were not calm.
+    void disturbed_since(const std::vector<std::size_t>& counts);
+
+    const ReferenceField& field() const noexcept { return field_; }
+    MemoryBudget& reference_memory() noexcept { return reference_memory_; }
+
+ private:
+    std::optional<Outcome> run_once(std::size_t i, double limit, const Deliver& deliver);
+    double best() const;  // pace
+    void choose(std::size_t i);
+    bool is_open(const Verified& error) const;
+    void verify_carefully(std::size_t i);
+
+    Session& session_;
+    std::vector<MeasuredPath>& paths_;
+    const std::vector<Plan>& plans_;
+    double resident_before_;
+    std::uint64_t seed_;
+    int repeat_;
+    std::vector<PacedRuns> runs_;      // of each path, but the first
+    std::optional<std::size_t> last_;  // path that ran
+    MemoryBudget reference_memory_;    // what verifying takes is not the paths'
+    ReferenceField field_;
+    Verifier verifier_;
+    std::optional<Verifier> careful_;  // made when it is needed
+};
+
+}  // namespace edgewise::cli

@@ -1,0 +1,222 @@
+#include <algorithm>
+#include <chrono>
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include "cli/machine/machine.hpp"
+#include "cli/machine/signals.hpp"
+#include "cli/request/outputs.hpp"
+#include "cli/session/session.hpp"
+#include "cli/session/shown.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+void poll() {
+    if (stop_flag()) throw Cancelled();
+}
+
+/// Everything after the planner: runs, keeps or passes on frames, verifies, writes.
+class Performance {
+ public:
+    explicit Performance(Session& session)
+        : session_(session),
+          want_(session.want()),
+          writes_(session.outputs && !session.outputs->none()) {
+        session.measured.emplace();
+        if (session.options.report) shown_.emplace(session);
+        if (!session.wish.verify) return;
+        field_.emplace(*session.input->data, want_.field,
+                       session.input->phantom ? &*session.input->phantom : nullptr);
+        verifier_.emplace(want_, *field_, static_cast<std::int64_t>(*session.wish.verify),
+                          session.wish.seed, session.memory.get());
+    }
+
+    void run_all() {
+        for (int i = 0; i < session_.wish.repeat; ++i) {
+            last_ = i + 1 == session_.wish.repeat;
+            run_once();
+            poll();
+        }
+        end_run();
+        if (!session_.wish.strict) keeps_budgets();
+    }
+
+ private:
+    void run_once() {
+        frames_.resize(static_cast<std::size_t>(want_.frames));
+        delivering_ = 0;
+        RunOptions options;
+        options.threads = want_.threads;
+        options.memory = session_.memory.get();
+        options.stop = &stop_flag();
+        options.progress = [&](double share, const std::string& step) {
+            session_.messages.progress(share, step);
+        };
+        options.replan = [&](const std::string& failed, const std::string&,
+                             const std::vector<Representation>& held) {
+            return other_plan(failed, held);
+        };
+        const Deliver deliver = [&](int frame, std::shared_ptr<const Data> result) {
+            const auto begin = Clock::now();
+            // Waiting for its own tiles, this thread must not begin another frame's step: that
+            // would deliver while the first delivery still holds the runtime's lock.
+            tbb::this_task_arena::isolate([&] { take(frame, std::move(result)); });
+            delivering_ += since(begin);
+        };
+        const Outcome outcome =
+            run(*session_.answer->plan, session_.ask(), session_.input->data, deliver, options);
+        session_.messages.end_progress();
+        note(outcome);
+    }
+
+    void note(const Outcome& outcome) {
+        Measured& measured = *session_.measured;
+        // Writing and verifying are no part of the path; other threads went on with it meanwhile.
+        const double passing = delivering_ / std::max(1, std::min(want_.threads, want_.frames));
+        measured.seconds.push_back(std::max(0.0, outcome.seconds - passing));
+        measured.steps = outcome.steps;
+        measured.step_seconds = outcome.step_seconds;
+        for (const std::string& warning : outcome.warnings) session_.messages.warning(warning);
+        if (!last_) return;
+        for (std::size_t i = 0; i < outcome.steps.size() && i < outcome.step_seconds.size(); ++i)
+            session_.messages.step_done(outcome.steps[i], outcome.step_seconds[i]);
+        if (session_.options.trace)
+            write_text(*session_.options.trace,
+                       chrome_trace(*session_.answer->plan, outcome.trace));
+    }
+
+    std::optional<Plan> other_plan(const std::string& failed,
+                                   const std::vector<Representation>& held) {
+        PlanOptions options = session_.plan_options;
+        options.demands = session_.demands;
+        options.demands.without.push_back(demand_of(failed, session_.edges));
+        without_.push_back(options.demands.without.back());
+        options.demands.without.insert(options.demands.without.end(), without_.begin(),
+                                       without_.end());
+        std::vector<Source> sources;
+        for (const Representation& what : held) sources.push_back({what});
+        return plan(session_.edges, session_.ask(), sources, session_.profile, options).plan;
+    }
+
+    /// One frame of a run; of several runs the last is kept, so that earlier ones leave no results
+    /// beside the next.
+    void take(int frame, std::shared_ptr<const Data> result) {
+        if (!last_) return;
+        if (!session_.writes_at_once()) {
+            if (writes_ || verifier_ || (shown_ && frame == 0))
+                frames_[static_cast<std::size_t>(frame)] = std::move(result);
+            return;
+        }
+        if (verifier_) verifier_->frame(frame, *result);
+        const bool shows = shown_ && frame == 0;
+        if (!writes_ && !shows) return;
+        const std::shared_ptr<const Data> one[] = {std::move(result)};
+        const Levels levels = levels_of(one, session_.wish.window, session_.written.tail);
+        if (shows) shown_->take(*one[0], levels);
+        if (writes_) write(frame, *one[0], levels);
+    }
+
+    void write(int frame, const Data& result, const Levels& levels) {
+        poll();
+        const auto begin = Clock::now();
+        const Array samples =
+            finished(result, session_.written.tail, levels, session_.memory.get());
+        const std::string file = session_.outputs->file(frame);
+        store::write(file, session_.written.header, samples.data(), {session_.wish.quality});
+        session_.measured->write_seconds += since(begin);
+        session_.files.push_back(file);
+    }
+
+    /// What waited until all frames were there.
+    void end_run() {
+        if (!session_.writes_at_once()) {
+            for (std::size_t i = 0; verifier_ && i < frames_.size(); ++i) {
+                verifier_->frame(static_cast<int>(i), *frames_[i]);
+                poll();
+            }
+        }
+        if (verifier_) session_.measured->error = verifier_->finish();
+        verifier_.reset();
+        session_.memory->trim();
+        if (session_.wish.strict && !keeps_budgets())
+            throw RunError("--strict: a budget is broken; nothing is written");
+        const bool waited = !session_.writes_at_once();
+        const Levels levels = waited && (writes_ || shown_) ? default_levels() : Levels{};
+        show(levels);
+        if (!waited || !writes_) return;
+        // From here on nobody reads the samples: their bytes are the last form's.
+        field_.reset();
+        session_.input->data.reset();
+        for (std::size_t i = 0; i < frames_.size(); ++i) {
+            write(static_cast<int>(i), *frames_[i], levels);
+            frames_[i].reset();
+        }
+    }
+
+    /// While there are samples to compare with.
+    void show(const Levels& levels) {
+        if (!shown_) return;
+        if (!session_.writes_at_once()) shown_->take(*frames_[0], levels);
+        shown_->compare();
+        session_.memory->trim();
+    }
+
+    Levels default_levels() const {
+        const Tail& tail = session_.written.tail;
+        if (!tail.view) return {};
+        const store::Header& header = session_.input->header;
+        const bool photograph = !header.volume && !is_integer(header.type);
+        if (photograph && !session_.wish.window) return {0, 1};
+        return levels_of(frames_, session_.wish.window, tail);
+    }
+
+    /// Whether what was measured keeps the budgets that were given; a warning says which not.
+    bool keeps_budgets() {
+        Measured& measured = *session_.measured;
+        measured.bytes = resident_peak();
+        const Budget& budget = want_.budget;
+        const auto broken = [&](const char* what, double value, double limit, const char* unit) {
+            if (value <= limit) return;
+            measured.kept = false;
+            session_.messages.warning(fmt::format("{} {:.3g}{} is beyond the budget of {:.3g}{}",
+                                                  what, value, unit, limit, unit));
+        };
+        std::vector<double> seconds = measured.seconds;
+        std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
+        if (budget.seconds) broken("time:", seconds[seconds.size() / 2], *budget.seconds, " s");
+        if (session_.wish.memory_given)
+            broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, " MiB");
+        if (measured.error && budget.error && !budget.error_is_default)
+            broken("error:", measured.error->nrmse, *budget.error, "");
+        return measured.kept;
+    }
+
+    Session& session_;
+    const Request& want_;
+    const bool writes_;
+    bool last_ = true;
+    double delivering_ = 0;
+    std::vector<std::shared_ptr<const Data>> frames_;
+    std::vector<Demand> without_;
+    std::optional<ReferenceField> field_;
+    std::optional<Verifier> verifier_;
+    std::optional<ShownResult> shown_;
+};
+
+}  // namespace
+
+void perform(Session& session) {
+    if (session.options.flow)
+        write_text(*session.options.flow, flow_dot(*session.answer->plan, session.ask()));
+    Performance(session).run_all();
+}
+
+}  // namespace edgewise::cli

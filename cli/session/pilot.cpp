@@ -1,0 +1,396 @@
+#include "cli/session/pilot.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <tbb/task_arena.h>
+
+#include "cli/machine/machine.hpp"
+#include "cli/machine/pace.hpp"
+#include "cli/machine/quantiles.hpp"
+#include "cli/machine/signals.hpp"
+#include "cli/machine/watch.hpp"
+#include "cli/session/paths.hpp"
+#include "cli/session/session.hpp"
+#include "cli/session/wisdom.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+constexpr std::size_t kMostPaths = 200;
+constexpr std::int64_t kSamples = 1024;  // that an error is measured on
+constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
+constexpr int kFrames = 12;              // run of a long turntable
+constexpr std::size_t kRuns = 7;         // of close contenders, at least
+constexpr int kMostRounds = 25;          // until they have kFewRuns beside which no guest was busy
+constexpr double kTrying = 0.6;          // of the time; what is left goes to the close ones
+/// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
+/// spectrum farther away.
+constexpr double kOverestimate = 4;
+constexpr std::size_t kFewRuns = 3;
+constexpr double kClose = 1.3;     // slower than the best by more: no further runs
+constexpr double kHopeless = 3;    // slower by more: stopped
+constexpr double kPatience = 0.1;  // [s], never stopped before
+constexpr double kShort = 0.05;    // [s]; shorter runs are warmed up
+constexpr double kTie = 1.03;      // two runs of one path differ by so much
+constexpr double kOneSided = 1.645;
+
+/// One path on trial.
+struct Contender {
+    Plan plan;                     // of the whole request, as predicted
+    std::vector<double> seconds;   // that count
+    PacedRuns runs;                // of this process
+    std::optional<Learned> known;  // error and bytes
+    bool is_default = false, failed = false;
+
+    /// Which runs count, by the best pace so far.
+    void choose(double best) {
+        if (runs.size() > 0) seconds = runs.seconds(best, kFewRuns);
+    }
+    bool is_sure(double best) const {
+        return runs.size() == 0 ? seconds.size() >= kFewRuns
+                                : runs.size() >= kRuns && runs.calm(best) >= kFewRuns;
+    }
+
+    double least() const {
+        return seconds.empty() ? std::numeric_limits<double>::infinity()
+                               : *std::min_element(seconds.begin(), seconds.end());
+    }
+    double median() const {
+        return seconds.empty() ? std::numeric_limits<double>::infinity() : cli::median(seconds);
+    }
+};
+
+/// The request with a few of its views.
+Request with_few_frames(const Request& want, int frames) {
+    if (frames >= want.frames) return want;
+    Request few = want;
+    std::vector<Mat4> maps;
+    for (int i = 0; i < frames; ++i)
+        maps.push_back(want.views.at(
+            static_cast<int>((2 * i + 1) * std::int64_t{want.frames} / (2 * frames))));
+    few.views = Placement::each(std::move(maps));
+    few.frames = frames;
+    return few;
+}
+
+class Pilot {
+ public:
+    Pilot(Session& session, bool all, double limit)
+        : session_(session),
+          all_(all),
+          limit_(limit),
+          want_(with_few_frames(session.want(), kFrames)),
+          key_(wisdom_key(session)),
+          wisdom_(Wisdom::load()) {
+        if (!wisdom_.problem().empty()) session.messages.warning(wisdom_.problem());
+        collect();
+    }
+
+    void run_all() {
+        for (Contender& each : contenders_) {
+            if (each.failed || !each.seconds.empty()) continue;
+            if (!each.is_default && (watch_.elapsed() > kTrying * limit_ || !could_win(each)))
+                continue;
+            if (!each.known)
+                try_first(each);
+            else if (keeps_error(each) || each.is_default)
+                run_again(each);
+        }
+        for (int round = 0; runs_ > 0 && round < kMostRounds && !out_of_time(); ++round)
+            if (!run_round(round)) break;
+        for (Contender& each : contenders_) each.choose(best_pace(session_.profile.processors));
+        keep();
+        choose();
+    }
+
+ private:
+    /// The default first, then the fastest predicted ones; those that are known bring what they
+    /// took. Plans of few frames are looked up by their steps.
+    void collect() {
+        const Answer& answer = *session_.answer;
+        const Wisdom::Paths* known = wisdom_.find(key_);
+        const std::vector<Source> sources = session_.sources();
+        const Ask few{want_, session_.scene};
+        const TransformGraph spanned = expand(session_.edges, few, sources, session_.demands);
+        for (Plan& plan : all_paths(spanned, session_.edges, few, sources, session_.profile,
+                                    session_.plan_options, 20 * kMostPaths))
+            few_.emplace(path_text(plan.texts()), std::move(plan));
+        const std::string chosen = answer.plan ? path_text(answer.plan->texts()) : "";
+        for (Plan& plan : tried_paths(session_, kMostPaths, 1).plans) {
+            const std::string text = path_text(plan.texts());
+            if (!few_.contains(text) || !may_fit(plan)) continue;
+            Contender contender;
+            contender.is_default = text == chosen;
+            if (known)
+                if (const auto found = known->find(text); found != known->end()) {
+                    contender.known = found->second;
+                    contender.seconds = found->second.seconds;
+                    contender.failed = found->second.given_up > 0;
+                }
+            contender.plan = std::move(plan);
+            contenders_.push_back(std::move(contender));
+        }
+        std::stable_partition(contenders_.begin(), contenders_.end(),
+                              [](const Contender& each) { return each.is_default; });
+    }
+
+    bool may_fit(const Plan& plan) const {
+        const Budget& budget = session_.want().budget;
+        if (budget.bytes && plan.predicted.bytes > *budget.bytes) return false;
+        if (all_ || !budget.error || !plan.predicted.known) return true;
+        return plan.predicted.error <= kOverestimate * *budget.error;
+    }
+
+    bool out_of_time() const { return watch_.elapsed() > limit_; }
+
+    bool keeps_error(const Contender& each) const {
+        const Budget& budget = session_.want().budget;
+        if (!budget.error) return true;
+        // Half of the way to the end of the interval: a sample may flatter.
+        return each.known && 0.5 * (each.known->error + each.known->high) <= *budget.error;
+    }
+
+    /// Whether the interval of the measured error holds the budget.
+    bool is_open(const Contender& each) const {
+        const Budget& budget = session_.want().budget;
+        return budget.error && each.known && each.known->low <= *budget.error &&
+               *budget.error <= each.known->high;
+    }
+
+    /// What is minimised, as measured; infinite where a budget is broken or nothing is known.
+    double cost(const Contender& each) const {
+        constexpr double kNever = std::numeric_limits<double>::infinity();
+        const Budget& budget = session_.want().budget;
+        if (each.failed || !each.known || !keeps_error(each)) return kNever;
+        if (budget.seconds && each.median() > *budget.seconds) return kNever;
+        switch (session_.want().minimize) {
+            case Minimize::time:
+                return each.median();
+            case Minimize::error:
+                return each.known->error;
+            case Minimize::memory:
+                break;
+        }
+        return each.known->bytes;
+    }
+
+    const Contender* best() const {
+        const Contender* best = nullptr;
+        for (const Contender& each : contenders_)
+            if (std::isfinite(cost(each)) && (!best || cost(each) < cost(*best))) best = &each;
+        return best;
+    }
+
+    /// Whether the low end of what is predicted is still below the best that was measured.
+    bool could_win(const Contender& each) const {
+        const Contender* best = this->best();
+        if (!best || all_ || session_.want().minimize != Minimize::time) return true;
+        const Predicted& predicted = each.plan.predicted;
+        return predicted.seconds * std::exp(-kOneSided * predicted.spread) < best->median();
+    }
+
+    /// Seconds of the whole request: frames that were not run take what the others took.
+    double whole_seconds(const Plan& few, const Outcome& outcome) const {
+        double set_up = 0;
+        for (std::size_t k = 0; k < few.steps.size(); ++k)
+            if (few.steps[k].runs() == 1 && want_.frames > 1) set_up += outcome.step_seconds[k];
+        const double frames = std::max(0.0, outcome.seconds - set_up);
+        return set_up + frames * session_.want().frames / want_.frames;
+    }
+
+    /// @param patient  verifying takes its own time
+    std::optional<Outcome> run_once(Contender& each, bool patient, const Deliver& deliver) {
+        ++runs_;
+        const Contender* best = this->best();
+        const double share = double(want_.frames) / session_.want().frames;
+        const Watch watch(each.is_default || all_ || patient || !best
+                              ? std::numeric_limits<double>::infinity()
+                              : std::max(kPatience, kHopeless * best->median() * share));
+        RunOptions options;
+        options.threads = session_.profile.processors;
+        options.memory = session_.memory.get();
+        options.stop = &watch.flag();
+        const Plan& plan = few_.at(path_text(each.plan.texts()));
+        try {
+            Outcome outcome =
+                run(plan, {want_, session_.scene}, session_.input->data, deliver, options);
+            if (outcome.steps == plan.texts()) return outcome;
+        } catch (const Cancelled&) {
+            if (stop_flag()) throw;
+        } catch (const std::exception&) {
+            // Out of memory, or a failure of an edge: this path does not win.
+        }
+        each.failed = true;
+        if (!each.known) each.known.emplace();
+        each.known->given_up = std::max(1e-9, watch.elapsed());
+        return std::nullopt;
+    }
+
+    /// With its error; the time of this run warms up only, and stands alone where it is long.
+    void try_first(Contender& each) {
+        if (!field_)
+            field_.emplace(*session_.input->data, want_.field,
+                           session_.input->phantom ? &*session_.input->phantom : nullptr);
+        verify(each, verifier_, kSamples);
+        if (each.failed) return;
+        const Contender* best = this->best();
+        if (is_open(each) && !out_of_time() && (!best || could_win(each)))
+            verify(each, careful_, kMore);
+        if (each.failed) return;
+        if (keeps_error(each) || each.is_default) run_again(each);
+        session_.messages.progress(std::min(1.0, watch_.elapsed() / limit_),
+                                   path_text(each.plan.texts()));
+    }
+
+    void verify(Contender& each, std::optional<Verifier>& verifier, std::int64_t samples) {
+        if (!verifier) verifier.emplace(want_, *field_, samples, 1, session_.memory.get());
+        session_.memory->reset_peak();
+        const Deliver deliver = [&](int frame, const std::shared_ptr<const Data>& result) {
+            // Waiting for its own tiles, this thread must not begin another frame's step.
+            tbb::this_task_arena::isolate([&] { verifier->frame(frame, *result); });
+        };
+        const auto outcome = run_once(each, true, deliver);
+        const Verified error = verifier->finish();
+        if (!outcome) return;
+        each.known = Learned{.seconds = {},
+                             .error = error.nrmse,
+                             .low = error.low,
+                             .high = error.high,
+                             .bytes = session_.resident + double(outcome->peak)};
+    }
+
+    /// Where another path ran before, short ones run more often, and the last run counts.
+    void run_again(Contender& each) {
+        if (const double seconds = each.least(); last_ != &each && seconds < kShort)
+            for (int run = 0; run < warming_runs(seconds); ++run)
+                run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
+        last_ = &each;
+        const int threads = session_.profile.processors;
+        const double before = pace_now(threads);
+        const auto outcome = run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
+        if (!outcome) return;
+        each.runs.add(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome), before,
+                      pace_now(threads));
+        each.choose(best_pace(threads));
+    }
+
+    /// The first runs of a path may have met other load.
+    static bool is_close(const Contender& each, const Contender& best) {
+        const double factor = each.seconds.size() < kFewRuns ? kHopeless : kClose;
+        return each.least() <= factor * best.median();
+    }
+
+    /// The close ones once more; the order turns round every time, so that no place in it wins.
+    /// @return whether there was a choice to be made
+    bool run_round(int round) {
+        const Contender* best = this->best();
+        if (!best) return false;
+        std::vector<Contender*> unsure;
+        int close = 0;
+        for (Contender& each : contenders_) {
+            if (!std::isfinite(cost(each)) || !is_close(each, *best)) continue;
+            ++close;
+            if (!each.is_sure(best_pace(session_.profile.processors))) unsure.push_back(&each);
+        }
+        if (unsure.empty() || (close == 1 && best->seconds.size() >= kFewRuns)) return false;
+        if (round % 2) std::reverse(unsure.begin(), unsure.end());
+        for (Contender* each : unsure) {
+            if (out_of_time() && each->seconds.size() > 1) break;
+            run_again(*each);
+        }
+        return true;
+    }
+
+    void keep() const {
+        if (runs_ == 0) return;
+        Wisdom::Paths learned;
+        for (const Contender& each : contenders_)
+            if (each.known) {
+                Learned& path = learned[path_text(each.plan.texts())] = *each.known;
+                path.seconds = each.seconds;
+            }
+        wisdom_.keep(
+            key_,
+            fmt::format("{} {} {} to {}", name_of(session_.want().job), session_.options.input,
+                        session_.input->data->what.text(), text_of(session_.want().screen, 3)),
+            learned);
+    }
+
+    /// The best measured path, with what was measured instead of what was predicted.
+    void choose() {
+        session_.messages.end_progress();
+        Answer& answer = *session_.answer;
+        const Contender* chosen = best();
+        for (const Contender& each : contenders_)
+            if (each.is_default && chosen && std::isfinite(cost(each)) &&
+                cost(each) <= kTie * cost(*chosen))
+                chosen = &each;
+        if (!chosen) return nothing_keeps();
+        answer.plan = measured_plan(*chosen);
+        answer.problem.clear();
+        answer.nearest.clear();
+        answer.warnings.clear();
+    }
+
+    Plan measured_plan(const Contender& chosen) const {
+        Plan plan = chosen.plan;
+        const double factor =
+            plan.predicted.seconds > 0 ? chosen.median() / plan.predicted.seconds : 1;
+        for (Step& step : plan.steps) {
+            step.seconds *= factor;
+            step.predicted.seconds *= factor;
+        }
+        std::vector<double> away;
+        for (const double each : chosen.seconds)
+            away.push_back(std::abs(std::log(each / chosen.median())));
+        plan.predicted.seconds = plan.label.seconds = chosen.median();
+        plan.predicted.spread = std::max(kTie - 1, 1.4826 * cli::median(away));
+        plan.predicted.error = chosen.known->high;
+        plan.predicted.known = true;
+        return plan;
+    }
+
+    /// A default budget is a wish: the most accurate measured path. A demand is not met.
+    void nothing_keeps() {
+        Answer& answer = *session_.answer;
+        const Contender* accurate = nullptr;
+        for (const Contender& each : contenders_)
+            if (each.known && !each.failed && !each.seconds.empty() &&
+                (!accurate || each.known->error < accurate->known->error))
+                accurate = &each;
+        if (!accurate) return;  // out of time before anything was known: as the models have it
+        if (session_.want().budget.error_is_default) {
+            answer.plan = measured_plan(*accurate);
+            return;
+        }
+        answer.plan.reset();
+        answer.nearest = {measured_plan(*accurate)};
+        answer.problem = "no measured plan keeps the budgets";
+    }
+
+    Session& session_;
+    bool all_;
+    double limit_;
+    Watch watch_{std::numeric_limits<double>::infinity()};
+    const Request want_;                   // with few frames
+    std::optional<ReferenceField> field_;  // made when something is verified
+    std::optional<Verifier> verifier_, careful_;
+    std::string key_;
+    Wisdom wisdom_;
+    std::map<std::string, Plan> few_;  // paths of the request with few frames
+    std::vector<Contender> contenders_;
+    const Contender* last_ = nullptr;  // that ran
+    int runs_ = 0;
+};
+
+}  // namespace
+
+void measure_contenders(Session& session, bool all, double limit) {
+    Pilot(session, all, limit).run_all();
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,189 @@
+#include "cli/session/report.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/session/rivals.hpp"
+#include "cli/session/session.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json parameters_of(const Parameters& with) {
+    Json json = Json::object();
+    for (const auto& [key, value] : with.all())
+        std::visit([&, &name = key](const auto& v) { json[name] = v; }, value);
+    return json;
+}
+
+Json short_plan(const Plan& plan) {
+    return {{"steps", plan.texts()}, {"predicted", to_json(plan.predicted)}};
+}
+
+/// Of one run, the mean over the views.
+Json work_json(const Work& work) {
+    return {{"operations", work.operations},
+            {"streamed", work.streamed},
+            {"gathers", work.gathers},
+            {"lines", work.lines},
+            {"local", work.local},
+            {"global", work.global},
+            {"congested", work.congested},
+            {"messages", work.messages},
+            {"sent", work.sent},
+            {"scratch", work.scratch},
+            {"workspace", work.workspace},
+            {"span", work.span},
+            {"swept", work.swept}};
+}
+
+Json measured_json(const Session& session) {
+    if (!session.measured) return nullptr;
+    const Measured& measured = *session.measured;
+    Json steps = Json::array();
+    for (std::size_t i = 0; i < measured.steps.size(); ++i) {
+        const std::string& step = measured.steps[i];
+        const bool timed = i < measured.step_seconds.size();
+        steps.push_back({{"transition", step.substr(0, step.find('/'))},
+                         {"seconds", timed ? Json(measured.step_seconds[i]) : Json()}});
+    }
+    return {{"seconds", measured.seconds},
+            {"bytes", measured.bytes},
+            {"read_seconds", session.input ? Json(session.input->read_seconds) : Json()},
+            {"write_seconds", measured.write_seconds},
+            {"kept", measured.kept},
+            {"error", to_json(measured.error)},
+            {"steps", steps}};
+}
+
+/// What was measured of the data for this request. Numbers of a ray are means over pixels.
+Json scene_json(const Session& session) {
+    const Scene& scene = session.scene;
+    const auto corner = [&](const std::array<std::int64_t, 3>& at) {
+        return std::vector<std::int64_t>(at.begin(), at.begin() + session.want().axes);
+    };
+    const std::optional<double> ended = scene.fact("picture/ended");
+    const Json rays = {{"samples", or_null(scene.fact("cast/all"))},
+                       {"taken", or_null(scene.fact("cast/taken"))},
+                       {"taken_with_bricks", or_null(scene.fact("cast/bricks"))},
+                       {"opaque", ended ? Json(*ended * *ended) : Json()}};
+    return {{"values", {scene.low, scene.high}},
+            {"mean", scene.mean},
+            {"non_finite", scene.non_finite},
+            {"commonest", scene.commonest},
+            {"occupied_box", {corner(scene.occupied.begin), corner(scene.occupied.end)}},
+            {"occupied_fraction", scene.occupied_fraction},
+            {"range", scene.range},
+            {"draws", scene.draws},
+            {"rays", rays}};
+}
+
+void add_answer(Json& report, const Session& session) {
+    report["plan"] = nullptr;
+    report["front"] = Json::array();
+    report["refused"] = Json::array();
+    report["planning"] = nullptr;
+    if (!session.answer) return;
+    const Answer& answer = *session.answer;
+    if (answer.plan) report["plan"] = to_json(*answer.plan);
+    for (const Plan& plan : answer.front) report["front"].push_back(short_plan(plan));
+    for (const Refusal& refusal : answer.refused)
+        report["refused"].push_back(
+            {{"transition", refusal.transition}, {"reason", refusal.reason}});
+    if (session.margin) {
+        report["margin"] = margin_json(*session.margin);
+        report["rivals"] = rivals_json(*session.margin);
+    }
+    report["scene"] = scene_json(session);
+    report["planning"] = {{"seconds", answer.seconds},
+                          {"planner", session.options.planner.value_or("estimate")},
+                          {"machine", session.profile.name},
+                          {"vertices", answer.vertices},
+                          {"edges", answer.edges}};
+}
+
+}  // namespace
+
+Json to_json(const Predicted& predicted) {
+    // 90 % of runs lie between: a log-normal distribution around the prediction.
+    const double reach = std::exp(1.645 * predicted.spread);
+    return {{"seconds", predicted.seconds},
+            {"seconds_low", predicted.seconds / reach},
+            {"seconds_high", predicted.seconds * reach},
+            {"bytes", predicted.expected_bytes()},
+            {"bytes_high", predicted.bytes},
+            {"error", predicted.known ? Json(predicted.error) : Json()}};
+}
+
+Json request_json(const Session& session) {
+    const Request& want = session.want();
+    Json json = {{"job", name_of(want.job)}, {"input", session.options.input}};
+    if (want.job == Job::render) json["mode"] = name_of(want.mode);
+    const Budget& budget = want.budget;
+    json["budget"] = {{"error", or_null(budget.error)},
+                      {"seconds", or_null(budget.seconds)},
+                      {"bytes", session.wish.memory_given ? or_null(budget.bytes) : Json()}};
+    json["minimize"] = name_of(want.minimize);
+    json["frames"] = want.frames;
+    json["threads"] = want.threads;
+    json["ranks"] = want.ranks;
+    return json;
+}
+
+Json to_json(const Plan& plan) {
+    Json steps = Json::array();
+    for (const Step& step : plan.steps)
+        steps.push_back({{"transition", step.by->name},
+                         {"from", step.offer.from.text()},
+                         {"to", step.offer.to.text()},
+                         {"parameters", parameters_of(step.offer.with)},
+                         {"work", work_json(step.work)},
+                         {"predicted", to_json(step.predicted)}});
+    return {{"steps", steps}, {"predicted", to_json(plan.predicted)}};
+}
+
+Json to_json(const std::optional<Verified>& error) {
+    if (!error) return nullptr;
+    return {{"nrmse", error->nrmse}, {"low", error->low},     {"high", error->high},
+            {"max", error->max},     {"range", error->range}, {"samples", error->samples}};
+}
+
+Json report_head() { return {{"schema", 1}, {"version", EDGEWISE_VERSION}}; }
+
+Json failure_of(int code, const std::string& message) {
+    Json report = report_head();
+    report["error"] = {{"code", code}, {"message", message}, {"nearest", Json::array()}};
+    report["plan"] = nullptr;
+    return report;
+}
+
+Json report_of(const Session& session, bool with_run, const std::optional<Failure>& failure) {
+    Json report = report_head();
+    report["warnings"] = session.messages.warnings();
+    report["request"] = request_json(session);
+    add_answer(report, session);
+    if (with_run) {
+        report["measured"] = measured_json(session);
+        report["outputs"] = session.files;
+    }
+    if (!failure) return report;
+    report["plan"] = nullptr;
+    Json nearest = Json::array();
+    if (session.answer)
+        for (const Plan& plan : session.answer->nearest) nearest.push_back(short_plan(plan));
+    report["error"] = {
+        {"code", failure->code}, {"message", failure->message}, {"nearest", nearest}};
+    if (session.way_out) report["error"]["relax"] = to_json(*session.way_out);
+    return report;
+}
+
+std::string text_of(const Json& json) {
+    // Names of files are bytes: what is not UTF-8 becomes U+FFFD. Infinities become null.
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,238 @@
+#include "cli/session/run_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <set>
+
+#include "charts/report.hpp"
+#include "charts/scales.hpp"
+#include "cli/machine/machine.hpp"
+#include "cli/machine/quantiles.hpp"
+#include "cli/machine/signals.hpp"
+#include "cli/request/quantities.hpp"
+#include "cli/session/explain.hpp"
+#include "cli/session/graph_picture.hpp"
+#include "cli/session/paths.hpp"
+#include "cli/session/report.hpp"
+#include "cli/session/session.hpp"
+#include "graph/errors.hpp"
+#include "planner/cost.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+using charts::Fact;
+
+/// A word as a shell takes it.
+std::string shell_word(const std::string& word) {
+    constexpr const char* kPlain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789@%+=:,./_-";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+std::string command_of(const Session& session) {
+    std::string command;
+    for (const std::string& word : session.options.words)
+        command += (command.empty() ? "" : " ") + shell_word(word);
+    return command;
+}
+
+std::string title_of(const Session& session) {
+    const Request& want = session.want();
+    const std::string& input = session.options.input;
+    const std::filesystem::path path(input.ends_with('/') ? input.substr(0, input.size() - 1)
+                                                          : input);
+    return fmt::format("edgewise {} of {}{}", name_of(want.job), path.filename().string(),
+                       want.job == Job::render ? fmt::format(", {}", name_of(want.mode)) : "");
+}
+
+std::string numbers(const Vec3& values, int axes, const std::string& unit) {
+    std::string text;
+    for (int k = 0; k < axes; ++k) text += fmt::format("{}{:.6g}", k ? " x " : "", values[k]);
+    return text + (unit.empty() ? "" : " " + unit);
+}
+
+std::vector<Fact> input_facts(const Session& session) {
+    const Input& input = *session.input;
+    const store::Header& h = input.header;
+    const Request& want = session.want();
+    std::vector<Fact> facts = {
+        {"input",
+         fmt::format("{}: {} ({}), {} {}{}", input.name, h.volume ? "volume" : "image", h.format,
+                     text_of(h.extent, want.axes), name_of(h.type),
+                     input.channels() > 1 ? fmt::format(", {} channels", input.channels()) : "")},
+        {"spacing", numbers(want.spacing, want.axes, h.unit)}};
+    if (!h.orientation.empty()) facts.emplace_back("orientation", h.orientation);
+    facts.emplace_back(
+        "values", fmt::format("{:.6g} to {:.6g}", session.statistics.low, session.statistics.high));
+    return facts;
+}
+
+const char* field_text(Field field) {
+    switch (field) {
+        case Field::linear:
+            return "the linear interpolation of the samples";
+        case Field::nearest:
+            return "labels: the nearest sample";
+        case Field::formula:
+            return "the phantom's formula";
+        case Field::spline:
+            break;
+    }
+    return "the cubic B-spline through the samples";
+}
+
+std::string outputs_text(const Session& session) {
+    const auto& files = session.files;
+    if (files.empty()) return "none is written";
+    if (files.size() == 1) return files[0];
+    return fmt::format("{} to {}, {} files", files.front(), files.back(), files.size());
+}
+
+std::vector<Fact> request_facts(const Session& session) {
+    const Request& want = session.want();
+    std::vector<Fact> facts = input_facts(session);
+    facts.emplace_back("output",
+                       fmt::format("{}{}", text_of(want.output(), want.output().z > 1 ? 3 : 2),
+                                   want.frames > 1 ? fmt::format(", {} frames", want.frames) : ""));
+    facts.emplace_back("written to", outputs_text(session));
+    Request asked = want;
+    if (!session.wish.memory_given) asked.budget.bytes.reset();  // what is free is no demand
+    facts.emplace_back("budget", budget_text(asked));
+    facts.emplace_back("errors are against", field_text(want.field));
+    return facts;
+}
+
+std::string times_text(const std::vector<double>& seconds) {
+    constexpr std::size_t kMost = 8;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(seconds.size(), kMost); ++i)
+        text += (i ? ", " : "") + charts::seconds_text(seconds[i]);
+    return text + (seconds.size() > kMost ? fmt::format(" ... ({} runs)", seconds.size()) : "");
+}
+
+std::vector<Fact> machine_facts(const Session& session) {
+    const Measured& measured = *session.measured;
+    const std::string cpu = cpu_name();
+    std::vector<Fact> facts = {
+        {"version", "edgewise " EDGEWISE_VERSION},
+        {"profile", session.profile.name},
+        {"processor", cpu.empty() ? "not known" : cpu},
+        {"threads", fmt::format("{} of {} cores", session.want().threads, usable_cores())},
+        {"planned", fmt::format("in {}, by {}: {} vertices, {} edges",
+                                charts::seconds_text(session.answer->seconds),
+                                session.options.planner.value_or("estimate"),
+                                session.answer->vertices, session.answer->edges)},
+        {"read, written", fmt::format("{}, {}", charts::seconds_text(session.input->read_seconds),
+                                      charts::seconds_text(measured.write_seconds))},
+        {measured.seconds.size() > 1 ? "runs took" : "run took", times_text(measured.seconds)}};
+    if (measured.error) {
+        const Verified& e = *measured.error;
+        facts.emplace_back(
+            "verified",
+            fmt::format("error {}, 95 % from {:.3g} to {:.3g}; largest difference "
+                        "{:.4g} of {:.4g}; {} samples",
+                        error_text({.error = e.nrmse}), e.low, e.high, e.max, e.range, e.samples));
+    }
+    return facts;
+}
+
+charts::Values values_of(const Predicted& predicted, double bytes) {
+    charts::Values values{predicted.seconds, {}, bytes};
+    if (predicted.known) values.error = predicted.error;
+    return values;
+}
+
+/// Steps that ran; those of a plan that took over were not predicted.
+std::vector<charts::ReportStep> steps_of(const Session& session) {
+    const Plan& plan = *session.answer->plan;
+    const Measured& measured = *session.measured;
+    std::vector<charts::ReportStep> steps;
+    for (std::size_t i = 0; i < measured.steps.size(); ++i) {
+        charts::ReportStep& step = steps.emplace_back();
+        step.name = measured.steps[i];
+        if (i < measured.step_seconds.size()) step.measured.seconds = measured.step_seconds[i];
+        if (i >= plan.steps.size() || plan.steps[i].text() != measured.steps[i]) {
+            step.no_prediction = "not planned";
+            continue;
+        }
+        const Step& planned = plan.steps[i];
+        step.predicted = values_of(planned.predicted, planned.predicted.expected_bytes());
+        step.note = fmt::format("{} → {}{}", planned.offer.from.text(), planned.offer.to.text(),
+                                planned.runs() > 1 ? fmt::format(", {} runs", planned.runs()) : "");
+    }
+    return steps;
+}
+
+charts::ReportStep total_of(const Session& session) {
+    const Predicted& predicted = session.answer->plan->predicted;
+    const Measured& measured = *session.measured;
+    charts::ReportStep total;
+    total.name = "all steps";
+    total.predicted = values_of(predicted, predicted.expected_bytes());
+    total.measured = {median(measured.seconds), {}, measured.bytes};
+    if (measured.error)
+        total.measured.error = measured.error->nrmse;
+    else
+        total.no_error = "not verified";
+    return total;
+}
+
+std::vector<charts::ReportPath> front_of(const Session& session) {
+    const Answer& answer = *session.answer;
+    std::vector<charts::ReportPath> front;
+    for (const Plan& plan : answer.front) {
+        const bool chosen = plan.texts() == answer.plan->texts();
+        front.push_back(
+            {plan.steps.empty() ? "(the input itself)" : path_text(plan.texts()),
+             values_of(plan.predicted, plan.predicted.expected_bytes()), chosen,
+             chosen ? "" : why_not(plan.predicted, answer.plan->predicted, session.want())});
+    }
+    return front;
+}
+
+/// As `edgewise graph -o g.svg` draws it.
+void take_graph(charts::Report& report, const Session& session) {
+    // The samples may have been given back by now; what they are the plan still knows.
+    const std::vector<Source> sources = {{session.answer->plan->source}};
+    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.demands);
+    try {
+        report.graph = laid_out(
+            picture_dot(spanned, session.edges, cost_words(session), &*session.answer->plan));
+    } catch (const std::runtime_error& error) {
+        report.no_graph = fmt::format("There is no drawing of it: {}.", error.what());
+    }
+}
+
+}  // namespace
+
+void write_run_page(Session& session) {
+    charts::Report report;
+    report.title = title_of(session);
+    report.command = command_of(session);
+    report.request = request_facts(session);
+    report.machine = machine_facts(session);
+    if (session.shown) {
+        report.picture = session.shown->picture;
+        report.difference = session.shown->difference;
+        report.difference_scale = session.shown->difference_scale;
+        report.no_difference = session.shown->no_difference;
+    }
+    report.steps = steps_of(session);
+    report.total = total_of(session);
+    report.front = front_of(session);
+    for (const Refusal& refusal : session.answer->refused)
+        report.refused.emplace_back(refusal.transition, refusal.reason);
+    take_graph(report, session);
+    report.warnings = session.messages.warnings();
+    report.document = report_of(session, true, {});
+    if (stop_flag()) throw Cancelled();
+    write_text(*session.options.report, charts::page_of(report));
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,319 @@
+#include "cli/session/session.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fmt/format.h>
+
+#include "cli/machine/machine.hpp"
+#include "cli/machine/signals.hpp"
+#include "cli/request/errors.hpp"
+#include "cli/request/numbers.hpp"
+#include "cli/session/known_scene.hpp"
+#include "cli/session/pilot.hpp"
+#include "cli/session/refined_scene.hpp"
+#include "cli/session/shown.hpp"
+#include "graph/errors.hpp"
+#include "transitions/catalogue.hpp"
+#include "transitions/project/casting.hpp"
+#include "transitions/reference/scene.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+/// What a run takes beside counted samples: stacks of threads, the flow graph, buffers of
+/// libraries.
+constexpr double kReserve = 12 << 20, kReserveAThread = 1 << 20;
+/// What it takes of that as a rule: the code of kernels, and what threads touch of their stacks.
+constexpr double kGrowth = 1 << 20, kGrowthAThread = 1 << 18;
+
+/// Everything that is to be written can be, before any work.
+void check_outputs(Session& session) {
+    const JobOptions& o = session.options;
+    if (o.out) session.outputs.emplace(*o.out);
+    if (o.report && !o.report->ends_with(".html"))
+        throw RequestError(
+            fmt::format("--report {}: expected a name that ends in .html", *o.report));
+    for (const auto& [option, file] : {std::pair{"--json", &o.json},
+                                       {"--trace", &o.trace},
+                                       {"--flow", &o.flow},
+                                       {"--report", &o.report}})
+        if (*file && **file != "-") expect_writable(option, **file);
+}
+
+/// How many memories there are, and who shares one: by default as the machine has them.
+void take_ranks(Session& session) {
+    Request& want = session.wish.want;
+    const JobOptions& o = session.options;
+    constexpr std::int64_t kMostRanks = 1 << 24;
+    want.ranks = session.profile.ranks;
+    if (o.ranks) want.ranks = static_cast<int>(whole_of("--ranks", *o.ranks, 1, kMostRanks));
+    if (want.ranks == 1) return;
+    if (session.runs)
+        throw RequestError(
+            fmt::format("{}: {} ranks: a run is on one rank; `edgewise plan` plans for more",
+                        o.ranks ? "--ranks" : "--machine", want.ranks));
+    if (!o.threads && !std::getenv("EDGEWISE_THREADS")) want.threads = session.profile.processors;
+}
+
+void take_edges(Session& session) {
+    session.edges = catalogue();
+    for (const std::string& text : session.options.via)
+        session.demands.via.push_back(demand_of(text, session.edges));
+    for (const std::string& text : session.options.without)
+        session.demands.without.push_back(demand_of(text, session.edges));
+    session.profile = chosen_profile(session.options.machine);
+    take_ranks(session);
+    if (session.want().ranks == 1 && !session.profile.cpu.empty() &&
+        session.profile.cpu != cpu_name())
+        session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",
+                                             session.profile.name, session.profile.cpu));
+    if (!session.profile.build.empty() && session.profile.build != EDGEWISE_VERSION)
+        session.messages.warning(
+            fmt::format("the profile '{}' was measured by version {}, this is {}: calibrate again",
+                        session.profile.name, session.profile.build, EDGEWISE_VERSION));
+}
+
+/// The budget of all samples and scratch: what is allowed less what the process has already.
+void open_memory(Session& session) {
+    Budget& budget = session.wish.want.budget;
+    if (session.want().ranks > 1) {
+        // Of a rank of a machine that is elsewhere only its samples are known.
+        if (!budget.bytes && session.profile.memory > 0) budget.bytes = session.profile.memory;
+        session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(free_memory()));
+        return;
+    }
+    session.resident = resident_now() + kReserve + kReserveAThread * session.want().threads;
+    if (!budget.bytes) budget.bytes = resident_now() + free_memory();
+    const double left = std::max(0.0, *budget.bytes - session.resident);  // see expect_room
+    session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(left));
+    if (session.wish.memory_given) fence_memory(left + kReserve + 10e6 * session.want().threads);
+}
+
+/// Why there is no room for samples, or "".
+std::string lack_of_room(const Session& session) {
+    const Input& input = *session.input;
+    const Budget& budget = session.want().budget;
+    if (session.want().ranks == 1 && *budget.bytes <= session.resident)
+        return fmt::format(
+            "--max-memory {:.0f} MiB: the process takes {:.0f} MiB before it holds any samples",
+            *budget.bytes / 0x1p20, session.resident / 0x1p20);
+    const auto limit = static_cast<double>(session.memory->limit());
+    if (input.described || input.bytes() <= limit) return {};
+    return fmt::format("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
+                       input.name, input.bytes() / 0x1p20, limit / 0x1p20,
+                       session.wish.memory_given ? " by --max-memory" : " on this machine");
+}
+
+/// @param low,high  of the input's values
+void take_written(Session& session, double low, double high) {
+    if (session.outputs)
+        session.written =
+            written_of(session.wish, session.geometry, *session.input, *session.outputs, low, high);
+}
+
+/// What there is no data of: guesses take the place of measurements.
+void take_description(Session& session) {
+    Input& input = *session.input;
+    input.data = described_data(input);
+    const Statistics statistics = described_statistics(*input.described, input.header);
+    take_values(session.wish, session.options, *input.data, statistics);
+    session.scene = described_scene(*input.described, input.header);
+    take_written(session, statistics.low, statistics.high);
+}
+
+void read_input(Session& session) {
+    if (session.input->described) {
+        take_description(session);
+        return;
+    }
+    const EndsAtOnce nothing_to_tidy;
+    Input& input = *session.input;
+    if (session.given)
+        input.data = session.given;
+    else
+        for (const std::string& warning : read_data(input, session.memory.get()))
+            session.messages.warning(warning);
+    const Statistics& statistics = session.statistics =
+        session.given ? statistics_of(*input.data, session.memory.get())
+                      : known_statistics(input, session.memory.get());
+    if (statistics.non_finite > 0)
+        session.messages.warning(
+            fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
+    take_values(session.wish, session.options, *input.data, statistics);
+    if (session.errors) {
+        session.scene = known_scene(input, statistics, session.want(), session.memory.get());
+    } else {
+        session.scene = unseen_scene(statistics);
+        measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
+    }
+    take_written(session, statistics.low, statistics.high);
+    for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
+}
+
+double frame_bytes(const Request& want) {
+    const Extent out = want.output();
+    const bool composite = want.job == Job::render && want.mode == Mode::composite;
+    return double(out.x) * double(out.y) * double(out.z) * (composite ? 4 : 1) * sizeof(float);
+}
+
+/// Bytes that stay whatever the path: samples, results that wait, and their last form.
+double pinned_bytes(const Session& session) {
+    const Request& want = session.want();
+    const int channels = want.job == Job::warp ? session.input->channels() : 1;
+    const double frame = frame_bytes(want) * channels;
+    const double written = frame / sizeof(float) * double(bytes_of(session.written.tail.type));
+    // Ranks read what they work on, and keep their share of the results.
+    if (want.ranks > 1)
+        return session.writes_at_once() ? 0 : frame * (want.frames - 1) / want.ranks;
+    const double samples = session.input->bytes();
+    // The planner counts one result; the others wait beside it.
+    double pinned = samples + shown_bytes(session);
+    if (!session.writes_at_once()) pinned += frame * (want.frames - 1);
+    // A single result is finished after the samples are given back.
+    pinned += want.frames > 1 ? written : std::max(0.0, written - samples);
+    return pinned;
+}
+
+/// What verifying needs beside samples and results, when the path has ended.
+double verifying_bytes(const Session& session) {
+    if (!session.wish.verify || !session.input->data->samples.data()) return 0;
+    const ReferenceField field(*session.input->data, session.want().field,
+                               session.input->phantom ? &*session.input->phantom : nullptr);
+    return verifier_bytes(session.want(), field, static_cast<std::int64_t>(*session.wish.verify),
+                          session.want().threads);
+}
+
+/// @throws RequestError where there are no samples
+void pilot(Session& session) {
+    if (!session.input->data->samples.data())
+        throw RequestError("--planner: without samples nothing can be measured; only estimate");
+    const Answer& answer = *session.answer;
+    // As long as a few dozen runs take, within reason.
+    constexpr double kRuns = 40, kLeast = 1.5, kMost = 20;
+    const double guess = answer.plan ? answer.plan->predicted.seconds : kMost / kRuns;
+    const double limit =
+        session.wish.planning_time.value_or(std::clamp(kRuns * guess, kLeast, kMost));
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+        measure_contenders(session, session.wish.planner == Planner::exhaustive, limit);
+    } catch (const std::bad_alloc&) {
+        session.messages.warning("--planner: no memory left to measure with; models decide");
+    }
+    session.answer->seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// Before samples are read. Where there is no room for them, how much would do is planned as if
+/// they were only described.
+void expect_room(Session& session) {
+    const std::string lack = lack_of_room(session);
+    if (lack.empty()) return;
+    Input& input = *session.input;
+    if (!input.described)
+        input.described = Described{.extent = input.header.extent,
+                                    .volume = input.header.volume,
+                                    .type = input.header.type,
+                                    .spacing = input.header.spacing};
+    session.wish.window.reset();  // its percentiles are of samples
+    take_description(session);
+    prepare_planning(session);
+    session.way_out = way_out_of(session, Errors::guessed);
+    throw NoPlan(lack + text_of(*session.way_out));
+}
+
+/// Why an edge that was asked for cannot serve, or "".
+std::string refused_demand(const Session& session) {
+    for (const Demand& demand : session.demands.via)
+        for (const Refusal& refusal : session.answer->refused)
+            if (demand.name == refusal.transition ||
+                refusal.transition.starts_with(demand.name + "."))
+                return fmt::format("{}: {}", refusal.transition, refusal.reason);
+    return {};
+}
+
+std::string nearest_text(const std::vector<Plan>& nearest) {
+    std::string text;
+    for (const Plan& plan : nearest)
+        text += fmt::format(
+            "\n  {}: {:.3g} s, {:.0f} MiB, error {}", fmt::join(plan.texts(), ", "),
+            plan.predicted.seconds, plan.predicted.bytes / 0x1p20,
+            plan.predicted.known ? fmt::format("{:.3g}", plan.predicted.error) : "unknown");
+    return text.empty() ? text : "; the nearest are" + text;
+}
+
+}  // namespace
+
+bool Session::writes_at_once() const noexcept {
+    if (want().frames == 1 || wish.strict) return false;
+    const bool writes = outputs && !outputs->none();
+    return !writes || !written.tail.view || (wish.window && wish.window->values());
+}
+
+std::vector<Source> Session::sources() const {
+    const Representation& what = input->data->what;
+    if (want().ranks == 1) return {{what}};
+    Representation on_disk = what;
+    on_disk.place = Place::disk;
+    const double bytes = what.bytes();
+    return {{on_disk}, {what, Label{.peak = bytes, .held = bytes}}};
+}
+
+void take_request(Session& session) {
+    const JobOptions& o = session.options;
+    session.messages.configure(o.log.value_or("warning"), o.progress.value_or("auto"), o.quiet);
+    check_outputs(session);
+    session.wish = wish_of(o);
+    if (o.transfer) load_transfer(*o.transfer, 1);
+    take_edges(session);
+    open_memory(session);
+    {
+        const EndsAtOnce nothing_to_tidy;
+        session.input = inspected(o.input, session.wish.selection);
+    }
+    if (session.runs && session.input->described)
+        throw RequestError(
+            fmt::format("{}: a description has no samples to run on; "
+                        "`edgewise plan` and `edgewise graph` take it",
+                        o.input));
+    session.geometry = take_geometry(session.wish.want, o, *session.input);
+    // Places of 512 samples are then off by 2^-53 512 times that, 2^-22 of a sample.
+    constexpr double kIllConditioned = 4e6;
+    if (session.geometry.condition > kIllConditioned)
+        session.messages.warning(fmt::format(
+            "the geometry options make a map of condition {:.3g}: nearly singular, places are "
+            "uncertain",
+            session.geometry.condition));
+    if (session.outputs) session.outputs->expect_frames(session.want().frames);
+    take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
+    expect_room(session);
+    read_input(session);
+}
+
+void prepare_planning(Session& session) {
+    session.plan_options.demands = session.demands;
+    session.plan_options.pinned = pinned_bytes(session);
+    session.plan_options.resident = session.resident;
+    if (session.want().ranks > 1) return;
+    session.plan_options.after = std::max(verifying_bytes(session), showing_bytes(session));
+    // What reading and measuring have left behind counts once, as samples or as `held`.
+    session.memory->trim();
+    session.plan_options.held = std::max(0.0, resident_now() - double(session.memory->used())) +
+                                kGrowth + kGrowthAThread * session.want().threads;
+}
+
+void make_plan(Session& session) {
+    {
+        const EndsAtOnce nothing_to_tidy;
+        ask_planner(session);
+    }
+    if (session.wish.planner != Planner::estimate) pilot(session);
+    for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);
+    if (session.answer->plan) return;
+    const std::string refused = refused_demand(session);
+    session.way_out = way_out_of(session);
+    throw NoPlan((refused.empty() ? session.answer->problem : refused) +
+                 nearest_text(session.answer->nearest) + text_of(*session.way_out));
+}
+
+}  // namespace edgewise::cli

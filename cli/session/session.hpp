@@ -1,0 +1,97 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "charts/pictures.hpp"
+#include "cli/request/input.hpp"
+#include "cli/request/make_request.hpp"
+#include "cli/request/messages.hpp"
+#include "cli/request/outputs.hpp"
+#include "cli/session/way_out.hpp"
+#include "cli/session/written.hpp"
+#include "planner/margin.hpp"
+#include "runtime/runtime.hpp"
+#include "transitions/reference/statistics.hpp"
+#include "transitions/reference/verify.hpp"
+
+namespace edgewise::cli {
+
+/// What a run turned out to take.
+struct Measured {
+    std::vector<double> seconds;       // one a repetition
+    std::vector<std::string> steps;    // that ran
+    std::vector<double> step_seconds;  // of the last repetition: wall time
+    double bytes = 0, write_seconds = 0;
+    bool kept = true;
+    std::optional<Verified> error;
+};
+
+/// What the page of a run shows of its first result.
+struct Shown {
+    std::optional<charts::ReportPicture> picture, difference;
+    double difference_scale = 0;  // [value]
+    std::string no_difference;    // why there is none
+};
+
+/// One request on its way from the command line to files and report. What is not there yet when
+/// something fails is missing from the report.
+struct Session {
+    explicit Session(const JobOptions& typed) : options(typed) {}
+
+    const JobOptions& options;
+    bool runs = false;   // and is not only planned: on one rank, with data
+    bool errors = true;  // are asked for; else they are guessed, which saves the preview
+    Messages messages;
+    std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
+    double resident = 0;                   // bytes of the process beside `memory`
+    Wish wish;
+    std::optional<Outputs> outputs;
+    Profile profile;
+    Catalogue edges;
+    Demands demands;
+    std::shared_ptr<const Data> given;  // samples in place of the input's: then none are read
+    std::optional<Input> input;
+    Geometry geometry;
+    Statistics statistics;  // of the input's samples, where there are any
+    Scene scene;
+    int drawn = 1;  // so many times the usual draws of its preview
+    Written written;
+    PlanOptions plan_options;
+    std::optional<Answer> answer;
+    std::optional<Margin> margin;   // of its plan
+    std::optional<WayOut> way_out;  // where it has none
+    std::optional<Measured> measured;
+    std::optional<Shown> shown;      // for --report
+    std::vector<std::string> files;  // written
+
+    const Request& want() const noexcept { return wish.want; }
+    Ask ask() const noexcept { return {wish.want, scene}; }
+    /// Frames are written as they come; else they wait until all are there: the default window
+    /// needs the range of all.
+    bool writes_at_once() const noexcept;
+    /// Where a path may start: at the samples in memory; where there are ranks, also at the samples
+    /// on disk, of which every rank reads its share.
+    std::vector<Source> sources() const;
+};
+
+/// Checks what is to be written, reads the options and the input, and measures its scene.
+/// @throws RequestError, InputError, NoPlan
+void take_request(Session& session);
+
+/// What the planner is told beside request and scene, as the process is now.
+void prepare_planning(Session& session);
+
+/// Asks the planner. @throws RequestError, NoPlan
+void make_plan(Session& session);
+
+/// Runs the plan, verifies and writes. @throws Cancelled, RunError, std::bad_alloc
+void perform(Session& session);
+
+/// The plan and its alternatives as a table.
+std::string explanation_of(const Session& session);
+/// What the run took beside what was predicted, step by step; and, where it was verified, its
+/// error.
+std::string measurement_of(const Session& session);
+
+}  // namespace edgewise::cli
