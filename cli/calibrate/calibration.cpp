@@ -9,6 +9,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include "cli/calibrate/calibration_trials.hpp"
 #include "cli/machine/machine.hpp"
@@ -66,8 +67,8 @@ class Calibration {
                 show(messages, all[k]);
                 repeat_case(cases[k], round);
             }
-        for (const Case& each : cases) compare_paces(each);
-        for (const Case& each : cases) keep(each);
+        for (const Case& each : cases) gather(each);
+        keep();
         fit();
         if (!quick_)
             for (const Trial& exam : exams()) judge(exam);
@@ -114,6 +115,10 @@ class Calibration {
         Plan plan;
         Runs alone, together;  // on one thread, on all
         double longest = 0;    // of all runs
+    };
+
+    struct TimedStep {
+        PacedRuns alone, together;  // of all its frames
     };
 
     struct Case {
@@ -257,52 +262,36 @@ class Calibration {
         StolenTime watch_;
     };
 
-    /// What a slow machine makes of an edge: measured, as some wait for memory that is as fast.
-    void compare_paces(const Case& one) {
-        for (const TimedPath& path : one.paths)
-            for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
-                Slowdowns& of = slowdowns_[path.plan.steps[k].by->name];
-                path.alone[k].add_slowdowns(best_pace(1), of);
-                path.together[k].add_slowdowns(best_pace(profile_.processors), of);
-            }
-    }
-
-    std::array<double, kPaceClasses> slowdown_of(const std::string& edge) const {
-        constexpr std::size_t kEnough = 20;
-        std::array<double, kPaceClasses> slowdown{};
-        for (int of = kCalm + 1; of < kPaceClasses; ++of) {
-            slowdown[of] = slowdown[of - 1];
-            std::vector<double> logs = slowdowns_.at(edge)[of];
-            if (logs.size() < kEnough) {
-                logs.clear();
-                for (const auto& [other, slowdowns] : slowdowns_)
-                    logs.insert(logs.end(), slowdowns[of].begin(), slowdowns[of].end());
-            }
-            if (logs.size() >= kEnough) slowdown[of] = std::max(slowdown[of], median(logs));
-        }
-        return slowdown;
-    }
-
-    void keep(const Case& one) {
+    /// The same step of several paths and trials is one thing.
+    void gather(const Case& one) {
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
                 const Step& step = path.plan.steps[k];
-                const std::array<double, kPaceClasses> slowdown = slowdown_of(step.by->name);
-                const Runs& all = profile_.processors > 1 ? path.together : path.alone;
-                runs_ += all[k].size();
-                calm_ += all[k].calm(best_pace(profile_.processors));
-                if (path.alone[k].size() == 0 || all[k].size() == 0) continue;
-                const double alone = path.alone[k].undisturbed(best_pace(1), slowdown);
-                const double shared = all[k].undisturbed(best_pace(profile_.processors), slowdown);
-                timed_[name(one, step)].push_back(
-                    {.counted = profile_.counted(step.work),
-                     // So many threads are not faster than so many times.
-                     .alone = std::min(alone, profile_.processors * shared) / step.runs(),
-                     .together = shared / step.runs(),
-                     .spread = median_error(all[k].seconds(best_pace(profile_.processors), 3)),
-                     .runs = static_cast<int>(all[k].size()),
-                     .frames = step.runs()});
+                TimedStep& timed =
+                    steps_[{name(one, step), profile_.counted(step.work), step.runs()}];
+                timed.alone.join(path.alone[k]);
+                timed.together.join(profile_.processors > 1 ? path.together[k] : path.alone[k]);
             }
+    }
+
+    void keep() {
+        const double best = best_pace(profile_.processors);
+        for (const auto& [what, step] : steps_) {
+            const auto& [name, counted, frames] = what;
+            runs_ += step.together.size();
+            calm_ += step.together.calm(best);
+            if (step.alone.size() == 0 || step.together.size() == 0) continue;
+            const double shared = step.together.undisturbed(best);
+            // So many threads are not faster than so many times.
+            const double alone =
+                std::min(step.alone.undisturbed(best_pace(1)), profile_.processors * shared);
+            timed_[name].push_back({.counted = counted,
+                                    .alone = alone / frames,
+                                    .together = shared / frames,
+                                    .spread = median_error(step.together.seconds(best, 3)),
+                                    .runs = static_cast<int>(step.together.size()),
+                                    .frames = frames});
+        }
     }
 
     /// How far the fit is from paths that it has not seen, on all processors.
@@ -387,9 +376,10 @@ class Calibration {
     Profile profile_;
     std::map<std::string, std::vector<Timed>> timed_;
     int visits_ = 0, disturbed_ = 0;
-    std::size_t runs_ = 0, calm_ = 0;             // of steps
-    std::map<std::string, Slowdowns> slowdowns_;  // of each edge
-    std::vector<double> missed_;                  // logarithms of measured over predicted
+    std::size_t runs_ = 0, calm_ = 0;  // of steps
+    std::map<std::tuple<std::string, double, int>, TimedStep>
+        steps_;                   // by name, counted seconds, frames
+    std::vector<double> missed_;  // logarithms of measured over predicted
 };
 
 }  // namespace

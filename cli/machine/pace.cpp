@@ -23,6 +23,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::chrono::microseconds kPatience{300};
+constexpr double kCalm = 1.1;  // times the best; a sibling busy before or after makes 1.13
+/// Siblings make up to 1.8 of it; beyond this the loop itself was interrupted, not the run.
+constexpr double kSlowest = 2.5;
 
 /// Of one thread and of many: siblings of one core slow each other down as well.
 class BestPaces {
@@ -121,60 +124,42 @@ int warming_runs(double seconds) noexcept {
     return seconds * kMost > kEnough ? static_cast<int>(std::ceil(kEnough / seconds)) : kMost;
 }
 
-PaceClass pace_class(double pace, double best) noexcept {
-    // One busy sibling of two, before or after the run, makes 1.13 of it; both, all the time, 1.7.
-    constexpr std::array<double, kPaceClasses - 1> kUpTo = {1.1, 1.2, 1.3, 1.45};
-    if (!std::isfinite(pace)) return kUnknown;
-    const auto above =
-        std::find_if(kUpTo.begin(), kUpTo.end(), [&](double end) { return pace <= end * best; });
-    return static_cast<PaceClass>(above - kUpTo.begin());
+bool is_calm(double pace, double best) noexcept { return pace <= kCalm * best; }
+
+void PacedRuns::join(const PacedRuns& others) {
+    runs_.insert(runs_.end(), others.runs_.begin(), others.runs_.end());
 }
 
 void PacedRuns::disturbed_from(std::size_t first) {
-    for (std::size_t i = first; i < runs_.size(); ++i) runs_[i].pace = kNever;
+    for (std::size_t i = first; i < runs_.size(); ++i) runs_[i].before = runs_[i].after = kNever;
 }
 
 std::size_t PacedRuns::calm(double best) const {
-    return static_cast<std::size_t>(std::count_if(runs_.begin(), runs_.end(), [&](const Run& run) {
-        return pace_class(run.pace, best) == kCalm;
-    }));
+    return static_cast<std::size_t>(std::count_if(
+        runs_.begin(), runs_.end(), [&](const Run& run) { return is_calm(run.pace(), best); }));
 }
 
 std::vector<double> PacedRuns::seconds(double best, std::size_t least) const {
     std::vector<Run> runs = runs_;
     std::stable_sort(runs.begin(), runs.end(),
-                     [](const Run& a, const Run& b) { return a.pace < b.pace; });
+                     [](const Run& a, const Run& b) { return a.pace() < b.pace(); });
     // Where nothing is known of any, none is better than the others.
-    if (!runs.empty() && std::isfinite(runs.front().pace))
+    if (!runs.empty() && std::isfinite(runs.front().pace()))
         runs.resize(std::min(runs.size(), std::max(least, calm(best))));
     std::vector<double> seconds;
     for (const Run& run : runs) seconds.push_back(run.seconds);
     return seconds;
 }
 
-void PacedRuns::add_slowdowns(double best, Slowdowns& to) const {
-    std::vector<double> calm;
-    for (const Run& run : runs_)
-        if (pace_class(run.pace, best) == kCalm) calm.push_back(run.seconds);
-    if (calm.empty()) return;
-    const double usual = median(calm);
-    for (const Run& run : runs_) {
-        const PaceClass of = pace_class(run.pace, best);
-        if (of != kCalm && of != kUnknown) to[of].push_back(std::log(run.seconds / usual));
-    }
-}
-
-double PacedRuns::undisturbed(double best, const std::array<double, kPaceClasses>& slowdown) const {
+double PacedRuns::undisturbed(double best) const {
     constexpr std::size_t kEnough = 3;
-    std::vector<double> all, known, calm;
+    std::vector<double> all, calmed;
     for (const Run& run : runs_) {
         all.push_back(run.seconds);
-        const PaceClass of = pace_class(run.pace, best);
-        if (of != kUnknown) known.push_back(run.seconds / std::exp(slowdown[of]));
-        if (of == kCalm) calm.push_back(run.seconds);
+        const double slower = std::min(run.before, run.after) / best;
+        if (slower <= kSlowest) calmed.push_back(run.seconds / std::max(1.0, slower / kCalm));
     }
-    if (calm.size() >= kEnough) return quantile(calm, 0.1);
-    return quantile(known.size() >= kEnough ? known : all, 0.25);
+    return quantile(calmed.size() >= kEnough ? calmed : all, 0.1);
 }
 
 }  // namespace edgewise::cli

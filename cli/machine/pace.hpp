@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -18,13 +17,8 @@ double pace_now(int threads);
 /// The least that pace_now() of so many threads has found in this process.
 double best_pace(int threads);
 
-/// The pace beside a run against the best: calm, slow in several degrees, or not known.
-enum PaceClass { kCalm, kBrisk, kSlow, kSlower, kSlowest, kUnknown };
-constexpr int kPaceClasses = kUnknown;  // those that are known
-PaceClass pace_class(double pace, double best) noexcept;
-
-/// How much longer than calm runs those of each class take: logarithms, one a run.
-using Slowdowns = std::array<std::vector<double>, kPaceClasses>;
+/// Whether no other guest was busy beside a run of this pace.
+bool is_calm(double pace, double best) noexcept;
 
 /// How often something runs before a run counts that others ran before: at least once, as these
 /// took its blocks; brief ones more often, as the caches of all processors hold what others read.
@@ -35,8 +29,10 @@ class PacedRuns {
  public:
     /// @param before,after  pace_now()
     void add(double seconds, double before, double after) {
-        runs_.push_back({seconds, (before + after) / 2});
+        runs_.push_back({seconds, before, after});
     }
+    /// Those of the same thing that were kept elsewhere.
+    void join(const PacedRuns& others);
     std::size_t size() const noexcept { return runs_.size(); }
     /// The runs from this one on count only where the others are too few.
     void disturbed_from(std::size_t first);
@@ -46,19 +42,16 @@ class PacedRuns {
     /// of all where the pace of none is known.
     std::vector<double> seconds(double best, std::size_t least) const;
 
-    /// Of every run that was not calm, beside the median of those that were; nothing where none
-    /// was.
-    void add_slowdowns(double best, Slowdowns& to) const;
-    /// Seconds of a run that nothing disturbs: the first decile of the calm ones, as other guests
-    /// that read the same caches and memory only add, which no pace tells; where there are hardly
-    /// any, the first quartile of all, each as if it had been calm.
+    /// Seconds of a run that nothing disturbs. Each run takes as much longer as the better of the
+    /// paces beside it is slower than a calm one; of these the first decile, as other guests that
+    /// read the same caches and memory only add, which no pace tells.
     /// @pre size() > 0
-    /// @param slowdown  median logarithms by class
-    double undisturbed(double best, const std::array<double, kPaceClasses>& slowdown) const;
+    double undisturbed(double best) const;
 
  private:
     struct Run {
-        double seconds, pace;
+        double seconds, before, after;
+        double pace() const noexcept { return (before + after) / 2; }
     };
     std::vector<Run> runs_;
 };

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "cli/machine/machine.hpp"
-#include "cli/machine/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -19,13 +18,10 @@ TEST(Pace, IsMeasuredAndTheBestIsRemembered) {
     EXPECT_LE(best_pace(1), least);
 }
 
-TEST(Pace, ClassesGrowWithThePace) {
-    EXPECT_EQ(pace_class(1.05, 1), kCalm);
-    EXPECT_EQ(pace_class(2.3, 2), kBrisk);
-    EXPECT_EQ(pace_class(1.25, 1), kSlow);
-    EXPECT_EQ(pace_class(1.4, 1), kSlower);
-    EXPECT_EQ(pace_class(9, 1), kSlowest);
-    EXPECT_EQ(pace_class(std::numeric_limits<double>::infinity(), 1), kUnknown);
+TEST(Pace, IsCalmNearTheBest) {
+    EXPECT_TRUE(is_calm(1.05, 1));
+    EXPECT_FALSE(is_calm(2.3, 2));
+    EXPECT_FALSE(is_calm(std::numeric_limits<double>::infinity(), 1));
 }
 
 TEST(Pace, CalmRunsCountAndOthersOnlyWhereTheyAreTooFew) {
@@ -63,29 +59,36 @@ TEST(Pace, BriefRunsAreWarmedMoreOften) {
 }
 
 TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
-    // A machine that takes 1.6 times as long in half of the runs, and once 100 times.
+    // A machine that takes 1.6 times as long in all but one of the runs, and once 100 times.
     PacedRuns runs;
-    for (int i = 0; i < 20; ++i) {
-        const bool slow = i % 2;
-        runs.add(slow ? 1.6e-3 : 1e-3, slow ? 1.7 : 1, slow ? 1.7 : 1.02);
-    }
-    runs.add(0.16, 1.7, 1.7);
-    Slowdowns slowdowns;
-    runs.add_slowdowns(1, slowdowns);
-    EXPECT_TRUE(slowdowns[kCalm].empty());
-    EXPECT_EQ(slowdowns[kSlowest].size(), 11u);
-    std::array<double, kPaceClasses> slowdown{};
-    slowdown[kSlowest] = median(slowdowns[kSlowest]);
-    EXPECT_NEAR(slowdown[kSlowest], std::log(1.6), 1e-12);
-    EXPECT_NEAR(runs.undisturbed(1, slowdown), 1e-3, 1e-12);
-    // Where hardly any was calm, those that were slow tell as well.
-    PacedRuns slow;
-    slow.add(1.2e-3, 1, 1);
-    for (int i = 0; i < 9; ++i) slow.add(1.6e-3, 1.7, 1.7);
-    EXPECT_NEAR(slow.undisturbed(1, slowdown), 1e-3, 1e-12);
+    runs.add(1e-3, 1, 1.02);
+    for (int i = 0; i < 19; ++i) runs.add(1.6e-3, 1.76, 1.76);
+    runs.add(0.16, 1.76, 1.76);
+    EXPECT_NEAR(runs.undisturbed(1), 1e-3, 1e-12);
     // Runs of unknown pace are left out, unless there is nothing else.
-    slow.disturbed_from(1);
-    EXPECT_NEAR(slow.undisturbed(1, slowdown), 1.6e-3, 1e-12);
+    PacedRuns unknown;
+    for (int i = 0; i < 9; ++i) unknown.add(1.6e-3, 1.7, 1.7);
+    unknown.disturbed_from(2);
+    EXPECT_NEAR(unknown.undisturbed(1), 1.6e-3, 1e-12);
+}
+
+TEST(Pace, AnInterruptedLoopMakesNoRunFaster) {
+    PacedRuns runs;
+    for (int i = 0; i < 4; ++i) {
+        runs.add(1e-3, 1, 1);
+        runs.add(1e-3, 1, 100);  // interrupted after the run
+        runs.add(1e-3, 3, 50);   // before and after it
+    }
+    EXPECT_NEAR(runs.undisturbed(1), 1e-3, 1e-12);
+}
+
+TEST(Pace, RunsOfOneThingCountTogether) {
+    PacedRuns all, more;
+    all.add(2e-3, 1, 1);
+    for (int i = 0; i < 9; ++i) more.add(1e-3, 1, 1);
+    all.join(more);
+    EXPECT_EQ(all.size(), 10u);
+    EXPECT_NEAR(all.undisturbed(1), 1e-3, 1e-12);
 }
 
 TEST(Pace, WhatOnlyAddsIsNoPartOfAnUndisturbedRun) {
@@ -93,7 +96,7 @@ TEST(Pace, WhatOnlyAddsIsNoPartOfAnUndisturbedRun) {
     PacedRuns runs;
     for (int i = 0; i < 20; ++i) runs.add(i % 2 ? 1e-3 : (1.1 + 0.1 * i) * 1e-3, 1, 1);
     runs.add(0.1, 1, 1);
-    EXPECT_NEAR(runs.undisturbed(1, {}), 1e-3, 1e-12);
+    EXPECT_NEAR(runs.undisturbed(1), 1e-3, 1e-12);
 }
 
 }  // namespace
