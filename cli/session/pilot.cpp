@@ -26,7 +26,10 @@ constexpr std::int64_t kMore = 8192;     // where that leaves open whether it ke
 constexpr int kFrames = 12;              // run of a long turntable
 constexpr std::size_t kRuns = 7;         // of close contenders, at least
 constexpr int kMostRounds = 25;          // until they have kFewRuns beside which no guest was busy
-constexpr double kTrying = 0.6;          // of the time; what is left goes to the close ones
+/// [s] that rounds go on at least: what other guests read slows some paths for tenths of a second
+/// and more, others not at all.
+constexpr double kLeastSeconds = 0.3;
+constexpr double kTrying = 0.6;  // of the time; what is left goes to the close ones
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.
 constexpr double kOverestimate = 4;
@@ -100,8 +103,11 @@ class Pilot {
             else if (keeps_error(each) || each.is_default)
                 run_again(each);
         }
-        for (int round = 0; runs_ > 0 && round < kMostRounds && !out_of_time(); ++round)
-            if (!run_round(round)) break;
+        const double begin = watch_.elapsed();
+        const auto too_early = [&] { return watch_.elapsed() - begin < kLeastSeconds; };
+        for (int round = 0; runs_ > 0 && !out_of_time() && (round < kMostRounds || too_early());
+             ++round)
+            if (!run_round(round, too_early())) break;
         for (Contender& each : contenders_) each.choose(best_pace(session_.profile.processors));
         keep();
         choose();
@@ -285,8 +291,9 @@ class Pilot {
     }
 
     /// The close ones once more; the order turns round every time, so that no place in it wins.
+    /// @param all  also those that had runs enough
     /// @return whether there was a choice to be made
-    bool run_round(int round) {
+    bool run_round(int round, bool all) {
         const Contender* best = this->best();
         if (!best) return false;
         std::vector<Contender*> unsure;
@@ -294,7 +301,8 @@ class Pilot {
         for (Contender& each : contenders_) {
             if (!std::isfinite(cost(each)) || !is_close(each, *best)) continue;
             ++close;
-            if (!each.is_sure(best_pace(session_.profile.processors))) unsure.push_back(&each);
+            if (all || !each.is_sure(best_pace(session_.profile.processors)))
+                unsure.push_back(&each);
         }
         if (unsure.empty() || (close == 1 && best->seconds.size() >= kFewRuns)) return false;
         if (round % 2) std::reverse(unsure.begin(), unsure.end());
