@@ -159,7 +159,7 @@ double PacedRuns::undisturbed(double best) const {
         const double slower = std::min(run.before, run.after) / best;
         if (slower <= kSlowest) calmed.push_back(run.seconds / std::max(1.0, slower / kCalm));
     }
-    return quantile(calmed.size() >= kEnough ? calmed : all, 0.1);
+    return quantile(calmed.size() >= kEnough ? calmed : all, 0.2);
 }
 
 }  // namespace edgewise::cli

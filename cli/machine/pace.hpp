@@ -43,7 +43,7 @@ class PacedRuns {
     std::vector<double> seconds(double best, std::size_t least) const;
 
     /// Seconds of a run that nothing disturbs. Each run takes as much longer as the better of the
-    /// paces beside it is slower than a calm one; of these the first decile, as other guests that
+    /// paces beside it is slower than a calm one; of these the first quintile, as other guests that
     /// read the same caches and memory only add, which no pace tells.
     /// @pre size() > 0
     double undisturbed(double best) const;
