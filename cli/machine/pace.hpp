@@ -17,7 +17,7 @@ double pace_now(int threads);
 /// The least that pace_now() of so many threads has found in this process.
 double best_pace(int threads);
 
-/// Whether no other guest was busy beside a run of this pace.
+/// Whether a run of this pace was as good as alone: up to 1.1 times the best.
 bool is_calm(double pace, double best) noexcept;
 
 /// How often something runs before a run counts that others ran before: at least once, as these
@@ -42,9 +42,9 @@ class PacedRuns {
     /// of all where the pace of none is known.
     std::vector<double> seconds(double best, std::size_t least) const;
 
-    /// Seconds of a run that nothing disturbs. Each run takes as much longer as the better of the
-    /// paces beside it is slower than a calm one; of these the first quintile, as other guests that
-    /// read the same caches and memory only add, which no pace tells.
+    /// Seconds of a run that nothing disturbs: each run's divided by how much slower than calm the
+    /// better of the paces beside it was; of these the first quintile, as other guests that read
+    /// the same caches and memory only add, which no pace tells.
     /// @pre size() > 0
     double undisturbed(double best) const;
 
