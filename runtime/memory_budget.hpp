@@ -7,8 +7,8 @@ namespace edgewise {
 
 /// A memory resource that counts and refuses: all samples and scratch of a run come from one.
 /// Large blocks are mapped and kept for reuse by blocks of their size, since the first touch of a
-/// page costs more than a trilinear pass reads; but only as far as the peak has room for them. Those
-/// that nobody has asked for the longest go first.
+/// page costs more than a trilinear pass reads; but only as far as the peak has room for them.
+/// Those that nobody has asked for the longest go first.
 class MemoryBudget : public std::pmr::memory_resource {
  public:
     explicit MemoryBudget(std::size_t limit);

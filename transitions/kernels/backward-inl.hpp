@@ -111,26 +111,28 @@ HWY_INLINE Places<kAxes> places_at(const BackwardPlan& plan, const Batch& batch,
 }
 
 /// Sixteen columns, all of them seen and away from borders, to sixteen floats.
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
+template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 HWY_INLINE void inner_block(const BackwardPlan& plan, const Batch& batch, int b, int r, int channel,
                             float* out) {
     const Floats d;
     const std::uint8_t* base =
-        plan.input.as<std::uint8_t>() + batch.offset[b][r] + channel * int(sizeof(T));
+        plan.input.as<std::uint8_t>() + batch.offset[b][r] + channel * Read::kBytes;
     for (int lane = 0; lane < kBlock; lane += int(hn::Lanes(d))) {
         const auto at = places_at<kAxes>(plan, batch, b, r, lane);
-        const VF value = inner_value<T, kHold, kAxes, kNeighbours>(plan, base, at);
+        const VF value = inner_value<Read, kHold, kAxes, kNeighbours>(plan, base, at);
+        if constexpr (kAxes == 3)
+            prefetch<Read>(base, plan.ahead, offsets_of<Read, kAxes, kNeighbours>(plan, at));
         hn::StoreU(mapped_value(plan, value), d, out + lane);
     }
 }
 
 /// Sixteen columns of which some see the input; what the others get is of no use.
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
+template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 HWY_INLINE void border_block(const BackwardPlan& plan, const Batch& batch, int b, int r,
                              int channel, float* out) {
     const Floats d;
     const Ints di;
-    const std::uint8_t* base = plan.input.as<std::uint8_t>() + channel * int(sizeof(T));
+    const std::uint8_t* base = plan.input.as<std::uint8_t>() + channel * Read::kBytes;
     // Lanes count from a sample that exists, so that their 32-bit offsets stay small.
     std::array<std::int64_t, 3> corner{}, shift{};
     for (int a = 0; a < kAxes; ++a) {
@@ -143,22 +145,22 @@ HWY_INLINE void border_block(const BackwardPlan& plan, const Batch& batch, int b
         auto at = places_at<kAxes>(plan, batch, b, r, lane);
         for (int a = 0; a < kAxes; ++a)
             at.cell[a] = hn::Add(at.cell[a], hn::Set(di, std::int32_t(shift[a])));
-        const VF value = border_value<T, kHold, kAxes, kNeighbours>(plan, base, corner, at);
+        const VF value = border_value<Read, kHold, kAxes, kNeighbours>(plan, base, corner, at);
         hn::StoreU(mapped_value(plan, value), d, out + lane);
     }
 }
 
 /// The columns of block b that lie in `seen` but not all of which are inner, channels interleaved.
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
+template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 HWY_NOINLINE void part_block(const BackwardPlan& plan, const Batch& batch, int b, int r, Span seen,
                              bool inner, float* out) {
     const int channels = kNeighbours ? 1 : plan.input.channels;
     alignas(64) float values[kBlock];
     for (int c = 0; c < channels; ++c) {
         if (inner)
-            inner_block<T, kHold, kAxes, kNeighbours>(plan, batch, b, r, c, values);
+            inner_block<Read, kHold, kAxes, kNeighbours>(plan, batch, b, r, c, values);
         else
-            border_block<T, kHold, kAxes, kNeighbours>(plan, batch, b, r, c, values);
+            border_block<Read, kHold, kAxes, kNeighbours>(plan, batch, b, r, c, values);
         for (std::int64_t x = seen.begin; x < seen.end; ++x) out[x * channels + c] = values[x];
     }
 }
@@ -175,7 +177,7 @@ HWY_INLINE Span whole_columns(double first, double last, Span within) {
 }
 
 /// One row of a batch whose blocks begin at column x.
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
+template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 HWY_INLINE void warp_row(const BackwardPlan& plan, const Batch& batch, int r, std::int64_t x,
                          Span columns, float* row) {
     const Span seen = whole_columns(batch.seen[0][r], batch.seen[1][r], columns);
@@ -186,17 +188,17 @@ HWY_INLINE void warp_row(const BackwardPlan& plan, const Batch& batch, int r, st
         const std::int64_t column = x + b * kBlock;
         const bool whole = inner.holds(column, column + kBlock);
         if (kNeighbours && whole) {
-            inner_block<T, kHold, kAxes, kNeighbours>(plan, batch, b, r, 0, row + column);
+            inner_block<Read, kHold, kAxes, kNeighbours>(plan, batch, b, r, 0, row + column);
             continue;
         }
         const Span part{std::max(seen.begin - column, std::int64_t{0}),
                         std::min<std::int64_t>(seen.end - column, kBlock)};
-        part_block<T, kHold, kAxes, kNeighbours>(plan, batch, b, r, part, whole,
-                                                 row + column * plan.input.channels);
+        part_block<Read, kHold, kAxes, kNeighbours>(plan, batch, b, r, part, whole,
+                                                    row + column * plan.input.channels);
     }
 }
 
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
+template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 void warp_batch(const BackwardPlan& plan, const WarpOutput& output, std::int64_t z, Span rows,
                 Span columns, bool cut) {
     Batch batch;
@@ -205,8 +207,8 @@ void warp_batch(const BackwardPlan& plan, const WarpOutput& output, std::int64_t
     start_rows<kAxes>(plan, rows.begin, z, columns, cut, batch);
     place_blocks<kHold, kAxes>(plan, x, blocks, batch);
     for (std::int64_t y = rows.begin; y < rows.end; ++y)
-        warp_row<T, kHold, kAxes, kNeighbours>(plan, batch, int(y - rows.begin), x, columns,
-                                               row_of(plan, output, y, z));
+        warp_row<Read, kHold, kAxes, kNeighbours>(plan, batch, int(y - rows.begin), x, columns,
+                                                  row_of(plan, output, y, z));
 }
 
 /// The end of the run of `size` (a power of two, counted from 0) that holds `from`, within `end`.
@@ -214,7 +216,7 @@ HWY_INLINE std::int64_t end_of_run(std::int64_t from, std::int64_t size, std::in
     return std::min((from & ~(size - 1)) + size, end);
 }
 
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
+template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 void warp_region(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
     constexpr std::int64_t kColumns = Batch::kBlocks * kBlock;
     const Sight sight = sight_of(plan, region);
@@ -229,20 +231,20 @@ void warp_region(const BackwardPlan& plan, const WarpOutput& output, const Regio
             }
             for (std::int64_t x = region.begin[0], end = x; x < region.end[0]; x = end) {
                 end = end_of_run(x, kColumns, region.end[0]);
-                warp_batch<T, kHold, kAxes, kNeighbours>(plan, output, z, rows, {x, end},
-                                                         sight == Sight::mixed);
+                warp_batch<Read, kHold, kAxes, kNeighbours>(plan, output, z, rows, {x, end},
+                                                            sight == Sight::mixed);
             }
         }
 }
 
-template <class T, int kAxes, bool kNeighbours>
+template <class Read, int kAxes, bool kNeighbours>
 void warp_typed(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
     if (plan.hold == Hold::zoh)
-        return warp_region<T, Hold::zoh, kAxes, kNeighbours>(plan, output, region);
+        return warp_region<Read, Hold::zoh, kAxes, kNeighbours>(plan, output, region);
     if (plan.hold == Hold::foh)
-        return warp_region<T, Hold::foh, kAxes, kNeighbours>(plan, output, region);
-    if constexpr (std::is_same_v<T, float>)
-        warp_region<T, Hold::bspline3, kAxes, kNeighbours>(plan, output, region);
+        return warp_region<Read, Hold::foh, kAxes, kNeighbours>(plan, output, region);
+    if constexpr (Read::kFloats)
+        warp_region<Read, Hold::bspline3, kAxes, kNeighbours>(plan, output, region);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,5 +1,6 @@
 #include "transitions/kernels/backward.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "transitions/kernels/backward_rows.hpp"
@@ -56,6 +57,10 @@ bool has_lanes(const BackwardPlan& plan) {
             return false;
     }
 }
+
+/// So far ahead of the reads their lines are asked for. Of 1, 2, 3 and 4 the best with 128^3 f32
+/// and 256^3 u8 turned by 30 degrees: lines come in time and are still there.
+constexpr double kSlicesAhead = 2;
 
 constexpr double kGreatestOffset = 2147483647.0;  // bytes that a lane's 32-bit offset can bridge
 
@@ -117,6 +122,9 @@ BackwardWarp::BackwardWarp(const Grid& input, const Affine& to_input, Hold hold,
         plan_.step16[a] = std::int64_t(std::floor(kBlock * step * kFixedOne + 0.5));
         for (int lane = 0; lane < kBlock; ++lane)
             plan_.lane[a][lane] = std::int32_t(std::floor(lane * step * 8388608.0 + 0.5));
+        const double most = double(plan_.extent[a]);
+        const double slices = std::clamp(kSlicesAhead * plan_.map[4 * a + 2], -most, most);
+        plan_.ahead += std::int64_t(std::floor(slices + 0.5)) * plan_.stride[a];
     }
 }
 

@@ -36,6 +36,7 @@ struct BackwardPlan {
     std::array<std::int64_t, 3> stride{};  // bytes from one sample to the next
     std::array<std::int64_t, 3> next{};    // the same, 0 along an axis of one sample
     std::array<double, 3> inverse{};       // 1 / column step; 0 for a step of 0
+    std::int64_t ahead = 0;  // input bytes from a place to about that of two output slices on
     std::array<std::int64_t, 3>
         step16{};  // 16 columns farther along the output row, 24.40 fixed point
     alignas(64) std::array<std::array<std::int32_t, 16>, 3> lane{};  // lane * column step, 9.23

@@ -52,7 +52,7 @@ HWY_INLINE void project(const BackwardPlan& plan, std::int64_t x, std::int64_t y
     }
 }
 
-template <class T, Hold kHold, bool kNeighbours>
+template <class Read, Hold kHold, bool kNeighbours>
 void projective_row(const BackwardPlan& plan, std::int64_t y, Span columns, float* row) {
     const Floats d;
     const Ints di;
@@ -67,14 +67,15 @@ void projective_row(const BackwardPlan& plan, std::int64_t y, Span columns, floa
         }
         for (int c = 0; c < channels; ++c) {
             alignas(64) float values[kBlock];
-            const auto* base = plan.input.as<std::uint8_t>() + c * sizeof(T);
+            const auto* base = plan.input.as<std::uint8_t>() + c * Read::kBytes;
             for (int lane = 0; lane < kBlock; lane += int(hn::Lanes(d))) {
                 Places<2> at;
                 for (int a = 0; a < 2; ++a) {
                     at.cell[a] = hn::Load(di, block.cell[a].data() + lane);
                     at.fraction[a] = hn::Load(d, block.fraction[a].data() + lane);
                 }
-                const VF value = border_value<T, kHold, 2, kNeighbours>(plan, base, {0, 0, 0}, at);
+                const VF value =
+                    border_value<Read, kHold, 2, kNeighbours>(plan, base, {0, 0, 0}, at);
                 const auto seen = hn::Gt(hn::Load(di, block.seen.data() + lane), hn::Zero(di));
                 hn::Store(hn::IfThenElse(hn::RebindMask(d, seen), mapped_value(plan, value),
                                          hn::Set(d, plan.outside)),
@@ -85,30 +86,30 @@ void projective_row(const BackwardPlan& plan, std::int64_t y, Span columns, floa
     }
 }
 
-template <class T, Hold kHold, bool kNeighbours>
+template <class Read, Hold kHold, bool kNeighbours>
 void projective_region(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
     for (std::int64_t z = region.begin[2]; z < region.end[2]; ++z)
         for (std::int64_t y = region.begin[1]; y < region.end[1]; ++y)
-            projective_row<T, kHold, kNeighbours>(plan, y, {region.begin[0], region.end[0]},
-                                                  row_of(plan, output, y, z));
+            projective_row<Read, kHold, kNeighbours>(plan, y, {region.begin[0], region.end[0]},
+                                                     row_of(plan, output, y, z));
 }
 
-template <class T, bool kNeighbours>
+template <class Read, bool kNeighbours>
 void image_typed(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
-    if (!plan.projective) return warp_typed<T, 2, kNeighbours>(plan, output, region);
+    if (!plan.projective) return warp_typed<Read, 2, kNeighbours>(plan, output, region);
     if (plan.hold == Hold::zoh)
-        return projective_region<T, Hold::zoh, kNeighbours>(plan, output, region);
+        return projective_region<Read, Hold::zoh, kNeighbours>(plan, output, region);
     if (plan.hold == Hold::foh)
-        return projective_region<T, Hold::foh, kNeighbours>(plan, output, region);
-    if constexpr (std::is_same_v<T, float>)
-        projective_region<T, Hold::bspline3, kNeighbours>(plan, output, region);
+        return projective_region<Read, Hold::foh, kNeighbours>(plan, output, region);
+    if constexpr (Read::kFloats)
+        projective_region<Read, Hold::bspline3, kNeighbours>(plan, output, region);
 }
 
 void warp_image(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
-    with_type(plan.input.type, [&](auto sample) {
-        using T = decltype(sample);
-        if (plan.input.channels == 1) return image_typed<T, true>(plan, output, region);
-        image_typed<T, false>(plan, output, region);
+    with_reads(plan.input.type, [&](auto read) {
+        using Read = decltype(read);
+        if (plan.input.channels == 1) return image_typed<Read, true>(plan, output, region);
+        image_typed<Read, false>(plan, output, region);
     });
 }
 

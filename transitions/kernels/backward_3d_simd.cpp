@@ -9,8 +9,8 @@ namespace edgewise::kernels {
 namespace HWY_NAMESPACE {
 
 void warp_volume(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
-    with_type(plan.input.type,
-              [&](auto sample) { warp_typed<decltype(sample), 3, true>(plan, output, region); });
+    with_reads(plan.input.type,
+               [&](auto read) { warp_typed<decltype(read), 3, true>(plan, output, region); });
 }
 
 }  // namespace HWY_NAMESPACE

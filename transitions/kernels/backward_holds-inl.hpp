@@ -24,11 +24,11 @@ using namespace gathers::HWY_NAMESPACE;  // NOLINT: the vectors and gathers
 
 /// a + f (b - a) (EQ 14). Where f is 0 the sample itself: not 0 * NaN, and -0 keeps its sign.
 /// Border cells also have f = 1, where this formula would be off by a rounding.
-template <class T, bool kBorder>
+template <class Read, bool kBorder>
 HWY_INLINE VF linear(VF a, VF b, VF f) {
     const Floats d;
     VF blend = hn::MulAdd(f, hn::Sub(b, a), a);
-    if constexpr (!std::is_same_v<T, float>) return blend;
+    if constexpr (!Read::kFloats) return blend;
     if constexpr (kBorder) blend = hn::IfThenElse(hn::Eq(f, hn::Set(d, 1.0f)), b, blend);
     return hn::IfThenElse(hn::Eq(f, hn::Zero(d)), a, blend);
 }
@@ -60,7 +60,7 @@ struct Places {
 };
 
 /// Byte offsets of the cells from `base`.
-template <class T, int kAxes, bool kNeighbours>
+template <class Read, int kAxes, bool kNeighbours>
 HWY_INLINE VI offsets_of(const BackwardPlan& plan, const Places<kAxes>& at) {
     const Ints di;
     VI offset = hn::Mul(at.cell[1], hn::Set(di, std::int32_t(plan.stride[1])));
@@ -68,54 +68,56 @@ HWY_INLINE VI offsets_of(const BackwardPlan& plan, const Places<kAxes>& at) {
         offset = hn::Add(offset, hn::Mul(at.cell[2], hn::Set(di, std::int32_t(plan.stride[2]))));
     if constexpr (!kNeighbours)
         return hn::Add(offset, hn::Mul(at.cell[0], hn::Set(di, std::int32_t(plan.stride[0]))));
-    return hn::Add(offset, hn::ShiftLeft<sizeof(T) / 2>(at.cell[0]));
+    return hn::Add(offset, hn::ShiftLeft<Read::kBytes / 2>(at.cell[0]));
 }
 
 /// Bilinear or trilinear value of cells whose upper neighbours exist (or have the fraction 0).
-template <class T, int kAxes, bool kNeighbours, bool kBorder>
+template <class Read, int kAxes, bool kNeighbours, bool kBorder>
 HWY_INLINE VF linear_value(const BackwardPlan& plan, const std::uint8_t* base, VI offset,
                            const Places<kAxes>& at) {
-    const auto line = [&](const std::uint8_t* row) HWY_ATTR {
-        if constexpr (kNeighbours) {
-            const Pair taps = gather_pair<T>(row, offset);
-            return linear<T, kBorder>(taps.first, taps.second, at.fraction[0]);
-        } else {
-            const VF first = gather_one<T>(row, offset);
-            const VF second = gather_one<T>(row + plan.next[0], offset);
-            return linear<T, kBorder>(first, second, at.fraction[0]);
-        }
-    };
-    const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
-        const VF low = line(slice), high = line(slice + plan.next[1]);
-        return linear<T, kBorder>(low, high, at.fraction[1]);
-    };
-    if constexpr (kAxes == 2) {
-        return plane(base);
+    constexpr int kRows = kAxes == 2 ? 2 : 4;
+    const std::uint8_t* rows[kRows] = {base, base + plan.next[1]};
+    if constexpr (kAxes == 3)
+        for (int r = 0; r < 2; ++r) rows[2 + r] = rows[r] + plan.next[2];
+    Pair taps[kRows];
+    if constexpr (kNeighbours) {
+        gather_pairs<Read, kRows>(rows, offset, taps);
     } else {
-        const VF low = plane(base), high = plane(base + plan.next[2]);
-        return linear<T, kBorder>(low, high, at.fraction[2]);
+        for (int r = 0; r < kRows; ++r)
+            taps[r] = {gather_one<Read>(rows[r], offset),
+                       gather_one<Read>(rows[r] + plan.next[0], offset)};
     }
+    const auto line = [&](int r) HWY_ATTR {
+        return linear<Read, kBorder>(taps[r].first, taps[r].second, at.fraction[0]);
+    };
+    const auto plane = [&](int r) HWY_ATTR {
+        return linear<Read, kBorder>(line(r), line(r + 1), at.fraction[1]);
+    };
+    if constexpr (kAxes == 2) return plane(0);
+    return linear<Read, kBorder>(plane(0), plane(kRows - 2), at.fraction[kAxes - 1]);
 }
 
 /// Cubic B-spline value where all taps exist.
-template <int kAxes, bool kNeighbours>
+template <class Read, int kAxes, bool kNeighbours>
 HWY_INLINE VF cubic_value(const BackwardPlan& plan, const std::uint8_t* base, VI offset,
                           const Places<kAxes>& at) {
     const CubicWeights wx = cubic_weights(at.fraction[0]), wy = cubic_weights(at.fraction[1]);
-    const auto pair = [&](const std::uint8_t* row) HWY_ATTR {
-        if constexpr (kNeighbours) return gather_pair<float>(row, offset);
-        return Pair{gather_one<float>(row, offset),
-                    gather_one<float>(row + plan.stride[0], offset)};
+    const auto pair = [&](const std::uint8_t* const(&starts)[2], Pair(&taps)[2]) HWY_ATTR {
+        if constexpr (kNeighbours) return gather_pairs<Read, 2>(starts, offset, taps);
+        for (int i = 0; i < 2; ++i)
+            taps[i] = {gather_one<Read>(starts[i], offset),
+                       gather_one<Read>(starts[i] + plan.stride[0], offset)};
     };
     const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
         VF sum = hn::Zero(Floats());
         for (int j = 0; j < 4; ++j) {
             const std::uint8_t* row = slice + (j - 1) * plan.stride[1];
-            const Pair left = pair(row - plan.stride[0]), right = pair(row + plan.stride[0]);
-            VF line = hn::Mul(wx.w[0], left.first);
-            line = hn::MulAdd(wx.w[1], left.second, line);
-            line = hn::MulAdd(wx.w[2], right.first, line);
-            line = hn::MulAdd(wx.w[3], right.second, line);
+            Pair taps[2];
+            pair({row - plan.stride[0], row + plan.stride[0]}, taps);
+            VF line = hn::Mul(wx.w[0], taps[0].first);
+            line = hn::MulAdd(wx.w[1], taps[0].second, line);
+            line = hn::MulAdd(wx.w[2], taps[1].first, line);
+            line = hn::MulAdd(wx.w[3], taps[1].second, line);
             sum = hn::MulAdd(wy.w[j], line, sum);
         }
         return sum;
@@ -132,16 +134,16 @@ HWY_INLINE VF cubic_value(const BackwardPlan& plan, const std::uint8_t* base, VI
 }
 
 /// Reconstruction where all taps exist. `base` points at the origin's sample.
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
+template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 HWY_INLINE VF inner_value(const BackwardPlan& plan, const std::uint8_t* base,
                           const Places<kAxes>& at) {
-    const VI offset = offsets_of<T, kAxes, kNeighbours>(plan, at);
+    const VI offset = offsets_of<Read, kAxes, kNeighbours>(plan, at);
     if constexpr (kHold == Hold::zoh) {
-        return gather_one<T>(base, offset);
+        return gather_one<Read>(base, offset);
     } else if constexpr (kHold == Hold::foh) {
-        return linear_value<T, kAxes, kNeighbours, false>(plan, base, offset, at);
+        return linear_value<Read, kAxes, kNeighbours, false>(plan, base, offset, at);
     } else {
-        return cubic_value<kAxes, kNeighbours>(plan, base, offset, at);
+        return cubic_value<Read, kAxes, kNeighbours>(plan, base, offset, at);
     }
 }
 
@@ -183,7 +185,7 @@ HWY_INLINE void clamp_place(VI& cell, VF& fraction, VI low, VI high, VF beyond) 
 }
 
 /// Reconstruction with the border rule. `corner` is the cell of `base`; cells count from there.
-template <class T, Hold kHold, int kAxes, bool kNeighbours>
+template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
                            const std::array<std::int64_t, 3>& corner, Places<kAxes> at) {
     const Ints di;
@@ -195,7 +197,7 @@ HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
     }
     if constexpr (kHold == Hold::zoh) {
         for (int a = 0; a < kAxes; ++a) at.cell[a] = hn::Min(hn::Max(at.cell[a], low[a]), high[a]);
-        return gather_one<T>(base, offsets_of<T, kAxes, kNeighbours>(plan, at));
+        return gather_one<Read>(base, offsets_of<Read, kAxes, kNeighbours>(plan, at));
     } else if constexpr (kHold == Hold::foh) {
         // The last centre is the far end of the last cell, so that both taps exist.
         for (int a = 0; a < kAxes; ++a) {
@@ -205,8 +207,8 @@ HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
                         thin ? high[a] : hn::Sub(high[a], hn::Set(di, 1)),
                         thin ? hn::Zero(Floats()) : one);
         }
-        const VI offset = offsets_of<T, kAxes, kNeighbours>(plan, at);
-        return linear_value<T, kAxes, kNeighbours, true>(plan, base, offset, at);
+        const VI offset = offsets_of<Read, kAxes, kNeighbours>(plan, at);
+        return linear_value<Read, kAxes, kNeighbours, true>(plan, base, offset, at);
     } else {
         for (int a = 0; a < kAxes; ++a)
             clamp_place(at.cell[a], at.fraction[a], low[a], hn::Sub(high[a], hn::Set(di, 1)), one);
@@ -218,8 +220,9 @@ HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
         const auto plane = [&](VI slice) HWY_ATTR {
             return y.join([&](VI row) HWY_ATTR {
                 const VI line = hn::Add(slice, row);
-                return x.join([&](VI column)
-                                  HWY_ATTR { return gather_one<T>(base, hn::Add(line, column)); });
+                return x.join([&](VI column) HWY_ATTR {
+                    return gather_one<Read>(base, hn::Add(line, column));
+                });
             });
         };
         if constexpr (kAxes == 2) {

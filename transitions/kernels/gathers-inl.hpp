@@ -12,6 +12,8 @@
 
 #include "graph/samples.hpp"
 #include "hwy/highway.h"
+#include "transitions/kernels/loads-inl.hpp"
+#include "transitions/kernels/slow_gathers.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::gathers {
@@ -33,12 +35,48 @@ using VI = hn::Vec<Ints>;
 #define EDGEWISE_FRESH_GATHERS 0
 #endif
 
-/// A 32-bit word at base + offset bytes; narrow samples that follow the first come with it.
-HWY_INLINE VI gather_words(const std::uint8_t* base, VI offset) {
+/// How lanes read samples of one type.
+template <class T, bool kByLoads>
+struct Reads {
+    using Sample = T;
+    static constexpr int kBytes = sizeof(T);
+    static constexpr bool kFloats = std::is_same_v<T, float>;
+    static constexpr bool kLoads = kByLoads;
+};
+
+/// A 32-bit word at row + offset bytes of each row; narrow samples that follow the first come with
+/// it.
+template <class Read, int kRows>
+HWY_INLINE void gather_words(const std::uint8_t* const (&rows)[kRows], VI offset,
+                             VI (&words)[kRows]) {
+#if EDGEWISE_LOADS
+    if constexpr (Read::kLoads) {
+        namespace by_loads = loads::HWY_NAMESPACE;
+        __m128i part[kRows][by_loads::kQuarters];
+        by_loads::words_from<0, kRows>(rows, offset, part);
+        for (int r = 0; r < kRows; ++r) words[r] = by_loads::joined(part[r]);
+        return;
+    }
+#endif
+    for (int r = 0; r < kRows; ++r) {
 #if EDGEWISE_FRESH_GATHERS
-    return VI{_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, offset.raw, base, 1)};
+        words[r] =
+            VI{_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, offset.raw, rows[r], 1)};
 #else
-    return hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(base), offset);
+        words[r] = hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(rows[r]), offset);
+#endif
+    }
+}
+
+/// Asks for the cache lines of every second lane's sample, `ahead` bytes farther. Gathers keep
+/// their offsets to themselves: there it would cost more than it brings.
+template <class Read>
+HWY_INLINE void prefetch([[maybe_unused]] const std::uint8_t* base,
+                         [[maybe_unused]] std::int64_t ahead, [[maybe_unused]] VI offset) {
+#if EDGEWISE_LOADS
+    if constexpr (Read::kLoads)
+        loads::HWY_NAMESPACE::prefetch_from<0>(reinterpret_cast<std::uintptr_t>(base) + ahead,
+                                               offset);
 #endif
 }
 
@@ -56,50 +94,81 @@ HWY_INLINE VF sample_in(VI words) {
     }
 }
 
-/// One sample at each offset.
-template <class T>
+/// The sample at each offset.
+template <class Read>
 HWY_INLINE VF gather_one(const std::uint8_t* base, VI offset) {
-    if constexpr (std::is_same_v<T, float>) {
-        return hn::BitCast(Floats(), gather_words(base, offset));
-    } else {
-        return sample_in<T, 0>(gather_words(base, offset));
-    }
+    VI words[1];
+    gather_words<Read, 1>({base}, offset, words);
+    if constexpr (Read::kFloats)
+        return hn::BitCast(Floats(), words[0]);
+    else
+        return sample_in<typename Read::Sample, 0>(words[0]);
 }
 
 struct Pair {
     VF first, second;
 };
 
-/// A sample and its successor in memory: half as many gathered elements as one by one.
-template <class T>
-HWY_INLINE Pair gather_pair(const std::uint8_t* base, VI offset) {
-    if constexpr (std::is_same_v<T, float>) {
-#if HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SCALAR
-        return {gather_one<T>(base, offset), gather_one<T>(base + sizeof(T), offset)};
-#elif EDGEWISE_FRESH_GATHERS
-        const Floats d;
-        const __m512i zero = _mm512_setzero_si512();
-        const __m256i first = _mm512_castsi512_si256(offset.raw);
-        const __m256i second = _mm512_extracti64x4_epi64(offset.raw, 1);
-        const VI low{_mm512_mask_i32gather_epi64(zero, 0xff, first, base, 1)};
-        const VI high{_mm512_mask_i32gather_epi64(zero, 0xff, second, base, 1)};
-        return {hn::ConcatEven(d, hn::BitCast(d, high), hn::BitCast(d, low)),
-                hn::ConcatOdd(d, hn::BitCast(d, high), hn::BitCast(d, low))};
+#if HWY_TARGET != HWY_EMU128 && HWY_TARGET != HWY_SCALAR
+/// The 64-bit words at the offsets of the lower half of the lanes, or of the upper half.
+template <bool kUpper>
+HWY_INLINE VI gather_long_words(const std::uint8_t* base, VI offset) {
+    const hn::Half<Ints> half;
+    const auto some = kUpper ? hn::UpperHalf(half, offset) : hn::LowerHalf(half, offset);
+#if EDGEWISE_FRESH_GATHERS
+    return VI{_mm512_mask_i32gather_epi64(_mm512_setzero_si512(), 0xff, some.raw, base, 1)};
 #else
-        const Floats d;
-        const hn::RepartitionToWide<Ints> wide;
-        const auto* words = reinterpret_cast<const std::int64_t*>(base);
-        const hn::Half<Ints> half;
-        const auto low =
-            hn::GatherOffset(wide, words, hn::PromoteTo(wide, hn::LowerHalf(half, offset)));
-        const auto high =
-            hn::GatherOffset(wide, words, hn::PromoteTo(wide, hn::UpperHalf(half, offset)));
-        return {hn::ConcatEven(d, hn::BitCast(d, high), hn::BitCast(d, low)),
-                hn::ConcatOdd(d, hn::BitCast(d, high), hn::BitCast(d, low))};
+    const hn::RepartitionToWide<Ints> wide;
+    const auto* words = reinterpret_cast<const std::int64_t*>(base);
+    return hn::BitCast(Ints(), hn::GatherOffset(wide, words, hn::PromoteTo(wide, some)));
 #endif
+}
+
+/// Every first and every second float of two halves.
+HWY_INLINE Pair parted(VI low, VI high) {
+    const Floats d;
+    const VF l = hn::BitCast(d, low), h = hn::BitCast(d, high);
+    return {hn::ConcatEven(d, h, l), hn::ConcatOdd(d, h, l)};
+}
+#endif
+
+/// A float and its successor in memory.
+template <class Read, int kRows>
+HWY_INLINE void gather_float_pairs(const std::uint8_t* const (&rows)[kRows], VI offset,
+                                   Pair (&pairs)[kRows]) {
+#if HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SCALAR
+    for (int r = 0; r < kRows; ++r)
+        pairs[r] = {gather_one<Read>(rows[r], offset),
+                    gather_one<Read>(rows[r] + Read::kBytes, offset)};
+#else
+#if EDGEWISE_LOADS
+    if constexpr (Read::kLoads) {
+        namespace by_loads = loads::HWY_NAMESPACE;
+        __m256i part[kRows][by_loads::kQuarters];
+        by_loads::long_words_from<0, kRows>(rows, offset, part);
+        for (int r = 0; r < kRows; ++r)
+            pairs[r] = parted(by_loads::joined_half<0>(part[r]), by_loads::joined_half<1>(part[r]));
+        return;
+    }
+#endif
+    for (int r = 0; r < kRows; ++r)
+        pairs[r] = parted(gather_long_words<false>(rows[r], offset),
+                          gather_long_words<true>(rows[r], offset));
+#endif
+}
+
+/// A sample and its successor in memory, in each row: half as many gathered elements as one by one.
+template <class Read, int kRows>
+HWY_INLINE void gather_pairs(const std::uint8_t* const (&rows)[kRows], VI offset,
+                             Pair (&pairs)[kRows]) {
+    if constexpr (Read::kFloats) {
+        gather_float_pairs<Read, kRows>(rows, offset, pairs);
     } else {
-        const VI words = gather_words(base, offset);
-        return {sample_in<T, 0>(words), sample_in<T, 1>(words)};
+        using T = typename Read::Sample;
+        VI words[kRows];
+        gather_words<Read, kRows>(rows, offset, words);
+        for (int r = 0; r < kRows; ++r)
+            pairs[r] = {sample_in<T, 0>(words[r]), sample_in<T, 1>(words[r])};
     }
 }
 
@@ -114,21 +183,35 @@ HWY_INLINE VF between(VF a, VF b, VF f) {
     return hn::IfThenElse(hn::Eq(f, hn::Zero(d)), a, blend);
 }
 
-/// Calls `use(T{})` with the stored type.
-template <class Use>
-void with_type(Type type, const Use& use) {
+/// Types whose samples lanes can read.
+inline bool in_lanes(Type type) noexcept {
+    return type == Type::u8 || type == Type::i8 || type == Type::u16 || type == Type::i16 ||
+           type == Type::f32;
+}
+
+template <bool kLoads, class Use>
+void with_samples(Type type, const Use& use) {
     switch (type) {
         case Type::u8:
-            return use(std::uint8_t{});
+            return use(Reads<std::uint8_t, kLoads>());
         case Type::i8:
-            return use(std::int8_t{});
+            return use(Reads<std::int8_t, kLoads>());
         case Type::u16:
-            return use(std::uint16_t{});
+            return use(Reads<std::uint16_t, kLoads>());
         case Type::i16:
-            return use(std::int16_t{});
+            return use(Reads<std::int16_t, kLoads>());
         default:
-            return use(float{});
+            return use(Reads<float, kLoads>());
     }
+}
+
+/// Calls `use(Reads<the stored type, how this processor reads it faster>())`.
+template <class Use>
+void with_reads(Type type, const Use& use) {
+#if EDGEWISE_LOADS
+    if (gathers_are_slow()) return with_samples<true>(type, use);
+#endif
+    with_samples<false>(type, use);
 }
 
 }  // namespace HWY_NAMESPACE

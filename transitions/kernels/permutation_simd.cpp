@@ -18,12 +18,12 @@ namespace hn = hwy::HWY_NAMESPACE;
 using gathers::HWY_NAMESPACE::between;
 using gathers::HWY_NAMESPACE::Floats;
 using gathers::HWY_NAMESPACE::gather_one;
-using gathers::HWY_NAMESPACE::gather_pair;
+using gathers::HWY_NAMESPACE::gather_pairs;
 using gathers::HWY_NAMESPACE::Ints;
 using gathers::HWY_NAMESPACE::Pair;
 using gathers::HWY_NAMESPACE::VF;
 using gathers::HWY_NAMESPACE::VI;
-using gathers::HWY_NAMESPACE::with_type;
+using gathers::HWY_NAMESPACE::with_reads;
 
 using Doubles = hn::CappedTag<double, 8>;
 using Longs = hn::RebindToSigned<Doubles>;
@@ -166,8 +166,9 @@ HWY_INLINE VI offsets_at(const double* source) {
 #endif
 }
 
-template <class T, Send kSend>
+template <class Read, Send kSend>
 void reconstruct_lanes(const PermutationWarp::Plan& plan, Stretch& stretch) {
+    using T = typename Read::Sample;
     const Floats d;
     const Extent& n = plan.object.extent;
     const std::uint8_t* base =
@@ -178,16 +179,15 @@ void reconstruct_lanes(const PermutationWarp::Plan& plan, Stretch& stretch) {
         const VI offset = offsets_at<T>(stretch.source + i);
         VF value;
         if constexpr (kSend == Send::zoh) {
-            value = gather_one<T>(base, offset);
+            value = gather_one<Read>(base, offset);
         } else {
             const VF fx = hn::Load(d, stretch.fraction[0] + i);
             const VF fy = hn::Load(d, stretch.fraction[1] + i);
-            const auto line = [&](const std::uint8_t* start) HWY_ATTR {
-                const Pair taps = gather_pair<T>(start, offset);
-                return between<T>(taps.first, taps.second, fx);
-            };
             const auto plane = [&](const std::uint8_t* start) HWY_ATTR {
-                return between<T>(line(start), line(start + next_y), fy);
+                Pair taps[2];
+                gather_pairs<Read, 2>({start, start + next_y}, offset, taps);
+                return between<T>(between<T>(taps[0].first, taps[0].second, fx),
+                                  between<T>(taps[1].first, taps[1].second, fx), fy);
             };
             value = plane(base);
             if (next_z != 0)
@@ -262,7 +262,7 @@ void reconstruct_one_by_one(const PermutationWarp::Plan& plan, const Permutation
     }
 }
 
-template <class T, Send kSend>
+template <class Read, Send kSend>
 void permute_row(const PermutationWarp::Plan& plan, const PermutationWarp::Row& row,
                  Stretch& stretch, float* screen) {
     const Extent& n = plan.object.extent;
@@ -274,9 +274,9 @@ void permute_row(const PermutationWarp::Plan& plan, const PermutationWarp::Row& 
         place_stretch<kSend>(plan, row, x, stretch);
         if (plan.lanes) {
             if constexpr (kSend == Send::me)
-                own_samples<T>(plan, row, x, stretch);
+                own_samples<typename Read::Sample>(plan, row, x, stretch);
             else
-                reconstruct_lanes<T, kSend>(plan, stretch);
+                reconstruct_lanes<Read, kSend>(plan, stretch);
             send(plan, stretch, 0, screen);
             continue;
         }
@@ -289,16 +289,16 @@ void permute_row(const PermutationWarp::Plan& plan, const PermutationWarp::Row& 
 
 void permute(const PermutationWarp::Plan& plan, std::span<const PermutationWarp::Row> rows,
              float* screen) {
-    with_type(plan.object.type, [&](auto sample) {
-        using T = decltype(sample);
+    with_reads(plan.object.type, [&](auto read) {
+        using Read = decltype(read);
         Stretch stretch;
         for (const PermutationWarp::Row& row : rows) {
             if (plan.send == Send::me)
-                permute_row<T, Send::me>(plan, row, stretch, screen);
+                permute_row<Read, Send::me>(plan, row, stretch, screen);
             else if (plan.send == Send::zoh)
-                permute_row<T, Send::zoh>(plan, row, stretch, screen);
+                permute_row<Read, Send::zoh>(plan, row, stretch, screen);
             else
-                permute_row<T, Send::foh>(plan, row, stretch, screen);
+                permute_row<Read, Send::foh>(plan, row, stretch, screen);
         }
     });
 }

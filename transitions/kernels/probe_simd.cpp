@@ -46,7 +46,8 @@ void stream(const float* from, float* to, std::int64_t floats) {
     for (; i < floats; ++i) to[i] = from[i];
 }
 
-float gather(const float* volume, const ProbeLines& at) {
+template <class Read>
+float gather_as(const float* volume, const ProbeLines& at) {
     const Floats d;
     const Ints di;
     const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
@@ -58,11 +59,17 @@ float gather(const float* volume, const ProbeLines& at) {
         for (std::int64_t i = 0; i < at.length; i += 2 * lanes) {
             const VI first = hn::And(hn::Add(begin, hn::LoadU(di, at.steps + i)), wrap);
             const VI second = hn::And(hn::Add(begin, hn::LoadU(di, at.steps + i + lanes)), wrap);
-            even = hn::Add(even, gather_one<float>(base, first));
-            odd = hn::Add(odd, gather_one<float>(base, second));
+            even = hn::Add(even, gather_one<Read>(base, first));
+            odd = hn::Add(odd, gather_one<Read>(base, second));
         }
     }
     return hn::GetLane(hn::SumOfLanes(d, hn::Add(even, odd)));
+}
+
+float gather(const float* volume, const ProbeLines& at) {
+    float sum = 0;
+    with_reads(Type::f32, [&](auto read) { sum = gather_as<decltype(read)>(volume, at); });
+    return sum;
 }
 
 }  // namespace

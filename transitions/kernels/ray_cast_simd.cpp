@@ -210,6 +210,9 @@ class Levels {
     }
     /// How many cells one look covers.
     int cells() const { return cells_; }
+    /// The same of end cells, whose samples may lie half a cell from their middles; 0: none.
+    int end_cells() const { return cells_ - 1; }
+    /// Of places inside the volume.
     HWY_INLINE VF at(VF x, VF y, VF z) const {
         const DI d;
         const VI i = hn::ShiftRight<Bricks::kShift>(truncated(x)),
@@ -247,10 +250,9 @@ struct Lanes {
 
 /// Cells [begin, end), some of which belong to some lanes only, or are cut by the box.
 template <class Sampler, class Sum>
-HWY_NOINLINE void walk_ends(const Packet& packet, const Sampler& sampler, Sum& sum, int begin,
-                            int end) {
+HWY_NOINLINE void walk_partial(const Packet& packet, const Lanes& lanes, const Sampler& sampler,
+                               Sum& sum, int begin, int end) {
     const DF d;
-    const Lanes lanes(packet);
     const VF first_offset = hn::Load(d, packet.first_offset),
              last_offset = hn::Load(d, packet.last_offset),
              first_weight = hn::Load(d, packet.first_weight),
@@ -270,6 +272,32 @@ HWY_NOINLINE void walk_ends(const Packet& packet, const Sampler& sampler, Sum& s
                                                     lanes.at(offset, 2));
         sum.add_part(value, weight, outside, cell);
     }
+}
+
+/// Cells [begin, end) before or behind those that are inside for all lanes.
+template <class Sampler, class Sum>
+void walk_ends(const RayCast& cast, const Packet& packet, const Sampler& sampler, Sum& sum,
+               int begin, int end) {
+    const Lanes lanes(packet);
+    if constexpr (Sum::kSkips) {
+        if (cast.bricks) {
+            const Levels levels(*cast.bricks, cast.hold, packet.steepest);
+            const Bounds bounds(cast.volume.extent);
+            const int cells = levels.end_cells();
+            if (cells == 0) return walk_partial(packet, lanes, sampler, sum, begin, end);
+            for (int cell = begin; cell < end; cell += cells) {
+                // Brought into the volume, a place comes no farther from those that are in it.
+                const VF middle = hn::Add(lanes.offset(cell), hn::Set(DF(), 0.5f * (cells - 1)));
+                const VF level = levels.at(bounds.clamped(lanes.at(middle, 0), 0),
+                                           bounds.clamped(lanes.at(middle, 1), 1),
+                                           bounds.clamped(lanes.at(middle, 2), 2));
+                if (sum.needs(level))
+                    walk_partial(packet, lanes, sampler, sum, cell, std::min(cell + cells, end));
+            }
+            return;
+        }
+    }
+    walk_partial(packet, lanes, sampler, sum, begin, end);
 }
 
 /// Cells [begin, end), whole and inside for all lanes, of which none is left out.
@@ -348,10 +376,12 @@ void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int6
             const bool any = packet.prepare(cast, shared, static_cast<double>(x + column),
                                             static_cast<double>(y + row), columns, rows);
             if (any) {
-                walk_ends(packet, sampler, sum, packet.begin,
-                          std::min(packet.inner_begin, packet.end));
-                walk_inside(cast, packet, sampler, sum);
-                walk_ends(packet, sampler, sum, packet.inner_end, packet.end);
+                const int inner = std::min(packet.inner_begin, packet.end);
+                // What the inside has leaves little of the ends.
+                if constexpr (Sum::kAnyOrder) walk_inside(cast, packet, sampler, sum);
+                walk_ends(cast, packet, sampler, sum, packet.begin, inner);
+                if constexpr (!Sum::kAnyOrder) walk_inside(cast, packet, sampler, sum);
+                walk_ends(cast, packet, sampler, sum, packet.inner_end, packet.end);
             }
             const typename Sum::Lanewise result(sum);
             for (int r = 0; r < rows; ++r)
@@ -399,7 +429,7 @@ struct Call {
                 return combined<LinearSampler<Read>, kFinite>();
             case Hold::bspline3:
                 // Coefficients are f32; of other types they are merely allowed.
-                if constexpr (std::is_same_v<Read, Gathered<float>>)
+                if constexpr (Read::kFloats)
                     return combined<SplineSampler<Read>, kFinite>();
                 else
                     return combined<SplineSampler<Walked>, kFinite>();
@@ -413,23 +443,13 @@ void ray_cast_on(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64
     const Grid& volume = cast.volume;
     const double bytes =
         static_cast<double>(volume.extent.samples()) * static_cast<double>(bytes_of(volume.type));
-    if (bytes < 2147483648.0) {  // offsets of 32 bits
-        switch (volume.type) {
-            case Type::u8:
-                return call.held<Gathered<std::uint8_t>, true>();
-            case Type::i8:
-                return call.held<Gathered<std::int8_t>, true>();
-            case Type::u16:
-                return call.held<Gathered<std::uint16_t>, true>();
-            case Type::i16:
-                return call.held<Gathered<std::int16_t>, true>();
-            case Type::f32:
-                return call.held<Gathered<float>, false>();
-            default:
-                break;
-        }
-    }
-    call.held<Walked, false>();
+    const bool short_offsets = bytes < 2147483648.0;
+    if (!short_offsets || !gathers::HWY_NAMESPACE::in_lanes(volume.type))
+        return call.held<Walked, false>();
+    gathers::HWY_NAMESPACE::with_reads(volume.type, [&](auto reads) {
+        using Reads = decltype(reads);
+        call.held<Gathered<Reads>, std::is_integral_v<typename Reads::Sample>>();
+    });
 }
 
 }  // namespace

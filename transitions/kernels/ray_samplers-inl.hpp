@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "hwy/highway.h"
+#include "transitions/kernels/gathers-inl.hpp"
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/optics-inl.hpp"
 #include "transitions/kernels/scalar_load.hpp"
@@ -56,13 +57,16 @@ struct Bounds {
 };
 
 /// Reads of one sample by 32-bit byte offsets: volumes below 2^31 bytes, of types up to 32 bits.
-template <class T>
+template <class Reads>
 class Gathered {
+    using T = typename Reads::Sample;
+
  public:
+    static constexpr bool kFloats = Reads::kFloats;
     static constexpr bool kPairs = sizeof(T) <= 2;  // one 32-bit read holds a sample and the next
 
     explicit Gathered(const Grid& grid)
-        : base_(static_cast<const char*>(grid.samples)),
+        : base_(static_cast<const std::uint8_t*>(grid.samples)),
           row_(static_cast<int>(grid.extent.x * sizeof(T))),
           slice_(static_cast<int>(grid.extent.x * grid.extent.y * sizeof(T))) {}
 
@@ -74,39 +78,46 @@ class Gathered {
     }
     /// The sample itself.
     HWY_INLINE VF at(VI offset) const {
-        const DF d;
-        if constexpr (std::is_same_v<T, float>)
-            return hn::GatherOffset(d, reinterpret_cast<const float*>(base_), offset);
-        else
-            return hn::ConvertTo(d, low(word(base_, offset)));
+        return gathers::HWY_NAMESPACE::gather_one<Reads>(base_, offset);
     }
-    /// (1 - f) sample + f next sample along x, times 2^14, less `kMiddle` times 2^14. The weights
-    /// have 14 bits: at most 3e-5 of the difference between two samples is lost.
-    HWY_INLINE VF along_x(const char* base, VI offset, VI weights) const {
+    using Pair = gathers::HWY_NAMESPACE::Pair;
+    /// The sample and the next along x in each of four rows.
+    HWY_INLINE static void pairs_at(const std::uint8_t* const (&rows)[4], VI offset,
+                                    Pair (&pairs)[4]) {
+        gathers::HWY_NAMESPACE::gather_pairs<Reads, 4>(rows, offset, pairs);
+    }
+    /// (1 - f) sample + f next sample of four rows, times 2^14, less `kMiddle` times 2^14. The
+    /// weights have 14 bits: at most 3e-5 of the difference between two samples is lost.
+    HWY_INLINE static void along_x(const std::uint8_t* const (&rows)[4], VI offset, VF f,
+                                   VF (&values)[4]) {
         const DI d;
-        VI pair = word(base, offset);
-        if constexpr (sizeof(T) == 1) {
-            if constexpr (std::is_signed_v<T>)
-                pair = hn::Xor(pair, hn::Set(d, static_cast<int>(0x80808080u)));
-            pair = widened_pair(pair);
-        } else if constexpr (!std::is_signed_v<T>) {
-            pair = hn::Xor(pair, hn::Set(d, static_cast<int>(0x80008000u)));
+        const VI weight = truncated(hn::MulAdd(f, hn::Set(DF(), 16384.0f), hn::Set(DF(), 0.5f)));
+        const VI weights = hn::Add(hn::Sub(hn::ShiftLeft<16>(weight), weight),
+                                   hn::Set(d, 16384));  // (weight << 16) | (16384 - weight)
+        VI pairs[4];
+        gathers::HWY_NAMESPACE::gather_words<Reads, 4>(rows, offset, pairs);
+        for (int n = 0; n < 4; ++n) {
+            VI pair = pairs[n];
+            if constexpr (sizeof(T) == 1) {
+                if constexpr (std::is_signed_v<T>)
+                    pair = hn::Xor(pair, hn::Set(d, static_cast<int>(0x80808080u)));
+                pair = widened_pair(pair);
+            } else if constexpr (!std::is_signed_v<T>) {
+                pair = hn::Xor(pair, hn::Set(d, static_cast<int>(0x80008000u)));
+            }
+            values[n] = hn::ConvertTo(DF(), dot_of_halves(pair, weights));
         }
-        return hn::ConvertTo(DF(), dot_of_halves(pair, weights));
     }
     /// What the bit flips of along_x took away.
     static constexpr float kMiddle = std::is_same_v<T, std::int8_t>     ? -128.0f
                                      : std::is_same_v<T, std::uint16_t> ? 32768.0f
                                                                         : 0.0f;
 
-    const char* base() const { return base_; }
+    const std::uint8_t* base() const { return base_; }
     int row() const { return row_; }
     int slice() const { return slice_; }
 
  private:
-    HWY_INLINE static VI word(const char* base, VI offset) {
-        return hn::GatherOffset(DI(), reinterpret_cast<const int*>(base), offset);
-    }
     /// Bytes 0 and 1 of each lane as its two 16-bit halves.
     HWY_INLINE static VI widened_pair(VI word) {
 #if HWY_TARGET == HWY_SCALAR
@@ -121,22 +132,15 @@ class Gathered {
                                                          hn::LoadDup128(bytes, kSpread)));
 #endif
     }
-    HWY_INLINE static VI low(VI word) {
-        constexpr int kUnused = 32 - 8 * static_cast<int>(sizeof(T));
-        if constexpr (kUnused == 0) return word;
-        const VI up = hn::ShiftLeft<kUnused>(word);
-        if constexpr (std::is_signed_v<T>) return hn::ShiftRight<kUnused>(up);
-        return hn::BitCast(DI(),
-                           hn::ShiftRight<kUnused>(hn::BitCast(hn::RebindToUnsigned<DI>(), up)));
-    }
 
-    const char* base_;
+    const std::uint8_t* base_;
     int row_, slice_;
 };
 
 /// Reads of any type and of volumes of any size, one lane after the other with 64-bit indices.
 class Walked {
  public:
+    static constexpr bool kFloats = false, kPairs = false;
     explicit Walked(const Grid& grid)
         : samples_(grid.samples),
           load_(scalar_load(grid.type)),
@@ -189,7 +193,12 @@ class NearestSampler {
 template <class Read>
 class LinearSampler {
  public:
-    explicit LinearSampler(const Grid& grid) : read_(grid), bounds_(grid.extent) {}
+    explicit LinearSampler(const Grid& grid) : read_(grid), bounds_(grid.extent) {
+        if constexpr (!std::is_same_v<Read, Walked>) {
+            if (grid.extent.y > 1) down_ = read_.row();
+            if (grid.extent.z > 1) deep_ = read_.slice();
+        }
+    }
 
     template <bool kInner>
     HWY_INLINE VF at(VF x, VF y, VF z) const {
@@ -199,7 +208,12 @@ class LinearSampler {
             y = bounds_.clamped(y, 1);
             z = bounds_.clamped(z, 2);
         }
-        const VI i = truncated(x), j = truncated(y), k = truncated(z);
+        VI i = truncated(x), j = truncated(y), k = truncated(z);
+        if constexpr (!kInner && kClampsCells) {
+            i = clamped_cell(i, 0);
+            j = clamped_cell(j, 1);
+            k = clamped_cell(k, 2);
+        }
         const VF f = hn::Sub(x, hn::ConvertTo(d, i)), g = hn::Sub(y, hn::ConvertTo(d, j)),
                  h = hn::Sub(z, hn::ConvertTo(d, k));
         if constexpr (std::is_same_v<Read, Walked>)
@@ -209,6 +223,14 @@ class LinearSampler {
     }
 
  private:
+    /// The last sample is the far end of the last cell. Floats are not blended there: 0 * NaN.
+    static constexpr bool kClampsCells = Read::kPairs;
+
+    HWY_INLINE VI clamped_cell(VI i, int axis) const {
+        const DI d;
+        const VI last = hn::Sub(bounds_.last[axis], hn::Set(d, 1));
+        return hn::Max(hn::Min(i, last), hn::Zero(d));
+    }
     HWY_INLINE VI next(VI i, int axis) const {
         return hn::Min(hn::Add(i, hn::Set(DI(), 1)), bounds_.last[axis]);
     }
@@ -222,51 +244,55 @@ class LinearSampler {
     }
     template <bool kInner>
     HWY_INLINE VF gathered(VI i, VI j, VI k, VF f, VF g, VF h) const {
-        const DI d;
-        const VI offset = read_.offset(i, j, k);
-        // The inside needs one vector of offsets and four bases; at the ends a missing neighbour is
-        // replaced by the sample itself, lane by lane.
-        VI down = hn::Zero(d), deep = hn::Zero(d);
-        const char* base[4] = {read_.base(), read_.base(), read_.base(), read_.base()};
-        if constexpr (kInner) {
-            base[1] += read_.row();
-            base[2] += read_.slice();
-            base[3] += read_.row() + read_.slice();
-        } else {
-            down = hn::IfThenElseZero(hn::Lt(j, bounds_.last[1]), hn::Set(d, read_.row()));
-            deep = hn::IfThenElseZero(hn::Lt(k, bounds_.last[2]), hn::Set(d, read_.slice()));
-        }
-        const VI offsets[4] = {offset, hn::Add(offset, down), hn::Add(offset, deep),
-                               hn::Add(offset, hn::Add(down, deep))};
         VF v[4];
-        if constexpr (Read::kPairs) {
-            const VI weight =
-                truncated(hn::MulAdd(f, hn::Set(DF(), 16384.0f), hn::Set(DF(), 0.5f)));
-            const VI weights = hn::Add(hn::Sub(hn::ShiftLeft<16>(weight), weight),
-                                       hn::Set(d, 16384));  // (weight << 16) | (16384 - weight)
-            for (int n = 0; n < 4; ++n)
-                v[n] = read_.along_x(base[n], kInner ? offset : offsets[n], weights);
+        if constexpr (kInner || kClampsCells) {
+            // One vector of offsets and four rows.
+            const std::uint8_t* row = read_.base();
+            const std::uint8_t* const rows[4] = {row, row + down_, row + deep_,
+                                                 row + down_ + deep_};
+            if constexpr (Read::kPairs)
+                read_.along_x(rows, read_.offset(i, j, k), f, v);
+            else
+                ends(rows, read_.offset(i, j, k), f, v);
         } else {
-            for (int n = 0; n < 4; ++n) v[n] = ends<kInner>(base[n], offsets[n], i, f);
+            clamped_ends(i, j, k, f, v);
         }
-        const VF value = between(between(v[0], v[1], g), between(v[2], v[3], g), h);
+        const VF value =
+            blended<kInner>(blended<kInner>(v[0], v[1], g), blended<kInner>(v[2], v[3], g), h);
         if constexpr (Read::kPairs)
             return hn::MulAdd(value, hn::Set(DF(), 1.0f / 16384), hn::Set(DF(), Read::kMiddle));
         return value;
     }
+    /// The far end of a cell is the sample itself: else a rounding could lift it above its brick.
     template <bool kInner>
-    HWY_INLINE VF ends(const char* base, VI offset, VI i, VF f) const {
-        const DF d;
-        const float* samples = reinterpret_cast<const float*>(base);
-        const VF a = hn::GatherOffset(d, samples, offset);
-        if constexpr (kInner) return between(a, hn::GatherOffset(d, samples + 1, offset), f);
-        const VI right =
-            hn::IfThenElseZero(hn::Lt(i, bounds_.last[0]), hn::Set(DI(), sizeof(float)));
-        return between(a, hn::GatherOffset(d, samples, hn::Add(offset, right)), f);
+    HWY_INLINE static VF blended(VF a, VF b, VF f) {
+        const VF blend = between(a, b, f);
+        if constexpr (kInner || !kClampsCells) return blend;
+        return hn::IfThenElse(hn::Eq(f, hn::Set(DF(), 1.0f)), b, blend);
+    }
+    HWY_INLINE static void ends(const std::uint8_t* const (&rows)[4], VI offset, VF f, VF (&v)[4]) {
+        typename Read::Pair pairs[4];
+        Read::pairs_at(rows, offset, pairs);
+        for (int n = 0; n < 4; ++n) v[n] = between(pairs[n].first, pairs[n].second, f);
+    }
+    /// At the ends a missing neighbour is replaced by the sample itself, lane by lane.
+    HWY_INLINE void clamped_ends(VI i, VI j, VI k, VF f, VF (&v)[4]) const {
+        const DI d;
+        const auto step_to_next = [&](VI cell, int axis, int bytes) HWY_ATTR {
+            return hn::IfThenElseZero(hn::Lt(cell, bounds_.last[axis]), hn::Set(d, bytes));
+        };
+        const VI right = step_to_next(i, 0, sizeof(float)), down = step_to_next(j, 1, read_.row()),
+                 deep = step_to_next(k, 2, read_.slice());
+        const VI offset = read_.offset(i, j, k);
+        const VI offsets[4] = {offset, hn::Add(offset, down), hn::Add(offset, deep),
+                               hn::Add(offset, hn::Add(down, deep))};
+        for (int n = 0; n < 4; ++n)
+            v[n] = between(read_.at(offsets[n]), read_.at(hn::Add(offsets[n], right)), f);
     }
 
     Read read_;
     Bounds bounds_;
+    int down_ = 0, deep_ = 0;  // bytes to the next row and slice, where there is one
 };
 
 /// Cubic B-spline of coefficients, which are mirrored at the end samples.

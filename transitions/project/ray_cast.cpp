@@ -48,20 +48,6 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
-/// Bricks pay where there is much to leave out, and where rays read more than they do. A MIP leaves
-/// out half of its samples at best: a nearest one is read faster than a brick is asked, a cubic one
-/// takes 64.
-bool with_bricks(const Offer& offer, const Ask& ask, double samples) {
-    const auto voxels = static_cast<double>(offer.from.samples());
-    if (ask.want.mode == Mode::mip) {
-        const Hold hold = hold_of(offer.with);
-        return hold != Hold::zoh && samples > (hold == Hold::foh ? 2 : 0.25) * voxels;
-    }
-    constexpr double kMostlyEmpty = 0.35;
-    return ask.want.mode == Mode::composite && samples > voxels &&
-           ask.scene.occupied_fraction < kMostlyEmpty;
-}
-
 double samples_of(const Offer& offer, const Ask& ask, int view) {
     const double pixels = static_cast<double>(offer.to.samples());
     return pixels * mean_length(offer.from, ask.want, view) / offer.with.number("step");
@@ -91,6 +77,22 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
     // Measured on CT and MR: a MIP's bricks leave out about half of the samples.
     return ask.want.mode == Mode::mip ? 0.5 * samples
                                       : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
+}
+
+/// Bricks are made from every voxel and asked along every ray: they pay where what they leave out
+/// is more than that takes. A nearest sample is read faster than a brick is asked. What voxels and
+/// questions take, in samples of a first-order hold, was measured with 128^3 and 256^3 of u8, 16
+/// bits and f32.
+bool with_bricks(const Offer& offer, const Ask& ask, double samples) {
+    const Hold hold = hold_of(offer.with);
+    const bool leaves_out = ask.want.mode == Mode::mip || ask.want.mode == Mode::composite;
+    if (!leaves_out || hold == Hold::zoh) return false;
+    const double sample = hold == Hold::foh ? 1 : 8;  // taps: 8 and 64
+    const double voxels = static_cast<double>(offer.from.samples());
+    const double made = voxels * (0.06 + 0.06 * static_cast<double>(bytes_of(offer.from.type)));
+    const double asked = 0.12 * samples * offer.with.number("step");
+    const double saved = taken_of(offer, ask, samples, false) - taken_of(offer, ask, samples, true);
+    return saved * sample > made + asked;
 }
 
 /// Voxels of the volume for each sample on a ray.

@@ -302,20 +302,20 @@ Volume<float> spotted(const Extent& n) {
     return volume;
 }
 
-TEST(RayCast, BricksChangeNoByte) {
-    const Extent n{45, 38, 51};
-    const auto volume = spotted(n);
+template <class T>
+void bricks_change_no_byte(const Volume<T>& volume, Type type) {
+    const Extent& n = volume.extent;
     // Opaque in a narrow band only: values at both ends of a brick's range are transparent.
     const std::vector<OpticsPoint> points = {
         {30, 0, {1, 1, 1}}, {31, 0.5, {1, 0, 1}}, {32, 0, {1, 1, 1}}};
     for (const ValueMap& values : {ValueMap{}, ValueMap{-1, 60}})
         for (const Hold hold : {Hold::zoh, Hold::foh, Hold::bspline3})
-            for (const double step : {1.0, 0.21, 2.9})
+            for (const double step : {1.0, 0.21, 2.9, 7.3})
                 for (const Rays& rays :
                      {turned(n, 0.6, 0.4, 64), turned(n, 0, 0, 64), from_eye(n, 64, 55)})
                     for (const Combine rule : {Combine::max, Combine::over}) {
                         const Optics optics = optics_of(points, 1, values);
-                        RayCast cast{.volume = volume.grid(Type::f32, values),
+                        RayCast cast{.volume = volume.grid(type, values),
                                      .hold = hold,
                                      .rule = rule,
                                      .rays = rays,
@@ -336,6 +336,27 @@ TEST(RayCast, BricksChangeNoByte) {
                                                  plain.size() * sizeof(float)))
                             << static_cast<int>(hold) << ' ' << step;
                     }
+}
+
+TEST(RayCast, BricksChangeNoByte) {
+    const Extent n{45, 38, 51};
+    const auto floats = spotted(n);
+    bricks_change_no_byte(floats, Type::f32);
+    Volume<std::uint8_t> bytes(n);  // lanes read them in another way, at the ends too
+    for (std::int64_t i = 0; i < n.samples(); ++i) {
+        const float value = floats.samples[i];
+        bytes.samples[i] = std::isfinite(value) ? static_cast<std::uint8_t>(value / 2) : 255;
+    }
+    bricks_change_no_byte(bytes, Type::u8);
+    // The largest at the far faces, beside numbers whose difference a float cannot hold.
+    Volume<std::int16_t> words(n);
+    for (std::int64_t z = 0; z < n.z; ++z)
+        for (std::int64_t y = 0; y < n.y; ++y)
+            for (std::int64_t x = 0; x < n.x; ++x)
+                words.at(x, y, z) = y == n.y - 1 || z == n.z - 1
+                                        ? std::int16_t{32767}
+                                        : static_cast<std::int16_t>(-6000 - (x * 37 + z) % 211);
+    bricks_change_no_byte(words, Type::i16);
 }
 
 }  // namespace
