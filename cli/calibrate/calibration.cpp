@@ -67,9 +67,8 @@ class Calibration {
                 show(messages, all[k]);
                 repeat_case(cases[k], round);
             }
-        for (const Case& each : cases) gather(each);
-        keep();
-        fit();
+        for (const Case& each : cases) collect(each);
+        fit(kept());
         if (!quick_)
             for (const Trial& exam : exams()) judge(exam);
         messages.end_progress();
@@ -84,7 +83,6 @@ class Calibration {
  private:
     static constexpr int kMostRounds = 25;
     static constexpr double kFirstRound = 0.3;  // of the time, at most
-    static constexpr double kShort = 0.05;      // [s]; a longer run needs no warm caches
     static constexpr double kBrief = 0.005;     // [s]
     static constexpr double kLong = 0.02;       // [s]
 
@@ -199,24 +197,24 @@ class Calibration {
     bool time(Case& one, TimedPath& path, int threads) {
         constexpr int kInARow = 2;
         double expected = path.longest;
-        if (path.longest < kShort)
+        if (warming_runs(path.longest) > 0)
             for (int run = 0; run == 0 || run < warming_runs(expected); ++run) {
                 const Outcome warm = once(one.prepared->session, path.plan, threads);
                 if (warm.steps != path.plan.texts()) return false;
                 expected = warm.seconds;
             }
-        double pace = pace_now(threads);
+        Pace pace = pace_now(threads);
         for (int run = 0; run < (expected < kBrief ? kInARow : 1); ++run)
             if (!time_once(one, path, threads, pace)) return false;
         return true;
     }
 
     /// @param pace  before it; afterwards that after it
-    bool time_once(Case& one, TimedPath& path, int threads, double& pace) {
+    bool time_once(Case& one, TimedPath& path, int threads, Pace& pace) {
         if (stop_flag()) throw Cancelled();
-        const double before = pace;
+        const Pace before = pace;
         const Outcome outcome = once(one.prepared->session, path.plan, threads);
-        const double after = pace = pace_now(threads);
+        const Pace after = pace = pace_now(threads);
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.
@@ -263,7 +261,7 @@ class Calibration {
     };
 
     /// The same step of several paths and trials is one thing.
-    void gather(const Case& one) {
+    void collect(const Case& one) {
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
                 const Step& step = path.plan.steps[k];
@@ -274,8 +272,9 @@ class Calibration {
             }
     }
 
-    void keep() {
-        const double best = best_pace(profile_.processors);
+    std::map<std::string, std::vector<Timed>> kept() {
+        std::map<std::string, std::vector<Timed>> timed;
+        const Pace best = best_pace(profile_.processors);
         for (const auto& [what, step] : steps_) {
             const auto& [name, counted, frames] = what;
             runs_ += step.together.size();
@@ -285,13 +284,14 @@ class Calibration {
             // So many threads are not faster than so many times.
             const double alone =
                 std::min(step.alone.undisturbed(best_pace(1)), profile_.processors * shared);
-            timed_[name].push_back({.counted = counted,
-                                    .alone = alone / frames,
-                                    .together = shared / frames,
-                                    .spread = median_error(step.together.seconds(best, 3)),
-                                    .runs = static_cast<int>(step.together.size()),
-                                    .frames = frames});
+            timed[name].push_back({.counted = counted,
+                                   .alone = alone / frames,
+                                   .together = shared / frames,
+                                   .spread = median_error(step.together.seconds(best, 3)),
+                                   .runs = static_cast<int>(step.together.size()),
+                                   .frames = frames});
         }
+        return timed;
     }
 
     /// How far the fit is from paths that it has not seen, on all processors.
@@ -312,9 +312,9 @@ class Calibration {
             if (stop_flag()) throw Cancelled();
             once(prepared.session, plan, profile_.processors);  // warm
             PacedRuns runs;
-            double best = best_pace(profile_.processors);
+            Pace best = best_pace(profile_.processors);
             while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
-                const double before = pace_now(profile_.processors);
+                const Pace before = pace_now(profile_.processors);
                 const double seconds = once(prepared.session, plan, profile_.processors).seconds;
                 runs.add(seconds, before, pace_now(profile_.processors));
                 best = best_pace(profile_.processors);
@@ -333,8 +333,8 @@ class Calibration {
             [](int, const std::shared_ptr<const Data>&) {}, options);
     }
 
-    void fit() {
-        profile_.rates = rates_of(timed_);
+    void fit(const std::map<std::string, std::vector<Timed>>& timed) {
+        profile_.rates = rates_of(timed);
         rebase_factors(profile_);
         std::vector<double> shared;
         for (const auto& [name, curve] : profile_.rates.measured())
@@ -374,7 +374,6 @@ class Calibration {
     Clock::time_point begin_;
     Phantoms phantoms_;  // outlives the cases, which measure() holds
     Profile profile_;
-    std::map<std::string, std::vector<Timed>> timed_;
     int visits_ = 0, disturbed_ = 0;
     std::size_t runs_ = 0, calm_ = 0;  // of steps
     std::map<std::tuple<std::string, double, int>, TimedStep>

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <utility>
 
 #include "cli/machine/machine.hpp"
 #include "cli/machine/quantiles.hpp"
@@ -24,26 +25,31 @@ using Clock = std::chrono::steady_clock;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::chrono::microseconds kPatience{300};
 constexpr double kCalm = 1.1;  // times the best; a sibling busy before or after makes 1.13
+constexpr double kNear = 2;    // times the best hop; another third-level cache makes it 5 or 6
+constexpr int kHops = 400;     // 10 us where processors are near
 /// Siblings make up to 1.8 of it; beyond this the loop itself was interrupted, not the run.
 constexpr double kSlowest = 2.5;
 
 /// Of one thread and of many: siblings of one core slow each other down as well.
 class BestPaces {
  public:
-    void see(int threads, double pace) {
+    void see(int threads, const Pace& pace) {
         const std::lock_guard lock(mutex_);
-        double& best = best_.try_emplace(threads, kNever).first->second;
-        best = std::min(best, pace);
+        Pace& best = best_.try_emplace(threads, Pace{kNever, kNever}).first->second;
+        // Lines go fastest between siblings of one core, which do not count.
+        if (kCalm * pace.loop < best.loop) best.hop = pace.hop;
+        best.loop = std::min(best.loop, pace.loop);
+        if (pace.loop <= kCalm * best.loop) best.hop = std::min(best.hop, pace.hop);
     }
-    double of(int threads) {
+    Pace of(int threads) {
         const std::lock_guard lock(mutex_);
         const auto found = best_.find(threads);
-        return found == best_.end() ? kNever : found->second;
+        return found == best_.end() ? Pace{kNever, kNever} : found->second;
     }
 
  private:
     std::mutex mutex_;
-    std::map<int, double> best_;
+    std::map<int, Pace> best_;
 };
 BestPaces best_paces;
 
@@ -80,13 +86,33 @@ class Loop {
     std::array<std::uint32_t, kNumbers> numbers_{};
 };
 
-/// One thread's part, once all are there.
-double own_pace(std::atomic<int>& missing) {
-    static const Loop loop;
+bool is_far(const Pace& pace, const Pace& best) noexcept { return pace.hop > kNear * best.hop; }
+
+/// All are there at once. @return false where they did not come
+bool meet(std::atomic<int>& missing) {
     const Clock::time_point came = Clock::now();
     --missing;
     while (missing > 0)
-        if (Clock::now() - came > kPatience) return kNever;
+        if (Clock::now() - came > kPatience) return false;
+    return true;
+}
+
+/// One thread's part of a number that goes round, once all are there. @return [s] a hop
+double own_hops(std::atomic<int>& hops, int thread, int threads) {
+    constexpr int kPatient = 100'000;
+    if (threads < 2) return 0;
+    const Clock::time_point begin = Clock::now();
+    for (int hop = thread; hop < kHops; hop += threads) {
+        for (int wait = 0; hops.load(std::memory_order_acquire) < hop; ++wait)
+            if (wait == kPatient) return kNever;
+        hops.store(hop + 1, std::memory_order_release);
+    }
+    return std::chrono::duration<double>(Clock::now() - begin).count() / kHops;
+}
+
+/// One thread's part, once all are there.
+double own_loop() {
+    static const Loop loop;
     volatile std::uint32_t used = loop.run();  // its data come into the cache
     const Clock::time_point begin = Clock::now();
     used = loop.run();
@@ -96,68 +122,88 @@ double own_pace(std::atomic<int>& missing) {
 
 }  // namespace
 
-double pace_now(int threads) {
+Pace pace_now(int threads) {
     threads = at_once(threads);
     tbb::task_arena arena(threads);
     const OneThreadACore spread(arena, threads);
     std::atomic<int> missing{threads};
-    std::vector<double> paces(static_cast<std::size_t>(threads));
+    alignas(128) std::atomic<int> hops{0};  // alone in its line
+    std::vector<Pace> paces(static_cast<std::size_t>(threads), Pace{kNever, kNever});
     arena.execute([&] {
         tbb::parallel_for(
-            0, threads, [&](int i) { paces[static_cast<std::size_t>(i)] = own_pace(missing); },
+            0, threads,
+            [&](int i) {
+                if (!meet(missing)) return;
+                Pace& own = paces[static_cast<std::size_t>(i)];
+                own.hop = own_hops(hops, i, threads);
+                own.loop = own_loop();
+            },
             tbb::static_partitioner());
     });
-    double speed = 0;
-    for (const double each : paces) speed += 1 / (each * threads);
-    if (std::any_of(paces.begin(), paces.end(), [](double each) { return each == kNever; }))
-        return kNever;
-    const double pace = 1 / speed;
+    Pace pace{0, 0};
+    for (const Pace& each : paces) {
+        pace.loop += 1 / (each.loop * threads);
+        pace.hop = std::max(pace.hop, each.hop);
+    }
+    pace.loop = 1 / pace.loop;
+    if (!std::isfinite(pace.hop)) return {kNever, kNever};
     best_paces.see(threads, pace);
     return pace;
 }
 
-double best_pace(int threads) { return best_paces.of(at_once(threads)); }
+Pace best_pace(int threads) { return best_paces.of(at_once(threads)); }
 
 int warming_runs(double seconds) noexcept {
-    constexpr double kEnough = 0.004;  // [s]
+    constexpr double kEnough = 0.004, kLong = 0.05;  // [s]
     constexpr int kMost = 4;
+    if (seconds >= kLong) return 0;
     return seconds * kMost > kEnough ? static_cast<int>(std::ceil(kEnough / seconds)) : kMost;
 }
 
-bool is_calm(double pace, double best) noexcept { return pace <= kCalm * best; }
+bool is_calm(const Pace& pace, const Pace& best) noexcept {
+    return pace.loop <= kCalm * best.loop && !is_far(pace, best);
+}
+
+Pace PacedRuns::Run::pace() const noexcept {
+    return {(before.loop + after.loop) / 2, std::max(before.hop, after.hop)};
+}
 
 void PacedRuns::join(const PacedRuns& others) {
     runs_.insert(runs_.end(), others.runs_.begin(), others.runs_.end());
 }
 
 void PacedRuns::disturbed_from(std::size_t first) {
-    for (std::size_t i = first; i < runs_.size(); ++i) runs_[i].before = runs_[i].after = kNever;
+    for (std::size_t i = first; i < runs_.size(); ++i)
+        runs_[i].before = runs_[i].after = Pace{kNever, kNever};
 }
 
-std::size_t PacedRuns::calm(double best) const {
+std::size_t PacedRuns::calm(const Pace& best) const {
     return static_cast<std::size_t>(std::count_if(
         runs_.begin(), runs_.end(), [&](const Run& run) { return is_calm(run.pace(), best); }));
 }
 
-std::vector<double> PacedRuns::seconds(double best, std::size_t least) const {
+std::vector<double> PacedRuns::seconds(const Pace& best, std::size_t least) const {
     std::vector<Run> runs = runs_;
-    std::stable_sort(runs.begin(), runs.end(),
-                     [](const Run& a, const Run& b) { return a.pace() < b.pace(); });
+    std::stable_sort(runs.begin(), runs.end(), [&](const Run& a, const Run& b) {
+        const Pace one = a.pace(), other = b.pace();
+        return std::pair(is_far(one, best), one.loop) < std::pair(is_far(other, best), other.loop);
+    });
     // Where nothing is known of any, none is better than the others.
-    if (!runs.empty() && std::isfinite(runs.front().pace()))
+    if (!runs.empty() && std::isfinite(runs.front().pace().loop))
         runs.resize(std::min(runs.size(), std::max(least, calm(best))));
     std::vector<double> seconds;
     for (const Run& run : runs) seconds.push_back(run.seconds);
     return seconds;
 }
 
-double PacedRuns::undisturbed(double best) const {
+double PacedRuns::undisturbed(const Pace& best) const {
     constexpr std::size_t kEnough = 3;
     std::vector<double> all, calmed;
     for (const Run& run : runs_) {
         all.push_back(run.seconds);
-        const double slower = std::min(run.before, run.after) / best;
-        if (slower <= kSlowest) calmed.push_back(run.seconds / std::max(1.0, slower / kCalm));
+        const double slower = std::min(run.before.loop, run.after.loop) / best.loop;
+        if (slower <= kSlowest && !is_far(run.pace(), best))
+            calmed.push_back(run.seconds / std::max(1.0, slower / kCalm));
     }
     return quantile(calmed.size() >= kEnough ? calmed : all, 0.2);
 }

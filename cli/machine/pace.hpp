@@ -1,34 +1,48 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace edgewise::cli {
 
-/// Seconds that a fixed loop takes at this moment on so many processors, or all that there are, all
-/// at work: the harmonic mean, as work is shared; infinite where they did not come together within
-/// a fraction of a millisecond. The loop issues as much as a core can, out of its first cache:
-/// while a hyperthread's sibling is awake for another guest of the host it takes 1.5 to 1.8 times
-/// as long, and so does a ray caster, for tenths of a second to seconds; chains of products and
-/// streams hardly notice, and no counter of a virtual machine tells. Takes 0.05 ms, up to 0.3 ms
-/// where they do not meet.
-double pace_now(int threads);
+/// How fast the processors of a shared machine are at this moment. No counter of a virtual machine
+/// tells either of the two.
+struct Pace {
+    /// [s] of a fixed loop on so many processors, all at work: the harmonic mean, as work is
+    /// shared; infinite where they did not come together within a fraction of a millisecond. The
+    /// loop issues as much as a core can, out of its first cache: while a hyperthread's sibling is
+    /// awake, for another guest of the host or for this one, it takes 1.3 to 1.9 times as long, and
+    /// so does a ray caster; chains of products and streams hardly notice.
+    double loop = std::numeric_limits<double>::infinity();
+    /// [s] that a line of the caches takes from one processor to the next; of one thread 0. A host
+    /// that moves processors to cores with third-level caches of their own makes it six times what
+    /// it is under one such cache: what one thread wrote the other then reads as slowly as if it
+    /// came from memory, and two threads may take as long as one.
+    double hop = 0;
+};
 
-/// The least that pace_now() of so many threads has found in this process.
-double best_pace(int threads);
+/// Of so many processors, or all that there are. Takes 0.06 to 0.15 ms, up to 0.6 ms where they do
+/// not meet.
+Pace pace_now(int threads);
 
-/// Whether a run of this pace was as good as alone: up to 1.1 times the best.
-bool is_calm(double pace, double best) noexcept;
+/// The least that pace_now() of so many threads has found in this process; the hop is that of
+/// processors on cores of their own.
+Pace best_pace(int threads);
 
-/// How often something runs before a run counts that others ran before: at least once, as these
-/// took its blocks; brief ones more often, as the caches of all processors hold what others read.
+/// Whether a run of this pace was as good as alone: loop up to 1.1 times the best, hop up to twice.
+bool is_calm(const Pace& pace, const Pace& best) noexcept;
+
+/// How often something runs before a run counts that others ran before: once, as these took its
+/// blocks; brief ones more often, as the caches of all processors hold what others read; what takes
+/// 0.05 s or more not at all.
 int warming_runs(double seconds) noexcept;
 
 /// Runs of one thing, and how fast the machine was beside each.
 class PacedRuns {
  public:
     /// @param before,after  pace_now()
-    void add(double seconds, double before, double after) {
+    void add(double seconds, const Pace& before, const Pace& after) {
         runs_.push_back({seconds, before, after});
     }
     /// Those of the same thing that were kept elsewhere.
@@ -37,21 +51,24 @@ class PacedRuns {
     /// The runs from this one on count only where the others are too few.
     void disturbed_from(std::size_t first);
 
-    std::size_t calm(double best) const;
+    std::size_t calm(const Pace& best) const;
     /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
     /// of all where the pace of none is known.
-    std::vector<double> seconds(double best, std::size_t least) const;
+    std::vector<double> seconds(const Pace& best, std::size_t least) const;
 
     /// Seconds of a run that nothing disturbs: each run's divided by how much slower than calm the
-    /// better of the paces beside it was; of these the first quintile, as other guests that read
-    /// the same caches and memory only add, which no pace tells.
+    /// better of the loops beside it was; of these the first quintile, as other guests that read
+    /// the same caches and memory only add, which no pace tells. Runs of processors far from each
+    /// other count only where the others are too few.
     /// @pre size() > 0
-    double undisturbed(double best) const;
+    double undisturbed(const Pace& best) const;
 
  private:
     struct Run {
-        double seconds, before, after;
-        double pace() const noexcept { return (before + after) / 2; }
+        double seconds;
+        Pace before, after;
+        /// Of its time.
+        Pace pace() const noexcept;
     };
     std::vector<Run> runs_;
 };

@@ -134,14 +134,13 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
 }
 
 void PathRuns::run_again(std::size_t i) {
-    constexpr double kShort = 0.05;  // [s]
-    if (const double seconds = paths_[i].least(); last_ != i && seconds < kShort)
-        for (int run = 0; run < warming_runs(seconds); ++run)
-            run_once(i, std::numeric_limits<double>::infinity(),
-                     [](int, const std::shared_ptr<const Data>&) {});
+    const int warming = last_ == i ? 0 : warming_runs(paths_[i].least());
+    for (int run = 0; run < warming; ++run)
+        run_once(i, std::numeric_limits<double>::infinity(),
+                 [](int, const std::shared_ptr<const Data>&) {});
     last_ = i;
     const int threads = session_.want().threads;
-    const double before = pace_now(threads);
+    const Pace before = pace_now(threads);
     const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                   [](int, const std::shared_ptr<const Data>&) {});
     if (!outcome) return;
@@ -156,7 +155,7 @@ void PathRuns::choose(std::size_t i) {
 
 std::size_t PathRuns::calm_runs(std::size_t i) const { return runs_[i].calm(best()); }
 
-double PathRuns::best() const { return best_pace(session_.want().threads); }
+Pace PathRuns::best() const { return best_pace(session_.want().threads); }
 
 std::vector<std::size_t> PathRuns::counts() const {
     std::vector<std::size_t> counts;

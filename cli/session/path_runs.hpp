@@ -87,7 +87,7 @@ class PathRuns {
 
  private:
     std::optional<Outcome> run_once(std::size_t i, double limit, const Deliver& deliver);
-    double best() const;  // pace
+    Pace best() const;
     void choose(std::size_t i);
     bool is_open(const Verified& error) const;
     void verify_carefully(std::size_t i);

@@ -12,6 +12,7 @@
 #include "cli/machine/quantiles.hpp"
 #include "cli/machine/signals.hpp"
 #include "cli/machine/watch.hpp"
+#include "cli/session/contender.hpp"
 #include "cli/session/paths.hpp"
 #include "cli/session/session.hpp"
 #include "cli/session/wisdom.hpp"
@@ -24,8 +25,7 @@ constexpr std::size_t kMostPaths = 200;
 constexpr std::int64_t kSamples = 1024;  // that an error is measured on
 constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
 constexpr int kFrames = 12;              // run of a long turntable
-constexpr std::size_t kRuns = 7;         // of close contenders, at least
-constexpr int kMostRounds = 25;          // until they have kFewRuns beside which no guest was busy
+constexpr int kMostRounds = 25;          // until all close contenders are sure
 /// [s] that rounds go on at least: what other guests read slows some paths for tenths of a second
 /// and more, others not at all.
 constexpr double kLeastSeconds = 0.3;
@@ -33,39 +33,9 @@ constexpr double kTrying = 0.6;  // of the time; what is left goes to the close 
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.
 constexpr double kOverestimate = 4;
-constexpr std::size_t kFewRuns = 3;
-constexpr double kClose = 1.3;     // slower than the best by more: no further runs
-constexpr double kHopeless = 3;    // slower by more: stopped
+constexpr double kHopeless = 3;    // slower than the best by more: stopped
 constexpr double kPatience = 0.1;  // [s], never stopped before
-constexpr double kShort = 0.05;    // [s]; shorter runs are warmed up
 constexpr double kTie = 1.03;      // two runs of one path differ by so much
-constexpr double kOneSided = 1.645;
-
-/// One path on trial.
-struct Contender {
-    Plan plan;                     // of the whole request, as predicted
-    std::vector<double> seconds;   // that count
-    PacedRuns runs;                // of this process
-    std::optional<Learned> known;  // error and bytes
-    bool is_default = false, failed = false;
-
-    /// Which runs count, by the best pace so far.
-    void choose(double best) {
-        if (runs.size() > 0) seconds = runs.seconds(best, kFewRuns);
-    }
-    bool is_sure(double best) const {
-        return runs.size() == 0 ? seconds.size() >= kFewRuns
-                                : runs.size() >= kRuns && runs.calm(best) >= kFewRuns;
-    }
-
-    double least() const {
-        return seconds.empty() ? std::numeric_limits<double>::infinity()
-                               : *std::min_element(seconds.begin(), seconds.end());
-    }
-    double median() const {
-        return seconds.empty() ? std::numeric_limits<double>::infinity() : cli::median(seconds);
-    }
-};
 
 /// The request with a few of its views.
 Request with_few_frames(const Request& want, int frames) {
@@ -195,8 +165,7 @@ class Pilot {
     bool could_win(const Contender& each) const {
         const Contender* best = this->best();
         if (!best || all_ || session_.want().minimize != Minimize::time) return true;
-        const Predicted& predicted = each.plan.predicted;
-        return predicted.seconds * std::exp(-kOneSided * predicted.spread) < best->median();
+        return each.low() < best->median();
     }
 
     /// Seconds of the whole request: frames that were not run take what the others took.
@@ -269,25 +238,25 @@ class Pilot {
                              .bytes = session_.resident + double(outcome->peak)};
     }
 
-    /// Where another path ran before, short ones run more often, and the last run counts.
+    /// Where another path ran before, short ones run more often, and the last run counts. Models
+    /// may take for short what is not: each run tells how many more it takes.
     void run_again(Contender& each) {
-        if (const double seconds = each.least(); last_ != &each && seconds < kShort)
-            for (int run = 0; run < warming_runs(seconds); ++run)
-                run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
+        const Deliver nothing = [](int, const std::shared_ptr<const Data>&) {};
+        double expected = each.seconds.empty() ? each.plan.predicted.seconds : each.least();
+        for (int run = 0; last_ != &each && run < warming_runs(expected); ++run) {
+            const auto warm = run_once(each, false, nothing);
+            if (!warm) return;
+            if (out_of_time()) break;
+            expected = warm->seconds;
+        }
         last_ = &each;
         const int threads = session_.profile.processors;
-        const double before = pace_now(threads);
-        const auto outcome = run_once(each, false, [](int, const std::shared_ptr<const Data>&) {});
+        const Pace before = pace_now(threads);
+        const auto outcome = run_once(each, false, nothing);
         if (!outcome) return;
         each.runs.add(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome), before,
                       pace_now(threads));
         each.choose(best_pace(threads));
-    }
-
-    /// The first runs of a path may have met other load.
-    static bool is_close(const Contender& each, const Contender& best) {
-        const double factor = each.seconds.size() < kFewRuns ? kHopeless : kClose;
-        return each.least() <= factor * best.median();
     }
 
     /// The close ones once more; the order turns round every time, so that no place in it wins.
@@ -296,18 +265,18 @@ class Pilot {
     bool run_round(int round, bool all) {
         const Contender* best = this->best();
         if (!best) return false;
-        std::vector<Contender*> unsure;
+        std::vector<Contender*> again;
         int close = 0;
         for (Contender& each : contenders_) {
-            if (!std::isfinite(cost(each)) || !is_close(each, *best)) continue;
+            if (!std::isfinite(cost(each)) || !each.is_close_to(*best)) continue;
             ++close;
             if (all || !each.is_sure(best_pace(session_.profile.processors)))
-                unsure.push_back(&each);
+                again.push_back(&each);
         }
-        if (unsure.empty() || (close == 1 && best->seconds.size() >= kFewRuns)) return false;
-        if (round % 2) std::reverse(unsure.begin(), unsure.end());
-        for (Contender* each : unsure) {
-            if (out_of_time() && each->seconds.size() > 1) break;
+        if (again.empty() || (close == 1 && best->is_timed())) return false;
+        if (round % 2) std::reverse(again.begin(), again.end());
+        for (Contender* each : again) {
+            if (out_of_time()) break;
             run_again(*each);
         }
         return true;

@@ -9,46 +9,67 @@
 namespace edgewise::cli {
 namespace {
 
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr Pace kBest{1, 26e-9};
+
 TEST(Pace, IsMeasuredAndTheBestIsRemembered) {
-    double least = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < 50; ++i) least = std::min(least, pace_now(1));
+    double least = kNever;
+    for (int i = 0; i < 50; ++i) {
+        const Pace pace = pace_now(1);
+        least = std::min(least, pace.loop);
+        EXPECT_EQ(pace.hop, 0) << "there is nowhere to go";
+    }
     // Tens of thousands of loads: not nothing, and no thread waits for ever.
     EXPECT_GT(least, 1e-7);
     ASSERT_TRUE(std::isfinite(least));
-    EXPECT_LE(best_pace(1), least);
+    EXPECT_LE(best_pace(1).loop, least);
+}
+
+TEST(Pace, LoopAndHopAreOfProcessorsThatMet) {
+    if (usable_cores() < 2) GTEST_SKIP() << "one processor";
+    // They need not meet: another program may have one of the processors all the time.
+    for (int i = 0; i < 200; ++i) {
+        const Pace pace = pace_now(2);
+        EXPECT_EQ(std::isfinite(pace.loop), std::isfinite(pace.hop));
+        EXPECT_GT(pace.hop, 1e-9) << "not even one core hands a line to itself as fast";
+        EXPECT_LE(best_pace(2).loop, pace.loop);
+    }
 }
 
 TEST(Pace, IsCalmNearTheBest) {
-    EXPECT_TRUE(is_calm(1.05, 1));
-    EXPECT_FALSE(is_calm(2.3, 2));
-    EXPECT_FALSE(is_calm(std::numeric_limits<double>::infinity(), 1));
+    EXPECT_TRUE(is_calm({1.05, 0}, {1, 0}));
+    EXPECT_FALSE(is_calm({2.3, 0}, {2, 0}));
+    EXPECT_FALSE(is_calm({kNever, 0}, {1, 0}));
+    // Near each other, and under third-level caches of their own.
+    EXPECT_TRUE(is_calm({1, 40e-9}, {1, 26e-9}));
+    EXPECT_FALSE(is_calm({1, 157e-9}, {1, 26e-9}));
 }
 
 TEST(Pace, CalmRunsCountAndOthersOnlyWhereTheyAreTooFew) {
     PacedRuns runs;
-    runs.add(1.0, 1, 1);
-    runs.add(1.7, 1.7, 1.7);
-    runs.add(1.1, 1, 1.1);
-    runs.add(1.3, 1, 1.4);
-    EXPECT_EQ(runs.calm(1), 2u);
-    EXPECT_EQ(runs.seconds(1, 1), (std::vector<double>{1.0, 1.1}));
-    EXPECT_EQ(runs.seconds(1, 3), (std::vector<double>{1.0, 1.1, 1.3}));
-    EXPECT_EQ(runs.seconds(1, 9).size(), 4u);
+    runs.add(1.0, {1}, {1});
+    runs.add(1.7, {1.7}, {1.7});
+    runs.add(1.1, {1}, {1.1});
+    runs.add(1.3, {1}, {1.4});
+    EXPECT_EQ(runs.calm(kBest), 2u);
+    EXPECT_EQ(runs.seconds(kBest, 1), (std::vector<double>{1.0, 1.1}));
+    EXPECT_EQ(runs.seconds(kBest, 3), (std::vector<double>{1.0, 1.1, 1.3}));
+    EXPECT_EQ(runs.seconds(kBest, 9).size(), 4u);
     runs.disturbed_from(2);
-    EXPECT_EQ(runs.seconds(1, 1), (std::vector<double>{1.0}));
-    EXPECT_EQ(runs.seconds(1, 2), (std::vector<double>{1.0, 1.7}));
+    EXPECT_EQ(runs.seconds(kBest, 1), (std::vector<double>{1.0}));
+    EXPECT_EQ(runs.seconds(kBest, 2), (std::vector<double>{1.0, 1.7}));
 }
 
 TEST(Pace, RunsOfUnknownPaceAreAllAlike) {
     PacedRuns runs;
-    for (int i = 0; i < 7; ++i) runs.add(7 - i, 1, std::numeric_limits<double>::infinity());
-    EXPECT_EQ(runs.seconds(1, 2).size(), 7u);
+    for (int i = 0; i < 7; ++i) runs.add(7 - i, {1}, {kNever});
+    EXPECT_EQ(runs.seconds(kBest, 2).size(), 7u);
 }
 
 TEST(Pace, MoreThreadsThanProcessorsAreAsManyAsThereAre) {
     // They need not come together: another program may have the processors all the time.
-    for (int i = 0; i < 10; ++i) EXPECT_GT(pace_now(1000), 0);
-    EXPECT_EQ(best_pace(1000), best_pace(usable_cores()));
+    for (int i = 0; i < 10; ++i) EXPECT_GT(pace_now(1000).loop, 0);
+    EXPECT_EQ(best_pace(1000).loop, best_pace(usable_cores()).loop);
 }
 
 TEST(Pace, BriefRunsAreWarmedMoreOften) {
@@ -56,47 +77,64 @@ TEST(Pace, BriefRunsAreWarmedMoreOften) {
     EXPECT_EQ(warming_runs(0), 4);
     EXPECT_EQ(warming_runs(1.5e-3), 3);
     EXPECT_EQ(warming_runs(0.01), 1);
+    EXPECT_EQ(warming_runs(0.05), 0);
 }
 
 TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
     // A machine that takes 1.6 times as long in all but one of the runs, and once 100 times.
     PacedRuns runs;
-    runs.add(1e-3, 1, 1.02);
-    for (int i = 0; i < 19; ++i) runs.add(1.6e-3, 1.76, 1.76);
-    runs.add(0.16, 1.76, 1.76);
-    EXPECT_NEAR(runs.undisturbed(1), 1e-3, 1e-12);
+    runs.add(1e-3, {1}, {1.02});
+    for (int i = 0; i < 19; ++i) runs.add(1.6e-3, {1.76}, {1.76});
+    runs.add(0.16, {1.76}, {1.76});
+    EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
     // Runs of unknown pace are left out, unless there is nothing else.
     PacedRuns unknown;
-    for (int i = 0; i < 9; ++i) unknown.add(1.6e-3, 1.7, 1.7);
+    for (int i = 0; i < 9; ++i) unknown.add(1.6e-3, {1.7}, {1.7});
     unknown.disturbed_from(2);
-    EXPECT_NEAR(unknown.undisturbed(1), 1.6e-3, 1e-12);
+    EXPECT_NEAR(unknown.undisturbed(kBest), 1.6e-3, 1e-12);
 }
 
 TEST(Pace, AnInterruptedLoopMakesNoRunFaster) {
     PacedRuns runs;
     for (int i = 0; i < 4; ++i) {
-        runs.add(1e-3, 1, 1);
-        runs.add(1e-3, 1, 100);  // interrupted after the run
-        runs.add(1e-3, 3, 50);   // before and after it
+        runs.add(1e-3, {1}, {1});
+        runs.add(1e-3, {1}, {100});  // interrupted after the run
+        runs.add(1e-3, {3}, {50});   // before and after it
     }
-    EXPECT_NEAR(runs.undisturbed(1), 1e-3, 1e-12);
+    EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
+}
+
+TEST(Pace, RunsOfProcessorsFarFromEachOtherAreNoMeasure) {
+    constexpr Pace kNear{1, 28e-9}, kFar{1, 157e-9};
+    PacedRuns runs;
+    for (int i = 0; i < 9; ++i) runs.add(2e-3, kFar, kFar);
+    EXPECT_EQ(runs.calm(kBest), 0u);
+    EXPECT_EQ(runs.seconds(kBest, 3).size(), 3u);
+    EXPECT_NEAR(runs.undisturbed(kBest), 2e-3, 1e-12) << "there is nothing else";
+    // They moved during one of the runs; and a busy sibling is less than being far.
+    runs.add(1.9e-3, kFar, kNear);
+    for (int i = 0; i < 3; ++i) runs.add(1.2e-3, {1.05, 28e-9}, {1.05, 28e-9});
+    runs.add(1.3e-3, {1.3, 28e-9}, {1.3, 28e-9});
+    EXPECT_EQ(runs.calm(kBest), 3u);
+    EXPECT_EQ(runs.seconds(kBest, 4), (std::vector<double>{1.2e-3, 1.2e-3, 1.2e-3, 1.3e-3}));
+    EXPECT_LT(runs.undisturbed(kBest), 1.21e-3);
 }
 
 TEST(Pace, RunsOfOneThingCountTogether) {
     PacedRuns all, more;
-    all.add(2e-3, 1, 1);
-    for (int i = 0; i < 9; ++i) more.add(1e-3, 1, 1);
+    all.add(2e-3, {1}, {1});
+    for (int i = 0; i < 9; ++i) more.add(1e-3, {1}, {1});
     all.join(more);
     EXPECT_EQ(all.size(), 10u);
-    EXPECT_NEAR(all.undisturbed(1), 1e-3, 1e-12);
+    EXPECT_NEAR(all.undisturbed(kBest), 1e-3, 1e-12);
 }
 
 TEST(Pace, WhatOnlyAddsIsNoPartOfAnUndisturbedRun) {
     // Calm by the pace, and yet half of the runs waited for memory that others read.
     PacedRuns runs;
-    for (int i = 0; i < 20; ++i) runs.add(i % 2 ? 1e-3 : (1.1 + 0.1 * i) * 1e-3, 1, 1);
-    runs.add(0.1, 1, 1);
-    EXPECT_NEAR(runs.undisturbed(1), 1e-3, 1e-12);
+    for (int i = 0; i < 20; ++i) runs.add(i % 2 ? 1e-3 : (1.1 + 0.1 * i) * 1e-3, {1}, {1});
+    runs.add(0.1, {1}, {1});
+    EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
 }
 
 }  // namespace
