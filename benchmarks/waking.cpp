@@ -87,7 +87,8 @@ int main(int argc, char** argv) {
                 // by the system, one a core, one a core, by the system
                 const auto which = static_cast<std::size_t>((run + 1) / 2 % 2);
                 std::optional<edgewise::OneThreadACore> cores;
-                if (which == 1) cores.emplace(arena, kThreads);
+                std::optional<edgewise::OneThreadACore::AtWork> at_work;
+                if (which == 1) at_work.emplace(cores.emplace(arena, kThreads));
                 const int parts = static_cast<int>(std::lround(work * kPartsAMillisecond));
                 times[which].push_back(time_of(arena, parts, count));
             }

@@ -87,6 +87,7 @@ int run(int count, char** words) {
     }
     tbb::task_arena arena(usable_cores());
     const OneThreadACore cores(arena, usable_cores());
+    const OneThreadACore::AtWork all_the_time(cores);
     for (const Verb& verb : verbs)
         if (verb.app->parsed()) return arena.execute(verb.run);
     return kBadRequest;

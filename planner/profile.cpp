@@ -93,7 +93,7 @@ Seconds Profile::seconds(const std::string& edge, const Work& work, int threads,
         // What all processors together took tells the share that threads do not speed up.
         const double alone = 1.0 / processors;
         const double fixed =
-            processors > 1 ? std::clamp((rate.shared - alone) / (1 - alone), 0.0, 1.0) : serial;
+            processors > 1 ? std::max(0.0, (rate.shared - alone) / (1 - alone)) : serial;
         return {std::max(start, each * rate.ratio * (fixed + (1 - fixed) / sharing)) + sending,
                 std::max(spread, rate.spread)};
     }

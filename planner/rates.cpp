@@ -18,7 +18,7 @@ constexpr double kLeastSpread = 0.03;  // what two runs of the same differ by
 constexpr double kBorrowed = 0.25;     // spread of a rate under another name, at least
 constexpr double kBeyond = 0.1;        // more spread for each factor e beyond the measured sizes
 /// [s] of any run beside what is counted: threads wake, pages are new. Small counts say little.
-constexpr double kSetUp = 1e-4;
+constexpr double kSetUp = 1e-5;
 constexpr std::size_t kNear = 4;  // neighbours on either side that sharing is the median of
 
 double median(std::vector<double> values) {

@@ -10,7 +10,7 @@
 #include <tbb/task_arena.h>
 
 #include "runtime/flush_denormals.hpp"
-#include "runtime/one_thread_a_core.hpp"
+#include "runtime/kept_arena.hpp"
 #include "runtime/runtime.hpp"
 #include "runtime/schedule.hpp"
 
@@ -331,9 +331,8 @@ Outcome run(const Plan& first, const Ask& ask, std::shared_ptr<const Data> sourc
         tbb::global_control::max_allowed_parallelism,
         std::max<std::size_t>(threads, tbb::global_control::active_value(
                                            tbb::global_control::max_allowed_parallelism)));
-    const FlushDenormals flushed;  // before the arena, whose workers then do so too
-    tbb::task_arena arena(threads);
-    const OneThreadACore spread(arena, threads);
+    const FlushDenormals flushed;
+    KeptArena arena(threads);
     Outcome outcome;
     Plan plan = first;
     std::vector<int> frames = all_frames(ask.want.frames);

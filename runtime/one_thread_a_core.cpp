@@ -28,31 +28,40 @@ class Workers {
         return *workers;
     }
 
-    /// The calling thread is going to sleep, and should wake on this core.
-    void bind(int core) {
+    /// The calling thread is awake, on this core.
+    void came(int core) {
         const std::lock_guard lock(mutex_);
-        bind(mine(), core);
+        Worker& worker = mine();
+        free(worker);
+        worker.core = core;
+        worker.is_awake = true;
     }
 
-    /// The calling thread is awake.
-    void free() {
+    /// The calling thread is going to sleep, and should wake on this core if there is more to do.
+    void goes(int core) {
         const std::lock_guard lock(mutex_);
-        free(mine());
+        Worker& worker = mine();
+        worker.is_awake = false;
+        if (users_ > 0) bind(worker, core);
     }
 
-    /// All should wake on a core that is not `taken`, and each on one of its own while there are
-    /// some. Which of them sleep is not known: a worker may leave an arena after its observer.
+    /// All that sleep should wake on a core that is not `taken`, and each on one of its own while
+    /// there are some.
     void begin(int taken) {
         const std::lock_guard lock(mutex_);
         ++users_;
         cpu_set_t used = only(taken);
+        for (const Worker& worker : workers_)
+            if (worker.is_awake) CPU_SET(worker.core, &used);
         for (Worker& worker : workers_) {
             cpu_set_t allowed = worker.allowed;
+            if (worker.is_awake) continue;
             if (!worker.bound && sched_getaffinity(worker.thread, sizeof allowed, &allowed) != 0)
                 continue;
             const int core = choice(worker.core, allowed, used, taken);
             if (core < 0) continue;
             CPU_SET(core, &used);
+            if (worker.bound && worker.core == core) continue;
             free(worker);
             bind(worker, core);
         }
@@ -67,7 +76,8 @@ class Workers {
  private:
     struct Worker {
         pid_t thread = 0;
-        int core = 0;  // that it ran on last
+        int core = 0;           // that it ran on last
+        bool is_awake = false;  // in one of our arenas
         bool bound = false;
         cpu_set_t allowed;  // if it is not bound
     };
@@ -129,36 +139,43 @@ class Workers {
 }  // namespace
 
 OneThreadACore::OneThreadACore(tbb::task_arena& arena, int threads)
-    : tbb::task_scheduler_observer(arena),
-      taken_(CPU_SETSIZE),
-      core_(static_cast<std::size_t>(threads)) {
+    : tbb::task_scheduler_observer(arena), core_(static_cast<std::size_t>(threads)) {
     for (std::atomic<int>& core : core_) core = -1;
-    const int here = sched_getcpu();
-    if (threads < 2 || here < 0 || here >= CPU_SETSIZE) return;
-    Workers::all().begin(here);
-    observe(true);
+    if (threads > 1) observe(true);
 }
 
 OneThreadACore::~OneThreadACore() {
-    if (!is_observing()) return;
-    observe(false);
-    Workers::all().end();
+    if (is_observing()) observe(false);
+}
+
+OneThreadACore::AtWork::AtWork(const OneThreadACore& cores) {
+    const int here = sched_getcpu();
+    if (!cores.is_observing() || here < 0 || here >= CPU_SETSIZE) return;
+    Workers::all().begin(here);
+    begun_ = true;
+}
+
+OneThreadACore::AtWork::~AtWork() {
+    if (begun_) Workers::all().end();
 }
 
 void OneThreadACore::on_scheduler_entry(bool worker) {
-    if (worker) Workers::all().free();
     const auto slot = static_cast<std::size_t>(tbb::this_task_arena::current_thread_index());
     const int here = sched_getcpu();
     if (slot >= core_.size() || here < 0 || here >= CPU_SETSIZE) return;
-    const auto take = [&](int core) {
-        if (taken_[static_cast<std::size_t>(core)].exchange(true)) return false;
-        core_[slot] = core;
-        return true;
+    core_[slot] = here;
+    if (!worker) return;
+    Workers::all().came(here);
+    const auto is_taken = [&](int core) {
+        for (std::size_t other = 0; other < core_.size(); ++other)
+            if (other != slot && core_[other] == core) return true;
+        return false;
     };
     cpu_set_t allowed;
-    if (take(here) || sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
+    if (!is_taken(here) || sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
     for (int core = 0; core < CPU_SETSIZE; ++core) {
-        if (!CPU_ISSET(core, &allowed) || !take(core)) continue;
+        if (!CPU_ISSET(core, &allowed) || is_taken(core)) continue;
+        core_[slot] = core;
         // The first call moves the thread, the second leaves it free again.
         const cpu_set_t one = only(core);
         sched_setaffinity(0, sizeof one, &one);
@@ -171,13 +188,13 @@ void OneThreadACore::on_scheduler_exit(bool worker) {
     const auto slot = static_cast<std::size_t>(tbb::this_task_arena::current_thread_index());
     if (slot >= core_.size()) return;
     const int core = core_[slot].exchange(-1);
-    if (core < 0) return;
-    if (worker) Workers::all().bind(core);
-    taken_[static_cast<std::size_t>(core)] = false;
+    if (worker && core >= 0) Workers::all().goes(core);
 }
 #else
 OneThreadACore::OneThreadACore(tbb::task_arena& arena, int) : tbb::task_scheduler_observer(arena) {}
 OneThreadACore::~OneThreadACore() = default;
+OneThreadACore::AtWork::AtWork(const OneThreadACore&) {}
+OneThreadACore::AtWork::~AtWork() = default;
 void OneThreadACore::on_scheduler_entry(bool) {}
 void OneThreadACore::on_scheduler_exit(bool) {}
 #endif

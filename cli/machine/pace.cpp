@@ -10,12 +10,11 @@
 #include <map>
 #include <mutex>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 #include <utility>
 
 #include "cli/machine/machine.hpp"
 #include "cli/machine/quantiles.hpp"
-#include "runtime/one_thread_a_core.hpp"
+#include "runtime/kept_arena.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -124,8 +123,7 @@ double own_loop() {
 
 Pace pace_now(int threads) {
     threads = at_once(threads);
-    tbb::task_arena arena(threads);
-    const OneThreadACore spread(arena, threads);
+    KeptArena arena(threads);  // that of the runs beside it: workers are there
     std::atomic<int> missing{threads};
     alignas(128) std::atomic<int> hops{0};  // alone in its line
     std::vector<Pace> paces(static_cast<std::size_t>(threads), Pace{kNever, kNever});

@@ -45,6 +45,7 @@ TEST(OneThreadACore, LeavesThreadsFreeAndTheCallerWhereItIs) {
     tbb::task_arena arena(2);
     {
         const OneThreadACore spread(arena, 2);
+        const OneThreadACore::AtWork run(spread);
         for (int i = 0; i < 10; ++i) meet(arena, before);
     }
     const cpu_set_t after = allowed();
@@ -87,6 +88,7 @@ TEST(OneThreadACore, WorkersSleepBoundToACoreThatTheCallerHasNot) {
     };
     {
         const OneThreadACore spread(arena, 2);
+        const OneThreadACore::AtWork run(spread);
         find_worker();
         ASSERT_NE(worker, 0);
         EXPECT_TRUE(is_bound_within(std::chrono::seconds(5))) << "when it has gone to sleep";
@@ -101,6 +103,7 @@ TEST(OneThreadACore, WorkersSleepBoundToACoreThatTheCallerHasNot) {
         CPU_SET(core, &one);
         ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
         const OneThreadACore spread(arena, 2);
+        const OneThreadACore::AtWork run(spread);
         const cpu_set_t bound = allowed_to(worker);
         EXPECT_EQ(CPU_COUNT(&bound), 1);
         EXPECT_FALSE(CPU_ISSET(core, &bound)) << "the caller is on core " << core;
@@ -119,6 +122,7 @@ TEST(OneThreadACore, StaysOnTheOneCoreThatIsAllowed) {
     {
         tbb::task_arena arena(2);
         const OneThreadACore spread(arena, 2);
+        const OneThreadACore::AtWork run(spread);
         arena.execute([&] { tbb::parallel_for(0, 100, [](int) {}); });
     }
     const cpu_set_t after = allowed();
