@@ -23,8 +23,10 @@ double cost_in(const Levels& levels, double Level::*cost, double set) noexcept {
 nlohmann::json to_json(const Levels& levels) {
     nlohmann::json json = nlohmann::json::array();
     for (const Level& level : levels) {
-        json.push_back(
-            {{"streamed", level.streamed}, {"gather", level.gather}, {"spread", level.spread}});
+        json.push_back({{"streamed", level.streamed},
+                        {"gather", level.gather},
+                        {"line", level.line},
+                        {"spread", level.spread}});
         if (std::isfinite(level.bytes)) json.back()["bytes"] = level.bytes;
     }
     return json;
@@ -43,6 +45,7 @@ Levels levels_of(const nlohmann::json& json, const std::string& file) {
         const bool last = levels.size() + 1 == json.size();
         const Level before = levels.empty() ? Level{.bytes = 0} : levels.back();
         Level level{.streamed = number("streamed", 0, 1), .gather = number("gather", 0, 1)};
+        level.line = each.contains("line") ? number("line", 0, 1) : level.gather;
         if (each.contains("spread")) level.spread = number("spread", 0, 10);
         if (!last || each.contains("bytes")) level.bytes = number("bytes", 1, 1e18);
         if (!(level.bytes > before.bytes))
@@ -52,6 +55,8 @@ Levels levels_of(const nlohmann::json& json, const std::string& file) {
             fields.reject(where + ".streamed", "expected no less than that of the level before");
         if (level.gather < before.gather)
             fields.reject(where + ".gather", "expected no less than that of the level before");
+        if (level.line < before.line)
+            fields.reject(where + ".line", "expected no less than that of the level before");
         levels.push_back(level);
     }
     return levels;

@@ -11,8 +11,9 @@ namespace edgewise {
 struct Level {
     double bytes = std::numeric_limits<double>::infinity();  // it holds; the last one: no end
     double streamed = 0;                                     // [s/byte]
-    double gather = 0;                                       // [s]
-    double spread = 0;  // of both numbers: standard deviation of the log
+    double gather = 0;  // [s] where neighbours share the cache's lines
+    double line = 0;    // [s] of one that shares its line with none
+    double spread = 0;  // of these numbers: standard deviation of the log
 };
 
 /// From the smallest to the largest; no cost is below that of the level before. Empty: not known.
@@ -24,7 +25,7 @@ using Levels = std::vector<Level>;
 /// what was used last miss nearly all of a set that is read in order and is a little too large, and
 /// half of one that is read anywhere and is twice too large: two sizes where one would jump.
 /// @param levels  not empty
-/// @param cost    &Level::streamed or &Level::gather
+/// @param cost    &Level::streamed, &Level::gather or &Level::line
 /// @param set     [byte]; 0: not known, so the last level's
 double cost_in(const Levels& levels, double Level::*cost, double set) noexcept;
 

@@ -62,12 +62,11 @@ double Profile::counted(const Work& work) const noexcept {
     const double byte_read =
         levels.empty() ? streamed : cost_in(levels, &Level::streamed, work.swept);
     const double near = levels.empty() ? gather : levels.front().gather;
-    // Reads of a level for one line from it. The probe's would be ten (by a cache of 1 MiB that
-    // drops what was used longest ago), but rays bring lines 2.5 times as fast: fitted on ray
-    // casts of six volumes.
-    constexpr double kReads = 4;
+    // What a read takes longer when its line is not yet near.
     const double line =
-        levels.empty() ? 0 : kReads * (cost_in(levels, &Level::gather, work.span) - near);
+        levels.empty()
+            ? 0
+            : std::max(0.0, cost_in(levels, &Level::line, work.span) - levels.front().line);
     return work.operations * operation + work.streamed * byte_read + work.gathers * near +
            work.lines * line + work.local * local +
            (work.global + work.congested * congestion) * global;

@@ -33,6 +33,9 @@ constexpr std::int64_t kFloat = sizeof(float);
 constexpr std::int64_t kMostSet = std::int64_t{64} << 20;        // [byte]
 constexpr std::int64_t kStreamedAtOnce = std::int64_t{4} << 20;  // [byte] of a larger set, a part
 constexpr std::int64_t kReadAtOnce = std::int64_t{1} << 19;      // samples, likewise
+constexpr std::int64_t kLinesAtOnce = std::int64_t{1} << 17;     // read one a line, likewise
+/// Voxels from sample to sample of a grid so sparse that each is in a line of its own.
+constexpr int kSparse = 3;
 constexpr std::int64_t kOperationsAtOnce = 4'000'000;
 constexpr std::size_t kLeastRounds = 5;  // where a process stands still
 
@@ -66,26 +69,76 @@ std::vector<std::int64_t> set_sizes() {
     return sizes;
 }
 
+/// Samples of a grid that is turned in a volume, tile by tile as warps go.
+class TurnedGrid {
+ public:
+    /// @param bytes  of the volume
+    /// @param apart  voxels from sample to sample
+    TurnedGrid(std::int64_t bytes, int apart) : last_(static_cast<std::int32_t>(bytes - kFloat)) {
+        const auto side = std::lround(std::cbrt(static_cast<double>(bytes / kFloat))) | 1;
+        const std::int64_t samples = (side + apart - 1) / apart;
+        const Extent tile = kernels::preferred_tile({samples, samples, samples});
+        length_ = std::min<std::int64_t>((samples + 31) / 32 * 32, tile.x);
+        const auto lines = static_cast<std::size_t>(
+            std::max<std::int64_t>(1, samples * samples * samples / length_));
+        const auto at = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
+            return offset(side, {double(apart * x), double(apart * y), double(apart * z)});
+        };
+        for (std::int64_t i = 0; i < length_; ++i) steps_.push_back(at(i, 0, 0));
+        for (std::int64_t z = 0; z < samples; z += tile.z)
+            for (std::int64_t y = 0; y < samples; y += tile.y)
+                for (std::int64_t x = 0; x < samples && begins_.size() < lines; x += length_)
+                    for (std::int64_t k = 0; k < tile.z * tile.y; ++k)
+                        begins_.push_back(at(x, y + k % tile.y, z + k / tile.y));
+        begins_.resize(std::min(begins_.size(), lines));
+    }
+
+    /// Reads so many samples of it, the next ones each time.
+    /// @param sum  what was read goes there, so that it is
+    /// @return [s] a sample
+    double read(const float* block, std::int64_t at_once, float& sum) {
+        const auto all = static_cast<std::int64_t>(begins_.size());
+        const std::int64_t lines = std::min(all, at_once / length_);
+        const std::int64_t passes = std::max<std::int64_t>(1, at_once / length_ / lines);
+        if (line_ + lines > all) line_ = 0;
+        const kernels::ProbeLines part{steps_.data(), length_, begins_.data() + line_, lines,
+                                       last_};
+        if (lines == all) sum += kernels::probe_gather(block, part);  // warm
+        const double seconds = seconds_of([&] {
+            for (std::int64_t pass = 0; pass < passes; ++pass)
+                sum += kernels::probe_gather(block, part);
+        });
+        line_ += lines;
+        return seconds / static_cast<double>(passes * lines * length_);
+    }
+
+ private:
+    /// Where a sample of the turned grid lies in a volume of so many samples a side, an odd number:
+    /// powers of two as strides would put neighbours into the same lines of a cache.
+    static std::int32_t offset(std::int64_t side, const std::array<double, 3>& at) {
+        // Turned by 30 degrees about each axis.
+        constexpr double s = 0.5, c = std::numbers::sqrt3 / 2;
+        constexpr double turn[3][3] = {{c * c, c * s * s - s * c, s * c * c + s * s},
+                                       {s * c, s * s * s + c * c, s * s * c - c * s},
+                                       {-s, c * s, c * c}};
+        std::int64_t sample = 0;
+        for (int axis = 2; axis >= 0; --axis)
+            sample = sample * side + std::lround(turn[axis][0] * at[0] + turn[axis][1] * at[1] +
+                                                 turn[axis][2] * at[2]);
+        return static_cast<std::int32_t>(sample * kFloat);
+    }
+
+    std::int32_t last_;
+    std::int64_t length_ = 0, line_ = 0;        // the next one
+    std::vector<std::int32_t> steps_, begins_;  // of ProbeLines
+};
+
 /// A set of bytes, read and written in order and read at computed addresses; a large one part by
 /// part, each time another one.
 class Set {
  public:
-    explicit Set(std::int64_t bytes) : bytes_(bytes) {
+    explicit Set(std::int64_t bytes) : bytes_(bytes), dense_(bytes, 1), sparse_(bytes, kSparse) {
         times_.bytes = static_cast<double>(bytes);
-        const auto side = std::lround(std::cbrt(static_cast<double>(bytes / kFloat))) | 1;
-        const Extent tile = kernels::preferred_tile({side, side, side});
-        length_ = std::min<std::int64_t>((side + 31) / 32 * 32, tile.x);
-        const auto lines = static_cast<std::size_t>(bytes / kFloat / length_);
-        for (std::int64_t i = 0; i < length_; ++i)
-            steps_.push_back(offset(side, {double(i), 0, 0}));
-        // Tile by tile, as warps go.
-        for (std::int64_t z = 0; z < side; z += tile.z)
-            for (std::int64_t y = 0; y < side; y += tile.y)
-                for (std::int64_t x = 0; x < side && begins_.size() < lines; x += length_)
-                    for (std::int64_t k = 0; k < tile.z * tile.y; ++k)
-                        begins_.push_back(offset(
-                            side, {double(x), double(y + k % tile.y), double(z + k / tile.y)}));
-        begins_.resize(std::max<std::size_t>(1, std::min(begins_.size(), lines)));
     }
 
     /// Half of the bytes are read, half written.
@@ -104,43 +157,18 @@ class Set {
 
     /// @return a number that depends on what was read
     float gather(const float* block) {
-        const auto all = static_cast<std::int64_t>(begins_.size());
-        const std::int64_t lines = std::min(all, kReadAtOnce / length_);
-        const std::int64_t passes = std::max<std::int64_t>(1, kReadAtOnce / length_ / lines);
-        if (line_ + lines > all) line_ = 0;
-        const kernels::ProbeLines part{steps_.data(), length_, begins_.data() + line_, lines,
-                                       static_cast<std::int32_t>(bytes_ - kFloat)};
-        float sum = lines == all ? kernels::probe_gather(block, part) : 0;  // warm
-        const double seconds = seconds_of([&] {
-            for (std::int64_t pass = 0; pass < passes; ++pass)
-                sum += kernels::probe_gather(block, part);
-        });
-        times_.gather.push_back(seconds / static_cast<double>(passes * lines * length_));
-        line_ += lines;
+        float sum = 0;
+        times_.gather.push_back(dense_.read(block, kReadAtOnce, sum));
+        times_.line.push_back(sparse_.read(block, kLinesAtOnce, sum));
         return sum;
     }
 
     const SetTimes& times() const { return times_; }
 
  private:
-    /// Where a sample of the turned grid lies in a volume of so many samples a side, an odd number:
-    /// powers of two as strides would put neighbours into the same lines of a cache.
-    static std::int32_t offset(std::int64_t side, const std::array<double, 3>& at) {
-        // Turned by 30 degrees about each axis.
-        constexpr double s = 0.5, c = std::numbers::sqrt3 / 2;
-        constexpr double turn[3][3] = {{c * c, c * s * s - s * c, s * c * c + s * s},
-                                       {s * c, s * s * s + c * c, s * s * c - c * s},
-                                       {-s, c * s, c * c}};
-        std::int64_t sample = 0;
-        for (int axis = 2; axis >= 0; --axis)
-            sample = sample * side + std::lround(turn[axis][0] * at[0] + turn[axis][1] * at[1] +
-                                                 turn[axis][2] * at[2]);
-        return static_cast<std::int32_t>(sample * kFloat);
-    }
-
-    std::int64_t bytes_, length_ = 0;
-    std::int64_t streamed_ = 0, line_ = 0;      // where the next part begins
-    std::vector<std::int32_t> steps_, begins_;  // of ProbeLines
+    std::int64_t bytes_;
+    std::int64_t streamed_ = 0;  // where the next part begins
+    TurnedGrid dense_, sparse_;
     SetTimes times_;
 };
 
@@ -318,8 +346,8 @@ class Probe {
         provenance["operation"] =
             fmt::format("measured {}; one thread, arithmetic of samples in vectors", rounds);
         provenance["levels"] = fmt::format(
-            "measured {}; {}; read and written in order; lines of a turned grid, whose reads do "
-            "not wait for each other",
+            "measured {}; {}; read and written in order; samples of a turned grid, dense and one a "
+            "line, whose reads do not wait for each other",
             rounds, sets);
         provenance["streamed"] = provenance["gather"] =
             fmt::format("measured {}; {}: the largest level's", rounds, sets);

@@ -77,19 +77,20 @@ Settled settled(const std::vector<double>& rounds) {
 
 Levels levels_from(const std::vector<SetTimes>& sets) {
     const Kind streamed = kind_of(sets, &SetTimes::streamed),
-               gather = kind_of(sets, &SetTimes::gather);
+               gather = kind_of(sets, &SetTimes::gather), line = kind_of(sets, &SetTimes::line);
     const auto alike = [&](std::size_t a, std::size_t b) {
         return streamed.cost[b] <= kAlike * streamed.cost[a] &&
-               gather.cost[b] <= kAlike * gather.cost[a];
+               gather.cost[b] <= kAlike * gather.cost[a] && line.cost[b] <= kAlike * line.cost[a];
     };
     Levels levels;
     for (std::size_t begin = 0, end = 0; begin < sets.size(); begin = end) {
         while (end < sets.size() && alike(begin, end)) ++end;
         const Settled in_order = joined(streamed, begin, end),
-                      anywhere = joined(gather, begin, end);
+                      anywhere = joined(gather, begin, end), alone = joined(line, begin, end);
         levels.push_back({.streamed = in_order.value,
                           .gather = anywhere.value,
-                          .spread = std::max(in_order.spread, anywhere.spread)});
+                          .line = alone.value,
+                          .spread = std::max({in_order.spread, anywhere.spread, alone.spread})});
         if (end < sets.size()) levels.back().bytes = sets[end - 1].bytes;
     }
     return levels;

@@ -16,7 +16,7 @@ Settled settled(const std::vector<double>& rounds);
 /// What was measured in a set of one size, a number a round.
 struct SetTimes {
     double bytes = 0;
-    std::vector<double> streamed, gather;  // [s/byte], [s]
+    std::vector<double> streamed, gather, line;  // [s/byte], [s], [s]
 };
 
 /// Levels of memory from sets of growing size: medians; where they fall as sets grow, the geometric

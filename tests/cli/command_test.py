@@ -448,6 +448,7 @@ class Calibrate(Command):
             self.assertLess(less["bytes"], more.get("bytes", float("inf")))
             self.assertLessEqual(less["streamed"], more["streamed"])
             self.assertLessEqual(less["gather"], more["gather"])
+            self.assertLessEqual(less["line"], more["line"])
         self.assertEqual(levels[-1]["gather"], profile["gather"])
         self.assertGreater(profile["operation"], 1e-13)
         self.assertLess(profile["operation"], 1e-8)

@@ -13,6 +13,8 @@ double streamed_in(double bytes) {
 }
 double gather_in(double bytes) { return bytes <= 65536 ? 2e-10 : bytes <= 1 << 20 ? 5e-10 : 4e-9; }
 
+double line_in(double bytes) { return 2.5 * gather_in(bytes); }
+
 /// Rounds that scatter by 2 %; each is off by a factor of 100 with the given probability.
 std::vector<SetTimes> sets(double outliers, unsigned seed, int rounds = 21) {
     std::mt19937 random(seed);
@@ -20,11 +22,12 @@ std::vector<SetTimes> sets(double outliers, unsigned seed, int rounds = 21) {
     std::bernoulli_distribution off(outliers);
     std::vector<SetTimes> all;
     for (double bytes = 16384; bytes <= 64 << 20; bytes *= 2) {
-        SetTimes set{.bytes = bytes, .streamed = {}, .gather = {}};
+        SetTimes set{.bytes = bytes, .streamed = {}, .gather = {}, .line = {}};
         for (int i = 0; i < rounds; ++i) {
             const auto times = [&] { return std::exp(scatter(random)) * (off(random) ? 100 : 1); };
             set.streamed.push_back(streamed_in(bytes) * times());
             set.gather.push_back(gather_in(bytes) * times());
+            set.line.push_back(line_in(bytes) * times());
         }
         all.push_back(set);
     }
@@ -39,6 +42,7 @@ void expect_the_machine(const Levels& levels, double tolerance) {
     for (double bytes = 16384; bytes <= 64 << 20; bytes *= 2) {
         EXPECT_NEAR(cost_in(levels, &Level::streamed, bytes) / streamed_in(bytes), 1, tolerance);
         EXPECT_NEAR(cost_in(levels, &Level::gather, bytes) / gather_in(bytes), 1, tolerance);
+        EXPECT_NEAR(cost_in(levels, &Level::line, bytes) / line_in(bytes), 1, tolerance);
     }
 }
 

@@ -147,7 +147,7 @@ TEST(Cost, LevelsOfMemoryPriceWhatIsRead) {
     const Request want;
     const Scene scene;
     Profile profile = one_second_an_operation();
-    profile.levels = {{.bytes = 100, .gather = 1}, {.gather = 3}};
+    profile.levels = {{.bytes = 100, .gather = 1, .line = 1.5}, {.gather = 3, .line = 9}};
     Transition edge = graded();
     edge.work = [](const Offer&, const Ask&, int) { return Work{.gathers = 8, .lines = 2}; };
     const auto seconds = [&](double bytes) {
@@ -155,7 +155,7 @@ TEST(Cost, LevelsOfMemoryPriceWhatIsRead) {
         return cost_of(edge, offer, {want, scene}, profile, 1).seconds;
     };
     EXPECT_DOUBLE_EQ(seconds(50), 8);
-    EXPECT_DOUBLE_EQ(seconds(200), 8 + 2 * 4 * (3 - 1));
+    EXPECT_DOUBLE_EQ(seconds(200), 8 + 2 * (9 - 1.5));
 }
 
 TEST(Cost, RandomOnesHangOnEdgeParametersAndSeed) {

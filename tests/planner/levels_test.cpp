@@ -104,6 +104,9 @@ TEST(Levels, BrokenOnesAreRefusedWithTheField) {
     refused(R"({"schema": 1, "levels": [{"gather": 0, "streamed": 1e-9, "bytes": 9},
                                         {"gather": 0, "streamed": 0}]})",
             "levels.1.streamed");
+    refused(R"({"schema": 1, "levels": [{"gather": 0, "line": 2e-9, "streamed": 0, "bytes": 9},
+                                        {"gather": 0, "line": 1e-9, "streamed": 0}]})",
+            "levels.1.line");
     refused(R"({"schema": 1, "levels": [{"gather": 0, "streamed": 0, "spread": 11}]})",
             "levels.0.spread");
 }
