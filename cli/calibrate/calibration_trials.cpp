@@ -54,16 +54,16 @@ std::vector<Trial> trials(bool quick) {
             all.push_back({Job::warp, input, type, turn, nullptr});
         }
     };
-    const auto image = [&](const char* input, std::vector<Type> types) {
-        for (const Type type : types) all.push_back({Job::warp, input, type, "20", nullptr});
+    const auto image = [&](const char* input, const char* turn, std::vector<Type> types) {
+        for (const Type type : types) all.push_back({Job::warp, input, type, turn, nullptr});
     };
     if (quick) {
         volume("phantom:gaussians:80", "20,-15,10", {Type::u8, Type::f32});
-        image("phantom:zone-plate:700", {Type::u8, Type::f32});
+        image("phantom:zone-plate:700", "20", {Type::u8, Type::f32});
         return all;
     }
     volume("phantom:gaussians:112", "20,-15,10", {Type::u8, Type::i16, Type::f32});
-    image("phantom:zone-plate:900", {Type::u8, Type::f32});
+    image("phantom:zone-plate:900", "20", {Type::u8, Type::f32});
     volume("phantom:noise:48", "10,70,-25", {Type::u8, Type::f32});
     // Small data: steps take as long as they start.
     for (const Type type : {Type::u8, Type::f32}) {
@@ -71,8 +71,10 @@ std::vector<Trial> trials(bool quick) {
         all.push_back({Job::warp, "phantom:shepp-logan:64", type, "10,30,20", nullptr});
     }
     volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
-    image("phantom:zone-plate:256", {Type::u8, Type::f32});
-    image("phantom:zone-plate:2000", {Type::u8, Type::f32});
+    image("phantom:zone-plate:256", "20", {Type::u8, Type::f32});
+    image("phantom:zone-plate:500", "70", {Type::u8, Type::f32});
+    image("phantom:zone-plate:1400", "-35", {Type::u8, Type::f32});
+    image("phantom:zone-plate:2000", "20", {Type::u8, Type::f32});
     // Few pixels of large data: rays lie far apart, across rows or along them. Many frames: threads
     // have more to share.
     for (const Type type : {Type::u8, Type::f32}) {
@@ -88,6 +90,10 @@ std::vector<Trial> trials(bool quick) {
         for (const Type type : {Type::u8, Type::i16, Type::f32})
             all.push_back(
                 {Job::render, input, type, "20,-15,10", "xray", nullptr, nullptr, "store.crop"});
+    for (const char* input : {"phantom:gaussians:64", "phantom:gaussians:112"})
+        for (const char* mode : {"mip", "xray"})
+            all.push_back(
+                {Job::render, input, Type::u8, "20,-15,10", mode, nullptr, nullptr, nullptr, "30"});
     all.push_back({Job::render, "phantom:gaussians:112", Type::u8, "20,-15,10", "mean"});
     all.push_back({Job::render, "phantom:gaussians:112", Type::f32, "20,-15,10", "mean"});
     all.push_back({Job::render, "phantom:shepp-logan:128", Type::u8, "10,30,20", "mip"});
@@ -102,7 +108,9 @@ std::vector<Trial> exams() {
     return {{Job::render, "phantom:marschner-lobb:80", Type::u8, "-35,25,60", "mip"},
             {Job::render, "phantom:sphere:128", Type::u8, "5,-50,15", "xray"},
             {Job::render, "phantom:shepp-logan:96", Type::f32, "-20,15,40", "composite"},
-            {Job::warp, "phantom:sphere:96", Type::u8, "12,33,-21", nullptr}};
+            {Job::warp, "phantom:sphere:96", Type::u8, "12,33,-21", nullptr},
+            {Job::render, "phantom:cube:72", Type::u8, "40,10,-20", "mip", "80x80"},
+            {Job::warp, "phantom:checker:450", Type::f32, "-33", nullptr}};
 }
 
 JobOptions options_of(const Trial& trial) {
@@ -113,6 +121,7 @@ JobOptions options_of(const Trial& trial) {
     if (trial.mode) options.mode = trial.mode;
     if (trial.size) options.geometry.size = trial.size;
     if (trial.frames) options.geometry.turntable = trial.frames;
+    if (trial.perspective) options.geometry.perspective = trial.perspective;
     options.machine = "default";
     options.threads = "1";
     options.quiet = true;

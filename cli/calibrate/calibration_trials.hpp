@@ -18,11 +18,12 @@ struct Trial {
     std::string input;
     Type type;
     const char* turn;
-    const char* mode;              // null: a warp
-    const char* size = nullptr;    // of the screen; null: the input's
-    const char* frames = nullptr;  // of a turntable; null: one view
-    const char* edge = nullptr;    // null: all paths; else the cheapest by this edge, and the
-                                   // phantom fills the middle of its box alone
+    const char* mode;                   // null: a warp
+    const char* size = nullptr;         // of the screen; null: the input's
+    const char* frames = nullptr;       // of a turntable; null: one view
+    const char* edge = nullptr;         // null: all paths; else the cheapest by this edge, and the
+                                        // phantom fills the middle of its box alone
+    const char* perspective = nullptr;  // [degree] of the view; null: parallel rays
 };
 
 /// Sizes within the caches and beyond them; volumes that are full and mostly empty, seen along

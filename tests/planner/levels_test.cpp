@@ -114,15 +114,17 @@ TEST(Levels, BrokenOnesAreRefusedWithTheField) {
 TEST(Levels, GoBeforeTheSingleNumbersOfAProfile) {
     Profile profile;
     profile.operation = 0;
-    // A line for every four reads.
     Work work{.streamed = 10, .gathers = 12, .lines = 3, .span = 500 * kKilo, .swept = 16 * kKilo};
     EXPECT_DOUBLE_EQ(profile.counted(work), 10 * profile.streamed + 12 * profile.gather);
     profile.levels = three();
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 12 * 4e-10);
+    // All reads are near, and three of them bring a line.
+    for (Level& level : profile.levels) level.line = 2.5 * level.gather;
+    const double near = profile.levels.front().gather;
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 12 * near + 3 * 2.5 * (4e-10 - near));
     work.span = work.swept = 0;  // not known
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * 3e-9);
-    work.lines = 0;  // all that is read is near
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * profile.levels.front().gather);
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * near + 3 * 2.5 * (3e-9 - near));
+    work.lines = 0;
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * near);
 }
 
 TEST(Levels, AFileWithoutThemCountsAsEver) {
