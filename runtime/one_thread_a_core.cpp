@@ -28,21 +28,28 @@ class Workers {
         return *workers;
     }
 
-    /// The calling thread is awake, on this core.
-    void came(int core) {
+    /// The calling thread is awake, on this core, in an arena that this one observes.
+    void came(int core, const OneThreadACore* where) {
         const std::lock_guard lock(mutex_);
         Worker& worker = mine();
         free(worker);
         worker.core = core;
-        worker.is_awake = true;
+        worker.where = where;
     }
 
     /// The calling thread is going to sleep, and should wake on this core if there is more to do.
     void goes(int core) {
         const std::lock_guard lock(mutex_);
         Worker& worker = mine();
-        worker.is_awake = false;
+        worker.where = nullptr;
         if (users_ > 0) bind(worker, core);
+    }
+
+    /// Nobody will tell any more who leaves that arena.
+    void lose(const OneThreadACore* where) {
+        const std::lock_guard lock(mutex_);
+        for (Worker& worker : workers_)
+            if (worker.where == where) worker.where = nullptr;
     }
 
     /// All that sleep should wake on a core that is not `taken`, and each on one of its own while
@@ -52,10 +59,10 @@ class Workers {
         ++users_;
         cpu_set_t used = only(taken);
         for (const Worker& worker : workers_)
-            if (worker.is_awake) CPU_SET(worker.core, &used);
+            if (worker.where) CPU_SET(worker.core, &used);
         for (Worker& worker : workers_) {
             cpu_set_t allowed = worker.allowed;
-            if (worker.is_awake) continue;
+            if (worker.where) continue;
             if (!worker.bound && sched_getaffinity(worker.thread, sizeof allowed, &allowed) != 0)
                 continue;
             const int core = choice(worker.core, allowed, used, taken);
@@ -76,8 +83,9 @@ class Workers {
  private:
     struct Worker {
         pid_t thread = 0;
-        int core = 0;           // that it ran on last
-        bool is_awake = false;  // in one of our arenas
+        int core = 0;  // that it ran on last
+        /// Who observes the arena in which it is awake; null: none, so it sleeps, or is not ours.
+        const OneThreadACore* where = nullptr;
         bool bound = false;
         cpu_set_t allowed;  // if it is not bound
     };
@@ -145,7 +153,9 @@ OneThreadACore::OneThreadACore(tbb::task_arena& arena, int threads)
 }
 
 OneThreadACore::~OneThreadACore() {
-    if (is_observing()) observe(false);
+    if (!is_observing()) return;
+    observe(false);
+    Workers::all().lose(this);
 }
 
 OneThreadACore::AtWork::AtWork(const OneThreadACore& cores) {
@@ -165,7 +175,7 @@ void OneThreadACore::on_scheduler_entry(bool worker) {
     if (slot >= core_.size() || here < 0 || here >= CPU_SETSIZE) return;
     core_[slot] = here;
     if (!worker) return;
-    Workers::all().came(here);
+    Workers::all().came(here, this);
     const auto is_taken = [&](int core) {
         for (std::size_t other = 0; other < core_.size(); ++other)
             if (other != slot && core_[other] == core) return true;
