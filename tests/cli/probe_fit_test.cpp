@@ -94,8 +94,8 @@ TEST(ProbeFit, SpreadIsThatOfTheMedian) {
 }
 
 TEST(ProbeFit, OneSizeIsOneLevel) {
-    const Levels levels = levels_from(
-        {{.bytes = 16384, .streamed = {1e-11}, .gather = {2e-10}, .line = {3e-10}}});
+    const Levels levels =
+        levels_from({{.bytes = 16384, .streamed = {1e-11}, .gather = {2e-10}, .line = {3e-10}}});
     ASSERT_EQ(levels.size(), 1u);
     EXPECT_TRUE(std::isinf(levels[0].bytes));
     EXPECT_NEAR(levels[0].gather / 2e-10, 1, 1e-12);
