@@ -5,12 +5,12 @@
 #include <array>
 #include <chrono>
 #include <fmt/format.h>
-#include <sstream>
 #include <string>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <vector>
 
+#include "numbers_of.hpp"
 #include "runtime/kept_arena.hpp"
 
 namespace {
@@ -48,13 +48,6 @@ double in_kept(double work) {
     edgewise::KeptArena arena(kThreads);
     arena.execute([&] { parts(work); });
     return microseconds(begin);
-}
-
-std::vector<double> numbers_of(const std::string& list) {
-    std::istringstream words(list);
-    std::vector<double> numbers;
-    for (std::string word; std::getline(words, word, ',');) numbers.push_back(std::stod(word));
-    return numbers;
 }
 
 double median(std::vector<double>& times) {

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <thread>
 #include <vector>
 
+#include "numbers_of.hpp"
 #include "runtime/one_thread_a_core.hpp"
 
 namespace {
@@ -55,13 +55,6 @@ double time_of(tbb::task_arena& arena, int parts, int count) {
                           [&](int i) { results[static_cast<std::size_t>(i)] = turns(count); });
     });
     return milliseconds(begin);
-}
-
-std::vector<double> numbers_of(const std::string& list) {
-    std::istringstream words(list);
-    std::vector<double> numbers;
-    for (std::string word; std::getline(words, word, ',');) numbers.push_back(std::stod(word));
-    return numbers;
 }
 
 std::string quartiles(std::vector<double>& times) {

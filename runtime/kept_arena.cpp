@@ -43,6 +43,8 @@ class KeptArenas {
 
  private:
     static constexpr std::size_t kMost = 8;
+    KeptArenas() { free_.reserve(kMost + 1); }  // giving back never fails
+
     std::mutex mutex_;
     std::vector<std::unique_ptr<Kept>> free_;  // used last at the back
 };
@@ -62,8 +64,7 @@ KeptArena::Kept::Kept(int threads_of)
     : threads(threads_of), arena(threads_of), cores(begun(arena), threads_of) {}
 
 KeptArena::KeptArena(int threads)
-    : kept_(KeptArenas::all().take(threads)),
-      at_work_(std::make_unique<OneThreadACore::AtWork>(kept_->cores)) {}
+    : kept_(KeptArenas::all().take(threads)), at_work_(std::in_place, kept_->cores) {}
 
 KeptArena::~KeptArena() {
     at_work_.reset();

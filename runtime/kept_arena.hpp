@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <tbb/task_arena.h>
 
 #include "runtime/one_thread_a_core.hpp"
@@ -34,7 +35,7 @@ class KeptArena {
         OneThreadACore cores;
     };
     std::unique_ptr<Kept> kept_;
-    std::unique_ptr<OneThreadACore::AtWork> at_work_;
+    std::optional<OneThreadACore::AtWork> at_work_;
 };
 
 }  // namespace edgewise

@@ -58,25 +58,47 @@ cpu_set_t allowed_to(pid_t thread) {
     return set;
 }
 
+/// The worker that comes into an arena of two; 0: none.
+pid_t worker_of(tbb::task_arena& arena) {
+    std::atomic<pid_t> worker{0};
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    arena.execute([&] {
+        const pid_t caller = gettid();
+        tbb::parallel_for(
+            0, 2,
+            [&](int) {
+                if (gettid() != caller) worker = gettid();
+                while (worker == 0 && std::chrono::steady_clock::now() < limit)
+                    std::this_thread::yield();
+            },
+            tbb::simple_partitioner());
+    });
+    return worker;
+}
+
+TEST(OneThreadACore, WhoIsInAnArenaThatNobodyObservesIsNotTakenForAwake) {
+    const cpu_set_t before = allowed();
+    if (CPU_COUNT(&before) < 2) GTEST_SKIP() << "one core only";
+    tbb::task_arena arena(2), other(2);
+    pid_t worker = 0;
+    {
+        const OneThreadACore spread(arena, 2);
+        const OneThreadACore::AtWork run(spread);
+        worker = worker_of(arena);
+        ASSERT_NE(worker, 0);
+    }
+    // Still in the first arena, most likely: nobody will tell when it goes to sleep.
+    const OneThreadACore spread(other, 2);
+    const OneThreadACore::AtWork run(spread);
+    const cpu_set_t bound = allowed_to(worker);
+    EXPECT_EQ(CPU_COUNT(&bound), 1);
+}
+
 TEST(OneThreadACore, WorkersSleepBoundToACoreThatTheCallerHasNot) {
     const cpu_set_t before = allowed();
     if (CPU_COUNT(&before) < 2) GTEST_SKIP() << "one core only";
     tbb::task_arena arena(2);
-    std::atomic<pid_t> worker{0};
-    const auto find_worker = [&] {
-        const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(5);
-        arena.execute([&] {
-            const pid_t caller = gettid();
-            tbb::parallel_for(
-                0, 2,
-                [&](int) {
-                    if (gettid() != caller) worker = gettid();
-                    while (worker == 0 && std::chrono::steady_clock::now() < limit)
-                        std::this_thread::yield();
-                },
-                tbb::simple_partitioner());
-        });
-    };
+    pid_t worker = 0;
     const auto is_bound_within = [&](std::chrono::seconds time) {
         const auto limit = std::chrono::steady_clock::now() + time;
         for (;;) {
@@ -89,7 +111,7 @@ TEST(OneThreadACore, WorkersSleepBoundToACoreThatTheCallerHasNot) {
     {
         const OneThreadACore spread(arena, 2);
         const OneThreadACore::AtWork run(spread);
-        find_worker();
+        worker = worker_of(arena);
         ASSERT_NE(worker, 0);
         EXPECT_TRUE(is_bound_within(std::chrono::seconds(5))) << "when it has gone to sleep";
     }

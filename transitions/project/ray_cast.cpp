@@ -152,7 +152,9 @@ Work work(const Offer& offer, const Ask& ask, int view) {
         .lines = lines_touched(all, voxels_apart(offer, ask, samples, view),
                                static_cast<double>(bytes_of(offer.from.type)), rows),
         .workspace = bricks ? brick_bytes(offer.from) : 0,
-        .way = bricks ? "bricks" : ask.want.eye ? "perspective" : ""};
+        .way = bricks         ? "bricks"
+               : ask.want.eye ? "perspective"
+                              : ""};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }
