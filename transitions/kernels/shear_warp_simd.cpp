@@ -17,9 +17,10 @@ HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::HWY_NAMESPACE {
 namespace {
 
-/// Pixels of one row of the tile, all four taps inside: two rows of a slice, offset so that pixel
-/// i reads elements i and i + next. A tap of weight 0 is replaced by its neighbour: beyond the last
-/// row or column stands something else, and 0 x infinity is not 0.
+/// Pixels of one row of the tile, all four taps inside: two rows of a slice (or twice the
+/// outermost), offset so that pixel i reads elements i and i + next. A tap of weight 0 is replaced
+/// by its neighbour: beyond the last row or column stands something else, and 0 x infinity is not
+/// 0.
 template <class T>
 struct BilinearRow {
     const T* upper;
@@ -40,7 +41,20 @@ struct NearestRow {
     HWY_INLINE VF at(std::int64_t i, std::int64_t) const { return load_row(row + i); }
 };
 
-/// Pixels whose taps are clamped to the slice, or of types without vector loads: one by one.
+/// The outermost column of a slice: pixels beside it see nothing else.
+template <class T>
+struct EndColumn {
+    const T* upper;
+    const T* lower;
+    VF down;  // weight of the tap below
+
+    HWY_INLINE VF at(std::int64_t, std::int64_t) const {
+        return between(hn::Set(DF(), static_cast<float>(*upper)),
+                       hn::Set(DF(), static_cast<float>(*lower)), down);
+    }
+};
+
+/// Pixels in the rounding of a face, or of types without vector loads: one by one.
 struct ClampedRow {
     const Grid& volume;
     ScalarLoad load;
@@ -127,22 +141,15 @@ struct Tile {
         if (y < -0.5 - kSlip || y > below + kSlip) return;
 
         const Range any(-0.5 - kSlip, right + kSlip, x, width);
-        const ClampedRow clamped{
-            warp.volume, scalar_load(warp.volume.type), warp.hold, slice, x, y};
-        Range taps(0, right - 0.5, x, width);
-        if (std::is_void_v<T> || y < 0 || y > below - 0.5) taps.end = taps.begin = any.begin;
-        parts(rule, clamped, slice, row, any.begin, taps.begin, state);
-        if constexpr (!std::is_void_v<T>)
-            if (taps.begin < taps.end) {
-                // Where neighbouring slices count too, a slice counts in full.
-                const double reach = std::abs(warp.dx), rise = std::abs(warp.dy);
-                Range whole(-0.5 + reach, right - reach, x, width);
-                whole.begin = std::clamp(whole.begin, taps.begin, taps.end);
-                whole.end = std::clamp(whole.end, whole.begin, taps.end);
-                if (y - rise < -0.5 || y + rise > below) whole.end = whole.begin;
-                vectors(rule, slice, row, x, y, taps, whole, state);
-            }
-        parts(rule, clamped, slice, row, taps.end, any.end, state);
+        if constexpr (std::is_void_v<T>) {
+            clamped(rule, slice, row, x, y, any.begin, any.end, state);
+        } else {
+            // Where neighbouring slices count too, a slice counts in full.
+            const double reach = std::abs(warp.dx), rise = std::abs(warp.dy);
+            Range whole(-0.5 + reach, right - reach, x, width);
+            if (y - rise < -0.5 || y + rise > below) whole.end = whole.begin;
+            vectors(rule, slice, row, x, y, any, whole, state);
+        }
     }
     template <class Rule, class Source>
     HWY_INLINE void parts(const Rule& rule, const Source& source, std::int64_t slice,
@@ -154,28 +161,48 @@ struct Tile {
                       states.plane);
     }
     template <class Rule>
+    void clamped(const Rule& rule, std::int64_t slice, std::int64_t row, double x, double y,
+                 std::int64_t from, std::int64_t to, float* state) const {
+        parts(rule, ClampedRow{warp.volume, scalar_load(warp.volume.type), warp.hold, slice, x, y},
+              slice, row, from, to, state);
+    }
+    template <class Rule>
     HWY_INLINE void vectors(const Rule& rule, std::int64_t slice, std::int64_t row, double x,
-                            double y, const Range& taps, const Range& whole, float* state) const {
-        const auto all = [&](const auto& source) {
-            parts(rule, source, slice, row, taps.begin, whole.begin, state);
-            add_whole(rule, source, whole.begin, whole.end, state, states.plane);
-            parts(rule, source, slice, row, whole.end, taps.end, state);
-        };
+                            double y, const Range& any, const Range& whole, float* state) const {
         const Extent& n = warp.volume.extent;
+        const auto all = [&](const auto& source, std::int64_t begin, std::int64_t end) {
+            const std::int64_t from = std::clamp(whole.begin, begin, end);
+            const std::int64_t to = std::clamp(whole.end, from, end);
+            parts(rule, source, slice, row, begin, from, state);
+            add_whole(rule, source, from, to, state, states.plane);
+            parts(rule, source, slice, row, to, end, state);
+        };
         const T* samples = warp.volume.template as<T>() + slice * n.y * n.x;
         if (warp.hold == Hold::zoh) {
             const auto column = static_cast<std::int64_t>(std::floor(x + 0.5));
-            const auto line = static_cast<std::int64_t>(std::floor(y + 0.5));
-            all(NearestRow<T>{samples + line * n.x + column});
+            const auto line = std::clamp<std::int64_t>(
+                static_cast<std::int64_t>(std::floor(y + 0.5)), 0, n.y - 1);
+            const std::int64_t begin = std::clamp(-column, any.begin, any.end);
+            const std::int64_t end = std::clamp(n.x - column, begin, any.end);
+            if (any.begin < begin) clamped(rule, slice, row, x, y, any.begin, begin, state);
+            all(NearestRow<T>{samples + line * n.x + column}, begin, end);
+            if (end < any.end) clamped(rule, slice, row, x, y, end, any.end, state);
             return;
         }
-        const double left = std::floor(x), upper = std::floor(y);
-        const T* first =
-            samples + static_cast<std::int64_t>(upper) * n.x + static_cast<std::int64_t>(left);
+        const double v = std::clamp(y, 0.0, static_cast<double>(n.y - 1));
+        const double left = std::floor(x), upper = std::floor(v);
+        const T* line = samples + static_cast<std::int64_t>(upper) * n.x;
+        const T* next = line + (v > upper ? n.x : 0);
+        const VF down = hn::Set(DF(), static_cast<float>(v - upper));
+        const Range taps(0, static_cast<double>(n.x - 1), x, width);
+        const auto column = static_cast<std::int64_t>(left);
+        parts(rule, EndColumn<T>{line, next, down}, slice, row, any.begin, taps.begin, state);
         // Beside the last column, a place that is whole but for its rounding has no right tap.
-        all(BilinearRow<T>{first, first + (y > upper ? n.x : 0), x - left > kSlip ? 1 : 0,
-                           hn::Set(DF(), static_cast<float>(x - left)),
-                           hn::Set(DF(), static_cast<float>(y - upper))});
+        all(BilinearRow<T>{line + column, next + column, x - left > kSlip ? 1 : 0,
+                           hn::Set(DF(), static_cast<float>(x - left)), down},
+            taps.begin, taps.end);
+        parts(rule, EndColumn<T>{line + n.x - 1, next + n.x - 1, down}, slice, row, taps.end,
+              any.end, state);
     }
 };
 
