@@ -89,9 +89,12 @@ struct OverRule {
                         std::ptrdiff_t plane) const {
         const DF d;
         VF color[kColors], opacity = look_up<kColors>(optics, value, color);
-        if (!whole || !exact) opacity = corrected(opacity, hn::Mul(weight, hn::Set(d, power)));
-        if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
         VF left = hn::LoadU(d, state + 3 * plane);
+        if (!whole || !exact) {
+            if (hn::AllFalse(d, hn::Gt(hn::Mul(left, opacity), hn::Zero(d)))) return;
+            opacity = corrected(opacity, hn::Mul(weight, hn::Set(d, power)));
+        }
+        if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
         const VF caught = hn::Mul(left, hn::IfThenZeroElse(none, opacity));
         for (int c = 0; c < kColors; ++c) {
             float* light = state + c * plane;

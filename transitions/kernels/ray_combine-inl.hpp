@@ -154,17 +154,21 @@ class OverSum {
 
     HWY_INLINE void add(VF value, int) {
         VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
-        if (!exact_) opacity = corrected(opacity, hn::Set(DF(), power_));
+        if (!exact_) {
+            if (!needs(opacity)) return;
+            opacity = corrected(opacity, hn::Set(DF(), power_));
+        }
         composite(value, color, opacity);
     }
     HWY_INLINE void add_part(VF value, VF weight, MF outside, int) {
         VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
+        if (!needs(opacity)) return;
         opacity = corrected(opacity, hn::Mul(weight, hn::Set(DF(), power_)));
         composite(value, color, hn::IfThenZeroElse(outside, opacity));
     }
     HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), hn::Gt(left_, hn::Zero(DF()))); }
-    HWY_INLINE bool needs(VF level) const {
-        return !hn::AllFalse(DF(), hn::Gt(hn::Min(level, left_), hn::Zero(DF())));
+    HWY_INLINE bool needs(VF opacity) const {
+        return !hn::AllFalse(DF(), hn::Gt(hn::Min(opacity, left_), hn::Zero(DF())));
     }
 
     struct Lanewise {
