@@ -58,13 +58,11 @@ double brick_bytes(const Representation& from) {
     return 4 * static_cast<double>(from.samples()) / kBrick * 1.1 + 4096;
 }
 
-/// Operations to combine one sample (TABLE 37: 3 a colour and 2 of transparency); where the step is
-/// not the opacities' unit, 1 - (1 - a)^power as well.
-double combining(const Ask& ask, const kernels::Optics& optics, double step) {
+/// Operations to combine one sample (TABLE 37: 3 a colour and 2 of transparency).
+double combining(const Ask& ask, const kernels::Optics& optics) {
     if (ask.want.mode != Mode::composite) return 1;
     const double colors = optics.grey ? 1 : 3;
-    return static_cast<double>(optics.ramps.size()) * (6 + 2 * colors) + 2 * colors + 4 +
-           (step == optics.unit ? 0 : kCorrectionOperations);
+    return static_cast<double>(optics.ramps.size()) * (6 + 2 * colors) + 2 * colors + 4;
 }
 
 /// The samples that rays take: what is empty or hidden is left out, as counted on the preview.
@@ -137,15 +135,16 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const bool spread = is_spread(offer.from);
     const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
     // At the ends of a packet half of its lanes are outside, and cells are masked and weighed, and
-    // opacities corrected for their weights.
+    // opacities corrected for their weights; where the step is not their unit, all are.
     const double ragged = spread ? 0 : std::min(ragged_cells(offer, ask, view), samples / hits);
     const double all = taken + ragged * hits, ends = (2 * ragged + 2) * hits;
-    const bool corrected =
-        ask.want.mode == Mode::composite && offer.with.number("step") == optics.unit;
+    const bool exact = offer.with.number("step") == optics.unit;
+    const double corrected = ask.want.mode == Mode::composite
+                                 ? seen_share(ask) * (exact ? ends : samples + ragged * hits)
+                                 : 0;
     Work work{
-        .operations = all * (9 + filter + combining(ask, optics, offer.with.number("step"))) +
-                      (spread ? 60 : 120) * pixels + 120 * hits +
-                      (corrected ? 12 + kCorrectionOperations : 12) * ends +
+        .operations = all * (9 + filter + combining(ask, optics)) + (spread ? 60 : 120) * pixels +
+                      120 * hits + 12 * ends + kCorrectionOperations * corrected +
                       (bricks ? 2.0 * static_cast<double>(offer.from.samples()) + 2 * samples : 0),
         .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
         .gathers = all * taps + (spread ? 0 : 20) * pixels,
