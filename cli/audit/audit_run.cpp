@@ -34,6 +34,8 @@ constexpr int kMoreRuns = 4;
 /// others, a hyperthread's sibling or another machine's guest, is slow for tenths of a second and
 /// more. Sleeping between rounds would not do: a machine that has slept is slow.
 constexpr double kLeastSeconds = 1.2, kMostSeconds = 6;
+/// For so long paths that are no rivals are waited for until kFewRuns of their runs were calm.
+constexpr double kJudging = 2;
 
 double since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -80,6 +82,7 @@ class Rounds {
     void run_rounds() {
         const auto begin = Clock::now();
         for (int round = 0; round < settings_.repeat || since(begin) < kMostSeconds; ++round) {
+            judging_ = since(begin) < kJudging;
             const bool all = round < settings_.repeat || since(begin) < kLeastSeconds;
             const auto wanted = [&](std::size_t i) {
                 return (path(i).chosen || may_win(i)) && (all || !is_enough(i));
@@ -90,6 +93,7 @@ class Rounds {
             if (!watch.calm()) runs_.disturbed_since(before);
             if (runs_.counts() == before) break;
         }
+        judging_ = false;
     }
 
     bool is_enough(std::size_t i) const {
@@ -142,7 +146,10 @@ class Rounds {
         const MeasuredPath &path = this->path(i), &best = this->best();
         if (path.seconds.empty())
             return *path.first <= std::max(kPatience, kHopeless * best.median());
-        if (path.seconds.size() < kFewRuns && path.least() < kCheap) return true;
+        const auto few = static_cast<std::size_t>(kFewRuns);
+        if (path.least() < kCheap &&
+            (path.seconds.size() < few || (judging_ && runs_.calm_runs(i) < few)))
+            return true;
         return path.least() <= kNoRival * best.median() + 3 * scatter(best.seconds);
     }
 
@@ -162,6 +169,7 @@ class Rounds {
     AuditedRequest& request_;
     const PathSettings& settings_;
     PathRuns runs_;
+    bool judging_ = false;
 };
 
 std::string family_of(const Request& want) {

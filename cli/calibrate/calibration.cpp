@@ -61,12 +61,17 @@ class Calibration {
             end_ = since(begin_) + left / static_cast<double>(all.size() - i);
             begin_case(cases[i], all[i]);
         }
-        for (int round = 1; round < kMostRounds && since(begin_) < limit_; ++round)
+        bool lacking = true;  // calm runs
+        for (int round = 1; lacking && since(begin_) < limit_; ++round) {
+            lacking = false;
             for (std::size_t i = 0; i < all.size(); ++i) {
                 const std::size_t k = round % 2 ? all.size() - 1 - i : i;
+                if (is_enough(cases[k])) continue;
+                lacking = true;
                 show(messages, all[k]);
                 repeat_case(cases[k], round);
             }
+        }
         for (const Case& each : cases) collect(each);
         fit(kept());
         if (!quick_)
@@ -81,10 +86,10 @@ class Calibration {
     }
 
  private:
-    static constexpr int kMostRounds = 25;
-    static constexpr double kFirstRound = 0.3;  // of the time, at most
-    static constexpr double kBrief = 0.005;     // [s]
-    static constexpr double kLong = 0.02;       // [s]
+    static constexpr double kFirstRound = 0.3;                  // of the time, at most
+    static constexpr double kBrief = 0.005;                     // [s]
+    static constexpr double kLong = 0.02;                       // [s]
+    static constexpr std::size_t kManyCalm = 16, kFewCalm = 6;  // runs of a path; of a long one
 
     /// A session with the phantom's samples in the trial's type.
     struct Prepared {
@@ -177,18 +182,34 @@ class Calibration {
     void repeat_case(Case& one, int round) {
         const Visit visit(*this, one);
         repeat_paths(one, round, profile_.processors);
-        if (profile_.processors > 1 && round % 3 == 0) repeat_paths(one, round / 3, 1);
+        const bool alone = round % 3 == 0 || is_enough(one, profile_.processors);
+        if (profile_.processors > 1 && alone) repeat_paths(one, round / 3, 1);
         one.prepared->session.memory->trim();
     }
 
-    /// Long runs are fewer: their own length is a mean over what the machine does.
+    /// Those that have not met enough calm moments. Long runs are fewer: their own length is a mean
+    /// over what the machine does.
     void repeat_paths(Case& one, int round, int threads) {
         for (std::size_t i = 0; i < one.paths.size(); ++i) {
             TimedPath& path = one.paths[round % 2 ? one.paths.size() - 1 - i : i];
             const int every = path.longest < kLong ? 1 : 4;
-            const bool due = round % every == 0;
+            const bool due = round % every == 0 && !is_enough(path, threads);
             if (due && since(begin_) < limit_) time(one, path, threads);
         }
+    }
+
+    static bool is_enough(const TimedPath& path, int threads) {
+        const Runs& runs = threads == 1 ? path.alone : path.together;
+        return runs.front().calm(best_pace(threads)) >=
+               (path.longest < kLong ? kManyCalm : kFewCalm);
+    }
+    static bool is_enough(const Case& one, int threads) {
+        return std::all_of(one.paths.begin(), one.paths.end(),
+                           [&](const TimedPath& path) { return is_enough(path, threads); });
+    }
+    bool is_enough(const Case& one) const {
+        return is_enough(one, profile_.processors) &&
+               (profile_.processors == 1 || is_enough(one, 1));
     }
 
     /// Another path ran before: a short run counts when warm. There are several brief ones in a
@@ -203,18 +224,16 @@ class Calibration {
                 if (warm.steps != path.plan.texts()) return false;
                 expected = warm.seconds;
             }
-        Pace pace = pace_now(threads);
         for (int run = 0; run < (expected < kBrief ? kInARow : 1); ++run)
-            if (!time_once(one, path, threads, pace)) return false;
+            if (!time_once(one, path, threads)) return false;
         return true;
     }
 
-    /// @param pace  before it; afterwards that after it
-    bool time_once(Case& one, TimedPath& path, int threads, Pace& pace) {
+    bool time_once(Case& one, TimedPath& path, int threads) {
         if (stop_flag()) throw Cancelled();
-        const Pace before = pace;
+        const Pace before = calm_pace(threads);
         const Outcome outcome = once(one.prepared->session, path.plan, threads);
-        const Pace after = pace = pace_now(threads);
+        const Pace after = pace_now(threads);
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.
@@ -314,7 +333,7 @@ class Calibration {
             PacedRuns runs;
             Pace best = best_pace(profile_.processors);
             while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
-                const Pace before = pace_now(profile_.processors);
+                const Pace before = calm_pace(profile_.processors);
                 const double seconds = once(prepared.session, plan, profile_.processors).seconds;
                 runs.add(seconds, before, pace_now(profile_.processors));
                 best = best_pace(profile_.processors);

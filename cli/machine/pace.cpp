@@ -151,6 +151,15 @@ Pace pace_now(int threads) {
 
 Pace best_pace(int threads) { return best_paces.of(at_once(threads)); }
 
+Pace calm_pace(int threads, double patience) {
+    const Clock::time_point begin = Clock::now();
+    Pace pace = pace_now(threads);
+    while (!is_calm(pace, best_pace(threads)) &&
+           std::chrono::duration<double>(Clock::now() - begin).count() < patience)
+        pace = pace_now(threads);
+    return pace;
+}
+
 int warming_runs(double seconds) noexcept {
     constexpr double kEnough = 0.004, kLong = 0.05;  // [s]
     constexpr int kMost = 4;

@@ -140,7 +140,7 @@ void PathRuns::run_again(std::size_t i) {
                  [](int, const std::shared_ptr<const Data>&) {});
     last_ = i;
     const int threads = session_.want().threads;
-    const Pace before = pace_now(threads);
+    const Pace before = calm_pace(threads);
     const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                   [](int, const std::shared_ptr<const Data>&) {});
     if (!outcome) return;

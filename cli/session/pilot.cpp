@@ -253,7 +253,7 @@ class Pilot {
         }
         last_ = &each;
         const int threads = session_.profile.processors;
-        const Pace before = pace_now(threads);
+        const Pace before = calm_pace(threads);
         const auto outcome = run_once(each, false, nothing);
         if (!outcome) return;
         each.runs.add(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome), before,

@@ -66,6 +66,15 @@ TEST(Pace, RunsOfUnknownPaceAreAllAlike) {
     EXPECT_EQ(runs.seconds(kBest, 2).size(), 7u);
 }
 
+TEST(Pace, WaitsForCalmMomentsInVain) {
+    // Calm or not, what comes within the time is said.
+    for (int i = 0; i < 20; ++i) {
+        const Pace pace = calm_pace(1, 1e-3);
+        EXPECT_GT(pace.loop, 0);
+        EXPECT_GE(pace.loop, best_pace(1).loop);
+    }
+}
+
 TEST(Pace, MoreThreadsThanProcessorsAreAsManyAsThereAre) {
     // They need not come together: another program may have the processors all the time.
     for (int i = 0; i < 10; ++i) EXPECT_GT(pace_now(1000).loop, 0);
