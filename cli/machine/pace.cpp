@@ -152,11 +152,16 @@ Pace pace_now(int threads) {
 Pace best_pace(int threads) { return best_paces.of(at_once(threads)); }
 
 Pace calm_pace(int threads, double patience) {
+    // Phases that outlast one wait last for seconds: then only looks are taken.
+    constexpr double kLook = 0.1;  // of the patience
+    static std::atomic<bool> in_vain{false};
+    const double enough = in_vain ? kLook * patience : patience;
     const Clock::time_point begin = Clock::now();
     Pace pace = pace_now(threads);
     while (!is_calm(pace, best_pace(threads)) &&
-           std::chrono::duration<double>(Clock::now() - begin).count() < patience)
+           std::chrono::duration<double>(Clock::now() - begin).count() < enough)
         pace = pace_now(threads);
+    in_vain = !is_calm(pace, best_pace(threads));
     return pace;
 }
 

@@ -35,7 +35,7 @@ bool is_calm(const Pace& pace, const Pace& best) noexcept;
 
 /// The pace of the next calm moment, or the last one within so long [s]. Where a host is busy such
 /// moments come and go: on one that was calm 14 % of the time half of them came within 0.2 ms, and
-/// 1 ms later 72 % were not over.
+/// 1 ms later 72 % were not over. After a wait in vain a tenth of it is enough.
 Pace calm_pace(int threads, double patience = 0.004);
 
 /// How often something runs before a run counts that others ran before: once, as these took its

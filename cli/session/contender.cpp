@@ -12,6 +12,7 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::size_t kRuns = 7;  // of close contenders, at least
 constexpr std::size_t kFewRuns = 3;
+constexpr std::size_t kCalmRuns = 5;  // of close contenders
 constexpr double kClose = 1.3;    // slower than the best by more: no further runs
 constexpr double kHopeless = 3;   // so too for those of few runs
 constexpr double kWaking = 0.02;  // [s]; a processor that slept takes up to so long
@@ -27,7 +28,7 @@ bool Contender::is_timed() const { return seconds.size() >= kFewRuns; }
 
 bool Contender::is_sure(const Pace& best_pace) const {
     if (runs.size() == 0) return is_timed();
-    return runs.size() >= kRuns && runs.calm(best_pace) >= kFewRuns;
+    return runs.size() >= kRuns && runs.calm(best_pace) >= kCalmRuns;
 }
 
 double Contender::least() const {

@@ -27,7 +27,7 @@ constexpr std::int64_t kMore = 8192;     // where that leaves open whether it ke
 constexpr int kFrames = 12;              // run of a long turntable
 /// [s] that rounds go on at least: what other guests read slows some paths for tenths of a second
 /// and more, others not at all.
-constexpr double kLeastSeconds = 0.3;
+constexpr double kLeastSeconds = 0.5;
 constexpr double kTrying = 0.6;  // of the time; what is left goes to the close ones
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.

@@ -35,9 +35,9 @@ TEST(Contender, OneGoodRunKeepsATimedPathInTheRace) {
     EXPECT_FALSE(path(1, {1.31, 1.4, 1.4}).is_close_to(best));
 }
 
-TEST(Contender, IsSureWithSevenRunsOfWhichThreeAreCalm) {
+TEST(Contender, IsSureWithSevenRunsOfWhichFiveAreCalm) {
     Contender measured = path(1, {});
-    for (int i = 0; i < 6; ++i) measured.runs.add(1, {1}, {i < 3 ? 1.0 : 2.0});
+    for (int i = 0; i < 6; ++i) measured.runs.add(1, {1}, {i < 5 ? 1.0 : 2.0});
     EXPECT_FALSE(measured.is_sure({1}));
     measured.runs.add(1, {2}, {2});
     EXPECT_TRUE(measured.is_sure({1}));

@@ -204,6 +204,34 @@ TEST(ShearWarpKernel, LargestOfWideTilesEqualsTheReference) {
             }
 }
 
+/// One slice, of which the light is the opacity: small ones must not drown in 1 - (1 - a)^power.
+TEST(ShearWarpKernel, OpacitiesOverOtherLengthsKeepTheirDigits) {
+    const Extent n{256, 1, 1};
+    std::vector<float> samples(n.samples() + kSlack);
+    for (std::int64_t i = 0; i < n.x; ++i) samples[i] = static_cast<float>(i);
+    ShearWarp warp{.volume = {samples.data(), Type::f32, n, 1, {}}, .hold = Hold::zoh, .with = {}};
+    warp.with.rule = Combine::over;
+    for (const double most : {1e-7, 1e-3, 0.29, 0.5, 1.0})
+        for (const double step : {0.01, 0.25, 0.5, 1.5, 2.0, 30.0}) {
+            const std::vector<OpticsPoint> points = {{0, 0, {1, 1, 1}}, {255, most, {1, 1, 1}}};
+            const Optics optics = optics_of(points, 1, warp.volume.values);
+            warp.with.optics = &optics;
+            warp.with.step = step;
+            const auto out = picture_of(warp, {0, 0, n.x, 1});
+            for (std::int64_t i = 0; i < n.x; ++i) {
+                const double opacity = most * static_cast<double>(i) / 255;
+                const double want = opacity < 1 ? -std::expm1(step * std::log1p(-opacity)) : 1;
+                // Three roundings of the opacity, magnified, and those of logarithm and
+                // exponential.
+                const double magnified =
+                    want > 0 ? opacity * step * std::pow(1 - opacity, step - 1) / want : 0;
+                const double slip = opacity < 1 ? 3 * 0x1p-24 * magnified + 2.5 * 0x1p-23 : 0x1p-23;
+                EXPECT_NEAR(out[4 * i], want, slip * want)
+                    << "opacity " << opacity << " step " << step;
+            }
+        }
+}
+
 TEST(ShearWarpKernel, ThinVolumesEqualTheReference) {
     for (const Extent& n : {Extent{1, 1, 1}, Extent{20, 9, 1}, Extent{1, 9, 9}, Extent{9, 1, 7}}) {
         const auto f32 = random_samples<float>(n, 7);
