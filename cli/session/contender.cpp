@@ -13,9 +13,9 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::size_t kRuns = 7;  // of close contenders, at least
 constexpr std::size_t kFewRuns = 3;
 constexpr std::size_t kCalmRuns = 5;  // of close contenders
-constexpr double kClose = 1.3;    // slower than the best by more: no further runs
-constexpr double kHopeless = 3;   // so too for those of few runs
-constexpr double kWaking = 0.02;  // [s]; a processor that slept takes up to so long
+constexpr double kClose = 1.3;        // slower than the best by more: no further runs
+constexpr double kHopeless = 3;       // so too for those of few runs
+constexpr double kWaking = 0.02;      // [s]; a processor that slept takes up to so long
 constexpr double kOneSided = 1.645;
 
 }  // namespace
