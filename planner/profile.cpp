@@ -1,6 +1,7 @@
 #include "planner/profile.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -55,6 +56,32 @@ const std::map<std::string, double> kDefaultFactors = {
     {"warp.permutation", 1.2},
     {"warp.shear", 1.6},
 };
+
+std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& fields) {
+    constexpr int kMost = 1 << 20;
+    std::map<int, CalmLooks> calm;
+    for (const auto& [processors, looks] : json.items()) {
+        const std::string where = "calm." + processors;
+        int count = 0;
+        const char* const end = processors.data() + processors.size();
+        const auto read = std::from_chars(processors.data(), end, count);
+        if (read.ec != std::errc() || read.ptr != end || count < 1 || count > kMost)
+            fields.reject(where, "expected a number of processors");
+        if (!looks.is_object()) fields.reject(where, "expected an object");
+        const auto seconds = [&](const char* key, double least) {
+            return fields.number(looks.value(key, nlohmann::json()), where + "." + key, least, 1);
+        };
+        calm[count] = {.loop = seconds("loop", 1e-9), .hop = seconds("hop", 0)};
+    }
+    return calm;
+}
+
+nlohmann::json calm_json(const std::map<int, CalmLooks>& calm) {
+    nlohmann::json json = nlohmann::json::object();
+    for (const auto& [processors, looks] : calm)
+        json[std::to_string(processors)] = {{"loop", looks.loop}, {"hop", looks.hop}};
+    return json;
+}
 
 }  // namespace
 
@@ -149,6 +176,7 @@ Profile parse_profile(const std::string& text, const std::string& file) {
         profile.provenance[number] = fields.text(origin, "provenance." + number);
     for (const auto& [number, value] : spreads.items())
         profile.spreads[number] = fields.number(value, "spreads." + number, 0, 10);
+    profile.calm = calm_of(object("calm"), fields);
     profile.levels = levels_of(json.value("levels", nlohmann::json::array()), file);
     profile.messages = message_costs_of(json.value("messages", nlohmann::json::array()), file);
     profile.rates = rates_of(object("rates"), file);
@@ -167,6 +195,7 @@ nlohmann::json to_json(const Profile& profile) {
                            {"messages", to_json(profile.messages)},
                            {"factors", profile.factors},
                            {"rates", to_json(profile.rates)},
+                           {"calm", calm_json(profile.calm)},
                            {"provenance", profile.provenance},
                            {"spreads", profile.spreads}};
     for (const Field& field : kFields) json[field.name] = profile.*field.member;

@@ -6,6 +6,7 @@
 #include <ctime>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -86,10 +87,12 @@ class Calibration {
     }
 
  private:
-    static constexpr double kFirstRound = 0.3;                  // of the time, at most
-    static constexpr double kBrief = 0.005;                     // [s]
-    static constexpr double kLong = 0.02;                       // [s]
-    static constexpr std::size_t kManyCalm = 16, kFewCalm = 6;  // runs of a path; of a long one
+    static constexpr double kFirstRound = 0.3;  // of the time, at most
+    static constexpr double kBrief = 0.005;     // [s]
+    static constexpr double kLong = 0.04;       // [s]
+    /// Runs of a path; of a long one; of one that others of its trial beat by kDear.
+    static constexpr std::size_t kManyCalm = 16, kFewCalm = 6, kLeastCalm = 2;
+    static constexpr double kDear = 5;
 
     /// A session with the phantom's samples in the trial's type.
     struct Prepared {
@@ -118,10 +121,12 @@ class Calibration {
         Plan plan;
         Runs alone, together;  // on one thread, on all
         double longest = 0;    // of all runs
+        bool dear = false;     // others are far cheaper
     };
 
     struct TimedStep {
-        PacedRuns alone, together;  // of all its frames
+        PacedRuns alone, together;                                     // of all its frames
+        std::size_t before = std::numeric_limits<std::size_t>::max();  // steps before it
     };
 
     struct Case {
@@ -137,6 +142,12 @@ class Calibration {
 
     std::string name(const Case& of, const Step& step) const {
         return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
+    }
+
+    /// What is timed: name, counted seconds, frames.
+    using What = std::tuple<std::string, double, int>;
+    What what(const Case& of, const Step& step) const {
+        return {name(of, step), profile_.counted(step.work), step.runs()};
     }
 
     static bool passes(const Plan& plan, const std::string& edge) {
@@ -156,21 +167,24 @@ class Calibration {
             std::erase_if(plans, [&](const Plan& plan) { return !passes(plan, trial.edge); });
             plans.resize(std::min<std::size_t>(1, plans.size()));
         }
-        std::set<std::string> seen;  // at this size
+        const double cheapest = plans.empty() ? 0 : plans.front().predicted.seconds;
+        std::size_t timed = 0;
         for (Plan& plan : plans) {
-            std::set<std::string> names;
-            for (const Step& step : plan.steps) names.insert(name(one, step));
-            if (std::includes(seen.begin(), seen.end(), names.begin(), names.end())) continue;
+            std::set<What> brought;
+            for (const Step& step : plan.steps) brought.insert(what(one, step));
+            if (std::includes(seen_.begin(), seen_.end(), brought.begin(), brought.end())) continue;
             // The cheapest few are timed even where the time is used up.
-            if (since(begin_) > end_ && seen.size() >= 4) break;
+            if (since(begin_) > end_ && timed >= 4) break;
             TimedPath path{.plan = std::move(plan), .alone = {}, .together = {}};
+            path.dear = path.plan.predicted.seconds > kDear * cheapest;
             for (Runs* runs : {&path.alone, &path.together}) runs->resize(path.plan.steps.size());
             one.paths.push_back(std::move(path));
             if (!time(one, one.paths.back(), profile_.processors)) {
                 one.paths.pop_back();
                 continue;
             }
-            seen.merge(names);
+            seen_.merge(brought);
+            ++timed;
         }
         if (profile_.processors > 1)
             for (TimedPath& path : one.paths) time(one, path, 1);
@@ -200,8 +214,10 @@ class Calibration {
 
     static bool is_enough(const TimedPath& path, int threads) {
         const Runs& runs = threads == 1 ? path.alone : path.together;
-        return runs.front().calm(best_pace(threads)) >=
-               (path.longest < kLong ? kManyCalm : kFewCalm);
+        const std::size_t enough = path.dear               ? kLeastCalm
+                                   : path.longest >= kLong ? kFewCalm
+                                                           : kManyCalm;
+        return runs.front().calm(best_pace(threads)) >= enough;
     }
     static bool is_enough(const Case& one, int threads) {
         return std::all_of(one.paths.begin(), one.paths.end(),
@@ -218,12 +234,11 @@ class Calibration {
     bool time(Case& one, TimedPath& path, int threads) {
         constexpr int kInARow = 2;
         double expected = path.longest;
-        if (warming_runs(path.longest) > 0)
-            for (int run = 0; run == 0 || run < warming_runs(expected); ++run) {
-                const Outcome warm = once(one.prepared->session, path.plan, threads);
-                if (warm.steps != path.plan.texts()) return false;
-                expected = warm.seconds;
-            }
+        for (Warming warming(expected); warming.goes_on(); warming.ran(expected)) {
+            const Outcome warm = once(one.prepared->session, path.plan, threads);
+            if (warm.steps != path.plan.texts()) return false;
+            expected = warm.seconds;
+        }
         for (int run = 0; run < (expected < kBrief ? kInARow : 1); ++run)
             if (!time_once(one, path, threads)) return false;
         return true;
@@ -279,13 +294,15 @@ class Calibration {
         StolenTime watch_;
     };
 
-    /// The same step of several paths and trials is one thing.
+    /// The same step of several paths and trials is one thing, unless one has the input itself and
+    /// the other what the step before it wrote: such a one takes up to half as long again, and
+    /// counts where there is no other.
     void collect(const Case& one) {
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
-                const Step& step = path.plan.steps[k];
-                TimedStep& timed =
-                    steps_[{name(one, step), profile_.counted(step.work), step.runs()}];
+                TimedStep& timed = steps_[what(one, path.plan.steps[k])];
+                if (timed.alone.size() > 0 && timed.before < k) continue;
+                if (k < timed.before) timed = {.alone = {}, .together = {}, .before = k};
                 timed.alone.join(path.alone[k]);
                 timed.together.join(profile_.processors > 1 ? path.together[k] : path.alone[k]);
             }
@@ -368,6 +385,10 @@ class Calibration {
         profile_.cpu = cpu_name();
         profile_.build = EDGEWISE_VERSION;
         profile_.when = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+        for (const int threads : {1, profile_.processors}) {
+            const Pace best = best_pace(threads);
+            if (std::isfinite(best.loop)) profile_.calm[threads] = {best.loop, best.hop};
+        }
         if (!missed_.empty()) {
             for (double& miss : missed_) miss = std::abs(miss);
             // Of a normal distribution 90 % lie within 1.645 deviations; the tails are longer, and
@@ -381,6 +402,7 @@ class Calibration {
                           "pace, others brought to it",
                           visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
              {"serial", "derived from rates"},
+             {"calm", "measured; the least of the looks beside all runs"},
              {"spread",
               fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
              {"factors",
@@ -395,8 +417,8 @@ class Calibration {
     Profile profile_;
     int visits_ = 0, disturbed_ = 0;
     std::size_t runs_ = 0, calm_ = 0;  // of steps
-    std::map<std::tuple<std::string, double, int>, TimedStep>
-        steps_;                   // by name, counted seconds, frames
+    std::set<What> seen_;              // that some path brings
+    std::map<What, TimedStep> steps_;
     std::vector<double> missed_;  // logarithms of measured over predicted
 };
 

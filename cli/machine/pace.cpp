@@ -149,6 +149,8 @@ Pace pace_now(int threads) {
     return pace;
 }
 
+void know_pace(int threads, const Pace& pace) { best_paces.see(at_once(threads), pace); }
+
 Pace best_pace(int threads) { return best_paces.of(at_once(threads)); }
 
 Pace calm_pace(int threads, double patience) {
@@ -165,11 +167,18 @@ Pace calm_pace(int threads, double patience) {
     return pace;
 }
 
-int warming_runs(double seconds) noexcept {
-    constexpr double kEnough = 0.004, kLong = 0.05;  // [s]
-    constexpr int kMost = 4;
-    if (seconds >= kLong) return 0;
-    return seconds * kMost > kEnough ? static_cast<int>(std::ceil(kEnough / seconds)) : kMost;
+bool Warming::goes_on() const noexcept {
+    constexpr double kEnough = 0.01, kLong = 0.05;  // [s]
+    constexpr int kMany = 4, kMost = 8;
+    if (last_ >= kLong || runs_ >= kMost) return false;
+    return faster_ || (runs_ < kMany && runs_ * last_ < kEnough);
+}
+
+void Warming::ran(double seconds) noexcept {
+    constexpr double kFaster = 0.97;
+    faster_ = runs_ > 0 && seconds < kFaster * last_;
+    last_ = seconds;
+    ++runs_;
 }
 
 bool is_calm(const Pace& pace, const Pace& best) noexcept {
@@ -217,7 +226,7 @@ double PacedRuns::undisturbed(const Pace& best) const {
         if (slower <= kSlowest && !is_far(run.pace(), best))
             calmed.push_back(run.seconds / std::max(1.0, slower / kCalm));
     }
-    return quantile(calmed.size() >= kEnough ? calmed : all, 0.3);
+    return quantile(calmed.size() >= kEnough ? calmed : all, 0.1);
 }
 
 }  // namespace edgewise::cli

@@ -9,12 +9,19 @@
 
 namespace edgewise::cli {
 
+/// What a path is believed to take.
+struct Belief {
+    double seconds = 0;
+    double spread = 0;  // standard deviation of the log
+};
+
 /// One path on trial in a pilot.
 struct Contender {
     Plan plan;                     // of the whole request, as predicted
     std::vector<double> seconds;   // that count
     PacedRuns runs;                // of this process
     std::optional<Learned> known;  // error and bytes
+    double calm = 1;               // share of the calm runs that it takes to be sure
     bool is_default = false, failed = false;
 
     /// Which runs count, by the best pace so far.
@@ -28,6 +35,9 @@ struct Contender {
     /// Infinite where nothing was timed.
     double least() const;
     double median() const;
+    /// Runs and models, each as far as it is certain: where no moment was calm the runs tell little
+    /// more than how busy the host is. Infinite where nothing was timed.
+    Belief belief() const;
     /// The low end of the predicted seconds.
     double low() const;
 

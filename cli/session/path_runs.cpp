@@ -134,10 +134,13 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
 }
 
 void PathRuns::run_again(std::size_t i) {
-    const int warming = last_ == i ? 0 : warming_runs(paths_[i].least());
-    for (int run = 0; run < warming; ++run)
-        run_once(i, std::numeric_limits<double>::infinity(),
-                 [](int, const std::shared_ptr<const Data>&) {});
+    Warming warming(paths_[i].least());
+    while (last_ != i && warming.goes_on()) {
+        const auto warm = run_once(i, std::numeric_limits<double>::infinity(),
+                                   [](int, const std::shared_ptr<const Data>&) {});
+        if (!warm) return;
+        warming.ran(warm->seconds);
+    }
     last_ = i;
     const int threads = session_.want().threads;
     const Pace before = calm_pace(threads);

@@ -63,7 +63,7 @@ class PathRuns {
     /// @throws Cancelled
     void run_first(std::size_t i, double limit, const Deliver& look = {});
     /// One more run of a path that has run. Short ones run more often where another path ran
-    /// before (warming_runs()); the last run counts. A path's
+    /// before (Warming); the last run counts. A path's
     /// `seconds` are then those of its calm runs, or of PathSettings::repeat that come closest.
     /// @throws Cancelled
     void run_again(std::size_t i);

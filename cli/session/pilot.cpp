@@ -35,10 +35,6 @@ constexpr double kOverestimate = 4;
 constexpr double kHopeless = 3;    // slower than the best by more: stopped
 constexpr double kPatience = 0.1;  // [s], never stopped before
 constexpr double kTie = 1.03;      // two runs of one path differ by so much
-/// Standard deviation of the log of what a path takes in two processes: audits minutes later differ
-/// by 0.04 in the median.
-constexpr double kLater = 0.06;
-
 /// The request with a few of its views.
 Request with_few_frames(const Request& want, int frames) {
     if (frames >= want.frames) return want;
@@ -144,10 +140,10 @@ class Pilot {
         constexpr double kNever = std::numeric_limits<double>::infinity();
         const Budget& budget = session_.want().budget;
         if (each.failed || !each.known || !keeps_error(each)) return kNever;
-        if (budget.seconds && each.median() > *budget.seconds) return kNever;
+        if (budget.seconds && each.belief().seconds > *budget.seconds) return kNever;
         switch (session_.want().minimize) {
             case Minimize::time:
-                return each.median();
+                return each.belief().seconds;
             case Minimize::error:
                 return each.known->error;
             case Minimize::memory:
@@ -240,16 +236,14 @@ class Pilot {
                              .bytes = session_.resident + double(outcome->peak)};
     }
 
-    /// Where another path ran before, short ones run more often, and the last run counts. Models
-    /// may take for short what is not: each run tells how many more it takes.
+    /// Where another path ran before, short ones run more often, and the last run counts.
     void run_again(Contender& each) {
         const Deliver nothing = [](int, const std::shared_ptr<const Data>&) {};
-        double expected = each.seconds.empty() ? each.plan.predicted.seconds : each.least();
-        for (int run = 0; last_ != &each && run < warming_runs(expected); ++run) {
+        Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least());
+        while (last_ != &each && warming.goes_on() && !out_of_time()) {
             const auto warm = run_once(each, false, nothing);
             if (!warm) return;
-            if (out_of_time()) break;
-            expected = warm->seconds;
+            warming.ran(warm->seconds);
         }
         last_ = &each;
         const int threads = session_.profile.processors;
@@ -299,7 +293,7 @@ class Pilot {
             learned);
     }
 
-    /// The best measured path, with what was measured instead of what was predicted.
+    /// The best measured path, with what is believed after its runs instead of what was predicted.
     void choose() {
         session_.messages.end_progress();
         Answer& answer = *session_.answer;
@@ -317,17 +311,15 @@ class Pilot {
 
     Plan measured_plan(const Contender& chosen) const {
         Plan plan = chosen.plan;
+        const Belief belief = chosen.belief();
         const double factor =
-            plan.predicted.seconds > 0 ? chosen.median() / plan.predicted.seconds : 1;
+            plan.predicted.seconds > 0 ? belief.seconds / plan.predicted.seconds : 1;
         for (Step& step : plan.steps) {
             step.seconds *= factor;
             step.predicted.seconds *= factor;
         }
-        std::vector<double> away;
-        for (const double each : chosen.seconds)
-            away.push_back(std::abs(std::log(each / chosen.median())));
-        plan.predicted.seconds = plan.label.seconds = chosen.median();
-        plan.predicted.spread = std::max(kLater, 1.4826 * cli::median(away));
+        plan.predicted.seconds = plan.label.seconds = belief.seconds;
+        plan.predicted.spread = belief.spread;
         plan.predicted.error = chosen.known->high;
         plan.predicted.known = true;
         return plan;

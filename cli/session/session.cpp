@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "cli/machine/machine.hpp"
+#include "cli/machine/pace.hpp"
 #include "cli/machine/signals.hpp"
 #include "cli/request/errors.hpp"
 #include "cli/request/numbers.hpp"
@@ -64,6 +65,9 @@ void take_edges(Session& session) {
         session.demands.without.push_back(demand_of(text, session.edges));
     session.profile = chosen_profile(session.options.machine);
     take_ranks(session);
+    if (session.profile.cpu == cpu_name() && session.profile.build == EDGEWISE_VERSION)
+        for (const auto& [processors, looks] : session.profile.calm)
+            know_pace(processors, {looks.loop, looks.hop});
     if (session.want().ranks == 1 && !session.profile.cpu.empty() &&
         session.profile.cpu != cpu_name())
         session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",

@@ -83,12 +83,34 @@ TEST(Pace, MoreThreadsThanProcessorsAreAsManyAsThereAre) {
     EXPECT_EQ(best_pace(1000).loop, best_pace(usable_cores()).loop);
 }
 
+int warmed(double expected, const std::vector<double>& runs) {
+    Warming warming(expected);
+    std::size_t ran = 0;
+    while (warming.goes_on() && ran < runs.size()) warming.ran(runs[ran++]);
+    return static_cast<int>(ran);
+}
+
 TEST(Pace, BriefRunsAreWarmedMoreOften) {
-    EXPECT_EQ(warming_runs(1e-6), 4);
-    EXPECT_EQ(warming_runs(0), 4);
-    EXPECT_EQ(warming_runs(1.5e-3), 3);
-    EXPECT_EQ(warming_runs(0.01), 1);
-    EXPECT_EQ(warming_runs(0.05), 0);
+    const auto even = [](double seconds) {
+        return warmed(seconds, std::vector<double>(20, seconds));
+    };
+    EXPECT_EQ(even(1e-6), 4);
+    EXPECT_EQ(even(0), 4);
+    EXPECT_EQ(even(4e-3), 3);
+    EXPECT_EQ(even(0.01), 1);
+    EXPECT_EQ(even(0.05), 0);
+    EXPECT_EQ(warmed(1e-3, {0.06, 0.06}), 1) << "it was not so brief";
+    EXPECT_EQ(warmed(0.06, {}), 0);
+}
+
+TEST(Pace, RunsThatBecomeFasterAreNotWarmYet) {
+    EXPECT_EQ(warmed(5e-3, {5.2e-3, 5.1e-3, 5e-3}), 2) << "that is noise";
+    EXPECT_EQ(warmed(5e-3, {5e-3, 4.5e-3, 4e-3, 3.95e-3, 3e-3}), 4);
+    EXPECT_EQ(warmed(1e-2, {5e-2, 4e-2}), 1) << "long ones need no other";
+    EXPECT_EQ(warmed(1.2e-2, {1.2e-2, 1.1e-2, 1e-2}), 1)
+        << "the first of them had nothing to be compared with";
+    EXPECT_EQ(warmed(1e-3, {9e-4, 8e-4, 7e-4, 6e-4, 5e-4, 4e-4, 3e-4, 2e-4, 1e-4, 1e-4}), 8)
+        << "it has an end";
 }
 
 TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
@@ -146,6 +168,16 @@ TEST(Pace, WhatOnlyAddsIsNoPartOfAnUndisturbedRun) {
     for (int i = 0; i < 20; ++i) runs.add(i % 2 ? 1e-3 : (1.1 + 0.1 * i) * 1e-3, {1}, {1});
     runs.add(0.1, {1}, {1});
     EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
+}
+
+// The last one: from here on no moment is calm.
+TEST(Pace, WhatAnotherProcessFoundCounts) {
+    const Pace before = pace_now(1);
+    know_pace(1, {before.loop * 100, 0});
+    EXPECT_LE(best_pace(1).loop, before.loop) << "a slower one says nothing";
+    const double faster = best_pace(1).loop / 2;
+    know_pace(1, {faster, 0});
+    EXPECT_EQ(best_pace(1).loop, faster);
 }
 
 }  // namespace
