@@ -6,7 +6,6 @@
 #include <ctime>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -91,7 +90,7 @@ class Calibration {
     static constexpr double kBrief = 0.005;     // [s]
     static constexpr double kLong = 0.04;       // [s]
     /// Runs of a path; of a long one; of one that others of its trial beat by kDear.
-    static constexpr std::size_t kManyCalm = 16, kFewCalm = 6, kLeastCalm = 2;
+    static constexpr std::size_t kManyCalm = 16, kFewCalm = 6, kLeastCalm = 4;
     static constexpr double kDear = 5;
 
     /// A session with the phantom's samples in the trial's type.
@@ -125,8 +124,7 @@ class Calibration {
     };
 
     struct TimedStep {
-        PacedRuns alone, together;                                     // of all its frames
-        std::size_t before = std::numeric_limits<std::size_t>::max();  // steps before it
+        PacedRuns alone, together;  // of all its frames
     };
 
     struct Case {
@@ -294,15 +292,11 @@ class Calibration {
         StolenTime watch_;
     };
 
-    /// The same step of several paths and trials is one thing, unless one has the input itself and
-    /// the other what the step before it wrote: such a one takes up to half as long again, and
-    /// counts where there is no other.
+    /// The same step of several paths and trials is one thing.
     void collect(const Case& one) {
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
                 TimedStep& timed = steps_[what(one, path.plan.steps[k])];
-                if (timed.alone.size() > 0 && timed.before < k) continue;
-                if (k < timed.before) timed = {.alone = {}, .together = {}, .before = k};
                 timed.alone.join(path.alone[k]);
                 timed.together.join(profile_.processors > 1 ? path.together[k] : path.alone[k]);
             }

@@ -226,7 +226,7 @@ double PacedRuns::undisturbed(const Pace& best) const {
         if (slower <= kSlowest && !is_far(run.pace(), best))
             calmed.push_back(run.seconds / std::max(1.0, slower / kCalm));
     }
-    return quantile(calmed.size() >= kEnough ? calmed : all, 0.1);
+    return quantile(calmed.size() >= kEnough ? calmed : all, 0.2);
 }
 
 }  // namespace edgewise::cli

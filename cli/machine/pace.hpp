@@ -78,7 +78,7 @@ class PacedRuns {
     std::vector<double> seconds(const Pace& best, std::size_t least) const;
 
     /// Seconds of a run that nothing disturbs: each run's divided by how much slower than calm the
-    /// better of the loops beside it was; of these the 0.1 quantile, as other guests that read
+    /// better of the loops beside it was; of these the 0.2 quantile, as other guests that read
     /// the same caches and memory only add, which no pace tells. Runs of processors far from each
     /// other count only where the others are too few.
     /// @pre size() > 0

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <tbb/task_arena.h>
@@ -115,16 +116,18 @@ void PathRuns::verify_carefully(std::size_t i) {
 /// @return nothing where it failed or was given up
 std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Deliver& deliver) {
     MeasuredPath& path = paths_[i];
-    const Watch watch(limit);
+    // Its thread would take a processor from a brief run.
+    std::optional<Watch> watch;
+    if (std::isfinite(limit)) watch.emplace(limit);
     RunOptions options;
     options.threads = session_.want().threads;
     options.memory = session_.memory.get();
-    options.stop = &watch.flag();
+    options.stop = watch ? &watch->flag() : &stop_flag();
     try {
         return run(plans_[i], session_.ask(), session_.input->data, deliver, options);
     } catch (const Cancelled&) {
-        if (stop_flag()) throw;
-        path.given_up = watch.elapsed();
+        if (!watch || stop_flag()) throw;
+        path.given_up = watch->elapsed();
     } catch (const std::bad_alloc&) {
         path.failure = "out of memory";
     } catch (const std::exception& error) {

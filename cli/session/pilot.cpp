@@ -35,6 +35,12 @@ constexpr double kOverestimate = 4;
 constexpr double kHopeless = 3;    // slower than the best by more: stopped
 constexpr double kPatience = 0.1;  // [s], never stopped before
 constexpr double kTie = 1.03;      // two runs of one path differ by so much
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
 /// The request with a few of its views.
 Request with_few_frames(const Request& want, int frames) {
     if (frames >= want.frames) return want;
@@ -64,15 +70,15 @@ class Pilot {
     void run_all() {
         for (Contender& each : contenders_) {
             if (each.failed || !each.seconds.empty()) continue;
-            if (!each.is_default && (watch_.elapsed() > kTrying * limit_ || !could_win(each)))
+            if (!each.is_default && (since(begin_) > kTrying * limit_ || !could_win(each)))
                 continue;
             if (!each.known)
                 try_first(each);
             else if (keeps_error(each) || each.is_default)
                 run_again(each);
         }
-        const double begin = watch_.elapsed();
-        const auto too_early = [&] { return watch_.elapsed() - begin < kLeastSeconds; };
+        const double begin = since(begin_);
+        const auto too_early = [&] { return since(begin_) - begin < kLeastSeconds; };
         // Until all close ones are sure: in a bad minute that takes all the time.
         for (int round = 0; runs_ > 0 && !out_of_time(); ++round)
             if (!run_round(round, too_early())) break;
@@ -119,7 +125,7 @@ class Pilot {
         return plan.predicted.error <= kOverestimate * *budget.error;
     }
 
-    bool out_of_time() const { return watch_.elapsed() > limit_; }
+    bool out_of_time() const { return since(begin_) > limit_; }
 
     bool keeps_error(const Contender& each) const {
         const Budget& budget = session_.want().budget;
@@ -175,18 +181,19 @@ class Pilot {
         return set_up + frames * session_.want().frames / want_.frames;
     }
 
-    /// @param patient  verifying takes its own time
+    /// @param patient  does not give up: verifying takes its own time, and what has run is brief
     std::optional<Outcome> run_once(Contender& each, bool patient, const Deliver& deliver) {
         ++runs_;
         const Contender* best = this->best();
         const double share = double(want_.frames) / session_.want().frames;
-        const Watch watch(each.is_default || all_ || patient || !best
-                              ? std::numeric_limits<double>::infinity()
-                              : std::max(kPatience, kHopeless * best->median() * share));
+        const Clock::time_point begin = Clock::now();
+        std::optional<Watch> watch;  // its thread would take a processor from a brief run
+        if (!each.is_default && !all_ && !patient && best)
+            watch.emplace(std::max(kPatience, kHopeless * best->median() * share));
         RunOptions options;
         options.threads = session_.profile.processors;
         options.memory = session_.memory.get();
-        options.stop = &watch.flag();
+        options.stop = watch ? &watch->flag() : &stop_flag();
         const Plan& plan = few_.at(path_text(each.plan.texts()));
         try {
             Outcome outcome =
@@ -199,7 +206,7 @@ class Pilot {
         }
         each.failed = true;
         if (!each.known) each.known.emplace();
-        each.known->given_up = std::max(1e-9, watch.elapsed());
+        each.known->given_up = std::max(1e-9, since(begin));
         return std::nullopt;
     }
 
@@ -215,7 +222,7 @@ class Pilot {
             verify(each, careful_, kMore);
         if (each.failed) return;
         if (keeps_error(each) || each.is_default) run_again(each);
-        session_.messages.progress(std::min(1.0, watch_.elapsed() / limit_),
+        session_.messages.progress(std::min(1.0, since(begin_) / limit_),
                                    path_text(each.plan.texts()));
     }
 
@@ -240,15 +247,17 @@ class Pilot {
     void run_again(Contender& each) {
         const Deliver nothing = [](int, const std::shared_ptr<const Data>&) {};
         Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least());
+        bool brief = !each.seconds.empty();
         while (last_ != &each && warming.goes_on() && !out_of_time()) {
-            const auto warm = run_once(each, false, nothing);
+            const auto warm = run_once(each, brief, nothing);
             if (!warm) return;
             warming.ran(warm->seconds);
+            brief = true;
         }
         last_ = &each;
         const int threads = session_.profile.processors;
         const Pace before = calm_pace(threads);
-        const auto outcome = run_once(each, false, nothing);
+        const auto outcome = run_once(each, brief, nothing);
         if (!outcome) return;
         each.runs.add(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome), before,
                       pace_now(threads));
@@ -346,7 +355,7 @@ class Pilot {
     Session& session_;
     bool all_;
     double limit_;
-    Watch watch_{std::numeric_limits<double>::infinity()};
+    const Clock::time_point begin_ = Clock::now();
     const Request want_;                   // with few frames
     std::optional<ReferenceField> field_;  // made when something is verified
     std::optional<Verifier> verifier_, careful_;
