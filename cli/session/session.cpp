@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include "cli/machine/machine.hpp"
 #include "cli/machine/pace.hpp"
@@ -302,6 +303,7 @@ void prepare_planning(Session& session) {
     session.plan_options.after = std::max(verifying_bytes(session), showing_bytes(session));
     // What reading and measuring have left behind counts once, as samples or as `held`.
     session.memory->trim();
+    malloc_trim(0);
     session.plan_options.held = std::max(0.0, resident_now() - double(session.memory->used())) +
                                 kGrowth + kGrowthAThread * session.want().threads;
 }
