@@ -60,7 +60,9 @@ const std::map<std::string, double> kDefaultFactors = {
 std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& fields) {
     constexpr int kMost = 1 << 20;
     std::map<int, CalmLooks> calm;
-    for (const auto& [processors, looks] : json.items()) {
+    for (const auto& item : json.items()) {
+        const std::string& processors = item.key();
+        const nlohmann::json& looks = item.value();
         const std::string where = "calm." + processors;
         int count = 0;
         const char* const end = processors.data() + processors.size();
