@@ -19,6 +19,8 @@ struct Stretch {
     static Stretch empty(Mode mode) noexcept;
     /// Adds a value that holds for a length [unit].
     void add(double value, double piece, const Request& want) noexcept;
+    /// Those of many, one after another, that are finite.
+    void add(std::span<const double> values, const double* pieces, const Request& want) noexcept;
     /// What lies behind this stretch.
     void append(const Stretch& behind, Mode mode) noexcept;
     /// One value, or red, green, blue, opacity, premultiplied and without background.

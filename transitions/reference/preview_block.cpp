@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "transitions/reference/stored.hpp"
@@ -34,72 +35,21 @@ PreviewBlock::PreviewBlock(const ReferenceField& field, const Region& cells,
                   memory);
     samples_ = static_cast<const float*>(copy_.data());
     load();
-    if (!constant_) spline_.emplace(data, cells, kMargin, memory);
+    if (!constant_) spline_.emplace(data, cells, kMargin, memory, all_finite_);
 }
 
 void PreviewBlock::load() {
     const Data& data = field_.samples();
-    const Extent n = data.what.extent, held = held_.extent();
-    const double slope = data.what.values.slope, offset = data.what.values.offset;
-    float* to = static_cast<float*>(copy_.data());
-    float low = std::numeric_limits<float>::infinity(), high = -low;
+    const Extent held = held_.extent();
     const std::int64_t row = held.x * channels_;
-    with_stored_type(data.what.type, [&](auto zero) {
-        for (std::int64_t z = 0; z < held.z; ++z)
-            for (std::int64_t y = 0; y < held.y; ++y, to += row) {
-                const auto* from =
-                    data.as<decltype(zero)>() +
-                    channels_ *
-                        (held_.begin[0] + n.x * (held_.begin[1] + y + n.y * (held_.begin[2] + z)));
-                for (std::int64_t i = 0; i < row; ++i) {
-                    to[i] = static_cast<float>(slope * as_double(from[i]) + offset);
-                    if constexpr (!std::is_integral_v<decltype(zero)>)
-                        all_finite_ = all_finite_ && std::isfinite(to[i]);
-                    low = to[i] < low ? to[i] : low;
-                    high = to[i] > high ? to[i] : high;
-                }
-            }
-    });
-    constant_ = all_finite_ && low == high;
-}
-
-// Positions are clamped by now and not negative, so that a conversion to an integer is their floor:
-// without SSE 4.1 std::floor is a call, and there are millions.
-
-void PreviewBlock::zoh(const Vec3& p, double* values) const {
-    std::int64_t at = 0;
-    const Extent held = held_.extent();
-    for (int axis = 2; axis >= 0; --axis) {
-        const auto i = static_cast<std::int64_t>(p[axis] + 0.5) - held_.begin[axis];
-        at = at * held[axis] + std::clamp<std::int64_t>(i, 0, held[axis] - 1);
-    }
-    for (int c = 0; c < channels_; ++c)
-        values[c] = static_cast<double>(samples_[at * channels_ + c]);
-}
-
-void PreviewBlock::foh(const Vec3& p, double* values) const {
-    const Extent held = held_.extent();
-    std::array<std::int64_t, 3> low{}, step{};
-    std::array<float, 3> f{};
-    const std::array<std::int64_t, 3> stride = {1, held.x, held.x * held.y};
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto cell = static_cast<std::int64_t>(p[axis]);
-        f[axis] = static_cast<float>(p[axis] - static_cast<double>(cell));
-        low[axis] = (cell - held_.begin[axis]) * stride[axis] * channels_;
-        step[axis] = f[axis] > 0 ? stride[axis] * channels_ : 0;
-    }
-    const float* corner = samples_ + low[0] + low[1] + low[2];
-    for (int c = 0; c < channels_; ++c, ++corner) {
-        const auto along = [&](std::int64_t at) {
-            return corner[at] + f[0] * (corner[at + step[0]] - corner[at]);
-        };
-        const auto across = [&](std::int64_t at) {
-            const float a = along(at), b = along(at + step[1]);
-            return a + f[1] * (b - a);
-        };
-        const float a = across(0), b = across(step[2]);
-        values[c] = static_cast<double>(a + f[2] * (b - a));
-    }
+    auto* to = static_cast<float*>(copy_.data());
+    const Box<float> box{to, {row, held.y, held.z}, row, row * held.y};
+    map_box(stored_box(data, held_.begin, 0, 1), data.what.values.slope, data.what.values.offset,
+            box);
+    all_finite_ = is_integer(data.what.type) || all_finite(box);
+    const std::span<const float> all(to, static_cast<std::size_t>(box.n.samples()));
+    constant_ =
+        all_finite_ && std::ranges::all_of(all, [&](float value) { return value == all.front(); });
 }
 
 std::int64_t PreviewBlock::stride(int axis) const {
@@ -123,23 +73,61 @@ PreviewBlock::Line PreviewBlock::line(const Vec3& p, int axis) const {
     return line;
 }
 
-void PreviewBlock::hold(PreviewHold hold, const Vec3& p, double* values) const {
-    const Vec3 q = field_.clamped(p);
-    if (constant_)
-        std::fill_n(values, channels_, static_cast<double>(samples_[0]));
-    else if (hold == kZoh)
-        zoh(q, values);
-    else if (hold == kFoh)
-        foh(q, values);
-    else
-        spline_->at(q, values);
+HeldBox<float> PreviewBlock::box(int channel) const {
+    const Extent held = held_.extent(), n = field_.extent();
+    HeldBox<float> box{.first = samples_ + channel, .begin = held_.begin};
+    for (int axis = 0; axis < 3; ++axis) {
+        box.size[axis] = held[axis];
+        box.stride[axis] = stride(axis);
+        box.last[axis] = static_cast<double>(n[axis] - 1);
+    }
+    return box;
 }
 
-void PreviewBlock::assigned(const Vec3& p, std::uint64_t seed, double* values) const {
+void PreviewBlock::hold(PreviewHold hold, const Places& places, double* values, int channel) const {
+    if (constant_)
+        std::fill_n(values, places.count, static_cast<double>(samples_[0]));
+    else if (hold == kZoh)
+        nearest_at(box(channel), places, values);
+    else if (hold == kFoh)
+        linear_at(box(channel), places, values);
+    else
+        cubic_at(spline_->box(field_.extent(), channel), places, values);
+}
+
+void PreviewBlock::hold(PreviewHold hold, const Vec3& p, double* values) const {
+    Places place;
+    place.add(p);
+    for (int c = 0; c < channels_; ++c) this->hold(hold, place, values + c, c);
+}
+
+PreviewHold PreviewBlock::own_hold() const {
+    return field_.kind() == Field::spline ? kSpline : field_.kind() == Field::linear ? kFoh : kZoh;
+}
+
+void PreviewBlock::reference(const Places& places, double* values) const {
+    if (field_.kind() == Field::formula) {
+        for (std::size_t i = 0; i < places.count; ++i) values[i] = field_.formula()->at(places[i]);
+        return;
+    }
+    hold(own_hold(), places, values);
+    for (int c = 0; c < channels_ && !all_finite_; ++c) {
+        std::array<double, Places::kMost> nearest;
+        hold(kZoh, places, nearest.data(), c);
+        for (std::size_t i = 0; i < places.count; ++i)
+            if (!std::isfinite(nearest[i])) values[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+}
+
+Vec3 PreviewBlock::assigned_to(const Vec3& p, std::uint64_t seed) const {
     Vec3 moved = p;
     for (int axis = 0; axis < field_.axes(); ++axis)
         moved[axis] += hashed(3 * seed + static_cast<std::uint64_t>(axis)) - 0.5;
-    zoh(field_.clamped(moved), values);
+    return moved;
+}
+
+void PreviewBlock::assigned(const Vec3& p, std::uint64_t seed, double* values) const {
+    hold(kZoh, assigned_to(p, seed), values);
 }
 
 bool PreviewBlock::reference(const Vec3& p, double* values) const {
@@ -148,14 +136,11 @@ bool PreviewBlock::reference(const Vec3& p, double* values) const {
         return true;
     }
     if (!all_finite_) {
-        zoh(field_.clamped(p), values);
+        hold(kZoh, p, values);
         for (int c = 0; c < channels_; ++c)
             if (!std::isfinite(values[c])) return false;
     }
-    hold(field_.kind() == Field::spline   ? kSpline
-         : field_.kind() == Field::linear ? kFoh
-                                          : kZoh,
-         p, values);
+    hold(own_hold(), p, values);
     return true;
 }
 
@@ -169,13 +154,14 @@ std::array<double, 2> PreviewBlock::sheared(const Vec3& p, std::uint64_t seed) c
         along[(axis + other) % field_.axes()] =
             hashed(2 * seed + static_cast<std::uint64_t>(other)) < 0.5 ? kSlant : -kSlant;
     const double f = p[axis] - std::floor(p[axis]);
-    std::array<double, 2 * kReach> value{};  // at floor + 1 - kReach ... floor + kReach
-    std::vector<double> channels(static_cast<std::size_t>(channels_));
-    for (int k = 0; k < 2 * kReach; ++k) {
-        if (!reference(p + (k + 1 - kReach - f) * along, channels.data())) return {};
-        value[k] = channels[0];
-    }
-    if (!reference(p, channels.data())) return {};
+    // At floor + 1 - kReach ... floor + kReach, and at p.
+    Places places;
+    for (int k = 0; k < 2 * kReach; ++k) places.add(p + (k + 1 - kReach - f) * along);
+    places.add(p);
+    std::array<double, 2 * kReach + 1> value{};
+    reference(places, value.data());
+    if (!std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); }))
+        return {};
     // The natural spline: what it bends to at its ends fades by 0.27 a node.
     std::array<double, 2 * kReach> bend{}, upper{};  // second derivatives
     for (int k = 1; k < 2 * kReach - 1; ++k) {
@@ -188,7 +174,7 @@ std::array<double, 2> PreviewBlock::sheared(const Vec3& p, std::uint64_t seed) c
     const double g = 1 - f, line = g * value[low] + f * value[low + 1];
     const double spline =
         line + ((g * g * g - g) * bend[low] + (f * f * f - f) * bend[low + 1]) / 6;
-    return {line - channels[0], spline - channels[0]};
+    return {line - value.back(), spline - value.back()};
 }
 
 double PreviewBlock::noise(PreviewHold hold, const Vec3& p) const {
@@ -206,9 +192,10 @@ double PreviewBlock::noise(PreviewHold hold, const Vec3& p) const {
     double sum = 0;
     for (int corner = 0; corner < 8; ++corner) {
         const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
+        const double w = weight[0][i] * weight[1][j] * weight[2][k];
+        if (w == 0) continue;
         const std::int64_t at = index[0][i] + n.x * (index[1][j] + n.y * index[2][k]);
-        sum += weight[0][i] * weight[1][j] * weight[2][k] *
-               (hashed(static_cast<std::uint64_t>(at)) - 0.5);
+        sum += w * (hashed(static_cast<std::uint64_t>(at)) - 0.5);
     }
     return sum * std::sqrt(12.0);  // a uniform number of width 1 has RMS 1 / sqrt(12)
 }

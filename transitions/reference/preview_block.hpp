@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "transitions/reference/field.hpp"
+#include "transitions/reference/preview_holds.hpp"
 
 namespace edgewise {
 
@@ -26,6 +27,8 @@ class PreviewBlock {
 
     /// Channel values at p; p is clamped here. Not finite where a sample is not that counts.
     void hold(PreviewHold hold, const Vec3& p, double* values) const;
+    /// Of one channel, at many places at once.
+    void hold(PreviewHold hold, const Places& places, double* values, int channel = 0) const;
     /// First-order hold at p + (i, j), i fastest, in the plane of two axes; p is a whole number
     /// along the third. One channel. Calls each(i, j, value) where both coordinates are inside the
     /// input.
@@ -48,9 +51,12 @@ class PreviewBlock {
     }
     /// By the rule of an assignment of samples to places: the nearest sample of a place that
     /// `seed` moves by one rounding more, so that two have an effect on each axis.
+    Vec3 assigned_to(const Vec3& p, std::uint64_t seed) const;
     void assigned(const Vec3& p, std::uint64_t seed, double* values) const;
     /// What the samples stand for; false where that is absent.
     bool reference(const Vec3& p, double* values) const;
+    /// Of channel 0, at many places at once: NaN where the field is absent.
+    void reference(const Places& places, double* values) const;
     /// What one pass of shears gets wrong at p: the field along a slanted line, at whole places of
     /// one axis, interpolated linearly and by a spline (`seed` picks axis and slant). Channel 0.
     std::array<double, 2> sheared(const Vec3& p, std::uint64_t seed) const;
@@ -59,8 +65,9 @@ class PreviewBlock {
 
  private:
     void load();
-    void zoh(const Vec3& p, double* values) const;
-    void foh(const Vec3& p, double* values) const;
+    HeldBox<float> box(int channel) const;
+    /// That of the field, which is no formula.
+    PreviewHold own_hold() const;
     /// Places along one axis of a square, of which begin to end are inside.
     struct Line {
         int begin = 0, end = 0;

@@ -58,63 +58,123 @@ Bundle bundle_at(const Request& want, const ViewGeometry& geometry, const Output
 
 namespace {
 
-/// Calls each(t, length) for the cells of one step whose middles lie before `end`.
-template <class Each>
-void cells_before(double end, double front, double step, const RaySpan& ray, std::int64_t& next,
-                  Each&& each) {
-    for (;; ++next) {
+/// Some cells of a ray, one after another.
+struct Cells {
+    std::size_t count = 0;
+    std::array<std::int64_t, Places::kMost> index;
+    std::array<double, Places::kMost> middle, length;  // [t]
+};
+
+/// The next cells of one step whose middles lie before `end`; none: count 0.
+void take_cells(double end, double front, double step, const RaySpan& ray, std::int64_t& next,
+                Cells& cells) {
+    for (cells.count = 0; cells.count < Places::kMost; ++next) {
         const double begin = front + static_cast<double>(next) * step;
         const double low = std::max(ray.low, begin), high = std::min(ray.high, begin + step);
-        if (0.5 * (low + high) >= end || begin >= ray.high) return;
-        if (low < high) each(0.5 * (low + high), high - low);
+        const double middle = 0.5 * (low + high);
+        if (middle >= end || begin >= ray.high) return;
+        if (!(low < high)) continue;
+        cells.index[cells.count] = next;
+        cells.middle[cells.count] = middle;
+        cells.length[cells.count++] = high - low;
     }
 }
 
-void trace(Traced& traced, const PreviewBlock& block, double end, const Setting& setting,
-           Bundle& bundle) {
-    const Request& want = setting.want;
-    const RaySpan& ray = traced.ray;
-    double expected = 0;
-    const auto place = [&](double t) { return Vec3(ray.origin + t * ray.direction); };
-    const auto add = [&](Stretch& to, double seen, double length) {
-        if (std::isfinite(seen)) to.add(seen, length, want);
-    };
-    cells_before(end, 0, kFine, ray, traced.next[0], [&](double t, double length) {
-        const Vec3 p = place(t);
-        if (block.reference(p, &expected)) add(traced.reference, expected, length);
-    });
-    if (traced.screen) traced.screen->trace(block, end, want);
-    if (traced.sheared) traced.sheared->trace(block, end, want);
-    for (std::size_t s = 0; s < kPreviewSteps.size(); ++s)
-        cells_before(
-            end, front_of(want), kPreviewSteps[s], ray, traced.next[s + 1],
-            [&](double t, double length) {
-                const Vec3 p = place(t);
-                std::array<double, 4> held{};
-                for (PreviewHold hold : {kZoh, kFoh, kSpline}) {
-                    block.hold(hold, p, &held[hold]);
-                    add(traced.cast[hold][s], held[hold], length);
-                }
-                if (kPreviewSteps[s] == 1)
-                    for (PreviewHold hold : {kZoh, kFoh})
-                        add(traced.noisy[hold], held[hold] + setting.noise * block.noise(hold, p),
-                            length);
-                if (kPreviewSteps[s] != 0.5 || !block.reference(p, &expected)) return;
-                block.assigned(p, static_cast<std::uint64_t>(std::abs(1e3 * (t + p.sum()))),
-                               &held[3]);
-                for (std::size_t method = 0; method < 4; ++method) {
-                    const double d = held[method] - expected;
-                    if (std::isfinite(d)) bundle.field[method] += d * d * length;
-                }
-                bundle.points += length;
-                if (want.eye || (traced.next[s + 1] & 3) != 0) return;
-                const std::array<double, 2> wrong =
-                    block.sheared(p, static_cast<std::uint64_t>(std::abs(1e3 * (t + p.sum()))));
-                for (std::size_t i = 0; i < wrong.size(); ++i)
-                    if (std::isfinite(wrong[i])) bundle.sheared[i] += wrong[i] * wrong[i];
-                ++bundle.sheared_points;
-            });
-}
+using Values = std::array<double, Places::kMost>;
+
+/// One stretch of one ray.
+class Tracer {
+ public:
+    Tracer(Traced& traced, const PreviewBlock& block, double end, const Setting& setting,
+           Bundle& bundle)
+        : traced_(traced), block_(block), end_(end), setting_(setting), bundle_(bundle) {}
+
+    void trace() {
+        const Request& want = setting_.want;
+        trace_reference();
+        if (traced_.screen) traced_.screen->trace(block_, end_, want);
+        if (traced_.sheared) traced_.sheared->trace(block_, end_, want);
+        for (std::size_t s = 0; s < kPreviewSteps.size(); ++s)
+            while (take(front_of(want), kPreviewSteps[s], traced_.next[s + 1])) cast(s);
+    }
+
+ private:
+    bool take(double front, double step, std::int64_t& next) {
+        take_cells(end_, front, step, traced_.ray, next, cells_);
+        places_.count = 0;
+        for (std::size_t i = 0; i < cells_.count; ++i)
+            places_.add(traced_.ray.origin + cells_.middle[i] * traced_.ray.direction);
+        return cells_.count > 0;
+    }
+    void add(Stretch& to, const Values& values) const {
+        to.add({values.data(), cells_.count}, cells_.length.data(), setting_.want);
+    }
+
+    void trace_reference() {
+        while (take(0, kFine, traced_.next[0])) {
+            block_.reference(places_, held_[0].data());
+            add(traced_.reference, held_[0]);
+        }
+    }
+
+    void cast(std::size_t s) {
+        for (PreviewHold hold : {kZoh, kFoh, kSpline}) {
+            block_.hold(hold, places_, held_[hold].data());
+            add(traced_.cast[hold][s], held_[hold]);
+        }
+        if (kPreviewSteps[s] == 1) add_noisy();
+        if (kPreviewSteps[s] == 0.5) compare_fields();
+    }
+
+    void add_noisy() {
+        Values noisy;
+        for (PreviewHold hold : {kZoh, kFoh}) {
+            for (std::size_t i = 0; i < cells_.count; ++i)
+                noisy[i] = held_[hold][i] + setting_.noise * block_.noise(hold, places_[i]);
+            add(traced_.noisy[hold], noisy);
+        }
+    }
+
+    /// Squared errors of samples themselves, and of what a pass of shears makes of some.
+    void compare_fields() {
+        Values expected;
+        const Field kind = setting_.field.kind();
+        if (kind == Field::spline)
+            expected = held_[kSpline];
+        else
+            block_.reference(places_, expected.data());
+        Places moved;
+        for (std::size_t i = 0; i < cells_.count; ++i)
+            moved.add(block_.assigned_to(places_[i], seed(i)));
+        block_.hold(kZoh, moved, held_[3].data());
+        for (std::size_t i = 0; i < cells_.count; ++i) {
+            if (kind != Field::formula && !std::isfinite(held_[kZoh][i])) continue;  // absent
+            for (std::size_t method = 0; method < held_.size(); ++method) {
+                const double d = held_[method][i] - expected[i];
+                if (std::isfinite(d)) bundle_.field[method] += d * d * cells_.length[i];
+            }
+            bundle_.points += cells_.length[i];
+            if (setting_.want.eye || (cells_.index[i] & 3) != 0) continue;
+            const std::array<double, 2> wrong = block_.sheared(places_[i], seed(i));
+            for (std::size_t k = 0; k < wrong.size(); ++k)
+                if (std::isfinite(wrong[k])) bundle_.sheared[k] += wrong[k] * wrong[k];
+            ++bundle_.sheared_points;
+        }
+    }
+
+    std::uint64_t seed(std::size_t i) const {
+        return static_cast<std::uint64_t>(std::abs(1e3 * (cells_.middle[i] + places_[i].sum())));
+    }
+
+    Traced& traced_;
+    const PreviewBlock& block_;
+    double end_;
+    const Setting& setting_;
+    Bundle& bundle_;
+    Cells cells_;
+    Places places_;
+    std::array<Values, 4> held_;  // zoh, foh, bspline3, me
+};
 
 /// The box of cells that the rays of a bundle cross between begin and end; none: empty.
 Region cells_between(const Bundle& bundle, double begin, double end, const ReferenceField& field) {
@@ -138,7 +198,7 @@ void measure(Bundle& bundle, const Setting& setting, const PreviewBlock* whole,
              std::pmr::memory_resource* memory) {
     constexpr double kEnd = std::numeric_limits<double>::infinity();
     if (whole) {
-        for (Traced& traced : bundle.rays) trace(traced, *whole, kEnd, setting, bundle);
+        for (Traced& traced : bundle.rays) Tracer(traced, *whole, kEnd, setting, bundle).trace();
         return;
     }
     double low = kEnd, high = -low, speed = 0;
@@ -153,7 +213,7 @@ void measure(Bundle& bundle, const Setting& setting, const PreviewBlock* whole,
         const Region cells = cells_between(bundle, begin, std::min(end, high), setting.field);
         if (cells.empty()) continue;
         const PreviewBlock block(setting.field, cells, memory);
-        for (Traced& traced : bundle.rays) trace(traced, block, end, setting, bundle);
+        for (Traced& traced : bundle.rays) Tracer(traced, block, end, setting, bundle).trace();
     }
 }
 

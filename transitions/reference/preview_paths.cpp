@@ -13,9 +13,23 @@ double share_of(std::int64_t k, double low, double high) {
     return (z + 1 > high ? high : z + 0.5) - (z - 1 < low ? low : z - 0.5);
 }
 
-void add_finite(Stretch& to, double value, double length, const Request& want) {
-    if (std::isfinite(value)) to.add(value, length, want);
-}
+/// Samples that a ray takes, one after another, each for a length.
+struct Samples {
+    Places places;
+    std::array<double, Places::kMost> pieces;
+
+    bool full() const { return places.count == Places::kMost; }
+    void add(const Vec3& p, double piece) {
+        pieces[places.count] = piece;
+        places.add(p);
+    }
+    void combine(PreviewHold hold, const PreviewBlock& block, const Request& want,
+                 Stretch& to) const {
+        std::array<double, Places::kMost> values;
+        block.hold(hold, places, values.data());
+        to.add({values.data(), places.count}, pieces.data(), want);
+    }
+};
 
 /// Cuts [low, high] to where at + k shear lies between the faces of n samples.
 void clip(double at, double shear, std::int64_t n, double& low, double& high) {
@@ -54,22 +68,27 @@ ScreenPicture::ScreenPicture(const RaySpan& ray, Mode mode)
 }
 
 void ScreenPicture::trace(const PreviewBlock& block, double end, const Request& want) {
-    for (; static_cast<double>(next_) < end && static_cast<double>(next_) <= ray_.high; ++next_) {
-        const auto t = static_cast<double>(next_);
-        const Vec3 p = ray_.origin + t * ray_.direction;
-        const double length = share_of(next_, ray_.low, ray_.high);
-        double value = 0;
-        for (PreviewHold hold : {kZoh, kFoh, kSpline}) {
-            block.hold(hold, p, &value);
-            add_finite(stretches_[hold], value, length, want);
+    const auto more = [&] {
+        return static_cast<double>(next_) < end && static_cast<double>(next_) <= ray_.high;
+    };
+    while (more()) {
+        Samples samples, moved;
+        for (; more() && !samples.full(); ++next_) {
+            const auto t = static_cast<double>(next_);
+            const Vec3 p = ray_.origin + t * ray_.direction;
+            const double length = share_of(next_, ray_.low, ray_.high);
+            // Roundings of a shear by 0.27 (of a turn by 30 degrees) repeat after some four
+            // samples: neighbours on a ray are displaced alike, so that less averages out.
+            constexpr double kAlike = 2;
+            const double group = std::floor(t / kAlike);
+            const auto seed =
+                static_cast<std::uint64_t>(std::abs(1e3 * (group + ray_.origin.sum())));
+            samples.add(p, length);
+            moved.add(block.assigned_to(p, seed), length);
         }
-        // Roundings of a shear by 0.27 (of a turn by 30 degrees) repeat after some four samples:
-        // neighbours on a ray are displaced alike, so that less averages out.
-        constexpr double kAlike = 2;
-        const double group = std::floor(t / kAlike);
-        block.assigned(p, static_cast<std::uint64_t>(std::abs(1e3 * (group + ray_.origin.sum()))),
-                       &value);
-        add_finite(stretches_[kMethods - 1], value, length, want);
+        for (PreviewHold hold : {kZoh, kFoh, kSpline})
+            samples.combine(hold, block, want, stretches_[hold]);
+        moved.combine(kZoh, block, want, stretches_[kMethods - 1]);
     }
 }
 
@@ -152,36 +171,42 @@ ShearedPicture::Pixel ShearedPicture::pixel_at(double u, double v, double weight
     return pixel;
 }
 
-void ShearedPicture::add(Pixel& pixel, PreviewHold hold, const PreviewBlock& block,
-                         const Request& want) {
-    const auto k = static_cast<double>(next_);
-    if (pixel.weight == 0 || k < pixel.low || k > pixel.high) return;
-    double value = 0;
-    block.hold(hold, place_of(pixel.at), &value);
-    add_finite(pixel.stretch, value, share_of(next_, pixel.low, pixel.high) * step_, want);
+void ShearedPicture::add(Pixel& pixel, PreviewHold hold, std::int64_t first,
+                         const PreviewBlock& block, const Request& want) const {
+    if (pixel.weight == 0) return;
+    std::int64_t k = first;
+    const auto more = [&] { return k < next_ && static_cast<double>(k) <= pixel.high; };
+    while (k < next_ && static_cast<double>(k) < pixel.low) ++k;
+    while (more()) {
+        Samples samples;
+        for (; more() && !samples.full(); ++k)
+            samples.add(place_of(pixel.at, k), share_of(k, pixel.low, pixel.high) * step_);
+        samples.combine(hold, block, want, pixel.stretch);
+    }
 }
 
-Vec3 ShearedPicture::place_of(const std::array<double, 2>& at) const {
-    const auto k = static_cast<double>(next_);
+Vec3 ShearedPicture::place_of(const std::array<double, 2>& at, std::int64_t slice) const {
+    const auto k = static_cast<double>(slice);
     Vec3 p;
     p[axis_] = ray_.direction[axis_] > 0 ? k : static_cast<double>(input_[axis_] - 1) - k;
     for (int i = 0; i < 2; ++i) p[across_[i]] = at[i] + k * shear_[i];
     return p;
 }
 
-void ShearedPicture::add_smooth(const PreviewBlock& block) {
+void ShearedPicture::add_smooth(std::int64_t slice, const PreviewBlock& block) {
     const auto take = [&](std::size_t tap, float value) {
         if (std::isfinite(value)) smooth_->largest[tap] = std::max(smooth_->largest[tap], value);
     };
-    block.linear_square(place_of(smooth_->first), across_, [&](int i, int j, float value) {
+    block.linear_square(place_of(smooth_->first, slice), across_, [&](int i, int j, float value) {
         take(static_cast<std::size_t>(j * Smooth::kTaps + i), value);
     });
     for (std::size_t tap = 0; tap < smooth_->only.size(); ++tap) {
-        if (smooth_->only[tap] != next_) continue;
+        if (smooth_->only[tap] != slice) continue;
         double value = 0;
         block.hold(kFoh,
                    place_of({smooth_->first[0] + static_cast<double>(tap % Smooth::kTaps),
-                             smooth_->first[1] + static_cast<double>(tap / Smooth::kTaps)}),
+                             smooth_->first[1] + static_cast<double>(tap / Smooth::kTaps)},
+                            slice),
                    &value);
         take(tap, static_cast<float>(value));
     }
@@ -228,13 +253,13 @@ double ShearedPicture::Smooth::result(double miss) const {
 }
 
 void ShearedPicture::trace(const PreviewBlock& block, double end, const Request& want) {
-    for (; next_ <= last_ && begin() < end; ++next_) {
-        if (smooth_)
-            add_smooth(block);
-        else
-            for (Pixel& corner : corners_) add(corner, kFoh, block, want);
-        add(nearest_, kZoh, block, want);
-    }
+    const std::int64_t first = next_;
+    while (next_ <= last_ && begin() < end) ++next_;
+    if (smooth_)
+        for (std::int64_t slice = first; slice < next_; ++slice) add_smooth(slice, block);
+    else
+        for (Pixel& corner : corners_) add(corner, kFoh, first, block, want);
+    add(nearest_, kZoh, first, block, want);
 }
 
 void ShearedPicture::result(PreviewHold hold, const Request& want,

@@ -71,10 +71,12 @@ class ShearedPicture {
         std::optional<float> continued(int i, int j) const;
     };
     Pixel pixel_at(double u, double v, double weight, Mode mode) const;
-    Vec3 place_of(const std::array<double, 2>& at) const;
+    Vec3 place_of(const std::array<double, 2>& at, std::int64_t slice) const;
     std::optional<Smooth> smooth_at(const std::array<double, 2>& at, Mode mode) const;
-    void add_smooth(const PreviewBlock& block);
-    void add(Pixel& pixel, PreviewHold hold, const PreviewBlock& block, const Request& want);
+    void add_smooth(std::int64_t slice, const PreviewBlock& block);
+    /// Slices from `first` to before next_.
+    void add(Pixel& pixel, PreviewHold hold, std::int64_t first, const PreviewBlock& block,
+             const Request& want) const;
 
     RaySpan ray_;
     Extent input_;

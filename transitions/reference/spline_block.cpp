@@ -3,76 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "transitions/reference/stored.hpp"
+#include "transitions/reference/spline_lines.hpp"
 
 namespace edgewise {
 namespace {
 
 constexpr int kLead = 1, kTrail = 2;  // taps of a cubic before and behind its cell
 
-/// The causal filter's start on a line of n samples that is mirrored at its ends, `step` apart.
+/// Puts the last finite value of a row where one is not; 0 before the first.
 template <class Real>
-double mirrored_start(const Real* line, std::int64_t n, std::int64_t step) {
-    const int horizon = sizeof(Real) == 8 ? 30 : 16;  // |pole|^30 = 7e-18, |pole|^16 = 7e-10
-    double power = kSplinePole, sum = line[0];
-    if (n > horizon) {
-        for (int k = 1; k < horizon; ++k, power *= kSplinePole) sum += power * line[k * step];
-        return sum;
-    }
-    const double last = std::pow(kSplinePole, static_cast<double>(n - 1));
-    double back = last * last / kSplinePole;  // pole^(2n - 2 - k) at k = 1
-    sum += last * line[(n - 1) * step];
-    for (std::int64_t k = 1; k < n - 1; ++k) {
-        sum += (power + back) * line[k * step];
-        power *= kSplinePole;
-        back /= kSplinePole;
-    }
-    return sum / (1 - last * last);
-}
-
-/// Prefilters lines that lie side by side, in vectors. The gain is not applied.
-template <class Real>
-void prefilter_columns(Real* first, std::int64_t n, std::int64_t step, std::int64_t columns) {
-    if (n == 1) return;
-    const Real pole = static_cast<Real>(kSplinePole);
-    const Real end = static_cast<Real>(kSplinePole / (kSplinePole * kSplinePole - 1));
-    for (std::int64_t x = 0; x < columns; ++x)
-        first[x] = static_cast<Real>(mirrored_start(first + x, n, step));
-    for (std::int64_t i = 1; i < n; ++i) {
-        Real* here = first + i * step;
-        for (std::int64_t x = 0; x < columns; ++x) here[x] += pole * here[x - step];
-    }
-    Real* last = first + (n - 1) * step;
-    for (std::int64_t x = 0; x < columns; ++x) last[x] = end * (last[x] + pole * last[x - step]);
-    for (std::int64_t i = n - 2; i >= 0; --i) {
-        Real* here = first + i * step;
-        for (std::int64_t x = 0; x < columns; ++x) here[x] = pole * (here[x + step] - here[x]);
-    }
-}
-
-/// Prefilters kRows lines of adjacent samples at once: each hides the others' latency.
-template <int kRows, class Real>
-void prefilter_rows(Real* first, std::int64_t n, std::int64_t row) {
-    if (n == 1) return;
-    const Real pole = static_cast<Real>(kSplinePole);
-    const Real end = static_cast<Real>(kSplinePole / (kSplinePole * kSplinePole - 1));
-    std::array<Real, kRows> carry;
-    for (int r = 0; r < kRows; ++r)
-        carry[r] = first[r * row] = static_cast<Real>(mirrored_start(first + r * row, n, 1));
-    for (std::int64_t i = 1; i < n; ++i)
-        for (int r = 0; r < kRows; ++r) {
-            carry[r] = first[r * row + i] + pole * carry[r];
-            first[r * row + i] = carry[r];
-        }
-    for (int r = 0; r < kRows; ++r) {
-        Real* last = first + r * row + n - 1;
-        carry[r] = *last = end * (*last + pole * last[-1]);
-    }
-    for (std::int64_t i = n - 2; i >= 0; --i)
-        for (int r = 0; r < kRows; ++r) {
-            carry[r] = pole * (carry[r] - first[r * row + i]);
-            first[r * row + i] = carry[r];
-        }
+void bridge(Real* row, std::int64_t n) {
+    Real last = 0;
+    for (std::int64_t x = 0; x < n; ++x)
+        if (std::isfinite(row[x]))
+            last = row[x];
+        else
+            row[x] = last;
 }
 
 /// What every axis of more than one sample multiplies by.
@@ -89,7 +35,7 @@ std::int64_t mirrored_index(std::int64_t index, std::int64_t n) noexcept {
 
 template <class Real>
 SplineBlock<Real>::SplineBlock(const Data& data, const Region& cells, int margin,
-                               std::pmr::memory_resource* memory)
+                               std::pmr::memory_resource* memory, bool finite)
     : channels_(data.what.channels) {
     for (int axis = 0; axis < 3; ++axis) {
         const std::int64_t n = data.what.extent[axis];
@@ -103,90 +49,66 @@ SplineBlock<Real>::SplineBlock(const Data& data, const Region& cells, int margin
     coefficients_ =
         Array(static_cast<std::size_t>(padded_.samples() * channels_) * sizeof(Real), memory);
     first_ = static_cast<Real*>(coefficients_.data());
-    load(data);
-    prefilter();
-    mirror_pads();
+    load(data, finite);
+    for (int c = 0; c < channels_; ++c) prefilter(box_of(c));
+    mirror_pads(data.what.extent);
 }
 
 template <class Real>
-void SplineBlock<Real>::load(const Data& data) {
-    const Extent& n = data.what.extent;
+void SplineBlock<Real>::load(const Data& data, bool finite) {
+    finite = finite || is_integer(data.what.type);
     const Extent held = held_.extent();
     double gain = 1;
     for (int axis = 0; axis < 3; ++axis) gain *= held[axis] > 1 ? kGain : 1;
     const Real slope = static_cast<Real>(gain * data.what.values.slope);
     const Real offset = static_cast<Real>(gain * data.what.values.offset);
-    with_stored_type(data.what.type, [&](auto zero) {
-        const auto* samples = data.as<decltype(zero)>();
-        for (int c = 0; c < channels_; ++c)
-            for (std::int64_t z = 0; z < held.z; ++z)
-                for (std::int64_t y = 0; y < held.y; ++y) {
-                    const auto* from =
-                        samples + c +
-                        channels_ * (held_.begin[0] +
-                                     n.x * (held_.begin[1] + y + n.y * (held_.begin[2] + z)));
-                    Real* to =
-                        first_ + pad_[0] +
-                        padded_.x * (pad_[1] + y + padded_.y * (pad_[2] + z + padded_.z * c));
-                    for (std::int64_t x = 0; x < held.x; ++x)
-                        to[x] = slope * static_cast<Real>(from[x * channels_]) + offset;
-                    if constexpr (std::is_integral_v<decltype(zero)>) continue;
-                    Real last = 0;
-                    for (std::int64_t x = 0; x < held.x; ++x)
-                        if (std::isfinite(to[x]))
-                            last = to[x];
-                        else
-                            to[x] = last;
-                }
-    });
-}
-
-template <class Real>
-void SplineBlock<Real>::prefilter() {
-    const Extent held = held_.extent();
-    const std::int64_t row = padded_.x, plane = padded_.x * padded_.y;
-    constexpr int kTogether = 8;
     for (int c = 0; c < channels_; ++c) {
-        Real* origin = first_ + pad_[0] + pad_[1] * row + (pad_[2] + padded_.z * c) * plane;
-        for (std::int64_t z = 0; z < held.z; ++z) {
-            Real* slice = origin + z * plane;
-            std::int64_t y = 0;
-            for (; y + kTogether <= held.y; y += kTogether)
-                prefilter_rows<kTogether>(slice + y * row, held.x, row);
-            for (; y < held.y; ++y) prefilter_rows<1>(slice + y * row, held.x, row);
-            prefilter_columns(slice, held.y, row, held.x);
-        }
-        for (std::int64_t y = 0; y < held.y; ++y)
-            prefilter_columns(origin + y * row, held.z, plane, held.x);
+        const Box<Real> to = box_of(c);
+        map_box(stored_box(data, held_.begin, c, channels_), slope, offset, to);
+        if (finite || all_finite(to)) continue;
+        for (std::int64_t z = 0; z < held.z; ++z)
+            for (std::int64_t y = 0; y < held.y; ++y)
+                bridge(to.first + z * to.plane + y * to.row, held.x);
     }
 }
 
-/// Copies mirrored coefficients into the pads. At a cut nobody reads them.
 template <class Real>
-void SplineBlock<Real>::mirror_pads() {
+Box<Real> SplineBlock<Real>::box_of(int channel) const {
+    const std::int64_t row = padded_.x, plane = padded_.x * padded_.y;
+    return {first_ + pad_[0] + pad_[1] * row + (pad_[2] + padded_.z * channel) * plane,
+            held_.extent(), row, plane};
+}
+
+/// Copies mirrored coefficients into the pads at faces of the data. At a cut nobody reads them.
+template <class Real>
+void SplineBlock<Real>::mirror_pads(const Extent& n) {
     const Extent held = held_.extent();
     const std::int64_t row = padded_.x, plane = padded_.x * padded_.y;
-    const auto source = [&](int axis, std::int64_t i) {
-        return pad_[axis] + mirrored_index(i - pad_[axis], held[axis]);
-    };
-    const auto is_pad = [&](int axis, std::int64_t i) {
-        return i < pad_[axis] || i >= pad_[axis] + held[axis];
+    const auto each_pad = [&](int axis, auto&& copy) {
+        const std::int64_t end = pad_[axis] + held[axis];
+        const auto mirror = [&](std::int64_t i) {
+            copy(i, pad_[axis] + mirrored_index(i - pad_[axis], held[axis]));
+        };
+        if (held_.begin[axis] == 0)
+            for (std::int64_t i = 0; i < pad_[axis]; ++i) mirror(i);
+        if (held_.end[axis] == n[axis])
+            for (std::int64_t i = end; i < padded_[axis]; ++i) mirror(i);
     };
     for (int c = 0; c < channels_; ++c) {
         Real* origin = first_ + padded_.z * plane * c;
         for (std::int64_t z = pad_[2]; z < pad_[2] + held.z; ++z) {
-            for (std::int64_t y = pad_[1]; y < pad_[1] + held.y; ++y) {
-                Real* line = origin + z * plane + y * row;
-                for (std::int64_t x = 0; x < padded_.x; ++x)
-                    if (is_pad(0, x)) line[x] = line[source(0, x)];
-            }
-            for (std::int64_t y = 0; y < padded_.y; ++y)
-                if (is_pad(1, y))
-                    std::copy_n(origin + z * plane + source(1, y) * row, row,
-                                origin + z * plane + y * row);
+            Real* slice = origin + z * plane;
+            each_pad(0, [&](std::int64_t x, std::int64_t from) {
+                for (std::int64_t y = pad_[1]; y < pad_[1] + held.y; ++y)
+                    slice[y * row + x] = slice[y * row + from];
+            });
+            each_pad(1, [&](std::int64_t y, std::int64_t from) {
+                std::copy_n(slice + from * row, row, slice + y * row);
+            });
         }
-        for (std::int64_t z = 0; z < padded_.z; ++z)
-            if (is_pad(2, z)) std::copy_n(origin + source(2, z) * plane, plane, origin + z * plane);
+        each_pad(2, [&](std::int64_t z, std::int64_t from) {
+            std::copy_n(origin + from * plane, plane, origin + z * plane);
+        });
     }
 }
 
@@ -218,6 +140,18 @@ void SplineBlock<Real>::at(const Vec3& p, double* values) const noexcept {
         for (int i = 0; i < 4; ++i) value += weight[0][i] * columns[i];
         values[c] = value;
     }
+}
+
+template <class Real>
+HeldBox<Real> SplineBlock<Real>::box(const Extent& n, int channel) const noexcept {
+    HeldBox<Real> box{.first = first_ + channel * padded_.samples(), .begin = held_.begin};
+    const std::array<std::int64_t, 3> stride = {1, padded_.x, padded_.x * padded_.y};
+    for (int axis = 0; axis < 3; ++axis) {
+        box.size[axis] = held_.extent()[axis];
+        box.stride[axis] = pad_[axis] > 0 ? stride[axis] : 0;
+        box.last[axis] = static_cast<double>(n[axis] - 1);
+    }
+    return box;
 }
 
 template <class Real>

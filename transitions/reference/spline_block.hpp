@@ -4,11 +4,10 @@
 #include <memory_resource>
 
 #include "graph/data.hpp"
+#include "transitions/reference/preview_holds.hpp"
+#include "transitions/reference/spline_lines.hpp"
 
 namespace edgewise {
-
-/// The pole of the cubic B-spline's prefilter: what is m samples away counts |pole|^m.
-inline constexpr double kSplinePole = -0.26794919243112270647;  // sqrt(3) - 2
 
 /// Whole-sample mirror, as often as needed: ... 2 1 | 0 1 ... n-1 | n-2 ...
 std::int64_t mirrored_index(std::int64_t index, std::int64_t n) noexcept;
@@ -23,20 +22,24 @@ std::int64_t mirrored_index(std::int64_t index, std::int64_t n) noexcept;
 template <class Real>
 class SplineBlock {
  public:
-    /// @param cells  the positions that will be asked for, floor(p) within it on every axis
+    /// @param cells   the positions that will be asked for, floor(p) within it on every axis
+    /// @param finite  it is known that all samples there, and in the margin, are finite
     SplineBlock(const Data& data, const Region& cells, int margin,
-                std::pmr::memory_resource* memory);
+                std::pmr::memory_resource* memory, bool finite = false);
 
     /// All channels at p [input index], which is within [0, n-1] and `cells`.
     void at(const Vec3& p, double* values) const noexcept;
+
+    /// Of one channel, as for cubic_at; n: of the data.
+    HeldBox<Real> box(const Extent& n, int channel) const noexcept;
 
     /// Bytes of a block at most, wherever it lies in data of extent n.
     static double bytes(const Extent& cells, const Extent& n, int margin, int channels) noexcept;
 
  private:
-    void load(const Data& data);
-    void prefilter();
-    void mirror_pads();
+    void load(const Data& data, bool finite);
+    Box<Real> box_of(int channel) const;
+    void mirror_pads(const Extent& n);
 
     Region held_;             // samples with coefficients, pads not counted
     Extent padded_;           // one sample before, two behind; not along axes of one plane or row

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "graph/representation.hpp"
+
+namespace edgewise {
+
+/// Places in the input [input index], by axis, that are asked for together.
+struct Places {
+    static constexpr std::size_t kMost = 128;
+
+    std::size_t count = 0;
+    std::array<std::array<double, kMost>, 3> at;
+
+    void add(const Vec3& p) noexcept {
+        for (int axis = 0; axis < 3; ++axis) at[axis][count] = p[axis];
+        ++count;
+    }
+    Vec3 operator[](std::size_t i) const noexcept { return {at[0][i], at[1][i], at[2][i]}; }
+};
+
+/// A box of numbers around the places that are asked for.
+template <class Real>
+struct HeldBox {
+    const Real* first = nullptr;  // the sample at `begin`; of a cubic the tap before it
+    std::array<std::int64_t, 3> begin{}, size{}, stride{};  // [sample], [sample], [number]
+    std::array<double, 3> last{};  // of the input; places are clamped to 0 ... last
+};
+
+// Values at places; each as if it were worked out by itself in f32.
+
+void nearest_at(const HeldBox<float>& box, const Places& places, double* values);
+void linear_at(const HeldBox<float>& box, const Places& places, double* values);
+/// Cubic B-spline of coefficients; stride 0 along axes without neighbours.
+void cubic_at(const HeldBox<float>& box, const Places& places, double* values);
+
+}  // namespace edgewise
