@@ -14,7 +14,7 @@ constexpr double kRuns = 1000;
 constexpr double kMost = 0.5;  // [s] that drawing more may take, whatever it saves
 // What a cluster takes on one core, looks at others included, by and large: points of warps, rays
 // of pictures [s].
-constexpr double kPoint = 4e-5, kRay = 1.5e-3;
+constexpr double kPoint = 2.5e-5, kRay = 8e-4;
 
 Answer answer_to(const Session& session, const Scene& scene) {
     return plan(session.edges, {session.want(), scene}, session.sources(), session.profile,

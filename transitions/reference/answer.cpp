@@ -83,14 +83,14 @@ void Stretch::add(double value, double piece, const Request& want) noexcept {
 void Stretch::add(std::span<const double> values, const double* pieces,
                   const Request& want) noexcept {
     const auto each = [&](auto&& combine) {
-        double sum = light[0], long_so_far = length;
+        double sum = light[0], covered = length;
         for (std::size_t i = 0; i < values.size(); ++i) {
             if (!std::isfinite(values[i])) continue;
             sum = combine(sum, values[i], pieces[i]);
-            long_so_far += pieces[i];
+            covered += pieces[i];
         }
         light[0] = sum;
-        length = long_so_far;
+        length = covered;
     };
     if (want.mode == Mode::mip)
         each([](double most, double value, double) { return std::max(most, value); });
