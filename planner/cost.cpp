@@ -42,6 +42,20 @@ void place(Work& work, const Offer& offer, const StepCost& cost) {
     if (!(work.swept > 0)) work.swept = in + offer.to.bytes() / cost.to_ranks;
 }
 
+/// Signed and unsigned samples of one width take as long.
+Type timed_as(Type type) {
+    switch (type) {
+        case Type::i8:
+            return Type::u8;
+        case Type::u16:
+            return Type::i16;
+        case Type::u32:
+            return Type::i32;
+        default:
+            return type;
+    }
+}
+
 /// SplitMix64 (Steele, Lea, Flood 2014): spreads the bits of a hash.
 double unit_random(std::uint64_t state) {
     state += 0x9e3779b97f4a7c15;
@@ -62,7 +76,7 @@ std::string timing_name(const Transition& edge, const Offer& offer, const Reques
                                   : of_view                     ? "view"
                                                                 : "3d";
     return fmt::format("{}{}{}{} {} {}", edge.name, offer.with.text(), work.way.empty() ? "" : "/",
-                       work.way, kind, name_of(offer.from.type));
+                       work.way, kind, name_of(timed_as(offer.from.type)));
 }
 
 StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,

@@ -98,6 +98,20 @@ int likeness(std::string_view name, std::string_view other) {
     return alike;
 }
 
+bool is_about(double one, double other) { return one <= kAlike * other && other <= kAlike * one; }
+
+/// The largest size of the fewest frames.
+double last_of(const std::vector<Rate>& curve) {
+    double last = 0;
+    for (const Rate& rate : curve)
+        if (rate.frames == curve.front().frames) last = rate.counted;
+    return last;
+}
+
+bool reaches(const std::vector<Rate>& curve, double counted) {
+    return counted >= curve.front().counted / kAlike && counted <= kAlike * last_of(curve);
+}
+
 /// @param curve  sorted by frames, then by size: those of the fewest frames count
 Rate between(const std::vector<Rate>& curve, double counted) {
     const auto end = std::find_if(curve.begin(), curve.end(), [&](const Rate& rate) {
@@ -175,7 +189,7 @@ Rate Rates::at(const std::string& name, double counted, int runs) const {
 
 Rate Rates::alone_at(const std::string& name, double counted) const {
     if (const auto exact = measured_.find(name); exact != measured_.end())
-        return between(exact->second, counted);
+        return along_another(*exact, counted);
     const std::vector<Rate> curve = nearest(name);
     if (curve.empty()) return {.ratio = 0};
     Rate rate = between(curve, counted);
@@ -183,20 +197,45 @@ Rate Rates::alone_at(const std::string& name, double counted) const {
     return rate;
 }
 
+Rate Rates::along_another(const Curves::value_type& own, double counted) const {
+    const auto& [name, curve] = own;
+    const Rate end = between(curve, std::clamp(counted, curve.front().counted, last_of(curve)));
+    Rate rate = between(curve, counted);
+    if (is_about(end.counted, counted)) return rate;
+    const Curves::value_type* other = nullptr;
+    int best = std::numeric_limits<int>::min();
+    for_edge(edge_of(name), [&](const Curves::value_type& each) {
+        const int alike = likeness(name, each.first);
+        if (&each == &own || alike <= best) return;
+        if (!reaches(each.second, counted) || !reaches(each.second, end.counted)) return;
+        other = &each;
+        best = alike;
+    });
+    if (!other) return rate;
+    rate.ratio = end.ratio * between(other->second, counted).ratio /
+                 between(other->second, end.counted).ratio;
+    return rate;
+}
+
+template <class Each>
+void Rates::for_edge(const std::string& edge, const Each& each) const {
+    // Names of an edge follow each other, among those of edges that begin alike.
+    for (auto named = measured_.lower_bound(edge);
+         named != measured_.end() && named->first.starts_with(edge); ++named)
+        if (edge_of(named->first) == edge) each(*named);
+}
+
 std::vector<Rate> Rates::nearest(const std::string& name) const {
     const std::string edge = edge_of(name);
     std::vector<Rate> pooled;
     int best = std::numeric_limits<int>::min();
-    // Names of an edge follow each other, among those of edges that begin alike.
-    for (auto each = measured_.lower_bound(edge);
-         each != measured_.end() && each->first.starts_with(edge); ++each) {
-        if (edge_of(each->first) != edge) continue;
-        const int alike = likeness(name, each->first);
-        if (alike < best) continue;
+    for_edge(edge, [&](const Curves::value_type& each) {
+        const int alike = likeness(name, each.first);
+        if (alike < best) return;
         if (alike > best) pooled.clear();
         best = alike;
-        pooled.insert(pooled.end(), each->second.begin(), each->second.end());
-    }
+        pooled.insert(pooled.end(), each.second.begin(), each.second.end());
+    });
     return by_size(std::move(pooled));
 }
 

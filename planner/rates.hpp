@@ -40,7 +40,8 @@ class Rates {
 
     bool empty() const noexcept { return measured_.empty(); }
     /// At so many counted seconds: between sizes by the logarithms of both, beyond them as at the
-    /// last, but for the set-up of a run, which is the same for all sizes. What several processors
+    /// last, or as others of the edge go on that reach farther, but for the set-up of a run, which
+    /// is the same for all sizes. What several processors
     /// bring to a single run under a measured name is the name's own: then its seconds on all of
     /// them are those that were timed. Else it is a matter of the edge and of how long it runs
     /// (waking threads takes a fixed time, parts that do not divide a fixed share): the median over
@@ -60,6 +61,12 @@ class Rates {
     double shared_at(const std::string& name, double alone) const;
     Rate alone_at(const std::string& name, double counted) const;
     std::vector<Rate> nearest(const std::string& name) const;
+    /// Beyond the measured sizes of a name: as the name of its edge goes on that is most like it
+    /// and reaches so far.
+    Rate along_another(const Curves::value_type& own, double counted) const;
+    /// Calls each(name and curve) for all of an edge.
+    template <class Each>
+    void for_edge(const std::string& edge, const Each& each) const;
 
     Curves measured_;
     Shared shared_;  // by name of the edge, sorted by seconds

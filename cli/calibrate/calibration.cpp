@@ -87,7 +87,6 @@ class Calibration {
 
  private:
     static constexpr double kFirstRound = 0.3;  // of the time, at most
-    static constexpr double kBrief = 0.005;     // [s]
     static constexpr double kLong = 0.04;       // [s]
     /// Runs of a path; of a long one; of one that others of its trial beat by kDear.
     static constexpr std::size_t kManyCalm = 16, kFewCalm = 6, kLeastCalm = 4;
@@ -177,7 +176,7 @@ class Calibration {
             path.dear = path.plan.predicted.seconds > kDear * cheapest;
             for (Runs* runs : {&path.alone, &path.together}) runs->resize(path.plan.steps.size());
             one.paths.push_back(std::move(path));
-            if (!time(one, one.paths.back(), profile_.processors)) {
+            if (!time(one, one.paths.back(), profile_.processors, kBriefly)) {
                 one.paths.pop_back();
                 continue;
             }
@@ -185,7 +184,7 @@ class Calibration {
             ++timed;
         }
         if (profile_.processors > 1)
-            for (TimedPath& path : one.paths) time(one, path, 1);
+            for (TimedPath& path : one.paths) time(one, path, 1, kBriefly);
         one.prepared->session.memory->trim();
     }
 
@@ -226,18 +225,21 @@ class Calibration {
                (profile_.processors == 1 || is_enough(one, 1));
     }
 
+    enum Patience { kPatiently, kBriefly };
+
     /// Another path ran before: a short run counts when warm. There are several brief ones in a
-    /// row.
+    /// row. In the first round, which must reach every path, one run follows a single other one.
     /// @return false where a step failed
-    bool time(Case& one, TimedPath& path, int threads) {
-        constexpr int kInARow = 2;
+    bool time(Case& one, TimedPath& path, int threads, Patience patience = kPatiently) {
         double expected = path.longest;
         for (Warming warming(expected); warming.goes_on(); warming.ran(expected)) {
             const Outcome warm = once(one.prepared->session, path.plan, threads);
             if (warm.steps != path.plan.texts()) return false;
             expected = warm.seconds;
+            if (patience == kBriefly) break;
         }
-        for (int run = 0; run < (expected < kBrief ? kInARow : 1); ++run)
+        if (patience == kBriefly) return time_once(one, path, threads);
+        for (int left = runs_in_a_row(expected); left > 0; --left)
             if (!time_once(one, path, threads)) return false;
         return true;
     }

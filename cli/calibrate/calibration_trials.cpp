@@ -71,6 +71,8 @@ std::vector<Trial> trials(bool quick) {
         all.push_back({Job::warp, "phantom:shepp-logan:64", type, "10,30,20", nullptr});
     }
     volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
+    // Between what a last cache holds and what it does not.
+    volume("phantom:gaussians:144", "-12,25,8", {Type::i16, Type::f32});
     image("phantom:zone-plate:256", "20", {Type::u8, Type::f32});
     image("phantom:zone-plate:500", "70", {Type::u8, Type::f32});
     image("phantom:zone-plate:1400", "-35", {Type::u8, Type::f32});
@@ -84,16 +86,33 @@ std::vector<Trial> trials(bool quick) {
         all.push_back(
             {Job::render, "phantom:gaussians:112", type, "20,-15,10", "xray", nullptr, "12"});
     }
-    // What is mostly empty is copied first: small copies cost what their pages do.
-    for (const char* input :
-         {"phantom:gaussians:64", "phantom:gaussians:112", "phantom:gaussians:192"})
+    // What is mostly empty is copied first: small copies cost what their pages do. Copies are a
+    // matter of what the caches hold, so of sizes.
+    const auto copy = [&](const char* input, Type type, const char* edge) {
+        all.push_back({.job = Job::render,
+                       .input = input,
+                       .type = type,
+                       .turn = "20,-15,10",
+                       .mode = "xray",
+                       .edge = edge,
+                       .empty_around = std::string_view(edge) == "store.crop"});
+    };
+    for (const char* input : {"phantom:gaussians:64", "phantom:gaussians:112",
+                              "phantom:gaussians:144", "phantom:gaussians:192"})
+        for (const Type type : {Type::u8, Type::i16, Type::f32}) copy(input, type, "store.crop");
+    for (const char* input : {"phantom:gaussians:144", "phantom:gaussians:192"})
         for (const Type type : {Type::u8, Type::i16, Type::f32})
-            all.push_back(
-                {Job::render, input, type, "20,-15,10", "xray", nullptr, nullptr, "store.crop"});
+            copy(input, type, "warp.axis_permutation");
+    for (const Type type : {Type::i16, Type::f32})
+        copy("phantom:gaussians:144", type, "store.precision");
     for (const char* input : {"phantom:gaussians:64", "phantom:gaussians:112"})
         for (const char* mode : {"mip", "xray"})
-            all.push_back(
-                {Job::render, input, Type::u8, "20,-15,10", mode, nullptr, nullptr, nullptr, "30"});
+            all.push_back({.job = Job::render,
+                           .input = input,
+                           .type = Type::u8,
+                           .turn = "20,-15,10",
+                           .mode = mode,
+                           .perspective = "30"});
     all.push_back({Job::render, "phantom:gaussians:112", Type::u8, "20,-15,10", "mean"});
     all.push_back({Job::render, "phantom:gaussians:112", Type::f32, "20,-15,10", "mean"});
     all.push_back({Job::render, "phantom:shepp-logan:128", Type::u8, "10,30,20", "mip"});
@@ -129,7 +148,7 @@ JobOptions options_of(const Trial& trial) {
 }
 
 std::shared_ptr<const Data> Phantoms::of(const Trial& trial) {
-    if (trial.edge) return framed(*whole(trial), &memory_);
+    if (trial.empty_around) return framed(*whole(trial), &memory_);
     return whole(trial);
 }
 

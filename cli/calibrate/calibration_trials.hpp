@@ -21,9 +21,9 @@ struct Trial {
     const char* mode;                   // null: a warp
     const char* size = nullptr;         // of the screen; null: the input's
     const char* frames = nullptr;       // of a turntable; null: one view
-    const char* edge = nullptr;         // null: all paths; else the cheapest by this edge, and the
-                                        // phantom fills the middle of its box alone
+    const char* edge = nullptr;         // null: all paths; else the cheapest by this edge
     const char* perspective = nullptr;  // [degree] of the view; null: parallel rays
+    bool empty_around = false;          // the phantom fills the middle of its box alone
 };
 
 /// Sizes within the caches and beyond them; volumes that are full and mostly empty, seen along

@@ -168,8 +168,8 @@ Pace calm_pace(int threads, double patience) {
 }
 
 bool Warming::goes_on() const noexcept {
-    constexpr double kEnough = 0.01, kLong = 0.05;  // [s]
-    constexpr int kMany = 4, kMost = 8;
+    constexpr double kEnough = 0.03, kLong = 0.05;  // [s]
+    constexpr int kMany = 12, kMost = 16;
     if (last_ >= kLong || runs_ >= kMost) return false;
     return faster_ || (runs_ < kMany && runs_ * last_ < kEnough);
 }
@@ -179,6 +179,12 @@ void Warming::ran(double seconds) noexcept {
     faster_ = runs_ > 0 && seconds < kFaster * last_;
     last_ = seconds;
     ++runs_;
+}
+
+int runs_in_a_row(double expected) noexcept {
+    constexpr double kBrief = 0.005;  // [s]
+    constexpr int kMany = 4;
+    return expected < kBrief ? kMany : 1;
 }
 
 bool is_calm(const Pace& pace, const Pace& best) noexcept {

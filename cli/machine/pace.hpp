@@ -43,14 +43,18 @@ bool is_calm(const Pace& pace, const Pace& best) noexcept;
 Pace calm_pace(int threads, double patience = 0.004);
 
 /// How often something runs before a run counts that others ran before: once, as these took its
-/// blocks; brief ones more often, as the caches of all processors hold what others read, and on as
-/// long as each is faster than the one before: on a host whose other guests read much, 8 MiB come
-/// near within 4 to 13 rounds. What takes 0.05 s or more does not run before.
+/// blocks; brief ones, for 0.03 s or 12 times, as the caches of all processors hold what others
+/// read, and on as long as each is faster than the one before. A last cache that guests of a host
+/// share takes in what is read again only little by little: of 6 to 9 MiB the second run took 1.3
+/// to 1.7 times as long as the twelfth, then none was faster, and what the second took differed by
+/// the same from minute to minute. What takes 0.05 s or more does not run before.
 class Warming {
  public:
     /// @param expected  [s] of a run; models may take for short what is not: each run tells anew
     explicit Warming(double expected) noexcept : last_(expected) {}
     bool goes_on() const noexcept;
+    /// [s] of the run before, or what was expected.
+    double last() const noexcept { return last_; }
     void ran(double seconds) noexcept;
 
  private:
@@ -58,6 +62,10 @@ class Warming {
     int runs_ = 0;
     bool faster_ = false;
 };
+
+/// How many runs count each time that something runs before others do: several where they are
+/// brief, as warming them took longer. @param expected  [s] of a run
+int runs_in_a_row(double expected) noexcept;
 
 /// Runs of one thing, and how fast the machine was beside each.
 class PacedRuns {

@@ -146,12 +146,14 @@ void PathRuns::run_again(std::size_t i) {
     }
     last_ = i;
     const int threads = session_.want().threads;
-    const Pace before = calm_pace(threads);
-    const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
-                                  [](int, const std::shared_ptr<const Data>&) {});
-    if (!outcome) return;
-    runs_[i].add(outcome->seconds, before, pace_now(threads));
-    choose(i);
+    for (int left = runs_in_a_row(paths_[i].least()); left > 0; --left) {
+        const Pace before = calm_pace(threads);
+        const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
+                                      [](int, const std::shared_ptr<const Data>&) {});
+        if (!outcome) return;
+        runs_[i].add(outcome->seconds, before, pace_now(threads));
+        choose(i);
+    }
 }
 
 void PathRuns::choose(std::size_t i) {

@@ -257,12 +257,14 @@ class Pilot {
         }
         last_ = &each;
         const int threads = session_.profile.processors;
-        const Pace before = calm_pace(threads);
-        const auto outcome = run_once(each, brief, nothing);
-        if (!outcome) return;
-        each.runs.add(whole_seconds(few_.at(path_text(each.plan.texts())), *outcome), before,
-                      pace_now(threads));
-        each.choose(best_pace(threads));
+        const Plan& few = few_.at(path_text(each.plan.texts()));
+        for (int left = runs_in_a_row(warming.last()); left > 0 && !out_of_time(); --left) {
+            const Pace before = calm_pace(threads);
+            const auto outcome = run_once(each, brief, nothing);
+            if (!outcome) return;
+            each.runs.add(whole_seconds(few, *outcome), before, pace_now(threads));
+            each.choose(best_pace(threads));
+        }
     }
 
     /// The close ones once more; the order turns round every time, so that no place in it wins.

@@ -38,7 +38,8 @@ Json work_json(const Work& work) {
             {"scratch", work.scratch},
             {"workspace", work.workspace},
             {"span", work.span},
-            {"swept", work.swept}};
+            {"swept", work.swept},
+            {"way", work.way}};
 }
 
 Json measured_json(const Session& session) {

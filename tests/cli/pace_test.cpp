@@ -94,23 +94,30 @@ TEST(Pace, BriefRunsAreWarmedMoreOften) {
     const auto even = [](double seconds) {
         return warmed(seconds, std::vector<double>(20, seconds));
     };
-    EXPECT_EQ(even(1e-6), 4);
-    EXPECT_EQ(even(0), 4);
-    EXPECT_EQ(even(4e-3), 3);
-    EXPECT_EQ(even(0.01), 1);
+    EXPECT_EQ(even(1e-6), 12);
+    EXPECT_EQ(even(0), 12);
+    EXPECT_EQ(even(4e-3), 8);
+    EXPECT_EQ(even(0.012), 3);
+    EXPECT_EQ(even(0.04), 1);
     EXPECT_EQ(even(0.05), 0);
     EXPECT_EQ(warmed(1e-3, {0.06, 0.06}), 1) << "it was not so brief";
     EXPECT_EQ(warmed(0.06, {}), 0);
 }
 
 TEST(Pace, RunsThatBecomeFasterAreNotWarmYet) {
-    EXPECT_EQ(warmed(5e-3, {5.2e-3, 5.1e-3, 5e-3}), 2) << "that is noise";
-    EXPECT_EQ(warmed(5e-3, {5e-3, 4.5e-3, 4e-3, 3.95e-3, 3e-3}), 4);
+    EXPECT_EQ(warmed(16e-3, {16e-3, 15.9e-3, 15.8e-3}), 2) << "that is noise";
+    EXPECT_EQ(warmed(16e-3, {16e-3, 15e-3, 14e-3, 13.95e-3, 12e-3}), 4);
     EXPECT_EQ(warmed(1e-2, {5e-2, 4e-2}), 1) << "long ones need no other";
-    EXPECT_EQ(warmed(1.2e-2, {1.2e-2, 1.1e-2, 1e-2}), 1)
+    EXPECT_EQ(warmed(0.04, {0.035, 0.034, 0.033}), 1)
         << "the first of them had nothing to be compared with";
-    EXPECT_EQ(warmed(1e-3, {9e-4, 8e-4, 7e-4, 6e-4, 5e-4, 4e-4, 3e-4, 2e-4, 1e-4, 1e-4}), 8)
-        << "it has an end";
+    std::vector<double> faster;
+    for (int i = 0; i < 30; ++i) faster.push_back(1e-3 * std::pow(0.9, i));
+    EXPECT_EQ(warmed(1e-3, faster), 16) << "it has an end";
+}
+
+TEST(Pace, BriefRunsCountSeveralInARow) {
+    EXPECT_GT(runs_in_a_row(1e-4), 1);
+    EXPECT_EQ(runs_in_a_row(0.01), 1);
 }
 
 TEST(Pace, SlowRunsAreBroughtToCalmOnes) {

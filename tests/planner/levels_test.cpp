@@ -114,13 +114,17 @@ TEST(Levels, BrokenOnesAreRefusedWithTheField) {
 TEST(Levels, GoBeforeTheSingleNumbersOfAProfile) {
     Profile profile;
     profile.operation = 0;
-    Work work{.streamed = 10, .gathers = 12, .lines = 3, .span = 500 * kKilo, .swept = 16 * kKilo};
+    Work work{
+        .streamed = 10, .gathers = 12, .lines = 8000, .span = 500 * kKilo, .swept = 16 * kKilo};
     EXPECT_DOUBLE_EQ(profile.counted(work), 10 * profile.streamed + 12 * profile.gather);
     profile.levels = three();
-    // All reads are near, and three of them bring a line.
+    // All reads are near, and some of them bring a line.
     for (Level& level : profile.levels) level.line = 2.5 * level.gather;
     const double near = profile.levels.front().gather;
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 12 * near + 3 * 2.5 * (4e-10 - near));
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 12 * near + 8000 * 2.5 * (4e-10 - near));
+    // Few lines of much data are a small set.
+    work.lines = 3;
+    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 12 * near);
     work.span = work.swept = 0;  // not known
     EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * near + 3 * 2.5 * (3e-9 - near));
     work.lines = 0;

@@ -41,6 +41,24 @@ TEST(Rates, FarBeyondTheMeasuredSizesAreLessCertain) {
     EXPECT_GT(rates.at("e mip u8", 1e-2).spread, rates.at("e mip u8", 1e-3).spread);
 }
 
+TEST(Rates, BeyondTheMeasuredSizesGoOnLikeTheMostSimilarThatReachesSoFar) {
+    const auto rate = [](double counted, double ratio) {
+        return Rate{.counted = counted, .ratio = ratio, .shared = 0.5, .runs = 5};
+    };
+    const Rates rates(Rates::Curves{
+        {"e/step=2 mip i16", {rate(8e-3, 3)}},
+        {"e/step=2 mip u8", {rate(1e-3, 1.1), rate(2e-3, 1.1)}},  // does not reach 8e-3
+        {"e/step=1 mip f32", {rate(1e-3, 1), rate(8e-3, 2), rate(20e-3, 2.2)}},
+        {"f/step=2 mip i16", {rate(1e-3, 70), rate(8e-3, 1)}},
+    });
+    EXPECT_NEAR(rates.at("e/step=2 mip i16", 8e-3).ratio, 3, 1e-9);
+    EXPECT_NEAR(rates.at("e/step=2 mip i16", 1e-3).ratio, 1.5, 1e-9);
+    EXPECT_NEAR(rates.at("e/step=2 mip i16", 20e-3).ratio, 3.3, 1e-9);
+    EXPECT_GT(rates.at("e/step=2 mip i16", 1e-3).spread, rates.at("e/step=2 mip i16", 8e-3).spread);
+    // Nothing reaches so far.
+    EXPECT_NEAR(rates.at("e/step=2 mip i16", 1).ratio, 3, 0.1);
+}
+
 TEST(Rates, OneOutlierOfAHundredTimesMovesNothing) {
     std::vector<Timed> clean, dirty;
     for (int i = 0; i < 9; ++i) clean.push_back(timed(1e-3 * (1 + 0.01 * i), 2 + 0.001 * i));

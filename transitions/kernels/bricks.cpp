@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
@@ -16,10 +17,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 struct Span {
     float low = kInfinity, high = -kInfinity;
 
-    void add(float value) noexcept {
-        if (value < low) low = value;
-        if (value > high) high = value;
-    }
+    bool operator==(const Span&) const = default;
 };
 
 /// The largest opacity that a value between two stored numbers has.
@@ -41,6 +39,24 @@ float largest_opacity(const Optics& optics, const Span& span) {
     // Interpolated samples round: what is transparent by less than that is not skipped.
     return largest > 0 ? largest : 0;
 }
+
+/// The same of one brick after the other: most are like the one before where data are empty.
+class LargestOpacity {
+ public:
+    explicit LargestOpacity(const Optics& optics) : optics_(optics) {}
+    float operator()(const Span& span) {
+        if (span != last_) {
+            last_ = span;
+            largest_ = largest_opacity(optics_, span);
+        }
+        return largest_;
+    }
+
+ private:
+    const Optics& optics_;
+    Span last_;  // nothing finite
+    float largest_ = 0;
+};
 
 /// Least and greatest finite sample of every 4^3 brick of one line of bricks. First across rows,
 /// element by element, then along them: the first part is most of the work, and a plain loop.
@@ -66,12 +82,14 @@ class LineOfBricks {
         }
     }
     Span span(std::int64_t brick) const {
-        Span span;
-        const std::int64_t n = static_cast<std::int64_t>(low_.size());
-        for (std::int64_t x = brick * kSide; x < std::min((brick + 1) * kSide, n); ++x)
-            if (low_[x] <= high_[x])
-                span.add(static_cast<float>(low_[x])), span.add(static_cast<float>(high_[x]));
-        return span;
+        const std::int64_t n = static_cast<std::int64_t>(low_.size()), begin = brick * kSide;
+        T low = kGreatest, high = kLeast;
+        for (std::int64_t x = begin; x < std::min(begin + kSide, n); ++x) {
+            low = std::min(low, low_[x]);
+            high = std::max(high, high_[x]);
+        }
+        if (low > high) return {};
+        return {static_cast<float>(low), static_cast<float>(high)};
     }
 
  private:
@@ -92,6 +110,8 @@ void layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::i
     LineOfBricks<std::conditional_t<kLoaded, float, T>> line(n.x, memory);
     std::pmr::vector<float> loaded(kLoaded ? static_cast<std::size_t>(n.x) : 0, memory);
     const ScalarLoad load = scalar_load(volume.type);
+    std::optional<LargestOpacity> opacity;
+    if (optics) opacity.emplace(*optics);
     const auto row = [&](std::int64_t start) {
         if constexpr (kLoaded) {
             for (std::int64_t x = 0; x < n.x; ++x) loaded[x] = load(volume.samples, start + x);
@@ -109,7 +129,7 @@ void layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::i
             float* level = bricks.level.data() + (k * bricks.extent.y + j) * bricks.extent.x;
             for (std::int64_t i = 0; i < bricks.extent.x; ++i) {
                 const Span span = line.span(i);
-                level[i] = optics                    ? largest_opacity(*optics, span)
+                level[i] = opacity                   ? (*opacity)(span)
                            : volume.values.slope < 0 ? -span.low
                                                      : span.high;
             }
