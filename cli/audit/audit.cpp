@@ -33,6 +33,7 @@ struct AuditOptions {
 
 PathSettings settings_of(const AuditOptions& options) {
     PathSettings settings;
+    settings.in_a_row = true;
     if (options.limit)
         settings.limit = static_cast<std::size_t>(whole_of("--limit", *options.limit, 1, 1 << 20));
     if (options.repeat)

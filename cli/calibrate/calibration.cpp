@@ -44,7 +44,7 @@ double median_error(const std::vector<double>& seconds) {
 
 class Calibration {
  public:
-    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 45) {
+    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 48) {
         profile_ = default_profile();
         profile_.processors = usable_cores();
         probe_machine(profile_, quick);  // first: rates refer to it
@@ -127,6 +127,7 @@ class Calibration {
     };
 
     struct Case {
+        const char* edge = nullptr;  // of the trial, or null
         std::unique_ptr<Prepared> prepared;
         std::vector<TimedPath> paths;  // the cheap ones first
     };
@@ -147,6 +148,12 @@ class Calibration {
         return {name(of, step), profile_.counted(step.work), step.runs()};
     }
 
+    /// What reads what another step just wrote takes longer than what reads the input: of paths
+    /// that are timed for one edge, others tell nothing.
+    static bool counts(const Case& of, const Step& step) {
+        return !of.edge || step.by->name == of.edge;
+    }
+
     static bool passes(const Plan& plan, const std::string& edge) {
         return std::any_of(plan.steps.begin(), plan.steps.end(),
                            [&](const Step& step) { return step.by->name == edge; });
@@ -155,6 +162,7 @@ class Calibration {
     void begin_case(Case& one, const Trial& trial) {
         const Visit visit(*this, one);
         one.prepared = std::make_unique<Prepared>(trial, phantoms_);
+        one.edge = trial.edge;
         std::vector<Plan> plans = one.prepared->paths(default_profile());
         // The dear ones may find their steps already timed.
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
@@ -168,7 +176,8 @@ class Calibration {
         std::size_t timed = 0;
         for (Plan& plan : plans) {
             std::set<What> brought;
-            for (const Step& step : plan.steps) brought.insert(what(one, step));
+            for (const Step& step : plan.steps)
+                if (counts(one, step)) brought.insert(what(one, step));
             if (std::includes(seen_.begin(), seen_.end(), brought.begin(), brought.end())) continue;
             // The cheapest few are timed even where the time is used up.
             if (since(begin_) > end_ && timed >= 4) break;
@@ -232,21 +241,23 @@ class Calibration {
     /// @return false where a step failed
     bool time(Case& one, TimedPath& path, int threads, Patience patience = kPatiently) {
         double expected = path.longest;
-        for (Warming warming(expected); warming.goes_on(); warming.ran(expected)) {
+        const double data = one.prepared->session.input->data->what.bytes();
+        for (Warming warming(expected, data); warming.goes_on(); warming.ran(expected)) {
             const Outcome warm = once(one.prepared->session, path.plan, threads);
             if (warm.steps != path.plan.texts()) return false;
             expected = warm.seconds;
             if (patience == kBriefly) break;
         }
-        if (patience == kBriefly) return time_once(one, path, threads);
-        for (int left = runs_in_a_row(expected); left > 0; --left)
-            if (!time_once(one, path, threads)) return false;
+        if (patience == kBriefly) return time_once(one, path, threads, true);
+        const int many = runs_in_a_row(expected);
+        for (int run = 0; run < many; ++run)
+            if (!time_once(one, path, threads, run == 0)) return false;
         return true;
     }
 
-    bool time_once(Case& one, TimedPath& path, int threads) {
+    bool time_once(Case& one, TimedPath& path, int threads, bool waits) {
         if (stop_flag()) throw Cancelled();
-        const Pace before = calm_pace(threads);
+        const Pace before = waits ? calm_pace(threads) : pace_now(threads);
         const Outcome outcome = once(one.prepared->session, path.plan, threads);
         const Pace after = pace_now(threads);
         if (outcome.steps != path.plan.texts()) return false;
@@ -298,6 +309,7 @@ class Calibration {
     void collect(const Case& one) {
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
+                if (!counts(one, path.plan.steps[k])) continue;
                 TimedStep& timed = steps_[what(one, path.plan.steps[k])];
                 timed.alone.join(path.alone[k]);
                 timed.together.join(profile_.processors > 1 ? path.together[k] : path.alone[k]);

@@ -71,8 +71,6 @@ std::vector<Trial> trials(bool quick) {
         all.push_back({Job::warp, "phantom:shepp-logan:64", type, "10,30,20", nullptr});
     }
     volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
-    // Between what a last cache holds and what it does not.
-    volume("phantom:gaussians:144", "-12,25,8", {Type::i16, Type::f32});
     image("phantom:zone-plate:256", "20", {Type::u8, Type::f32});
     image("phantom:zone-plate:500", "70", {Type::u8, Type::f32});
     image("phantom:zone-plate:1400", "-35", {Type::u8, Type::f32});

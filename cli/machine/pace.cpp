@@ -169,9 +169,9 @@ Pace calm_pace(int threads, double patience) {
 
 bool Warming::goes_on() const noexcept {
     constexpr double kEnough = 0.03, kLong = 0.05;  // [s]
-    constexpr int kMany = 12, kMost = 16;
+    constexpr int kMost = 16;
     if (last_ >= kLong || runs_ >= kMost) return false;
-    return faster_ || (runs_ < kMany && runs_ * last_ < kEnough);
+    return faster_ || (runs_ < many_ && runs_ * last_ < kEnough);
 }
 
 void Warming::ran(double seconds) noexcept {
@@ -183,7 +183,7 @@ void Warming::ran(double seconds) noexcept {
 
 int runs_in_a_row(double expected) noexcept {
     constexpr double kBrief = 0.005;  // [s]
-    constexpr int kMany = 4;
+    constexpr int kMany = 6;
     return expected < kBrief ? kMany : 1;
 }
 

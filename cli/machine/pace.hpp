@@ -43,23 +43,27 @@ bool is_calm(const Pace& pace, const Pace& best) noexcept;
 Pace calm_pace(int threads, double patience = 0.004);
 
 /// How often something runs before a run counts that others ran before: once, as these took its
-/// blocks; brief ones, for 0.03 s or 12 times, as the caches of all processors hold what others
-/// read, and on as long as each is faster than the one before. A last cache that guests of a host
+/// blocks; brief ones, for 0.03 s or 4 times, on large data 12 times, as the caches of all
+/// processors hold what others read, and on as long as each is faster than the one before. A last
+/// cache that guests of a host
 /// share takes in what is read again only little by little: of 6 to 9 MiB the second run took 1.3
 /// to 1.7 times as long as the twelfth, then none was faster, and what the second took differed by
 /// the same from minute to minute. What takes 0.05 s or more does not run before.
 class Warming {
  public:
     /// @param expected  [s] of a run; models may take for short what is not: each run tells anew
-    explicit Warming(double expected) noexcept : last_(expected) {}
+    /// @param data      [byte] that it reads
+    Warming(double expected, double data) noexcept : last_(expected), many_(data > kOwn ? 12 : 4) {}
     bool goes_on() const noexcept;
     /// [s] of the run before, or what was expected.
     double last() const noexcept { return last_; }
     void ran(double seconds) noexcept;
 
  private:
+    static constexpr double kOwn = 2 << 20;  // [byte] that the caches of cores hold, about
+
     double last_;
-    int runs_ = 0;
+    int many_, runs_ = 0;
     bool faster_ = false;
 };
 

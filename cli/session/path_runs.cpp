@@ -58,6 +58,7 @@ PathRuns::PathRuns(Session& session, std::vector<MeasuredPath>& paths,
       resident_before_(resident_before),
       seed_(settings.seed),
       repeat_(settings.repeat),
+      in_a_row_(settings.in_a_row),
       runs_(paths.size()),
       reference_memory_(std::size_t{1} << 46),
       field_(*session.input->data, session.want().field,
@@ -137,7 +138,7 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
 }
 
 void PathRuns::run_again(std::size_t i) {
-    Warming warming(paths_[i].least());
+    Warming warming(paths_[i].least(), session_.input->data->what.bytes());
     while (last_ != i && warming.goes_on()) {
         const auto warm = run_once(i, std::numeric_limits<double>::infinity(),
                                    [](int, const std::shared_ptr<const Data>&) {});
@@ -146,7 +147,7 @@ void PathRuns::run_again(std::size_t i) {
     }
     last_ = i;
     const int threads = session_.want().threads;
-    for (int left = runs_in_a_row(paths_[i].least()); left > 0; --left) {
+    for (int left = in_a_row_ ? runs_in_a_row(paths_[i].least()) : 1; left > 0; --left) {
         const Pace before = calm_pace(threads);
         const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                       [](int, const std::shared_ptr<const Data>&) {});

@@ -19,6 +19,7 @@ namespace edgewise::cli {
 struct PathSettings {
     std::size_t limit = 200;      // paths a request
     int repeat = 5;               // warm runs of every path that is worth them
+    bool in_a_row = false;        // brief paths run several times each time that others ran before
     std::int64_t samples = 2048;  // output samples that an error is measured on; 0: all. More are
                                   // taken where these leave open whether it keeps its budget
     std::uint64_t seed = 1;       // of these samples, and of the paths beyond the limit
@@ -62,9 +63,9 @@ class PathRuns {
     /// @param look  sees every frame's result, untimed
     /// @throws Cancelled
     void run_first(std::size_t i, double limit, const Deliver& look = {});
-    /// One more run of a path that has run. Short ones run more often where another path ran
-    /// before (Warming); the last run counts. A path's
-    /// `seconds` are then those of its calm runs, or of PathSettings::repeat that come closest.
+    /// One more run of a path that has run, or several where that is wanted. Short ones run more
+    /// often where another path ran before (Warming), and that does not count. A path's `seconds`
+    /// are then those of its calm runs, or of PathSettings::repeat that come closest.
     /// @throws Cancelled
     void run_again(std::size_t i);
     /// Every path that has run and is wanted once more; the order turns round every time.
@@ -98,6 +99,7 @@ class PathRuns {
     double resident_before_;
     std::uint64_t seed_;
     int repeat_;
+    bool in_a_row_;
     std::vector<PacedRuns> runs_;      // of each path, but the first
     std::optional<std::size_t> last_;  // path that ran
     MemoryBudget reference_memory_;    // what verifying takes is not the paths'

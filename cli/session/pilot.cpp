@@ -247,7 +247,8 @@ class Pilot {
     /// Where another path ran before, short ones run more often, and the last run counts.
     void run_again(Contender& each) {
         const Deliver nothing = [](int, const std::shared_ptr<const Data>&) {};
-        Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least());
+        Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least(),
+                        session_.input->data->what.bytes());
         bool brief = !each.seconds.empty();
         while (last_ != &each && warming.goes_on() && !out_of_time()) {
             const auto warm = run_once(each, brief, nothing);

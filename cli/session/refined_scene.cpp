@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kWorth = 0.9;  // of what is minimised
 constexpr double kRuns = 1000;
-constexpr double kMost = 0.5;  // [s] that drawing more may take, whatever it saves
+constexpr double kMost = 2;  // [s] that drawing more may take, whatever it saves
 // What a cluster takes on one core, looks at others included, by and large: points of warps, rays
 // of pictures [s].
 constexpr double kPoint = 2.5e-5, kRay = 8e-4;

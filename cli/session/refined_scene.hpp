@@ -10,8 +10,8 @@ struct Session;
 /// errors that the draws themselves say (Scene::likely) would choose a plan cheaper by more than a
 /// tenth, the preview is measured again on 4 times the usual draws, then on 16 times (less where a
 /// preview takes no more), as long as the two choices differ. Standard errors halve each time. It
-/// must be worth it: 1000 runs of a faster plan save more time than drawing takes, which is half a
-/// second of one core at most. So points of warps are drawn, and rays of pictures hardly ever.
+/// must be worth it: 1000 runs of a faster plan save more time than drawing takes, which is two
+/// seconds of one core at most.
 ///
 /// Where no plan keeps the budgets none is looked for: what would be the least that does
 /// (way_out.hpp) is a matter of the usual draws.

@@ -2,18 +2,22 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <map>
 #include <set>
 #include <tuple>
 
 namespace edgewise::cli {
 namespace {
 
-TEST(CalibrationTrials, CropIsTimedInEveryTypeAtSizesFarApart) {
-    std::set<std::tuple<std::string, Type>> crops;
-    for (const Trial& trial : trials(false))
-        if (trial.edge && std::string(trial.edge) == "store.crop")
-            crops.emplace(trial.input, trial.type);
-    EXPECT_EQ(crops.size(), 9u);
+TEST(CalibrationTrials, CopiesAreTimedInTheirTypesAtSizesFarApart) {
+    std::map<std::string, std::set<std::tuple<std::string, Type>>> copies;
+    for (const Trial& trial : trials(false)) {
+        if (trial.edge) copies[trial.edge].emplace(trial.input, trial.type);
+        EXPECT_EQ(trial.empty_around, trial.edge && std::string(trial.edge) == "store.crop");
+    }
+    EXPECT_EQ(copies["store.crop"].size(), 12u);
+    EXPECT_EQ(copies["warp.axis_permutation"].size(), 6u);
+    EXPECT_EQ(copies["store.precision"].size(), 2u);
     for (const Trial& exam : exams())
         for (const Trial& trial : trials(false)) EXPECT_NE(exam.input, trial.input);
 }
@@ -35,7 +39,7 @@ TEST(CalibrationTrials, WhatIsCroppedFillsTheMiddleAlone) {
     Phantoms phantoms;
     Trial trial{Job::render, "phantom:noise:20", Type::f32, "1,2,3", "xray"};
     const auto whole = phantoms.of(trial);
-    trial.edge = "store.crop";
+    trial.empty_around = true;
     const auto framed = phantoms.of(trial);
     std::int64_t i = 0, kept = 0;
     for (int z = 0; z < 20; ++z)

@@ -83,8 +83,10 @@ TEST(Pace, MoreThreadsThanProcessorsAreAsManyAsThereAre) {
     EXPECT_EQ(best_pace(1000).loop, best_pace(usable_cores()).loop);
 }
 
-int warmed(double expected, const std::vector<double>& runs) {
-    Warming warming(expected);
+constexpr double kLarge = 6 << 20, kSmall = 1 << 20;  // [byte]
+
+int warmed(double expected, const std::vector<double>& runs, double data = kLarge) {
+    Warming warming(expected, data);
     std::size_t ran = 0;
     while (warming.goes_on() && ran < runs.size()) warming.ran(runs[ran++]);
     return static_cast<int>(ran);
@@ -100,6 +102,7 @@ TEST(Pace, BriefRunsAreWarmedMoreOften) {
     EXPECT_EQ(even(0.012), 3);
     EXPECT_EQ(even(0.04), 1);
     EXPECT_EQ(even(0.05), 0);
+    EXPECT_EQ(warmed(1e-4, std::vector<double>(20, 1e-4), kSmall), 4);
     EXPECT_EQ(warmed(1e-3, {0.06, 0.06}), 1) << "it was not so brief";
     EXPECT_EQ(warmed(0.06, {}), 0);
 }
