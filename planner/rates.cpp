@@ -198,7 +198,8 @@ Rate Rates::alone_at(const std::string& name, double counted) const {
 }
 
 Rate Rates::along_another(const Curves::value_type& own, double counted) const {
-    const auto& [name, curve] = own;
+    const std::string& name = own.first;
+    const std::vector<Rate>& curve = own.second;
     const Rate end = between(curve, std::clamp(counted, curve.front().counted, last_of(curve)));
     Rate rate = between(curve, counted);
     if (is_about(end.counted, counted)) return rate;
