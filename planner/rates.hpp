@@ -39,13 +39,13 @@ class Rates {
     explicit Rates(Curves measured);
 
     bool empty() const noexcept { return measured_.empty(); }
-    /// At so many counted seconds: between sizes by the logarithms of both, beyond them as at the
-    /// last, or as others of the edge go on that reach farther, but for the set-up of a run, which
-    /// is the same for all sizes. What several processors
-    /// bring to a single run under a measured name is the name's own: then its seconds on all of
-    /// them are those that were timed. Else it is a matter of the edge and of how long it runs
-    /// (waking threads takes a fixed time, parts that do not divide a fixed share): the median over
-    /// the edge's parameters, kinds and types at about the seconds of all `runs`.
+    /// At so many counted seconds: between sizes by the logarithms of both; beyond them as the name
+    /// of the edge goes on that is most like it and reaches so far, or as at the last size, but for
+    /// the set-up of a run, which is the same for all. What several processors bring to a single
+    /// run under a measured name is the name's own: then its seconds on all of them are those that
+    /// were timed. Else it is a matter of the edge and of how long it runs (waking threads takes a
+    /// fixed time, parts that do not divide a fixed share): the median over the edge's parameters,
+    /// kinds and types at about the seconds of all `runs`.
     /// @return ratio 0 where nothing was measured under any part of the name
     Rate at(const std::string& name, double counted, int runs = 1) const;
     /// By name, sorted by size.
