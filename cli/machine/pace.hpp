@@ -45,10 +45,9 @@ Pace calm_pace(int threads, double patience = 0.004);
 /// How often something runs before a run counts that others ran before: once, as these took its
 /// blocks; brief ones, for 0.03 s or 4 times, on large data 12 times, as the caches of all
 /// processors hold what others read, and on as long as each is faster than the one before. A last
-/// cache that guests of a host
-/// share takes in what is read again only little by little: of 6 to 9 MiB the second run took 1.3
-/// to 1.7 times as long as the twelfth, then none was faster, and what the second took differed by
-/// the same from minute to minute. What takes 0.05 s or more does not run before.
+/// cache that guests of a host share takes in what is read again only little by little: on 3 to 9
+/// MB the second run took 1.05 to 1.7 times as long as the thirteenth, and further ones were hardly
+/// faster. What takes 0.05 s or more does not run before.
 class Warming {
  public:
     /// @param expected  [s] of a run; models may take for short what is not: each run tells anew
