@@ -121,7 +121,8 @@ HWY_INLINE void inner_block(const BackwardPlan& plan, const Batch& batch, int b,
         const auto at = places_at<kAxes>(plan, batch, b, r, lane);
         const VF value = inner_value<Read, kHold, kAxes, kNeighbours>(plan, base, at);
         if constexpr (kAxes == 3)
-            prefetch<Read>(base, plan.ahead, offsets_of<Read, kAxes, kNeighbours>(plan, at));
+            prefetch<Read, 2, 1>({base}, plan.ahead,
+                                 offsets_of<Read, kAxes, kNeighbours>(plan, at));
         hn::StoreU(mapped_value(plan, value), d, out + lane);
     }
 }

@@ -68,15 +68,21 @@ HWY_INLINE void gather_words(const std::uint8_t* const (&rows)[kRows], VI offset
     }
 }
 
-/// Asks for the cache lines of every second lane's sample, `ahead` bytes farther. Gathers keep
-/// their offsets to themselves: there it would cost more than it brings.
+/// Whether lanes can ask for cache lines before they read them. Gathers keep their offsets to
+/// themselves: there it would cost more than it brings.
 template <class Read>
-HWY_INLINE void prefetch([[maybe_unused]] const std::uint8_t* base,
+inline constexpr bool kPrefetches = EDGEWISE_LOADS&& Read::kLoads;
+
+/// Asks for the cache lines of every kApart-th lane's sample, `ahead` bytes farther in each row.
+template <class Read, int kApart, int kRows>
+HWY_INLINE void prefetch([[maybe_unused]] const std::uint8_t* const (&rows)[kRows],
                          [[maybe_unused]] std::int64_t ahead, [[maybe_unused]] VI offset) {
 #if EDGEWISE_LOADS
-    if constexpr (Read::kLoads)
-        loads::HWY_NAMESPACE::prefetch_from<0>(reinterpret_cast<std::uintptr_t>(base) + ahead,
-                                               offset);
+    if constexpr (kPrefetches<Read>) {
+        std::uintptr_t at[kRows];
+        for (int r = 0; r < kRows; ++r) at[r] = reinterpret_cast<std::uintptr_t>(rows[r]) + ahead;
+        loads::HWY_NAMESPACE::prefetch_from<0, kApart, kRows>(at, offset);
+    }
 #endif
 }
 

@@ -112,14 +112,15 @@ HWY_INLINE void long_words_from(const std::uint8_t* const (&rows)[kRows], VI off
     if constexpr (k + 1 < kQuarters) long_words_from<k + 1, kRows>(rows, offset, part);
 }
 
-/// Asks for the lines of every second lane, from quarter k on. Places may lie outside the array:
-/// they are numbers, not pointers.
-template <int k>
-HWY_INLINE void prefetch_from(std::uintptr_t base, VI offset) {
+/// Asks for the lines of every kApart-th lane in each row, from quarter k on. Places may lie
+/// outside the array: they are numbers, not pointers.
+template <int k, int kApart, int kRows>
+HWY_INLINE void prefetch_from(const std::uintptr_t (&rows)[kRows], VI offset) {
     const FourOffsets four(quarter<k>(offset));
-    _mm_prefetch(reinterpret_cast<const char*>(base + four.at[0]), _MM_HINT_T0);
-    _mm_prefetch(reinterpret_cast<const char*>(base + four.at[2]), _MM_HINT_T0);
-    if constexpr (k + 1 < kQuarters) prefetch_from<k + 1>(base, offset);
+    for (const std::uintptr_t row : rows)
+        for (int lane = 0; lane < 4; lane += kApart)
+            _mm_prefetch(reinterpret_cast<const char*>(row + four.at[lane]), _MM_HINT_T0);
+    if constexpr (k + 1 < kQuarters) prefetch_from<k + 1, kApart, kRows>(rows, offset);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -59,6 +59,7 @@ struct Packet {
     int begin = 0, end = 0;              // cells that some lane needs
     int inner_begin = 0, inner_end = 0;  // cells that all lanes have inside
     float steepest = 0;                  // largest stride along any axis
+    int ahead = 0;  // so many cells before they are read lines are asked for; 0: never
 
     bool prepare(const RayCast& cast, const ParallelRays& shared, double x, double y, int columns,
                  int rows);
@@ -232,8 +233,10 @@ class Levels {
 struct Lanes {
     VF position[3], stride[3];
     VI first;
+    int ahead;
 
-    explicit Lanes(const Packet& packet) : first(hn::Load(DI(), packet.first)) {
+    explicit Lanes(const Packet& packet)
+        : first(hn::Load(DI(), packet.first)), ahead(packet.ahead) {
         for (int axis = 0; axis < 3; ++axis) {
             position[axis] = hn::Load(DF(), packet.position[axis]);
             stride[axis] = hn::Load(DF(), packet.stride[axis]);
@@ -245,6 +248,11 @@ struct Lanes {
     }
     HWY_INLINE VF at(VF offset, int axis) const {
         return hn::MulAdd(offset, stride[axis], position[axis]);
+    }
+    template <class Sampler>
+    HWY_INLINE void prefetch(const Sampler& sampler, int cell) const {
+        const VF far = offset(cell + ahead);
+        sampler.prefetch(at(far, 0), at(far, 1), at(far, 2));
     }
 };
 
@@ -301,15 +309,24 @@ void walk_ends(const RayCast& cast, const Packet& packet, const Sampler& sampler
 }
 
 /// Cells [begin, end), whole and inside for all lanes, of which none is left out.
-template <class Sampler, class Sum>
-HWY_INLINE void walk_all(const Lanes& lanes, const Sampler& sampler, Sum& sum, int begin, int end,
-                         int stride = 1) {
+template <bool kPrefetch, class Sampler, class Sum>
+HWY_INLINE void walk_cells(const Lanes& lanes, const Sampler& sampler, Sum& sum, int begin, int end,
+                           int stride) {
     for (int cell = begin; cell < end; cell += stride) {
+        if constexpr (kPrefetch) lanes.prefetch(sampler, cell);
         const VF offset = lanes.offset(cell);
         sum.add(sampler.template at<true>(lanes.at(offset, 0), lanes.at(offset, 1),
                                           lanes.at(offset, 2)),
                 cell);
     }
+}
+
+template <class Sampler, class Sum>
+HWY_INLINE void walk_all(const Lanes& lanes, const Sampler& sampler, Sum& sum, int begin, int end,
+                         int stride = 1) {
+    if constexpr (Sampler::kPrefetches)
+        if (lanes.ahead > 0) return walk_cells<true>(lanes, sampler, sum, begin, end, stride);
+    walk_cells<false>(lanes, sampler, sum, begin, end, stride);
 }
 
 /// Adds cells times the rays that have them, where somebody counts.
@@ -363,11 +380,31 @@ HWY_NOINLINE void walk_inside(const RayCast& cast, const Packet& packet, const S
     }
 }
 
+/// Asking for lines pays where the samples of a packet's cell lie so far apart that it takes a
+/// line or more of a volume that caches do not hold: 1.2 to 2 times with 21 to 32 MB. Elsewhere it
+/// would cost a twentieth to a half.
+int cells_ahead(const RayCast& cast, const ParallelRays& shared) {
+    constexpr double kCached = 12 << 20;  // bytes
+    constexpr int kAhead = 16;
+    const double bytes = static_cast<double>(bytes_of(cast.volume.type));
+    if (!shared.parallel || bytes * static_cast<double>(cast.volume.extent.samples()) < kCached)
+        return 0;
+    const auto &right = cast.rays.origin.x, &down = cast.rays.origin.y, &along = shared.along;
+    double voxels = 0;  // a sample: the volume between neighbours
+    for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        voxels += right[a] * (down[b] * along[c] - down[c] * along[b]);
+    }
+    const double lines = std::abs(voxels) * static_cast<double>(kLanes) * bytes / 64;
+    return lines >= 1 ? kAhead : 0;
+}
+
 template <class Sampler, class Sum>
 void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int64_t y,
           std::int64_t width, std::int64_t height, float* out, std::ptrdiff_t row_floats) {
     Packet packet;
     const ParallelRays shared(cast);
+    if constexpr (Sampler::kPrefetches) packet.ahead = cells_ahead(cast, shared);
     for (std::int64_t row = 0; row < height; row += kHeight) {
         const int rows = static_cast<int>(std::min<std::int64_t>(kHeight, height - row));
         for (std::int64_t column = 0; column < width; column += kWidth) {

@@ -63,6 +63,7 @@ class Gathered {
 
  public:
     static constexpr bool kFloats = Reads::kFloats;
+    static constexpr bool kPrefetches = gathers::HWY_NAMESPACE::kPrefetches<Reads>;
     static constexpr bool kPairs = sizeof(T) <= 2;  // one 32-bit read holds a sample and the next
 
     explicit Gathered(const Grid& grid)
@@ -75,6 +76,13 @@ class Gathered {
         const VI across = hn::ShiftLeft < sizeof(T) == 1 ? 0 : sizeof(T) == 2 ? 1 : 2 > (x);
         return hn::Add(hn::Add(hn::Mul(z, hn::Set(d, slice_)), hn::Mul(y, hn::Set(d, row_))),
                        across);
+    }
+    /// Asks for the lines of samples, and of as many rows below as are to be read.
+    template <int kRows>
+    HWY_INLINE void prefetch(VI offset) const {
+        const std::uint8_t* rows[kRows];
+        for (int r = 0; r < kRows; ++r) rows[r] = base_ + r * row_;
+        gathers::HWY_NAMESPACE::prefetch<Reads, 1, kRows>(rows, 0, offset);
     }
     /// The sample itself.
     HWY_INLINE VF at(VI offset) const {
@@ -140,7 +148,7 @@ class Gathered {
 /// Reads of any type and of volumes of any size, one lane after the other with 64-bit indices.
 class Walked {
  public:
-    static constexpr bool kFloats = false, kPairs = false;
+    static constexpr bool kFloats = false, kPairs = false, kPrefetches = false;
     explicit Walked(const Grid& grid)
         : samples_(grid.samples),
           load_(scalar_load(grid.type)),
@@ -168,6 +176,7 @@ class Walked {
 template <class Read>
 class NearestSampler {
  public:
+    static constexpr bool kPrefetches = Read::kPrefetches;
     explicit NearestSampler(const Grid& grid) : read_(grid), bounds_(grid.extent) {}
 
     template <bool kInner>
@@ -177,6 +186,11 @@ class NearestSampler {
             return read_.at(i, j, k);
         else
             return read_.at(read_.offset(i, j, k));
+    }
+    /// Asks for the lines that at() will read; places may lie outside the volume.
+    HWY_INLINE void prefetch(VF x, VF y, VF z) const {
+        read_.template prefetch<1>(
+            read_.offset(index<true>(x, 0), index<true>(y, 1), index<true>(z, 2)));
     }
 
  private:
@@ -193,6 +207,7 @@ class NearestSampler {
 template <class Read>
 class LinearSampler {
  public:
+    static constexpr bool kPrefetches = Read::kPrefetches;
     explicit LinearSampler(const Grid& grid) : read_(grid), bounds_(grid.extent) {
         if constexpr (!std::is_same_v<Read, Walked>) {
             if (grid.extent.y > 1) down_ = read_.row();
@@ -220,6 +235,11 @@ class LinearSampler {
             return walked(i, j, k, f, g, h);
         else
             return gathered<kInner>(i, j, k, f, g, h);
+    }
+    /// Asks for the lines that at() will read, but those of the next slice: where it comes to
+    /// that, the next sample's are there.
+    HWY_INLINE void prefetch(VF x, VF y, VF z) const {
+        read_.template prefetch<2>(read_.offset(truncated(x), truncated(y), truncated(z)));
     }
 
  private:
@@ -299,6 +319,7 @@ class LinearSampler {
 template <class Read>
 class SplineSampler {
  public:
+    static constexpr bool kPrefetches = false;  // 16 rows of 4 taps: arithmetic takes longer
     explicit SplineSampler(const Grid& grid) : read_(grid), bounds_(grid.extent) {}
 
     template <bool kInner>
