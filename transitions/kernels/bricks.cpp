@@ -1,17 +1,21 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <optional>
-#include <type_traits>
 #include <vector>
 
+#include "transitions/kernels/brick_rows.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 
 namespace edgewise::kernels {
 namespace {
 
-constexpr std::int64_t kSide = 1 << Bricks::kShift;
+constexpr std::int64_t kSide = kBrickSide;
+static_assert(kSide == 1 << Bricks::kShift);
+constexpr std::size_t kRows = kSide * kSide;  // of samples in a line of bricks
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct Span {
@@ -58,82 +62,71 @@ class LargestOpacity {
     float largest_ = 0;
 };
 
-/// Least and greatest finite sample of every 4^3 brick of one line of bricks. First across rows,
-/// element by element, then along them: the first part is most of the work, and a plain loop.
-template <class T>
-class LineOfBricks {
+/// The rows of samples that a line of bricks is made of.
+class RowsOfBricks {
  public:
-    LineOfBricks(std::int64_t n, std::pmr::memory_resource* memory)
-        : low_(static_cast<std::size_t>(n), memory), high_(static_cast<std::size_t>(n), memory) {}
+    RowsOfBricks(const Grid& volume, std::pmr::memory_resource* memory)
+        : volume_(volume), loads_(!has_lanes(volume.type)), loaded_(memory) {
+        if (loads_) loaded_.resize(kRows * pitch());
+    }
+    Type type() const { return loads_ ? Type::f32 : volume_.type; }
 
-    void clear() {
-        std::fill(low_.begin(), low_.end(), kGreatest);
-        std::fill(high_.begin(), high_.end(), kLeast);
-    }
-    void add(const T* row) {
-        const std::int64_t n = static_cast<std::int64_t>(low_.size());
-        T* low = low_.data();
-        T* high = high_.data();
-        for (std::int64_t x = 0; x < n; ++x) {
-            // Infinity counts as nothing; comparisons with NaN are false.
-            const T v = row[x];
-            low[x] = v < low[x] && v >= kLeast ? v : low[x];
-            high[x] = v > high[x] && v <= kGreatest ? v : high[x];
-        }
-    }
-    Span span(std::int64_t brick) const {
-        const std::int64_t n = static_cast<std::int64_t>(low_.size()), begin = brick * kSide;
-        T low = kGreatest, high = kLeast;
-        for (std::int64_t x = begin; x < std::min(begin + kSide, n); ++x) {
-            low = std::min(low, low_[x]);
-            high = std::max(high, high_[x]);
-        }
-        if (low > high) return {};
-        return {static_cast<float>(low), static_cast<float>(high)};
+    /// Of line j of layer k. @return how many
+    int find(std::int64_t j, std::int64_t k, std::array<const void*, kRows>& rows) {
+        const Extent& n = volume_.extent;
+        int count = 0;
+        for (std::int64_t z = k * kSide; z < std::min((k + 1) * kSide, n.z); ++z)
+            for (std::int64_t y = j * kSide; y < std::min((j + 1) * kSide, n.y); ++y, ++count)
+                rows[count] = row((z * n.y + y) * n.x, count);
+        return count;
     }
 
  private:
-    static constexpr T kLeast = std::numeric_limits<T>::lowest();
-    static constexpr T kGreatest = std::numeric_limits<T>::max();
-    std::pmr::vector<T> low_, high_;
+    /// Types that brick_rows reads.
+    static bool has_lanes(Type type) {
+        return type == Type::f32 || type == Type::u8 || type == Type::i8 || type == Type::u16 ||
+               type == Type::i16;
+    }
+    std::size_t pitch() const {
+        return static_cast<std::size_t>(volume_.extent.x) + kSlack / sizeof(float);
+    }
+    const void* row(std::int64_t start, int place) {
+        if (!loads_)
+            return volume_.as<std::byte>() +
+                   start * static_cast<std::int64_t>(bytes_of(volume_.type));
+        const ScalarLoad load = scalar_load(volume_.type);
+        float* to = loaded_.data() + place * pitch();
+        for (std::int64_t x = 0; x < volume_.extent.x; ++x)
+            to[x] = load(volume_.samples, start + x);
+        return to;
+    }
+
+    const Grid& volume_;
+    bool loads_;
+    std::pmr::vector<float> loaded_;  // rows of other types, through f32
 };
 
-/// Any other type, read through f32.
-struct Loaded {};
+/// The largest of each level and its neighbours, along x.
+void spread_row(const std::pmr::vector<float>& from, float* to) {
+    const std::size_t last = from.size() - 1;
+    to[0] = std::max(from[0], from[std::min<std::size_t>(1, last)]);
+    for (std::size_t i = 1; i < last; ++i)
+        to[i] = std::max(from[i], std::max(from[i - 1], from[i + 1]));
+    if (last > 0) to[last] = std::max(from[last - 1], from[last]);
+}
 
-template <class T>
-void layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
-            Bricks& bricks) {
-    std::pmr::memory_resource* memory = bricks.level.get_allocator().resource();
-    constexpr bool kLoaded = std::is_same_v<T, Loaded>;
-    const Extent& n = volume.extent;
-    LineOfBricks<std::conditional_t<kLoaded, float, T>> line(n.x, memory);
-    std::pmr::vector<float> loaded(kLoaded ? static_cast<std::size_t>(n.x) : 0, memory);
-    const ScalarLoad load = scalar_load(volume.type);
-    std::optional<LargestOpacity> opacity;
-    if (optics) opacity.emplace(*optics);
-    const auto row = [&](std::int64_t start) {
-        if constexpr (kLoaded) {
-            for (std::int64_t x = 0; x < n.x; ++x) loaded[x] = load(volume.samples, start + x);
-            return loaded.data();
-        } else {
-            return volume.as<T>() + start;
+/// The same across `count` runs of `length` levels that lie `stride` apart.
+void spread_across(float* levels, std::int64_t count, std::int64_t stride, std::int64_t length,
+                   std::pmr::memory_resource* memory) {
+    std::pmr::vector<float> before(levels, levels + length, memory), old(before.size(), memory);
+    for (std::int64_t i = 0; i < count; ++i, levels += stride) {
+        const float* after = i + 1 < count ? levels + stride : levels;
+        for (std::int64_t r = 0; r < length; ++r) {
+            old[r] = levels[r];
+            levels[r] = std::max(std::max(before[r], old[r]), after[r]);
         }
-    };
-    for (std::int64_t k = begin; k < end; ++k)
-        for (std::int64_t j = 0; j < bricks.extent.y; ++j) {
-            line.clear();
-            for (std::int64_t z = k * kSide; z < std::min((k + 1) * kSide, n.z); ++z)
-                for (std::int64_t y = j * kSide; y < std::min((j + 1) * kSide, n.y); ++y)
-                    line.add(row((z * n.y + y) * n.x));
-            float* level = bricks.level.data() + (k * bricks.extent.y + j) * bricks.extent.x;
-            for (std::int64_t i = 0; i < bricks.extent.x; ++i) {
-                const Span span = line.span(i);
-                level[i] = opacity                   ? (*opacity)(span)
-                           : volume.values.slope < 0 ? -span.low
-                                                     : span.high;
-            }
-        }
+        before.swap(old);
+    }
 }
 
 Extent bricks_in(const Extent& volume) {
@@ -149,43 +142,36 @@ Bricks::Bricks(const Extent& volume, std::pmr::memory_resource* memory)
 
 void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
                   Bricks& bricks) {
-    switch (volume.type) {
-        case Type::u8:
-            return layers<std::uint8_t>(volume, optics, begin, end, bricks);
-        case Type::i8:
-            return layers<std::int8_t>(volume, optics, begin, end, bricks);
-        case Type::u16:
-            return layers<std::uint16_t>(volume, optics, begin, end, bricks);
-        case Type::i16:
-            return layers<std::int16_t>(volume, optics, begin, end, bricks);
-        case Type::f32:
-            return layers<float>(volume, optics, begin, end, bricks);
-        default:
-            return layers<Loaded>(volume, optics, begin, end, bricks);
+    std::pmr::memory_resource* memory = bricks.level.get_allocator().resource();
+    const Extent& n = bricks.extent;
+    RowsOfBricks rows(volume, memory);
+    std::array<const void*, kRows> row;
+    std::pmr::vector<float> level(static_cast<std::size_t>(n.x), memory);
+    std::pmr::vector<float> low(level.size() + kSlack / sizeof(float), memory), high(low, memory);
+    std::optional<LargestOpacity> opacity;
+    if (optics) opacity.emplace(*optics);
+    const bool falls = volume.values.slope < 0;
+    for (std::int64_t k = begin; k < end; ++k) {
+        float* layer = bricks.level.data() + k * n.y * n.x;
+        for (std::int64_t j = 0; j < n.y; ++j) {
+            const int count = rows.find(j, k, row);
+            brick_rows(rows.type(), row.data(), count, volume.extent.x, {low.data(), high.data()});
+            for (std::size_t i = 0; i < level.size() && opacity; ++i)
+                level[i] = (*opacity)(low[i] > high[i] ? Span{} : Span{low[i], high[i]});
+            for (std::size_t i = 0; i < level.size() && !opacity; ++i) {
+                const float largest = falls ? -low[i] : high[i];
+                level[i] = low[i] > high[i] ? -kInfinity : largest;
+            }
+            spread_row(level, layer + j * n.x);
+        }
+        spread_across(layer, n.y, n.x, n.x, memory);
     }
 }
 
-void spread_bricks(Bricks& bricks) {
-    // Along each axis in turn, the largest of three: runs of `stride` levels move together.
+void join_layers(Bricks& bricks, std::int64_t begin, std::int64_t end) {
     const Extent& n = bricks.extent;
-    std::pmr::memory_resource* memory = bricks.level.get_allocator().resource();
-    std::int64_t stride = 1;
-    for (int axis = 0; axis < 3; stride *= n[axis++]) {
-        const std::int64_t count = n[axis];
-        std::pmr::vector<float> before(static_cast<std::size_t>(stride), memory);
-        std::pmr::vector<float> old(before.size(), memory);
-        for (std::int64_t start = 0; start < n.samples(); start += stride * count) {
-            float* level = bricks.level.data() + start;
-            std::copy_n(level, stride, before.data());
-            for (std::int64_t i = 0; i < count; ++i, level += stride) {
-                const float* after = i + 1 < count ? level + stride : level;
-                std::copy_n(level, stride, old.data());
-                for (std::int64_t r = 0; r < stride; ++r)
-                    level[r] = std::max(std::max(before[r], old[r]), after[r]);
-                before.swap(old);
-            }
-        }
-    }
+    spread_across(bricks.level.data() + begin * n.x, n.z, n.x * n.y, (end - begin) * n.x,
+                  bricks.level.get_allocator().resource());
 }
 
 }  // namespace edgewise::kernels

@@ -85,12 +85,14 @@ struct RayCast {
 void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
               std::int64_t height, float* out, std::ptrdiff_t row_floats);
 
-/// Brick levels of z-layers [begin, end) of bricks, without their neighbours. Layers may be made in
-/// parallel; spread_bricks then joins neighbours. Coefficients will do for samples: B-spline
-/// weights are positive and sum to 1.
+/// Brick levels of z-layers [begin, end) of bricks, with their neighbours in the layer. Layers may
+/// be made in parallel. Coefficients will do for samples: B-spline weights are positive and sum
+/// to 1.
 /// @param optics  of over, else null
 void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
                   Bricks& bricks);
-void spread_bricks(Bricks& bricks);
+/// Joins all layers with their neighbours in z, lines [begin, end) of each: these may be joined in
+/// parallel, once, when all layers are made.
+void join_layers(Bricks& bricks, std::int64_t begin, std::int64_t end);
 
 }  // namespace edgewise::kernels

@@ -10,14 +10,19 @@ std::unique_ptr<kernels::Bricks> bricks_of(const kernels::Grid& volume,
                                            std::pmr::memory_resource* memory,
                                            const std::function<bool()>& stopped) {
     auto bricks = std::make_unique<kernels::Bricks>(volume.extent, memory);
-    constexpr std::int64_t kLayers = 4;
-    const std::int64_t layers = bricks->extent.z;
-    tbb::parallel_for(std::int64_t{0}, (layers + kLayers - 1) / kLayers, [&](std::int64_t i) {
-        if (stopped && stopped()) return;
-        const std::int64_t begin = i * kLayers;
-        kernels::brick_layers(volume, optics, begin, std::min(begin + kLayers, layers), *bricks);
+    const auto in_parallel = [&](std::int64_t count, std::int64_t at_once, const auto& make) {
+        tbb::parallel_for(std::int64_t{0}, (count + at_once - 1) / at_once, [&](std::int64_t i) {
+            if (stopped && stopped()) return;
+            make(i * at_once, std::min((i + 1) * at_once, count));
+        });
+    };
+    const Extent& n = bricks->extent;
+    in_parallel(n.z, 4, [&](std::int64_t begin, std::int64_t end) {
+        kernels::brick_layers(volume, optics, begin, end, *bricks);
     });
-    if (!stopped || !stopped()) kernels::spread_bricks(*bricks);
+    in_parallel(n.y, 16, [&](std::int64_t begin, std::int64_t end) {
+        kernels::join_layers(*bricks, begin, end);
+    });
     return bricks;
 }
 

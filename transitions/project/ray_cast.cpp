@@ -87,7 +87,7 @@ bool with_bricks(const Offer& offer, const Ask& ask, double samples) {
     if (!leaves_out || hold == Hold::zoh) return false;
     const double sample = hold == Hold::foh ? 1 : 8;  // taps: 8 and 64
     const double voxels = static_cast<double>(offer.from.samples());
-    const double made = voxels * (0.06 + 0.06 * static_cast<double>(bytes_of(offer.from.type)));
+    const double made = voxels * (0.02 + 0.02 * static_cast<double>(bytes_of(offer.from.type)));
     const double asked = 0.12 * samples * offer.with.number("step");
     const double saved = taken_of(offer, ask, samples, false) - taken_of(offer, ask, samples, true);
     return saved * sample > made + asked;

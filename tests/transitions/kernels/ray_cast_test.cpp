@@ -329,7 +329,8 @@ void bricks_change_no_byte(const Volume<T>& volume, Type type) {
                         // In two calls, as threads would.
                         brick_layers(cast.volume, opaque, 5, bricks.extent.z, bricks);
                         brick_layers(cast.volume, opaque, 0, 5, bricks);
-                        spread_bricks(bricks);
+                        join_layers(bricks, 3, bricks.extent.y);
+                        join_layers(bricks, 0, 3);
                         cast.bricks = &bricks;
                         ray_cast(cast, 0, 0, 64, 64, skipped.data(), 64 * channels);
                         ASSERT_EQ(0, std::memcmp(plain.data(), skipped.data(),
