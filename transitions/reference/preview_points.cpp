@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #include "transitions/reference/drawn_pixels.hpp"
+#include "transitions/reference/error_tally.hpp"
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_block.hpp"
 #include "transitions/reference/stored_cast.hpp"
@@ -38,6 +39,7 @@ struct Cluster {
     OutputSample corner;  // any sample of the cell
     bool outer = false, counted = true;
     double weight = 1;  // the inverse of how likely it was to be drawn
+    double rough = 0;   // as looked at
     std::array<double, kMethods> squares{};
     double count = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -62,7 +64,8 @@ std::vector<OutputSample> samples_at(const Reference& reference, const Extent& n
 
 struct Drawn {
     std::vector<Cluster> clusters;
-    double outer_share = 0;  // of the samples that see the input
+    double outer_share = 0;               // of the samples that see the input
+    std::array<Auxiliary, 2> rough = {};  // inner, outer
 };
 
 /// What nearest and linear samples tell of a cluster.
@@ -108,8 +111,10 @@ std::vector<std::size_t> extremes_of(const std::vector<Look>& looks) {
 
 /// Of the clusters at some samples, as draw_in_proportion has it, all where there are no more; and
 /// uncounted ones where the reference is likely to be extreme.
+/// @param known  of roughness, of all that were looked at
 std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Extent& n,
-                                         const std::vector<OutputSample>& at, double draws) {
+                                         const std::vector<OutputSample>& at, double draws,
+                                         Auxiliary& known) {
     std::vector<Cluster> drawn;
     if (static_cast<double>(at.size()) <= draws) {
         for (const OutputSample& corner : at) drawn.push_back({.corner = corner});
@@ -129,8 +134,9 @@ std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Exten
     }
     std::vector<double> rough;
     for (const Look& look : looks) rough.push_back(look.rough);
+    known = Auxiliary::over(rough, HUGE_VAL);
     for (const auto& [place, weight] : draw_in_proportion(rough, draws)) {
-        drawn.push_back({.corner = at[place], .weight = weight});
+        drawn.push_back({.corner = at[place], .weight = weight, .rough = rough[place]});
     }
     return drawn;
 }
@@ -174,7 +180,8 @@ Drawn draw(const Request& want, const Reference& reference, int times) {
     Drawn drawn;
     for (const bool outer : {false, true}) {
         const double draws = outer ? most_outer : most_inner;
-        for (Cluster& cluster : draw_rough_clusters(reference, n, met[outer], draws)) {
+        for (Cluster& cluster :
+             draw_rough_clusters(reference, n, met[outer], draws, drawn.rough[outer])) {
             cluster.outer = outer;
             drawn.clusters.push_back(std::move(cluster));
         }
@@ -303,15 +310,18 @@ Preview preview_points(const Request& want, const ReferenceField& field,
             if (!(cluster.count > 0)) continue;
             preview.draws += method == 0;
             // A cluster is drawn as often as it has samples that see the input.
-            tallies[cluster.outer][method].add(
-                cluster.weight * cluster.squares[method] / cluster.count, cluster.weight);
+            tallies[cluster.outer][method].add(cluster.squares[method] / cluster.count,
+                                               cluster.weight, cluster.rough);
             tallies[cluster.outer][method].close();
         }
     }
     for (int method = 0; method < kMethods; ++method) {
-        const ErrorEstimate error =
-            estimate_of(std::array{Stratum{1 - drawn.outer_share, tallies[0][method]},
-                                   Stratum{drawn.outer_share, tallies[1][method]}});
+        const ErrorEstimate error = estimate_of(std::array{Stratum{.share = 1 - drawn.outer_share,
+                                                                   .tally = tallies[0][method],
+                                                                   .auxiliary = drawn.rough[0]},
+                                                           Stratum{.share = drawn.outer_share,
+                                                                   .tally = tallies[1][method],
+                                                                   .auxiliary = drawn.rough[1]}});
         preview.facts[kNames[method]] = error.upper;
         preview.likely[kNames[method]] = error.likely;
     }

@@ -73,21 +73,4 @@ class LinearStored {
     std::array<std::int64_t, 3> stride_{};
 };
 
-/// Samples along a ray, combined; those that are not finite are left out.
-/// @param step  at most, along the axis that the ray runs along most [samples]
-template <class Sampler>
-Stretch cast_stored(const Sampler& sample, const RaySpan& ray, double step, const Request& want) {
-    const double span = ray.high - ray.low;
-    const auto count = std::max<std::int64_t>(
-        1, static_cast<std::int64_t>(std::ceil(span * ray.direction.cwiseAbs().maxCoeff() / step)));
-    const double piece = span / static_cast<double>(count);
-    Stretch stretch = Stretch::empty(want.mode);
-    for (std::int64_t k = 0; k < count; ++k) {
-        const double t = ray.low + (static_cast<double>(k) + 0.5) * piece;
-        const double value = sample(ray.origin + t * ray.direction);
-        if (std::isfinite(value)) stretch.add(value, piece, want);
-    }
-    return stretch;
-}
-
 }  // namespace edgewise

@@ -1,0 +1,258 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "transitions/reference/answer.hpp"
+#include "transitions/reference/ray_cells.hpp"
+#include "transitions/reference/ray_look.hpp"
+#include "transitions/reference/stored.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "transitions/reference/ray_look_simd.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h, as Highway demands.
+#include <hwy/highway.h>
+
+// Plain loops over places, which compilers turn into vectors of each target.
+
+HWY_BEFORE_NAMESPACE();
+namespace edgewise {
+namespace HWY_NAMESPACE {
+namespace {
+
+// Of cubic convolution: the slope at the neighbours. The spline's is 0.80.
+constexpr float kSlope = -0.75f;
+// A maximum is looked for where linear samples come so close to theirs, of their range.
+constexpr double kNear = 0.25;
+
+using Values = std::array<double, Places::kMost>;
+using Offsets = std::array<std::int64_t, Places::kMost>;
+
+/// Channel 0 of stored numbers, mapped; beyond the outermost samples these.
+template <class T>
+class Stored {
+ public:
+    explicit Stored(const Data& data)
+        : map_(data.what.values), stored_(data.as<T>()), dense_(data.what.channels == 1) {
+        std::int64_t stride = data.what.channels;
+        for (int axis = 0; axis < data.what.axes; ++axis) {
+            last_[axis] = static_cast<double>(data.what.extent[axis] - 1);
+            stride_[axis] = stride;
+            stride *= data.what.extent[axis];
+        }
+    }
+
+    void nearest(const Places& places, Values& values) const {
+        Offsets offset{};
+        for (int axis = 0; axis < 3; ++axis)
+            for (std::size_t i = 0; i < places.count; ++i)
+                offset[i] +=
+                    static_cast<std::int32_t>(clamped(places, axis, i) + 0.5) * stride_[axis];
+        for (std::size_t i = 0; i < places.count; ++i)
+            values[i] = map_(as_double(stored_[offset[i]]));
+    }
+
+    void linear(const Places& places, Values& values) const {
+        Offsets offset{};
+        std::array<Values, 3> f;
+        for (int axis = 0; axis < 3; ++axis)
+            for (std::size_t i = 0; i < places.count; ++i) {
+                const double q = clamped(places, axis, i);
+                const auto cell = static_cast<std::int32_t>(q);  // the floor: not negative
+                f[axis][i] = q - static_cast<double>(cell);
+                offset[i] += cell * stride_[axis];
+            }
+        for (std::size_t i = 0; i < places.count; ++i) {
+            const double fx = f[0][i], fy = f[1][i], fz = f[2][i];
+            // On a sample the next one weighs nothing and may not be there.
+            const std::int64_t right = fx > 0 ? stride_[0] : 0;
+            const T* near = stored_ + offset[i];
+            const T* far = near + (fz > 0 ? stride_[2] : 0);
+            const std::int64_t below = fy > 0 ? stride_[1] : 0;
+            const auto along = [fx, right](const T* at) {
+                const double a = as_double(at[0]);
+                return a + fx * (as_double(at[right]) - a);
+            };
+            const double a = along(near), b = along(near + below);
+            const double c = along(far), d = along(far + below);
+            const double front = a + fy * (b - a), back = c + fy * (d - c);
+            values[i] = map_(front + fz * (back - front));
+        }
+    }
+
+    void cubic(const Places& places, Values& values) const {
+        for (std::size_t i = 0; i < places.count; ++i) {
+            std::array<std::array<float, 4>, 3> weight;
+            std::array<std::array<std::int64_t, 4>, 3> tap;
+            bool inner = dense_;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double q = clamped(places, axis, i);
+                const auto cell = static_cast<std::int64_t>(q);
+                const auto last = static_cast<std::int64_t>(last_[axis]);
+                weight[axis] = weights(static_cast<float>(q - static_cast<double>(cell)));
+                for (std::int64_t k = 0; k < 4; ++k)
+                    tap[axis][k] = std::clamp<std::int64_t>(cell + k - 1, 0, last) * stride_[axis];
+                inner = inner && cell > 0 && cell + 2 <= last;
+            }
+            std::array<float, 4> column{};
+            for (std::size_t k = 0; k < 4; ++k)
+                for (std::size_t j = 0; j < 4; ++j) {
+                    const float across = weight[2][k] * weight[1][j];
+                    const T* line = stored_ + tap[2][k] + tap[1][j];
+                    if (inner)
+                        for (std::size_t x = 0; x < 4; ++x)
+                            column[x] += across * static_cast<float>(line[tap[0][0] + x]);
+                    else
+                        for (std::size_t x = 0; x < 4; ++x)
+                            column[x] += across * static_cast<float>(line[tap[0][x]]);
+                }
+            float sum = 0;
+            for (std::size_t x = 0; x < 4; ++x) sum += weight[0][x] * column[x];
+            values[i] = map_(static_cast<double>(sum));
+        }
+    }
+
+    /// As cubic where a maximum may be, else as linear.
+    void cubic_near_maximum(const Places& places, Values& values) const {
+        linear(places, values);
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (std::size_t i = 0; i < places.count; ++i) {
+            low = std::min(low, values[i]);
+            high = std::max(high, values[i]);
+        }
+        Places near;
+        std::array<std::size_t, Places::kMost> from;
+        near.count = 0;
+        for (std::size_t i = 0; i < places.count; ++i) {
+            if (low == high || !(values[i] >= high - kNear * (high - low))) continue;
+            from[near.count] = i;
+            near.add(places[i]);
+        }
+        Values finer;
+        cubic(near, finer);
+        for (std::size_t i = 0; i < near.count; ++i) values[from[i]] = finer[i];
+    }
+
+ private:
+    double clamped(const Places& places, int axis, std::size_t i) const {
+        const double p = places.at[axis][i] < 0 ? 0 : places.at[axis][i];
+        return p > last_[axis] ? last_[axis] : p;
+    }
+
+    static std::array<float, 4> weights(float f) {
+        const float g = 1 - f;
+        const auto outer = [](float near, float far) { return kSlope * near * far * far; };
+        const auto inner = [](float at) {
+            return ((kSlope + 2) * at - (kSlope + 3)) * at * at + 1;
+        };
+        return {outer(f, g), inner(f), inner(g), outer(g, f)};
+    }
+
+    ValueMap map_;
+    const T* stored_;
+    bool dense_;  // a line's samples lie side by side
+    std::array<double, 3> last_{};
+    std::array<std::int64_t, 3> stride_{};
+};
+
+/// One ray and the picture that it makes.
+class Caster {
+ public:
+    Caster(const RaySpan& ray, const Request& want) : ray_(ray), want_(want) {}
+
+    /// One value, or red, green, blue and opacity.
+    template <class Hold>
+    std::array<double, 4> cast(double step, Hold&& hold) {
+        constexpr double kEnd = std::numeric_limits<double>::infinity();
+        const double front = front_of(want_);
+        auto next = static_cast<std::int64_t>(std::floor((ray_.low - front) / step));
+        Stretch stretch = Stretch::empty(want_.mode);
+        for (cells_.take(kEnd, front, step, ray_, next); cells_.count > 0;
+             cells_.take(kEnd, front, step, ray_, next)) {
+            places_.count = cells_.count;
+            for (int axis = 0; axis < 3; ++axis)
+                for (std::size_t i = 0; i < cells_.count; ++i)
+                    places_.at[axis][i] =
+                        ray_.origin[axis] + cells_.middle[i] * ray_.direction[axis];
+            hold(places_, values_);
+            stretch.add({values_.data(), cells_.count}, cells_.length.data(), want_);
+        }
+        std::array<double, 4> result{};
+        stretch.result(want_, result.data());
+        return result;
+    }
+
+ private:
+    const RaySpan& ray_;
+    const Request& want_;
+    RayCells cells_;
+    Places places_;
+    Values values_;
+};
+
+/// A maximum moves by what lies between samples; integrals hardly tell.
+template <class T>
+std::array<double, 4> guess(const Stored<T>& stored, Field kind, Mode mode, Caster& caster) {
+    if (kind == Field::nearest)
+        return caster.cast(0.25, [&](auto&... at) { stored.nearest(at...); });
+    if (kind == Field::linear) return caster.cast(0.25, [&](auto&... at) { stored.linear(at...); });
+    if (mode == Mode::mip)
+        return caster.cast(0.5, [&](auto&... at) { stored.cubic_near_maximum(at...); });
+    return caster.cast(1, [&](auto&... at) { stored.cubic(at...); });
+}
+
+template <class T>
+RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceField& field) {
+    const Stored<T> stored(field.samples());
+    Caster caster(ray, want);
+    const auto zoh = [&](auto&... at) { stored.nearest(at...); };
+    const auto foh = [&](auto&... at) { stored.linear(at...); };
+    const std::array<double, 4> expected = guess(stored, field.kind(), want.mode, caster);
+    const std::array<std::array<double, 4>, RayLook::kCasts> got = {
+        caster.cast(1, zoh), caster.cast(2, zoh), caster.cast(1, foh), caster.cast(2, foh)};
+    const std::size_t channels = want.mode == Mode::composite ? 4 : 1;
+    RayLook look{.squares = {}, .low = 1, .high = 0};
+    for (std::size_t cast = 0; cast < got.size(); ++cast) {
+        double square = 0;
+        for (std::size_t c = 0; c < channels; ++c)
+            square += std::pow(got[cast][c] - expected[c], 2) / static_cast<double>(channels);
+        if (std::isfinite(square)) look.squares[cast] = square;
+    }
+    const auto [low, high] = std::minmax_element(expected.begin(), expected.begin() + channels);
+    if (std::isfinite(*low) && std::isfinite(*high)) {
+        look.low = *low;
+        look.high = *high;
+    }
+    return look;
+}
+
+RayLook LookAt(const RaySpan& ray, const Request& want, const ReferenceField& field) {
+    return with_stored_type(field.samples().what.type, [&](auto zero) {
+        return LookThrough<decltype(zero)>(ray, want, field);
+    });
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace edgewise
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace edgewise {
+
+HWY_EXPORT(LookAt);
+
+RayLook look_at(const RaySpan& ray, const Request& want, const ReferenceField& field) {
+    return HWY_DYNAMIC_DISPATCH(LookAt)(ray, want, field);
+}
+
+RayLook::Cast cast_like(std::string_view fact) noexcept {
+    if (!fact.starts_with("picture/") || fact == "picture/ended") return RayLook::kCasts;
+    const bool coarse = fact.ends_with("/2");
+    if (fact.find("/zoh") != fact.npos || fact.ends_with("/me"))
+        return coarse ? RayLook::kZoh2 : RayLook::kZoh1;
+    return coarse ? RayLook::kFoh2 : RayLook::kFoh1;
+}
+
+}  // namespace edgewise
+#endif
