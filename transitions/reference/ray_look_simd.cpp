@@ -13,20 +13,42 @@
 // After foreach_target.h, as Highway demands.
 #include <hwy/highway.h>
 
-// Plain loops over places, which compilers turn into vectors of each target.
+#include "transitions/reference/stored_lanes-inl.hpp"
+
+// Most are plain loops over places, which compilers turn into vectors of each target.
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise {
 namespace HWY_NAMESPACE {
 namespace {
 
+namespace hn = hwy::HWY_NAMESPACE;
+using namespace stored_lanes::HWY_NAMESPACE;  // NOLINT: how values are loaded
+
 // Of cubic convolution: the slope at the neighbours. The spline's is 0.80.
 constexpr float kSlope = -0.75f;
 // A maximum is looked for where linear samples come so close to theirs, of their range.
 constexpr double kNear = 0.25;
 
+using Numbers = std::array<float, Places::kMost>;
 using Values = std::array<double, Places::kMost>;
 using Offsets = std::array<std::int64_t, Places::kMost>;
+
+/// A few stored numbers.
+template <class D, class T>
+HWY_INLINE hn::Vec<D> load_as_float(D d, const T* from) {
+    const hn::RebindToSigned<D> whole;
+    if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
+        const hn::Rebind<T, D> narrow;
+        return hn::ConvertTo(d, hn::PromoteTo(whole, hn::LoadU(narrow, from)));
+    } else if constexpr (std::is_same_v<T, float> || std::is_same_v<T, StoredHalf>) {
+        return load(d, from);
+    } else {
+        std::array<float, hn::MaxLanes(d)> some;
+        for (std::size_t i = 0; i < some.size(); ++i) some[i] = static_cast<float>(from[i]);
+        return hn::LoadU(d, some.data());
+    }
+}
 
 /// Channel 0 of stored numbers, mapped; beyond the outermost samples these.
 template <class T>
@@ -66,9 +88,9 @@ class Stored {
             const double fx = f[0][i], fy = f[1][i], fz = f[2][i];
             // On a sample the next one weighs nothing and may not be there.
             const std::int64_t right = fx > 0 ? stride_[0] : 0;
+            const std::int64_t below = fy > 0 ? stride_[1] : 0;
             const T* near = stored_ + offset[i];
             const T* far = near + (fz > 0 ? stride_[2] : 0);
-            const std::int64_t below = fy > 0 ? stride_[1] : 0;
             const auto along = [fx, right](const T* at) {
                 const double a = as_double(at[0]);
                 return a + fx * (as_double(at[right]) - a);
@@ -81,34 +103,28 @@ class Stored {
     }
 
     void cubic(const Places& places, Values& values) const {
-        for (std::size_t i = 0; i < places.count; ++i) {
-            std::array<std::array<float, 4>, 3> weight;
-            std::array<std::array<std::int64_t, 4>, 3> tap;
-            bool inner = dense_;
-            for (int axis = 0; axis < 3; ++axis) {
+        std::array<std::array<std::int32_t, Places::kMost>, 3> cell;
+        std::array<std::array<Numbers, 4>, 3> weight;
+        for (int axis = 0; axis < 3; ++axis)
+            for (std::size_t i = 0; i < places.count; ++i) {
                 const double q = clamped(places, axis, i);
-                const auto cell = static_cast<std::int64_t>(q);
-                const auto last = static_cast<std::int64_t>(last_[axis]);
-                weight[axis] = weights(static_cast<float>(q - static_cast<double>(cell)));
-                for (std::int64_t k = 0; k < 4; ++k)
-                    tap[axis][k] = std::clamp<std::int64_t>(cell + k - 1, 0, last) * stride_[axis];
-                inner = inner && cell > 0 && cell + 2 <= last;
+                cell[axis][i] = static_cast<std::int32_t>(q);
+                const auto f = static_cast<float>(q - static_cast<double>(cell[axis][i]));
+                weight[axis][0][i] = outer(f, 1 - f);
+                weight[axis][1][i] = inner(f);
+                weight[axis][2][i] = inner(1 - f);
+                weight[axis][3][i] = outer(1 - f, f);
             }
-            std::array<float, 4> column{};
-            for (std::size_t k = 0; k < 4; ++k)
-                for (std::size_t j = 0; j < 4; ++j) {
-                    const float across = weight[2][k] * weight[1][j];
-                    const T* line = stored_ + tap[2][k] + tap[1][j];
-                    if (inner)
-                        for (std::size_t x = 0; x < 4; ++x)
-                            column[x] += across * static_cast<float>(line[tap[0][0] + x]);
-                    else
-                        for (std::size_t x = 0; x < 4; ++x)
-                            column[x] += across * static_cast<float>(line[tap[0][x]]);
-                }
-            float sum = 0;
-            for (std::size_t x = 0; x < 4; ++x) sum += weight[0][x] * column[x];
-            values[i] = map_(static_cast<double>(sum));
+        for (std::size_t i = 0; i < places.count; ++i) {
+            const std::array at = {cell[0][i], cell[1][i], cell[2][i]};
+            std::array<float, 4> column;
+            if (is_inside(at))
+                sum_columns(stored_ + (at[0] - 1), at, weight, i, column);
+            else
+                sum_clamped(at, weight, i, column);
+            values[i] = map_(
+                static_cast<double>(weight[0][0][i] * column[0] + weight[0][1][i] * column[1] +
+                                    weight[0][2][i] * column[2] + weight[0][3][i] * column[3]));
         }
     }
 
@@ -139,13 +155,56 @@ class Stored {
         return p > last_[axis] ? last_[axis] : p;
     }
 
-    static std::array<float, 4> weights(float f) {
-        const float g = 1 - f;
-        const auto outer = [](float near, float far) { return kSlope * near * far * far; };
-        const auto inner = [](float at) {
-            return ((kSlope + 2) * at - (kSlope + 3)) * at * at + 1;
+    // What taps weigh at `near` from them and `far` from the other side.
+    static float outer(float near, float far) { return kSlope * near * far * far; }
+    static float inner(float near) {
+        return ((kSlope + 2) * near - (kSlope + 3)) * near * near + 1;
+    }
+
+    /// Whether all taps are there, four of a line side by side.
+    bool is_inside(const std::array<std::int32_t, 3>& cell) const {
+        bool inside = dense_;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            inside = inside && cell[axis] > 0 && cell[axis] + 2 <= last_[axis];
+        return inside;
+    }
+
+    /// Four neighbours along x, each summed over y and z.
+    void sum_columns(const T* line, const std::array<std::int32_t, 3>& cell,
+                     const std::array<std::array<Numbers, 4>, 3>& weight, std::size_t i,
+                     std::array<float, 4>& column) const {
+        line += (cell[1] - 1) * stride_[1] + (cell[2] - 1) * stride_[2];
+        const hn::CappedTag<float, 4> four;
+        for (std::size_t x = 0; x < 4; x += hn::Lanes(four)) {
+            auto sum = hn::Zero(four);
+            for (std::size_t k = 0; k < 4; ++k)
+                for (std::size_t j = 0; j < 4; ++j) {
+                    const auto tap =
+                        load_as_float(four, line + x + static_cast<std::int64_t>(j) * stride_[1] +
+                                                static_cast<std::int64_t>(k) * stride_[2]);
+                    const float across = weight[2][k][i] * weight[1][j][i];
+                    sum = hn::Add(sum, hn::Mul(hn::Set(four, across), tap));
+                }
+            hn::StoreU(sum, four, column.data() + x);
+        }
+    }
+
+    /// The same; beyond the outermost samples these.
+    void sum_clamped(const std::array<std::int32_t, 3>& cell,
+                     const std::array<std::array<Numbers, 4>, 3>& weight, std::size_t i,
+                     std::array<float, 4>& column) const {
+        column = {};
+        const auto place = [&](std::size_t axis, std::size_t k) {
+            const double at = static_cast<double>(cell[axis]) + static_cast<double>(k) - 1;
+            return static_cast<std::int64_t>(std::clamp(at, 0.0, last_[axis])) * stride_[axis];
         };
-        return {outer(f, g), inner(f), inner(g), outer(g, f)};
+        for (std::size_t k = 0; k < 4; ++k)
+            for (std::size_t j = 0; j < 4; ++j) {
+                const T* line = stored_ + place(2, k) + place(1, j);
+                const float across = weight[2][k][i] * weight[1][j][i];
+                for (std::size_t x = 0; x < 4; ++x)
+                    column[x] += across * static_cast<float>(line[place(0, x)]);
+            }
     }
 
     ValueMap map_;
