@@ -13,7 +13,9 @@ namespace edgewise {
 /// and these squares go with nearly all of them (r^2 of 0.8 to 0.99 for the same cast, 16 pictures
 /// of 9 volumes).
 struct RayLook {
-    enum Cast : std::size_t { kZoh1, kZoh2, kFoh1, kFoh2, kCasts };  // by hold and step
+    // By hold and step; and by slices, along a parallel ray that is moved to meet samples in one of
+    // them, as shear-warp without interpolation has it.
+    enum Cast : std::size_t { kZoh1, kZoh2, kFoh1, kFoh2, kSlices, kCasts };
 
     std::array<double, kCasts> squares{};  // as errors of pictures; 0 where none is finite
     double low = 0, high = 0;              // of the guess, over its channels; low > high: nothing

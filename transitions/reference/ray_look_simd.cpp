@@ -214,25 +214,23 @@ class Stored {
     std::array<std::int64_t, 3> stride_{};
 };
 
-/// One ray and the picture that it makes.
+/// Pictures of rays: one value, or red, green, blue and opacity.
 class Caster {
  public:
-    Caster(const RaySpan& ray, const Request& want) : ray_(ray), want_(want) {}
+    explicit Caster(const Request& want) : want_(want) {}
 
-    /// One value, or red, green, blue and opacity.
+    /// @param front  where the first of the steps begins [t]
     template <class Hold>
-    std::array<double, 4> cast(double step, Hold&& hold) {
+    std::array<double, 4> cast(const RaySpan& ray, double front, double step, Hold&& hold) {
         constexpr double kEnd = std::numeric_limits<double>::infinity();
-        const double front = front_of(want_);
-        auto next = static_cast<std::int64_t>(std::floor((ray_.low - front) / step));
+        auto next = static_cast<std::int64_t>(std::floor((ray.low - front) / step));
         Stretch stretch = Stretch::empty(want_.mode);
-        for (cells_.take(kEnd, front, step, ray_, next); cells_.count > 0;
-             cells_.take(kEnd, front, step, ray_, next)) {
+        for (cells_.take(kEnd, front, step, ray, next); cells_.count > 0;
+             cells_.take(kEnd, front, step, ray, next)) {
             places_.count = cells_.count;
             for (int axis = 0; axis < 3; ++axis)
                 for (std::size_t i = 0; i < cells_.count; ++i)
-                    places_.at[axis][i] =
-                        ray_.origin[axis] + cells_.middle[i] * ray_.direction[axis];
+                    places_.at[axis][i] = ray.origin[axis] + cells_.middle[i] * ray.direction[axis];
             hold(places_, values_);
             stretch.add({values_.data(), cells_.count}, cells_.length.data(), want_);
         }
@@ -241,41 +239,56 @@ class Caster {
         return result;
     }
 
+    /// Slice by slice, as ShearedPicture has it, of the pixel that is nearest to a ray.
+    template <class Hold>
+    std::array<double, 4> cast_slices(RaySpan ray, Hold&& hold) {
+        int axis = 0;
+        ray.direction.cwiseAbs().maxCoeff(&axis);
+        const double advance = ray.direction[axis];
+        const double slice = advance > 0 ? 0 : static_cast<double>(want_.input[axis] - 1);
+        const double first = (slice - ray.origin[axis]) / advance, step = 1 / std::abs(advance);
+        for (int across = 0; across < 3; ++across) {
+            const double at = ray.origin[across] + first * ray.direction[across];
+            if (across != axis) ray.origin[across] += std::floor(at + 0.5) - at;
+        }
+        ray.high = std::numeric_limits<double>::infinity();
+        ray.low = -ray.high;
+        if (!ray.clip(want_.input)) ray.low = ray.high = first;
+        return cast(ray, first - 0.5 * step, step, hold);
+    }
+
  private:
-    const RaySpan& ray_;
     const Request& want_;
     RayCells cells_;
     Places places_;
     Values values_;
 };
 
-/// A maximum moves by what lies between samples; integrals hardly tell.
-template <class T>
-std::array<double, 4> guess(const Stored<T>& stored, Field kind, Mode mode, Caster& caster) {
-    if (kind == Field::nearest)
-        return caster.cast(0.25, [&](auto&... at) { stored.nearest(at...); });
-    if (kind == Field::linear) return caster.cast(0.25, [&](auto&... at) { stored.linear(at...); });
-    if (mode == Mode::mip)
-        return caster.cast(0.5, [&](auto&... at) { stored.cubic_near_maximum(at...); });
-    return caster.cast(1, [&](auto&... at) { stored.cubic(at...); });
-}
-
 template <class T>
 RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceField& field) {
     const Stored<T> stored(field.samples());
-    Caster caster(ray, want);
+    Caster caster(want);
+    const auto cast = [&](double step, const auto& hold) {
+        return caster.cast(ray, front_of(want), step, hold);
+    };
     const auto zoh = [&](auto&... at) { stored.nearest(at...); };
     const auto foh = [&](auto&... at) { stored.linear(at...); };
-    const std::array<double, 4> expected = guess(stored, field.kind(), want.mode, caster);
+    // A maximum moves by what lies between samples; integrals hardly tell.
+    const std::array<double, 4> expected =
+        field.kind() == Field::nearest  ? cast(0.25, zoh)
+        : field.kind() == Field::linear ? cast(0.25, foh)
+        : want.mode == Mode::mip ? cast(0.5, [&](auto&... at) { stored.cubic_near_maximum(at...); })
+                                 : cast(1, [&](auto&... at) { stored.cubic(at...); });
     const std::array<std::array<double, 4>, RayLook::kCasts> got = {
-        caster.cast(1, zoh), caster.cast(2, zoh), caster.cast(1, foh), caster.cast(2, foh)};
+        cast(1, zoh), cast(2, zoh), cast(1, foh), cast(2, foh),
+        want.eye ? expected : caster.cast_slices(ray, zoh)};
     const std::size_t channels = want.mode == Mode::composite ? 4 : 1;
     RayLook look{.squares = {}, .low = 1, .high = 0};
-    for (std::size_t cast = 0; cast < got.size(); ++cast) {
+    for (std::size_t i = 0; i < got.size(); ++i) {
         double square = 0;
         for (std::size_t c = 0; c < channels; ++c)
-            square += std::pow(got[cast][c] - expected[c], 2) / static_cast<double>(channels);
-        if (std::isfinite(square)) look.squares[cast] = square;
+            square += std::pow(got[i][c] - expected[c], 2) / static_cast<double>(channels);
+        if (std::isfinite(square)) look.squares[i] = square;
     }
     const auto [low, high] = std::minmax_element(expected.begin(), expected.begin() + channels);
     if (std::isfinite(*low) && std::isfinite(*high)) {
@@ -307,6 +320,7 @@ RayLook look_at(const RaySpan& ray, const Request& want, const ReferenceField& f
 
 RayLook::Cast cast_like(std::string_view fact) noexcept {
     if (!fact.starts_with("picture/") || fact == "picture/ended") return RayLook::kCasts;
+    if (fact == "picture/shear_warp/zoh") return RayLook::kSlices;
     const bool coarse = fact.ends_with("/2");
     if (fact.find("/zoh") != fact.npos || fact.ends_with("/me"))
         return coarse ? RayLook::kZoh2 : RayLook::kZoh1;
