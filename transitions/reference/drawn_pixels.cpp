@@ -14,8 +14,8 @@ namespace edgewise {
 namespace {
 
 // Pixels that are looked at: so many, or fewer as their rays together are so long [unit].
-constexpr std::size_t kFewestLooked = 1024, kMostLooked = 4096;
-constexpr double kLookedLength = 4096 * 160.0;
+constexpr std::size_t kFewestLooked = 1024, kMostLooked = 6144;
+constexpr double kLookedLength = 6144 * 160.0;
 constexpr int kTries = 16 * kMostLooked;
 constexpr double kEven = 0.5;  // of the draws
 
