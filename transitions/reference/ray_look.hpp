@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "transitions/reference/field.hpp"
+#include "transitions/reference/preview_holds.hpp"
 #include "transitions/reference/view_geometry.hpp"
 
 namespace edgewise {
@@ -29,6 +30,12 @@ struct RayLook {
 /// Keys, "Cubic convolution interpolation for digital image processing", IEEE Trans. Acoustics,
 /// Speech, and Signal Processing 29(6), 1981.
 RayLook look_at(const RaySpan& ray, const Request& want, const ReferenceField& field);
+
+/// The same at places: channel 0 as nearest, linear and guessed.
+struct PointLook {
+    std::array<double, Places::kMost> nearest, linear, guess;
+};
+void look_at(const Places& places, const ReferenceField& field, PointLook& look);
 
 /// The cast whose square goes best with that of a fact; kCasts: none does.
 RayLook::Cast cast_like(std::string_view fact) noexcept;

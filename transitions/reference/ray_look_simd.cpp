@@ -304,6 +304,20 @@ RayLook LookAt(const RaySpan& ray, const Request& want, const ReferenceField& fi
     });
 }
 
+void LookAtPlaces(const Places& places, const ReferenceField& field, PointLook& look) {
+    with_stored_type(field.samples().what.type, [&](auto zero) {
+        const Stored<decltype(zero)> stored(field.samples());
+        stored.nearest(places, look.nearest);
+        stored.linear(places, look.linear);
+        if (field.kind() == Field::nearest)
+            look.guess = look.nearest;
+        else if (field.kind() == Field::linear)
+            look.guess = look.linear;
+        else
+            stored.cubic(places, look.guess);
+    });
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace edgewise
@@ -313,9 +327,14 @@ HWY_AFTER_NAMESPACE();
 namespace edgewise {
 
 HWY_EXPORT(LookAt);
+HWY_EXPORT(LookAtPlaces);
 
 RayLook look_at(const RaySpan& ray, const Request& want, const ReferenceField& field) {
     return HWY_DYNAMIC_DISPATCH(LookAt)(ray, want, field);
+}
+
+void look_at(const Places& places, const ReferenceField& field, PointLook& look) {
+    HWY_DYNAMIC_DISPATCH(LookAtPlaces)(places, field, look);
 }
 
 RayLook::Cast cast_like(std::string_view fact) noexcept {
