@@ -25,11 +25,13 @@ constexpr int kLooked = 32;
 // Inputs of so many samples are prepared once for all clusters, of which there can be more.
 constexpr std::int64_t kSmallInput = 1 << 19;
 constexpr int kMore = 5, kMostMore = 20;
-constexpr std::size_t kExtremes = 16;  // clusters where the reference may be lowest, and highest
-constexpr int kClimb = 64;             // clusters that a slope is followed, at most
-constexpr double kShell = 2;           // samples
-constexpr int kHolds = 4;              // with the assignment ("me")
-constexpr int kMethods = 6;            // with passes of shears
+// Clusters where the reference may be lowest, and highest: so many of the ends of so many slopes,
+// each followed over so many clusters at most.
+constexpr std::size_t kExtremes = 16, kStarts = 64;
+constexpr int kClimb = 64;
+constexpr double kShell = 2;  // samples
+constexpr int kHolds = 4;     // with the assignment ("me")
+constexpr int kMethods = 6;   // with passes of shears
 constexpr std::array<const char*, kMethods> kNames = {
     "field/zoh", "field/foh", "field/bspline3", "field/me", "sheared/foh", "sheared/bspline3"};
 
@@ -126,7 +128,7 @@ Look climb(Look from, const Reference& reference, const Extent& n, Before before
 /// Clusters where the reference is likely to be lowest and highest.
 std::vector<OutputSample> extremes_of(std::vector<Look> looks, const Reference& reference,
                                       const Extent& n) {
-    const std::size_t count = std::min(looks.size(), kExtremes);
+    const std::size_t count = std::min(looks.size(), kStarts);
     const auto end = looks.begin() + static_cast<std::ptrdiff_t>(count);
     std::vector<OutputSample> extremes;
     for (const Before before : {is_lower, is_higher}) {
@@ -134,7 +136,9 @@ std::vector<OutputSample> extremes_of(std::vector<Look> looks, const Reference& 
         std::vector<Look> ends(looks.begin(), end);
         tbb::parallel_for(std::size_t{0}, count,
                           [&](std::size_t i) { ends[i] = climb(ends[i], reference, n, before); });
-        for (const Look& one : ends) extremes.push_back(one.corner);
+        std::stable_sort(ends.begin(), ends.end(), before);
+        for (std::size_t i = 0; i < std::min(count, kExtremes); ++i)
+            extremes.push_back(ends[i].corner);
     }
     return extremes;
 }
@@ -219,9 +223,9 @@ Drawn draw(const Request& want, const Reference& reference, int times) {
     return drawn;
 }
 
-/// The output samples around an input sample, in the first view that shows it.
-std::vector<Cluster> around(const Request& want, const Reference& reference, const Extent& input,
-                            std::int64_t place) {
+/// An output sample near an input sample, in the first view that shows it.
+std::optional<OutputSample> around(const Request& want, const Reference& reference,
+                                   const Extent& input, std::int64_t place) {
     const Vec3 p(static_cast<double>(place % input.x),
                  static_cast<double>(place / input.x % input.y),
                  static_cast<double>(place / (input.x * input.y)));
@@ -238,7 +242,7 @@ std::vector<Cluster> around(const Request& want, const Reference& reference, con
         at.x = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.x()));
         at.y = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.y()));
         if (want.axes == 3) at.z = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.z()));
-        if (!samples_at(reference, n, at).empty()) return {{.corner = at}};
+        if (!samples_at(reference, n, at).empty()) return at;
     }
     return {};
 }
@@ -314,10 +318,14 @@ Preview preview_points(const Request& want, const ReferenceField& field,
     const bool labels = field.kind() == Field::nearest;
     Drawn drawn = draw(want, reference, times);
     std::vector<Cluster>& clusters = drawn.clusters;
-    for (std::int64_t place : {statistics.lowest, statistics.highest})
-        for (Cluster& cluster : around(want, reference, field.extent(), place)) {
-            cluster.counted = false;
-            clusters.push_back(std::move(cluster));
+    for (const auto& [place, before] :
+         {std::pair<std::int64_t, Before>{statistics.lowest, is_lower},
+          {statistics.highest, is_higher}})
+        if (const auto corner = around(want, reference, field.extent(), place)) {
+            const Extent n = want.output();
+            const Look start = look_at(*corner, reference, n);
+            for (const Look& at : {start, climb(start, reference, n, before)})
+                clusters.push_back({.corner = at.corner, .counted = false});
         }
     std::optional<PreviewBlock> whole;
     if (field.extent().samples() <= kSmallInput)
