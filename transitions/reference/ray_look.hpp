@@ -10,8 +10,8 @@
 namespace edgewise {
 
 /// A look at one ray: what cheap casts through the stored numbers, without lattices and blocks,
-/// differ by from a guess of the reference. About a tenth of what the exact errors of a ray cost, and
-/// these squares go with them (r^2 of 0.8 to 0.99 for most casts, 16 pictures of 8 volumes).
+/// differ by from a guess of the reference. About a tenth of what the exact errors of a ray cost,
+/// and these squares go with them (r^2 of 0.8 to 0.99 for most casts, 16 pictures of 8 volumes).
 struct RayLook {
     // By hold and step; and by slices, along a parallel ray that is moved to meet samples in one of
     // them, as shear-warp without interpolation has it.
