@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "cli/session/known_scene.hpp"
 #include "cli/session/session.hpp"
@@ -14,7 +15,7 @@ constexpr double kRuns = 1000;
 constexpr double kMost = 2;  // [s] that drawing more may take, whatever it saves
 // What a cluster takes on one core, looks at others included, by and large: points of warps, rays
 // of pictures [s].
-constexpr double kPoint = 2.5e-5, kRay = 8e-4;
+constexpr double kPoint = 3e-5, kRay = 1e-3;
 
 Answer answer_to(const Session& session, const Scene& scene) {
     return plan(session.edges, {session.want(), scene}, session.sources(), session.profile,
@@ -53,11 +54,17 @@ void ask_planner(Session& session) {
             break;
         const Answer likely = answer_to(session, session.scene.as_likely());
         if (worth(session.answer->plan, likely.plan, want.minimize) < times * usual) break;
-        session.scene =
-            known_scene(*session.input, session.statistics, want, session.memory.get(), times);
-        session.drawn = times;
+        Scene before = std::exchange(session.scene, known_scene(*session.input, session.statistics,
+                                                                want, session.memory.get(), times));
         prepare_planning(session);
-        session.answer = answer_to(session, session.scene);
+        Answer answer = answer_to(session, session.scene);
+        if (!answer.plan) {  // there was one, or nothing would have been worth the draws
+            session.scene = std::move(before);
+            prepare_planning(session);
+            break;
+        }
+        session.drawn = times;
+        session.answer = std::move(answer);
     }
     session.answer->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -13,6 +13,7 @@ struct Session;
 /// must be worth it: 1000 runs of a faster plan save more time than drawing takes, which is two
 /// seconds of one core at most.
 ///
+/// Where none of the plans of more draws keeps the budgets, that of fewer stays.
 /// Where no plan keeps the budgets none is looked for: what would be the least that does
 /// (way_out.hpp) is a matter of the usual draws.
 ///

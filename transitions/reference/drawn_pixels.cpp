@@ -1,92 +1,37 @@
 #include "transitions/reference/drawn_pixels.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <tbb/parallel_for.h>
 
 #include "transitions/reference/preview_short.hpp"
-#include "transitions/reference/stored_cast.hpp"
 
 namespace edgewise {
 namespace {
 
-constexpr std::size_t kLooked = 1024;  // pixels that are looked at cheaply
-constexpr int kTries = 16 * kLooked;
-constexpr double kEven = 0.5;   // of the draws
-constexpr double kStep = 1.5;   // samples
-constexpr double kBend = 0.25;  // a bilinear picture is wrong by so much of a second difference
+// Pixels that are looked at: so many, or fewer as their rays together are so long [unit].
+constexpr std::size_t kFewestLooked = 1024, kMostLooked = 6144;
+constexpr double kLookedLength = 6144 * 160.0;
+constexpr int kTries = 16 * kMostLooked;
+constexpr double kEven = 0.5;  // of the draws
 
-using Values = std::array<double, 4>;
-
-double square_between(const Values& a, const Values& b) {
-    double sum = 0;
-    for (std::size_t c = 0; c < a.size(); ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
-    return sum;
+/// Roots of how far each cast is off, in terms of all: what is left of squares after a regression
+/// grows with them.
+std::vector<double> roughness_of(std::span<const DrawnPixels::Looked> looked) {
+    std::vector<double> rough(looked.size(), 0);
+    for (std::size_t cast = 0; cast < RayLook::kCasts; ++cast) {
+        double sum = 0;
+        for (const auto& [at, look] : looked) sum += look.squares[cast];
+        for (std::size_t i = 0; i < rough.size() && sum > 0; ++i)
+            rough[i] += looked[i].look.squares[cast] / sum;
+    }
+    for (double& value : rough) value = std::sqrt(value);
+    return rough;
 }
-
-/// How rough data and picture are at a pixel.
-template <class T>
-class Roughness {
- public:
-    Roughness(const Request& want, const Data& data, const ViewGeometry& geometry)
-        : want_(want), geometry_(geometry), nearest_(data), linear_(data) {}
-
-    /// A square, in the picture's values; 0 where the pixel's ray misses the input.
-    double at(const OutputSample& pixel) const {
-        const std::optional<RaySpan> ray = geometry_.ray(pixel);
-        if (!ray) return 0;
-        Values held{};
-        cast_stored(nearest_, *ray, kStep, want_).result(want_, held.data());
-        const Values middle = linear(ray);
-        const double contrast = square_between(held, middle), bend = bend_at(pixel, *ray, middle);
-        return std::isfinite(contrast + bend) ? std::max(contrast, kBend * kBend * bend) : 0;
-    }
-
- private:
-    /// Nothing where the input is missed, as in a picture.
-    Values linear(const std::optional<RaySpan>& ray) const {
-        Values values{};
-        if (ray) cast_stored(linear_, *ray, kStep, want_).result(want_, values.data());
-        return values;
-    }
-    /// The larger of the second differences along x and y, over one sample of the input.
-    double bend_at(const OutputSample& pixel, const RaySpan& ray, const Values& middle) const {
-        if (want_.eye) return 0;
-        const auto x = static_cast<double>(pixel.x), y = static_cast<double>(pixel.y);
-        double largest = 0;
-        for (const auto& [dx, dy] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}}) {
-            const double step = samples_a_pixel(pixel.view, dx, dy, ray);
-            if (!(step > 0)) continue;
-            const Values before = linear(geometry_.ray(pixel.view, x - dx / step, y - dy / step));
-            const Values after = linear(geometry_.ray(pixel.view, x + dx / step, y + dy / step));
-            Values mean{};
-            for (std::size_t c = 0; c < mean.size(); ++c) mean[c] = 0.5 * (before[c] + after[c]);
-            largest = std::max(largest, 4 * square_between(mean, middle));
-        }
-        return largest;
-    }
-    double samples_a_pixel(int view, double dx, double dy, const RaySpan& ray) const {
-        const Mat4& to_screen = want_.views.at(view);
-        const Vec3 moved = to_screen.topLeftCorner<3, 3>().inverse() * Vec3(dx, dy, 0);
-        // What of it is across the ray.
-        const Vec3 along = ray.direction.normalized();
-        return (moved - moved.dot(along) * along).norm();
-    }
-
-    const Request& want_;
-    const ViewGeometry& geometry_;
-    NearestStored<T> nearest_;
-    LinearStored<T> linear_;
-};
-
-struct Candidate {
-    OutputSample at;
-    double rough = 0;
-};
 
 /// How often each is drawn on average, at most once: those that would be drawn more often are
 /// certain, and leave the others more.
@@ -113,37 +58,40 @@ std::vector<double> expected_draws(std::span<const double> rough, double draws) 
     return expected;
 }
 
-/// At most so many of a list, at equal distances.
-std::vector<Candidate> some_of(std::span<const OutputSample> from, std::size_t most) {
-    std::vector<Candidate> some(std::min(from.size(), most));
+}  // namespace
+
+std::array<Auxiliary, RayLook::kCasts> DrawnPixels::auxiliaries() const {
+    std::array<Auxiliary, RayLook::kCasts> known;
+    std::vector<double> squares(looked.size());
+    for (std::size_t cast = 0; cast < known.size(); ++cast) {
+        for (std::size_t i = 0; i < looked.size(); ++i) squares[i] = looked[i].look.squares[cast];
+        known[cast] = Auxiliary::over(squares, pixels);
+    }
+    return known;
+}
+
+std::vector<OutputSample> some_of(std::span<const OutputSample> from, std::size_t most) {
+    std::vector<OutputSample> some(std::min(from.size(), most));
     for (std::size_t i = 0; i < some.size(); ++i)
-        some[i].at = from[(2 * i + 1) * from.size() / (2 * some.size())];
+        some[i] = from[(2 * i + 1) * from.size() / (2 * some.size())];
     return some;
 }
 
-}  // namespace
-
-std::vector<DrawnPixels::Pixel> draw_rough(const Request& want, const ReferenceField& field,
-                                           const ViewGeometry& geometry,
-                                           std::span<const OutputSample> from, double draws,
-                                           int times) {
-    draws *= times;
-    std::vector<DrawnPixels::Pixel> drawn;
+DrawnPixels draw_rough(const Request& want, const ReferenceField& field,
+                       const ViewGeometry& geometry, std::span<const OutputSample> from,
+                       double draws) {
+    DrawnPixels pixels;
     if (static_cast<double>(from.size()) <= draws) {
-        for (const OutputSample& at : from) drawn.push_back({at});
-        return drawn;
+        for (const OutputSample& at : from) pixels.drawn.push_back({at});
+        return pixels;
     }
-    std::vector<Candidate> rays = some_of(from, kLooked * times);
-    with_stored_type(field.samples().what.type, [&](auto zero) {
-        const Roughness<decltype(zero)> roughness(want, field.samples(), geometry);
-        tbb::parallel_for(std::size_t{0}, rays.size(),
-                          [&](std::size_t i) { rays[i].rough = roughness.at(rays[i].at); });
+    pixels.looked.resize(from.size());
+    tbb::parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
+        pixels.looked[i] = {from[i], look_at(*geometry.ray(from[i]), want, field)};
     });
-    std::vector<double> rough;
-    for (const Candidate& ray : rays) rough.push_back(ray.rough);
-    for (const auto& [place, weight] : draw_in_proportion(rough, draws))
-        drawn.push_back({rays[place].at, weight});
-    return drawn;
+    for (const auto& [place, weight] : draw_in_proportion(roughness_of(pixels.looked), draws))
+        pixels.drawn.push_back({from[place], weight});
+    return pixels;
 }
 
 std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double draws) {
@@ -166,35 +114,65 @@ std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double 
     return drawn;
 }
 
+namespace {
+
+/// Pixels with rays that are not short, spread evenly over views and pixels.
+struct Met {
+    std::vector<OutputSample> at;
+    double reach = 0, tries = 0;  // reach: how long their rays together are [unit]
+
+    void meet(const OutputSample& pixel, const Request& want, const ViewGeometry& geometry) {
+        ++tries;
+        const std::optional<RaySpan> ray = geometry.ray(pixel);
+        if (!ray || ShortRays::class_of(*ray, want) != ShortRays::kClasses) return;
+        at.push_back(pixel);
+        reach += ray->high - ray->low;
+    }
+};
+
+/// By the additive recurrence of the generalised golden ratio in two dimensions (Roberts 2018). In
+/// three its first two have a relation, 35 pixels long, and leave stripes of one view unseen.
+Met meet_some(const Request& want, const ViewGeometry& geometry, int times) {
+    constexpr std::array<double, 3> ratio = {0.7548776662466927, 0.5698402909980532,
+                                             std::numbers::e - 2};
+    Met met;
+    while (met.tries < kTries * times && met.at.size() < kMostLooked * times &&
+           (met.at.size() < kFewestLooked || met.reach < kLookedLength * times)) {
+        std::array<double, 3> u;
+        for (int axis = 0; axis < 3; ++axis)
+            u[axis] = std::fmod(0.5 + ratio[axis] * (met.tries + 1), 1.0);
+        met.meet({static_cast<int>(u[2] * want.frames),
+                  static_cast<std::int64_t>(u[0] * static_cast<double>(want.screen.x)),
+                  static_cast<std::int64_t>(u[1] * static_cast<double>(want.screen.y)), 0},
+                 want, geometry);
+    }
+    return met;
+}
+
+Met meet_all(const Request& want, const ViewGeometry& geometry) {
+    Met met;
+    for (int view = 0; view < want.frames; ++view)
+        for (std::int64_t y = 0; y < want.screen.y; ++y)
+            for (std::int64_t x = 0; x < want.screen.x; ++x)
+                met.meet({view, x, y, 0}, want, geometry);
+    return met;
+}
+
+}  // namespace
+
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
                         const ViewGeometry& geometry, int fewest, int most, double length,
                         int times) {
-    // Spread evenly over views and pixels by the additive recurrence of the generalised golden
-    // ratio (Roberts 2018).
-    constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};
-    std::vector<OutputSample> met;
-    double reach = 0;
-    int tries = 0;
-    for (; tries < kTries * times && met.size() < kLooked * static_cast<std::size_t>(times);
-         ++tries) {
-        std::array<double, 3> u;
-        for (int axis = 0; axis < 3; ++axis)
-            u[axis] = std::fmod(0.5 + ratio[axis] * (tries + 1), 1.0);
-        const OutputSample at{static_cast<int>(u[2] * want.frames),
-                              static_cast<std::int64_t>(u[0] * static_cast<double>(want.screen.x)),
-                              static_cast<std::int64_t>(u[1] * static_cast<double>(want.screen.y)),
-                              0};
-        const std::optional<RaySpan> ray = geometry.ray(at);
-        if (!ray || ShortRays::class_of(*ray, want) != ShortRays::kClasses) continue;
-        met.push_back(at);
-        reach += ray->high - ray->low;
-    }
-    const auto count = static_cast<double>(met.size());
-    const double draws = std::clamp(std::ceil(length * count / std::max(reach, 1e-9)),
+    const double all = static_cast<double>(want.screen.x * want.screen.y) * want.frames;
+    const Met met = all <= static_cast<double>(kMostLooked) * times
+                        ? meet_all(want, geometry)
+                        : meet_some(want, geometry, times);
+    const auto count = static_cast<double>(met.at.size());
+    const double draws = std::clamp(std::ceil(length * count / std::max(met.reach, 1e-9)),
                                     static_cast<double>(fewest), static_cast<double>(most));
-    return {.drawn = draw_rough(want, field, geometry, met, draws, times),
-            .pixels = static_cast<double>(want.screen.x * want.screen.y) * want.frames * count /
-                      std::max(1, tries)};
+    DrawnPixels pixels = draw_rough(want, field, geometry, met.at, draws * times);
+    pixels.pixels = all * count / std::max(1.0, met.tries);
+    return pixels;
 }
 
 }  // namespace edgewise

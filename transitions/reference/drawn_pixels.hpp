@@ -1,29 +1,37 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
-#include "transitions/reference/field.hpp"
-#include "transitions/reference/view_geometry.hpp"
+#include "transitions/reference/error_tally.hpp"
+#include "transitions/reference/ray_look.hpp"
 
 namespace edgewise {
 
 /// Pixels that errors of pictures are measured at, drawn where they are likely to be large.
 ///
 /// Squares of errors have heavy tails: a few pixels at edges carry them, and a hundred that are
-/// drawn evenly see too few of those. More pixels are looked at cheaply first: what nearest and
-/// linear samples differ by tells where the data are rough, and how a pixel's neighbours bend away
-/// from it where a picture is. Of these, half of the draws are even and half go in proportion to
-/// that square, and each counts by the inverse of how likely it was to be drawn (Hansen, Hurwitz
-/// 1943; in two phases: Cochran 1977, 12.9).
+/// drawn evenly see too few of those. Some thousands are looked at cheaply first (ray_look.hpp). Of
+/// these, half of the draws are even and half go in proportion to how far their casts are off, and
+/// each counts by the inverse of how likely it was to be drawn (Hansen, Hurwitz 1943; in two
+/// phases: Cochran 1977, 12.9). What the looks say of all pixels then improves what the draws say
+/// (error_tally.hpp).
 struct DrawnPixels {
     struct Pixel {
         OutputSample at;
         double weight = 1;  // mean 1, about
     };
+    struct Looked {
+        OutputSample at;
+        RayLook look;
+    };
     std::vector<Pixel> drawn;
-    double pixels = 0;   // of all views that the draws stand for, about
-    bool whole = false;  // all of them are drawn
+    std::vector<Looked> looked;  // none where all that there is was drawn
+    double pixels = 0;           // of all views that the draws stand for, about
+    bool whole = false;          // all of them are drawn
+
+    std::array<Auxiliary, RayLook::kCasts> auxiliaries() const;
 };
 
 /// One of a list, and the inverse of how likely it was to be drawn: mean 1, about.
@@ -39,16 +47,18 @@ std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double 
 /// Draws from pixels whose rays meet the input.
 /// @param from   spread evenly over their population; any of them may be drawn
 /// @param draws  pixels, at most about so many; all of `from` where there are no more
-/// @param times  so many times the draws, of so many times the pixels that are looked at
-/// @return in increasing roughness; the same for any number of threads
-std::vector<DrawnPixels::Pixel> draw_rough(const Request& want, const ReferenceField& field,
-                                           const ViewGeometry& geometry,
-                                           std::span<const OutputSample> from, double draws,
-                                           int times = 1);
+/// @return in increasing roughness, without `pixels`; the same for any number of threads
+DrawnPixels draw_rough(const Request& want, const ReferenceField& field,
+                       const ViewGeometry& geometry, std::span<const OutputSample> from,
+                       double draws);
+
+/// At most so many of a list, at equal distances.
+std::vector<OutputSample> some_of(std::span<const OutputSample> from, std::size_t most);
 
 /// Of all pixels but those of short rays (preview_short.hpp).
 /// @param fewest, most  pixels; between them as many as their rays together are `length` long
 ///                      [unit]
+/// @param times  so many times the draws, of so many times the pixels that are looked at
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
                         const ViewGeometry& geometry, int fewest, int most, double length,
                         int times = 1);

@@ -4,15 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "transitions/reference/ray_cells.hpp"
+
 namespace edgewise {
 namespace {
 
 constexpr double kFine = 1.0 / Reference::kStepsPerUnit;
 constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers on its longest axis
-
-/// Where the first cell of cast rays begins: in front of the first layer of the screen, or in the
-/// eye, as in project.ray_cast.
-double front_of(const Request& want) { return want.eye ? 0 : -0.5; }
 
 }  // namespace
 
@@ -32,6 +30,7 @@ Bundle bundle_at(const Request& want, const ViewGeometry& geometry, const Output
         const Stretch empty = Stretch::empty(want.mode);
         Traced traced{.ray = *ray,
                       .at = {corner.view, x, y, 0},
+                      .look = {},
                       .reference = empty,
                       .noisy = {empty, empty},
                       .cast = {},
@@ -58,28 +57,6 @@ Bundle bundle_at(const Request& want, const ViewGeometry& geometry, const Output
 
 namespace {
 
-/// Some cells of a ray, one after another.
-struct Cells {
-    std::size_t count = 0;
-    std::array<std::int64_t, Places::kMost> index;
-    std::array<double, Places::kMost> middle, length;  // [t]
-};
-
-/// The next cells of one step whose middles lie before `end`; none: count 0.
-void take_cells(double end, double front, double step, const RaySpan& ray, std::int64_t& next,
-                Cells& cells) {
-    for (cells.count = 0; cells.count < Places::kMost; ++next) {
-        const double begin = front + static_cast<double>(next) * step;
-        const double low = std::max(ray.low, begin), high = std::min(ray.high, begin + step);
-        const double middle = 0.5 * (low + high);
-        if (middle >= end || begin >= ray.high) return;
-        if (!(low < high)) continue;
-        cells.index[cells.count] = next;
-        cells.middle[cells.count] = middle;
-        cells.length[cells.count++] = high - low;
-    }
-}
-
 using Values = std::array<double, Places::kMost>;
 
 /// One stretch of one ray.
@@ -100,7 +77,7 @@ class Tracer {
 
  private:
     bool take(double front, double step, std::int64_t& next) {
-        take_cells(end_, front, step, traced_.ray, next, cells_);
+        cells_.take(end_, front, step, traced_.ray, next);
         places_.count = 0;
         for (std::size_t i = 0; i < cells_.count; ++i)
             places_.add(traced_.ray.origin + cells_.middle[i] * traced_.ray.direction);
@@ -171,7 +148,7 @@ class Tracer {
     double end_;
     const Setting& setting_;
     Bundle& bundle_;
-    Cells cells_;
+    RayCells cells_;
     Places places_;
     std::array<Values, 4> held_;  // zoh, foh, bspline3, me
 };

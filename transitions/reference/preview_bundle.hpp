@@ -7,6 +7,7 @@
 #include "transitions/reference/preview_paths.hpp"
 #include "transitions/reference/preview_short.hpp"
 #include "transitions/reference/preview_spectrum.hpp"
+#include "transitions/reference/ray_look.hpp"
 
 namespace edgewise {
 
@@ -17,6 +18,7 @@ inline constexpr std::array<double, 4> kPreviewSteps = {1, 0.5, 0.25, 2};
 struct Traced {
     RaySpan ray;
     OutputSample at;
+    RayLook look;
     Stretch reference;
     std::array<Stretch, 2> noisy;  // zoh, foh with noise in the samples, step 1
     std::array<std::array<Stretch, kPreviewSteps.size()>, 3> cast;  // by hold and step

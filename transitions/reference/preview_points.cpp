@@ -3,41 +3,48 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <tbb/parallel_for.h>
 
 #include "transitions/reference/drawn_pixels.hpp"
+#include "transitions/reference/error_tally.hpp"
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_block.hpp"
-#include "transitions/reference/stored_cast.hpp"
+#include "transitions/reference/ray_look.hpp"
 
 namespace edgewise {
 namespace {
 
 // Near the faces of the input holds err most, and in a large input few of its samples lie there: a
 // stratum of its own.
-constexpr int kInner = 300, kOuter = 200, kTries = 25'000;
-// So many clusters are looked at cheaply for each that is drawn: where nearest
-// and linear samples differ, every hold errs, and of much that is smooth few such places are met by
-// chance.
-constexpr int kLooked = 8;
+constexpr int kInner = 300, kOuter = 200, kTries = 60'000;
+// So many clusters are looked at cheaply for each that is drawn: where nearest and linear samples
+// are far from a guess of the reference, every hold errs, and of much that is smooth few such
+// places are met by chance.
+constexpr int kLooked = 32;
 // Inputs of so many samples are prepared once for all clusters, of which there can be more.
 constexpr std::int64_t kSmallInput = 1 << 19;
 constexpr int kMore = 5, kMostMore = 20;
-constexpr std::size_t kExtremes = 16;  // clusters where the reference may be lowest, and highest
-constexpr double kShell = 2;           // samples
-constexpr int kHolds = 4;              // with the assignment ("me")
-constexpr int kMethods = 6;            // with passes of shears
+// Clusters where the reference may be lowest, and highest: so many of the ends of so many slopes,
+// each followed over so many clusters at most.
+constexpr std::size_t kExtremes = 16, kStarts = 64;
+constexpr int kClimb = 64;
+constexpr double kShell = 2;  // samples
+constexpr int kHolds = 4;     // with the assignment ("me")
+constexpr int kMethods = 6;   // with passes of shears
 constexpr std::array<const char*, kMethods> kNames = {
     "field/zoh", "field/foh", "field/bspline3", "field/me", "sheared/foh", "sheared/bspline3"};
+
+/// The hold, 0 (zoh) or 1 (foh), whose error goes best with that of a method.
+std::size_t hold_like(int method) { return method == 0 || method == 3 ? 0 : 1; }
 
 /// A few neighbouring output samples, whose places in the input lie together: a cell of a lattice,
 /// so that each sample is part of one cluster.
 struct Cluster {
     OutputSample corner;  // any sample of the cell
     bool outer = false, counted = true;
-    double weight = 1;  // the inverse of how likely it was to be drawn
+    double weight = 1;               // the inverse of how likely it was to be drawn
+    std::array<double, 2> looked{};  // squares of zoh and foh, as looked at
     std::array<double, kMethods> squares{};
     double count = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -62,76 +69,107 @@ std::vector<OutputSample> samples_at(const Reference& reference, const Extent& n
 
 struct Drawn {
     std::vector<Cluster> clusters;
-    double outer_share = 0;  // of the samples that see the input
+    double outer_share = 0;                           // of the samples that see the input
+    std::array<std::array<Auxiliary, 2>, 2> known{};  // of zoh and foh; inner, outer
 };
 
-/// What nearest and linear samples tell of a cluster.
+/// What a guess of the reference tells of a cluster.
 struct Look {
-    double rough = 0;  // mean square of what they differ by
-    // The ends of linear samples, as far beyond as nearest ones differ: splines overshoot there.
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    OutputSample corner;
+    std::array<double, 2> squares{};  // mean squares of what zoh and foh differ by from it
+    double low = std::numeric_limits<double>::infinity(), high = -low;  // of the guess
 };
 
-template <class T>
-Look look_at(const std::vector<OutputSample>& cluster, const Reference& reference,
-             const NearestStored<T>& nearest, const LinearStored<T>& linear) {
-    Look look;
-    for (const OutputSample& sample : cluster) {
-        const Vec3 p = *reference.geometry().point(sample);
-        const double value = linear(p), differs = std::abs(nearest(p) - value);
-        if (!std::isfinite(differs)) continue;
-        look.rough += differs * differs / static_cast<double>(cluster.size());
-        look.low = std::min(look.low, value - differs);
-        look.high = std::max(look.high, value + differs);
+Look look_at(const OutputSample& corner, const Reference& reference, const Extent& n) {
+    Places places;
+    places.count = 0;
+    for (const OutputSample& sample : samples_at(reference, n, corner))
+        places.add(*reference.geometry().point(sample));
+    PointLook at;
+    look_at(places, reference.field(), at);
+    Look look{.corner = corner};
+    for (std::size_t i = 0; i < places.count; ++i) {
+        const std::array off = {at.nearest[i] - at.guess[i], at.linear[i] - at.guess[i]};
+        if (!std::isfinite(off[0] + off[1])) continue;
+        for (std::size_t hold = 0; hold < off.size(); ++hold)
+            look.squares[hold] += off[hold] * off[hold] / static_cast<double>(places.count);
+        look.low = std::min(look.low, at.guess[i]);
+        look.high = std::max(look.high, at.guess[i]);
     }
     return look;
 }
 
-/// Places of the clusters where the reference is likely to be lowest and highest.
-std::vector<std::size_t> extremes_of(const std::vector<Look>& looks) {
-    std::vector<std::size_t> order(looks.size()), extremes;
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const std::size_t count = std::min(order.size(), kExtremes);
-    const auto take = [&](const auto& before) {
-        std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count),
-                          order.end(), [&](std::size_t a, std::size_t b) {
-                              return before(looks[a], looks[b]) ||
-                                     (!before(looks[b], looks[a]) && a < b);
-                          });
-        extremes.insert(extremes.end(), order.begin(),
-                        order.begin() + static_cast<std::ptrdiff_t>(count));
-    };
-    take([](const Look& a, const Look& b) { return a.low < b.low; });
-    take([](const Look& a, const Look& b) { return a.high > b.high; });
+using Before = bool (*)(const Look&, const Look&);
+bool is_lower(const Look& a, const Look& b) { return a.low < b.low; }
+bool is_higher(const Look& a, const Look& b) { return a.high > b.high; }
+
+/// From cluster to neighbouring cluster, as long as the guess goes farther out.
+Look climb(Look from, const Reference& reference, const Extent& n, Before before) {
+    const std::int64_t side = n.z > 1 ? 2 : 4, deep = n.z > 1 ? 1 : 0;
+    for (int step = 0; step < kClimb; ++step) {
+        const OutputSample at = from.corner;
+        bool moved = false;
+        for (std::int64_t k = -deep; k <= deep; ++k)
+            for (std::int64_t j = -1; j <= 1; ++j)
+                for (std::int64_t i = -1; i <= 1; ++i) {
+                    const OutputSample next{at.view, at.x + side * i, at.y + side * j,
+                                            at.z + side * k};
+                    if (next.x < 0 || next.y < 0 || next.z < 0) continue;
+                    const Look there = look_at(next, reference, n);
+                    if (!before(there, from)) continue;
+                    from = there;
+                    moved = true;
+                }
+        if (!moved) break;
+    }
+    return from;
+}
+
+/// Clusters where the reference is likely to be lowest and highest.
+std::vector<OutputSample> extremes_of(std::vector<Look> looks, const Reference& reference,
+                                      const Extent& n) {
+    const std::size_t count = std::min(looks.size(), kStarts);
+    const auto end = looks.begin() + static_cast<std::ptrdiff_t>(count);
+    std::vector<OutputSample> extremes;
+    for (const Before before : {is_lower, is_higher}) {
+        std::partial_sort(looks.begin(), end, looks.end(), before);
+        std::vector<Look> ends(looks.begin(), end);
+        tbb::parallel_for(std::size_t{0}, count,
+                          [&](std::size_t i) { ends[i] = climb(ends[i], reference, n, before); });
+        std::stable_sort(ends.begin(), ends.end(), before);
+        for (std::size_t i = 0; i < std::min(count, kExtremes); ++i)
+            extremes.push_back(ends[i].corner);
+    }
     return extremes;
 }
 
 /// Of the clusters at some samples, as draw_in_proportion has it, all where there are no more; and
 /// uncounted ones where the reference is likely to be extreme.
+/// @param known  of zoh and foh, of all that were looked at
 std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Extent& n,
-                                         const std::vector<OutputSample>& at, double draws) {
+                                         const std::vector<OutputSample>& at, double draws,
+                                         std::array<Auxiliary, 2>& known) {
     std::vector<Cluster> drawn;
     if (static_cast<double>(at.size()) <= draws) {
         for (const OutputSample& corner : at) drawn.push_back({.corner = corner});
         return drawn;
     }
     std::vector<Look> looks(at.size());
-    const Data& samples = reference.field().samples();
-    with_stored_type(samples.what.type, [&](auto zero) {
-        const NearestStored<decltype(zero)> nearest(samples);
-        const LinearStored<decltype(zero)> linear(samples);
-        tbb::parallel_for(std::size_t{0}, at.size(), [&](std::size_t i) {
-            looks[i] = look_at(samples_at(reference, n, at[i]), reference, nearest, linear);
-        });
-    });
-    for (const std::size_t place : extremes_of(looks)) {
-        drawn.push_back({.corner = at[place], .counted = false});
+    tbb::parallel_for(std::size_t{0}, at.size(),
+                      [&](std::size_t i) { looks[i] = look_at(at[i], reference, n); });
+    for (const OutputSample& corner : extremes_of(looks, reference, n))
+        drawn.push_back({.corner = corner, .counted = false});
+    std::vector<double> rough(looks.size(), 0);
+    for (std::size_t hold = 0; hold < known.size(); ++hold) {
+        std::vector<double> squares;
+        for (const Look& look : looks) squares.push_back(look.squares[hold]);
+        known[hold] = Auxiliary::over(squares, HUGE_VAL);
+        for (std::size_t i = 0; i < rough.size() && known[hold].mean > 0; ++i)
+            rough[i] += squares[i] / known[hold].mean;
     }
-    std::vector<double> rough;
-    for (const Look& look : looks) rough.push_back(look.rough);
-    for (const auto& [place, weight] : draw_in_proportion(rough, draws)) {
-        drawn.push_back({.corner = at[place], .weight = weight});
-    }
+    for (double& value : rough) value = std::sqrt(value);
+    for (const auto& [place, weight] : draw_in_proportion(rough, draws))
+        drawn.push_back({.corner = at[place], .weight = weight, .looked = looks[place].squares});
     return drawn;
 }
 
@@ -155,7 +193,8 @@ Drawn draw(const Request& want, const Reference& reference, int times) {
     const int most_inner = more * kInner, most_outer = more * kOuter;
     std::array<std::vector<OutputSample>, 2> met;  // inner, outer
     const auto most = [&](bool outer) {
-        return static_cast<std::size_t>(kLooked * (outer ? most_outer : most_inner));
+        return static_cast<std::size_t>(std::max(kLooked * times * (outer ? kOuter : kInner),
+                                                 2 * (outer ? most_outer : most_inner)));
     };
     std::array<int, 2> count{};
     for (int i = 0;
@@ -174,7 +213,8 @@ Drawn draw(const Request& want, const Reference& reference, int times) {
     Drawn drawn;
     for (const bool outer : {false, true}) {
         const double draws = outer ? most_outer : most_inner;
-        for (Cluster& cluster : draw_rough_clusters(reference, n, met[outer], draws)) {
+        for (Cluster& cluster :
+             draw_rough_clusters(reference, n, met[outer], draws, drawn.known[outer])) {
             cluster.outer = outer;
             drawn.clusters.push_back(std::move(cluster));
         }
@@ -183,9 +223,9 @@ Drawn draw(const Request& want, const Reference& reference, int times) {
     return drawn;
 }
 
-/// The output samples around an input sample, in the first view that shows it.
-std::vector<Cluster> around(const Request& want, const Reference& reference, const Extent& input,
-                            std::int64_t place) {
+/// An output sample near an input sample, in the first view that shows it.
+std::optional<OutputSample> around(const Request& want, const Reference& reference,
+                                   const Extent& input, std::int64_t place) {
     const Vec3 p(static_cast<double>(place % input.x),
                  static_cast<double>(place / input.x % input.y),
                  static_cast<double>(place / (input.x * input.y)));
@@ -202,7 +242,7 @@ std::vector<Cluster> around(const Request& want, const Reference& reference, con
         at.x = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.x()));
         at.y = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.y()));
         if (want.axes == 3) at.z = std::max<std::int64_t>(0, static_cast<std::int64_t>(q.z()));
-        if (!samples_at(reference, n, at).empty()) return {{.corner = at}};
+        if (!samples_at(reference, n, at).empty()) return at;
     }
     return {};
 }
@@ -278,10 +318,14 @@ Preview preview_points(const Request& want, const ReferenceField& field,
     const bool labels = field.kind() == Field::nearest;
     Drawn drawn = draw(want, reference, times);
     std::vector<Cluster>& clusters = drawn.clusters;
-    for (std::int64_t place : {statistics.lowest, statistics.highest})
-        for (Cluster& cluster : around(want, reference, field.extent(), place)) {
-            cluster.counted = false;
-            clusters.push_back(std::move(cluster));
+    for (const auto& [place, before] :
+         {std::pair<std::int64_t, Before>{statistics.lowest, is_lower},
+          {statistics.highest, is_higher}})
+        if (const auto corner = around(want, reference, field.extent(), place)) {
+            const Extent n = want.output();
+            const Look start = look_at(*corner, reference, n);
+            for (const Look& at : {start, climb(start, reference, n, before)})
+                clusters.push_back({.corner = at.corner, .counted = false});
         }
     std::optional<PreviewBlock> whole;
     if (field.extent().samples() <= kSmallInput)
@@ -303,15 +347,19 @@ Preview preview_points(const Request& want, const ReferenceField& field,
             if (!(cluster.count > 0)) continue;
             preview.draws += method == 0;
             // A cluster is drawn as often as it has samples that see the input.
-            tallies[cluster.outer][method].add(
-                cluster.weight * cluster.squares[method] / cluster.count, cluster.weight);
+            tallies[cluster.outer][method].add(cluster.squares[method] / cluster.count,
+                                               cluster.weight, cluster.looked[hold_like(method)]);
             tallies[cluster.outer][method].close();
         }
     }
     for (int method = 0; method < kMethods; ++method) {
         const ErrorEstimate error =
-            estimate_of(std::array{Stratum{1 - drawn.outer_share, tallies[0][method]},
-                                   Stratum{drawn.outer_share, tallies[1][method]}});
+            estimate_of(std::array{Stratum{.share = 1 - drawn.outer_share,
+                                           .tally = tallies[0][method],
+                                           .auxiliary = drawn.known[0][hold_like(method)]},
+                                   Stratum{.share = drawn.outer_share,
+                                           .tally = tallies[1][method],
+                                           .auxiliary = drawn.known[1][hold_like(method)]}});
         preview.facts[kNames[method]] = error.upper;
         preview.likely[kNames[method]] = error.likely;
     }

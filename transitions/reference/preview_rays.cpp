@@ -7,26 +7,30 @@
 #include <span>
 #include <tbb/parallel_for.h>
 
-#include "transitions/reference/coarse_picture.hpp"
-#include "transitions/reference/drawn_pixels.hpp"
+#include "transitions/reference/likely_extremes.hpp"
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_bundle.hpp"
 
 namespace edgewise {
 namespace {
 
-constexpr int kFewest = 96, kMost = 448;  // bundles
+constexpr int kFewest = 72, kMost = 288;  // bundles
 constexpr std::size_t kAtOnce = 128;
-constexpr double kLength = 96 * 256.0;  // that all bundles together should reach [unit]
+constexpr double kLength = 64 * 256.0;  // that all bundles together should reach [unit]
 // Inputs of so many samples are prepared once for all bundles.
 constexpr std::int64_t kSmallInput = 1 << 19;
 // Pictures of so many pixels are measured whole, if their input is small.
 constexpr int kSmallPicture = 1 << 12;
 constexpr std::size_t kFinest = 2;  // of kPreviewSteps
 
-/// What a ray was taken for: drawn at random; chosen, because the reference is likely to be extreme
-/// there; of the classes of ShortRays.
-enum Among : std::size_t { kDrawn, kChosen, kShort, kAmong = kShort + ShortRays::kClasses };
+/// What a ray was taken for: drawn at random; of the classes of ShortRays; or because the reference
+/// is likely to be extreme there, for the range alone.
+enum Among : std::size_t {
+    kDrawn,
+    kShort,
+    kAmong = kShort + ShortRays::kClasses,
+    kChosen = kAmong
+};
 
 /// Neighbouring pixels that are measured together.
 struct Draw {
@@ -39,8 +43,8 @@ struct Draw {
 
 struct Drawn {
     std::vector<Draw> draws;
-    double pixels = 0;  // of all views that see the input, about; without short rays
-    bool all = false;   // every pixel is there, once
+    std::array<DrawnPixels, kAmong> from;
+    bool all = false;  // every pixel is there, once
 };
 
 /// All pixels of all views.
@@ -54,24 +58,40 @@ Drawn take_all(const Request& want) {
     return drawn;
 }
 
-/// Some of the pixels, as draw_pixels has it, each with its neighbours.
+/// Some of the pixels, as draw_pixels has it, each with its neighbours, and short rays.
 Drawn draw(const Request& want, const ReferenceField& field, const ViewGeometry& geometry,
            int times) {
     // Without blocks to prepare a ray costs less.
     const double length = (want.input.samples() <= kSmallInput ? 2 : 1) * kLength;
-    const DrawnPixels pixels = draw_pixels(want, field, geometry, kFewest, kMost, length, times);
-    Drawn drawn{.draws = {}, .pixels = pixels.pixels};
-    for (const auto& [at, weight] : pixels.drawn)
+    Drawn drawn;
+    drawn.from[kDrawn] = draw_pixels(want, field, geometry, kFewest, kMost, length, times);
+    for (const auto& [at, weight] : drawn.from[kDrawn].drawn)
         // Cells of a lattice, so that each pixel is part of one bundle.
         drawn.draws.push_back(
             {.corner = {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, .weight = weight, .whole = false});
+    ShortRays short_rays = draw_short_rays(want, field, geometry, times);
+    for (std::size_t c = 0; c < short_rays.classes.size(); ++c) {
+        for (const auto& [at, weight] : short_rays.classes[c].drawn)
+            drawn.draws.push_back({.corner = at, .among = kShort + c, .weight = weight, .side = 1});
+        drawn.from[kShort + c] = std::move(short_rays.classes[c]);
+    }
     return drawn;
+}
+
+/// Pixels where the reference is likely to be extreme.
+void add_chosen(const Request& want, const ReferenceField& field, const Statistics& statistics,
+                const ViewGeometry& geometry, Drawn& drawn) {
+    std::vector<DrawnPixels::Looked> looked;
+    for (const DrawnPixels& from : drawn.from)
+        looked.insert(looked.end(), from.looked.begin(), from.looked.end());
+    for (const OutputSample& at : likely_extremes(want, field, geometry, statistics, looked))
+        drawn.draws.push_back(
+            {.corner = {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, .among = kChosen});
 }
 
 /// Tallies of everything that is compared, by the name of its fact.
 struct Tallies {
     std::array<std::map<std::string, ErrorTally>, kAmong> among;
-    double chosen_rays = 0;
     std::int64_t draws = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
@@ -141,7 +161,6 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
 /// @param even  bundles count alike: each was drawn as often as it has rays that meet the input
 void tally(const Bundle& bundle, const Draw& draw, const Request& want, bool even,
            Tallies& tallies) {
-    auto& by_name = tallies.among[draw.among];
     const int channels = want.mode == Mode::composite ? 4 : 1;
     const double weight = draw.weight * (even ? 1 / static_cast<double>(bundle.rays.size()) : 1);
     for (const Traced& traced : bundle.rays) {
@@ -150,20 +169,23 @@ void tally(const Bundle& bundle, const Draw& draw, const Request& want, bool eve
             tallies.low = std::min(tallies.low, value[c]);
             tallies.high = std::max(tallies.high, value[c]);
         }
+        if (draw.among == kChosen) continue;
         compare(traced, want, [&](const std::string& name, double square) {
-            by_name[name].add(square * weight, weight);
+            const RayLook::Cast like = cast_like(name);
+            tallies.among[draw.among][name].add(
+                square, weight, like < RayLook::kCasts ? traced.look.squares[like] : 0);
         });
     }
-    if (draw.among == kChosen)
-        tallies.chosen_rays += static_cast<double>(bundle.rays.size());
-    else
-        ++tallies.draws;
+    if (draw.among == kChosen) return;
+    ++tallies.draws;
+    auto& by_name = tallies.among[draw.among];
+    const auto add = [&](const std::string& name, double squares, double points) {
+        if (points > 0) by_name[name].add(squares / points, draw.weight * points);
+    };
     for (std::size_t method = 0; method < kMethods.size(); ++method)
-        by_name[fmt::format("field/{}", kMethods[method])].add(draw.weight * bundle.field[method],
-                                                               draw.weight * bundle.points);
+        add(fmt::format("field/{}", kMethods[method]), bundle.field[method], bundle.points);
     for (std::size_t i = 0; i < bundle.sheared.size(); ++i)
-        by_name[fmt::format("sheared/{}", kMethods[i + 1])].add(
-            draw.weight * bundle.sheared[i], draw.weight * bundle.sheared_points);
+        add(fmt::format("sheared/{}", kMethods[i + 1]), bundle.sheared[i], bundle.sheared_points);
     for (auto& [name, errors] : by_name) errors.close();
 }
 
@@ -211,37 +233,14 @@ void add_error(Preview& preview, const std::string& name, const ErrorEstimate& e
 }
 
 /// Of the pixels that see the input.
-std::array<double, kAmong> shares_of(const Drawn& drawn, const ShortRays& short_rays,
-                                     const Tallies& tallies) {
-    std::array<double, kAmong> shares{1};
-    if (drawn.all) return shares;
-    double pixels = drawn.pixels;
-    for (const DrawnPixels& of : short_rays.classes) pixels += of.pixels;
-    pixels = std::max(1.0, pixels);
-    shares[kChosen] = std::min(1.0, tallies.chosen_rays / pixels);
-    for (std::size_t c = 0; c < short_rays.classes.size(); ++c)
-        shares[kShort + c] = short_rays.classes[c].pixels / pixels;
-    shares[kDrawn] = 1;
-    for (std::size_t among = kChosen; among < kAmong; ++among) shares[kDrawn] -= shares[among];
-    shares[kDrawn] = std::max(0.0, shares[kDrawn]);
+std::array<double, kAmong> shares_of(const Drawn& drawn) {
+    if (drawn.all) return {1};
+    std::array<double, kAmong> shares;
+    double pixels = 0;
+    for (const DrawnPixels& from : drawn.from) pixels += from.pixels;
+    for (std::size_t among = 0; among < kAmong; ++among)
+        shares[among] = drawn.from[among].pixels / std::max(1.0, pixels);
     return shares;
-}
-
-/// Pixels where the reference is likely to be extreme, and short rays.
-ShortRays add_chosen(const Request& want, const ReferenceField& field, const Statistics& statistics,
-                     const ViewGeometry& geometry, int times, Drawn& drawn) {
-    const bool is_small = field.extent().samples() <= kSmallInput;
-    for (OutputSample at : likely_extremes(want, field, geometry, statistics)) {
-        at.x -= is_small;
-        at.y -= is_small;
-        drawn.draws.push_back({.corner = at, .among = kChosen, .side = is_small ? 4 : 2});
-    }
-    if (drawn.all) return {};
-    ShortRays short_rays = draw_short_rays(want, field, geometry, times);
-    for (std::size_t c = 0; c < short_rays.classes.size(); ++c)
-        for (const auto& [at, weight] : short_rays.classes[c].drawn)
-            drawn.draws.push_back({.corner = at, .among = kShort + c, .weight = weight, .side = 1});
-    return short_rays;
 }
 
 /// A few bundles at once, so that memory does not grow with the draws.
@@ -264,6 +263,8 @@ Tallies tally_all(const Drawn& drawn, const Setting& setting, const ViewGeometry
             const auto& [corner, among, weight, side, with_short] = draws[i];
             bundles[i] = bundle_at(want, geometry, corner, side, with_short);
             measure(bundles[i], setting, whole ? &*whole : nullptr, memory);
+            for (Traced& traced : bundles[i].rays)
+                if (!drawn.all && among != kChosen) traced.look = look_at(traced.ray, want, field);
             if (!spectrum) return;
             // Neighbours have much the same ghosts: of four rays one.
             for (Traced& traced : bundles[i].rays)
@@ -289,7 +290,7 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
         field.extent().samples() <= kSmallInput &&
         want.output().samples() * want.frames <= std::max(kSmallPicture, 4 * kMost * times);
     Drawn drawn = take_every ? take_all(want) : draw(want, field, geometry, times);
-    const ShortRays short_rays = add_chosen(want, field, statistics, geometry, times, drawn);
+    if (!drawn.all) add_chosen(want, field, statistics, geometry, drawn);
     Tallies tallies = tally_all(drawn, setting, geometry, statistics, memory);
     Preview preview{.facts = {},
                     .likely = {},
@@ -297,17 +298,18 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
                     .exhausted = drawn.all,
                     .low = tallies.low,
                     .high = tallies.high};
-    const std::array<double, kAmong> shares = shares_of(drawn, short_rays, tallies);
+    const std::array<double, kAmong> shares = shares_of(drawn);
+    std::array<std::array<Auxiliary, RayLook::kCasts>, kAmong> auxiliaries;
+    for (std::size_t among = 0; among < kAmong; ++among)
+        auxiliaries[among] = drawn.from[among].auxiliaries();
     for (const auto& [name, errors] : tallies.among[kDrawn]) {
         // Points of the field are weighed by the length of rays, of which short ones have nothing.
         const bool is_picture = name.starts_with("picture/") || name.starts_with("noisy/");
+        const RayLook::Cast like = cast_like(name);
         std::vector<Stratum> strata;
-        for (std::size_t among = 0; among < (is_picture ? kAmong : kShort); ++among) {
-            const ErrorTally& tally = tallies.among[among][name];
-            const bool whole_one =
-                among == kChosen || (among >= kShort && short_rays.classes[among - kShort].whole);
-            strata.push_back({shares[among], tally, whole_one});
-        }
+        for (std::size_t among = 0; among < (is_picture ? kAmong : kShort); ++among)
+            strata.push_back({shares[among], tallies.among[among][name], drawn.from[among].whole,
+                              like < RayLook::kCasts ? auxiliaries[among][like] : Auxiliary{}});
         add_error(preview, name, estimate_of(strata), setting.noise);
     }
     split_combining(preview.facts, field.kind());

@@ -10,6 +10,7 @@ constexpr double kShortest = 1, kShort = 8;  // [unit]
 constexpr double kEdge = 1.5;                // [sample]
 constexpr double kThick = 64;  // where inputs are thinner, all of these are less in proportion
 constexpr std::int64_t kLookedAt = 1 << 16;        // pixels; of more, every few
+constexpr std::size_t kLooked = 1024;              // cheaply, rays of a class
 constexpr std::array<double, 2> kMost = {96, 32};  // rays of a class
 
 }  // namespace
@@ -52,8 +53,9 @@ ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
     ShortRays rays;
     for (std::size_t c = 0; c < found.size(); ++c) {
         DrawnPixels& of = rays.classes[c];
+        of =
+            draw_rough(want, field, geometry, some_of(found[c], kLooked * times), kMost[c] * times);
         of.pixels = static_cast<double>(found[c].size()) * step;
-        of.drawn = draw_rough(want, field, geometry, found[c], kMost[c], times);
         of.whole = step == 1 && of.drawn.size() == found[c].size();
     }
     return rays;

@@ -21,6 +21,12 @@ void cut(RaySpan& span, int axis, double from, double to) {
 
 }  // namespace
 
+bool RaySpan::clip(const Extent& input) noexcept {
+    for (int axis = 0; axis < 3; ++axis)
+        cut(*this, axis, -0.5, static_cast<double>(input[axis]) - 0.5);
+    return low < high;
+}
+
 ViewGeometry::ViewGeometry(const Request& want) : want_(want) {
     for (int view = 0; view < want.frames; ++view) {
         const Mat4& map = want.views.at(view);
@@ -57,9 +63,7 @@ std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
         span.low = -kFar;
     }
     span.high = kFar;
-    for (int axis = 0; axis < 3; ++axis)
-        cut(span, axis, -0.5, static_cast<double>(want_.input[axis]) - 0.5);
-    if (!(span.low < span.high)) return {};
+    if (!span.clip(want_.input)) return {};
     return span;
 }
 

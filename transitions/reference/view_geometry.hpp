@@ -17,6 +17,9 @@ struct OutputSample {
 struct RaySpan {
     Vec3 origin, direction;  // input index; direction for one unit of length
     double low = 0, high = 0;
+
+    /// Cuts it to the box of an input; false where nothing is left.
+    bool clip(const Extent& input) noexcept;
 };
 
 /// Where the samples of results lie in the input, straight from the request's matrices.
