@@ -75,15 +75,15 @@ std::vector<Trial> trials(bool quick) {
     image("phantom:zone-plate:500", "70", {Type::u8, Type::f32});
     image("phantom:zone-plate:1400", "-35", {Type::u8, Type::f32});
     image("phantom:zone-plate:2000", "20", {Type::u8, Type::f32});
-    // Few pixels of large data: rays lie far apart, across rows or along them. Many frames: threads
-    // have more to share.
-    for (const Type type : {Type::u8, Type::f32}) {
+    // Few pixels of large data: rays lie far apart, across rows or along them.
+    for (const Type type : {Type::u8, Type::i16, Type::f32})
         for (const char* turn : {"5,60,10", "-3,84,4"})
             for (const char* mode : {"mip", "xray", "composite"})
                 all.push_back({Job::render, "phantom:gaussians:192", type, turn, mode, "112x112"});
+    // Many frames: threads have more to share.
+    for (const Type type : {Type::u8, Type::f32})
         all.push_back(
             {Job::render, "phantom:gaussians:112", type, "20,-15,10", "xray", nullptr, "12"});
-    }
     // What is mostly empty is copied first: small copies cost what their pages do. Copies are a
     // matter of what the caches hold, so of sizes.
     const auto copy = [&](const char* input, Type type, const char* edge) {

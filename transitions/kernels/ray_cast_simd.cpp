@@ -19,6 +19,7 @@ namespace edgewise::kernels::HWY_NAMESPACE {
 namespace {
 
 constexpr int kChecked = 8;  // cells between looks at whether any lane still needs samples
+constexpr int kAhead = 16;   // cells that sparse samples' lines are asked for before they are read
 
 /// Which pixels the lanes are: nearly square, so that rays stay close in the volume.
 constexpr int kWidth = std::min<int>(4, kLanes);
@@ -380,31 +381,12 @@ HWY_NOINLINE void walk_inside(const RayCast& cast, const Packet& packet, const S
     }
 }
 
-/// Asking for lines pays where the samples of a packet's cell lie so far apart that it takes a
-/// line or more of a volume that caches do not hold: 1.2 to 2 times with 21 to 32 MB. Elsewhere it
-/// would cost a twentieth to a half.
-int cells_ahead(const RayCast& cast, const ParallelRays& shared) {
-    constexpr double kCached = 12 << 20;  // bytes
-    constexpr int kAhead = 16;
-    const double bytes = static_cast<double>(bytes_of(cast.volume.type));
-    if (!shared.parallel || bytes * static_cast<double>(cast.volume.extent.samples()) < kCached)
-        return 0;
-    const auto &right = cast.rays.origin.x, &down = cast.rays.origin.y, &along = shared.along;
-    double voxels = 0;  // a sample: the volume between neighbours
-    for (int a = 0; a < 3; ++a) {
-        const int b = (a + 1) % 3, c = (a + 2) % 3;
-        voxels += right[a] * (down[b] * along[c] - down[c] * along[b]);
-    }
-    const double lines = std::abs(voxels) * static_cast<double>(kLanes) * bytes / 64;
-    return lines >= 1 ? kAhead : 0;
-}
-
 template <class Sampler, class Sum>
 void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int64_t y,
           std::int64_t width, std::int64_t height, float* out, std::ptrdiff_t row_floats) {
     Packet packet;
     const ParallelRays shared(cast);
-    if constexpr (Sampler::kPrefetches) packet.ahead = cells_ahead(cast, shared);
+    if constexpr (Sampler::kPrefetches) packet.ahead = is_sparse(cast) ? kAhead : 0;
     for (std::int64_t row = 0; row < height; row += kHeight) {
         const int rows = static_cast<int>(std::min<std::int64_t>(kHeight, height - row));
         for (std::int64_t column = 0; column < width; column += kWidth) {

@@ -100,13 +100,20 @@ double voxels_apart(const Offer& offer, const Ask& ask, double samples, int view
     return offer.with.number("step") / std::abs(map.topLeftCorner<3, 3>().determinant());
 }
 
-/// Cells that the first ray of a packet of 4 x 4 pixels has ahead of the last at either end, where
-/// parallel rays meet the face that they are steepest on.
-double ragged_cells(const Offer& offer, const Ask& ask, int view) {
-    if (ask.want.eye) return 0;
+/// The geometry of a cast, without its volume's samples.
+kernels::RayCast cast_of(const Offer& offer, const Ask& ask, int view) {
     kernels::RayCast cast;
+    cast.volume.type = offer.from.type;
+    cast.volume.extent = offer.from.extent;
     cast.rays = rays_of(offer.from, ask.want, view);
     cast.step = offer.with.number("step");
+    return cast;
+}
+
+/// Cells that the first ray of a packet of 4 x 4 pixels has ahead of the last at either end, where
+/// parallel rays meet the face that they are steepest on.
+double ragged_cells(const kernels::RayCast& cast, const Ask& ask) {
+    if (ask.want.eye) return 0;
     const kernels::ParallelRays along(cast);
     std::size_t steep = 0;
     for (std::size_t axis = 1; axis < 3; ++axis)
@@ -114,6 +121,12 @@ double ragged_cells(const Offer& offer, const Ask& ask, int view) {
     const kernels::Rays::Field& origin = cast.rays.origin;
     const double across = std::abs(origin.x[steep]) + std::abs(origin.y[steep]);
     return 3 * across * std::abs(along.inverse[steep]);
+}
+
+std::string_view way_of(bool bricks, bool sparse, bool from_eye) {
+    if (bricks) return sparse ? "sparse-bricks" : "bricks";
+    if (sparse) return "sparse";
+    return from_eye ? "perspective" : "";
 }
 
 Work work(const Offer& offer, const Ask& ask, int view) {
@@ -132,11 +145,12 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // in f64, of which a vector holds half as many as of f32, to see whether a ray meets the data,
     // and as many where it does; the packet keeps 64 bytes a ray, written and read. A lane's
     // result is worked out by itself: 20 numbers are stored and read again.
+    const kernels::RayCast cast = cast_of(offer, ask, view);
     const bool spread = is_spread(offer.from);
     const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
     // At the ends of a packet half of its lanes are outside, and cells are masked and weighed, and
     // opacities corrected for their weights; where the step is not their unit, all are.
-    const double ragged = spread ? 0 : std::min(ragged_cells(offer, ask, view), samples / hits);
+    const double ragged = spread ? 0 : std::min(ragged_cells(cast, ask), samples / hits);
     const double all = taken + ragged * hits, ends = (2 * ragged + 2) * hits;
     const bool exact = offer.with.number("step") == optics.unit;
     const double corrected = ask.want.mode == Mode::composite
@@ -151,9 +165,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
         .lines = lines_touched(all, voxels_apart(offer, ask, samples, view),
                                static_cast<double>(bytes_of(offer.from.type)), rows),
         .workspace = bricks ? brick_bytes(offer.from) : 0,
-        .way = bricks         ? "bricks"
-               : ask.want.eye ? "perspective"
-                              : ""};
+        .way = way_of(bricks, kernels::is_sparse(cast), ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }
