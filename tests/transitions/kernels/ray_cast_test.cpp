@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/transitions/kernels/ray_cast_reference.hpp"
+#include "transitions/kernels/ray_path.hpp"
 
 namespace edgewise::kernels {
 namespace {
@@ -224,6 +225,53 @@ TEST(RayCast, OpaqueAndNearlyTransparentMediaKeepTheirLimits) {
         EXPECT_NEAR(pixel[0], want, 512 * want * 6e-8);
         EXPECT_NEAR(pixel[3], want, 512 * 3e-8);
     }
+}
+
+/// The same rays farther from each other.
+Rays apart(Rays rays, double distance, double pixels) {
+    const double moved = -0.5 * (pixels - 1) * (distance - 1);
+    rays.origin.base = rays.origin.base + moved * (rays.origin.x + rays.origin.y);
+    rays.origin.x = distance * rays.origin.x;
+    rays.origin.y = distance * rays.origin.y;
+    return rays;
+}
+
+/// Lines are asked for ahead, also beyond the volume's ends, where rays have neighbours far away. A
+/// ray by itself has none, and the same bytes.
+template <class T>
+void alone_as_among_others(const Volume<T>& volume, Type type, const Rays& rays, int pixels) {
+    for (const Hold hold : {Hold::zoh, Hold::foh})
+        for (const Combine rule : {Combine::max, Combine::sum}) {
+            RayCast cast{.volume = volume.grid(type), .hold = hold, .rule = rule, .rays = rays};
+            std::vector<float> picture(pixels * pixels);
+            ray_cast(cast, 0, 0, pixels, pixels, picture.data(), pixels);
+            ASSERT_LT(*std::min_element(picture.begin(), picture.end()),
+                      *std::max_element(picture.begin(), picture.end()));
+            for (int y = 0; y < pixels; ++y)
+                for (int x = 0; x < pixels; ++x) {
+                    cast.rays.origin = {.base = rays.origin.at(x, y)};
+                    ASSERT_FALSE(is_sparse(cast));
+                    float alone = -1;
+                    ray_cast(cast, 0, 0, 1, 1, &alone, 1);
+                    ASSERT_EQ(alone, picture[y * pixels + x]) << x << ' ' << y;
+                }
+        }
+}
+
+TEST(RayCast, SparseSamplesOfLargeVolumes) {
+    const Extent n{200, 190, 171};
+    const Rays dense = turned(n, 0.4, -0.3, 13), far = apart(dense, 14, 13);
+    const auto is_sparse_of = [&](Type type, const Rays& rays) {
+        const Grid volume{nullptr, type, n, 1, {}};
+        return is_sparse({.volume = volume, .rays = rays});
+    };
+    EXPECT_TRUE(is_sparse_of(Type::f32, far));
+    EXPECT_FALSE(is_sparse_of(Type::f32, apart(dense, 0.9, 13)));
+    EXPECT_FALSE(is_sparse_of(Type::u8, far));  // caches hold it
+    EXPECT_FALSE(is_sparse_of(Type::f32, from_eye(n, 13, 400)));
+    ASSERT_TRUE(is_sparse_of(Type::i16, far));
+    alone_as_among_others(random_volume<float>(n, 1, 255, 5), Type::f32, far, 13);
+    alone_as_among_others(random_volume<std::int16_t>(n, 1, 255, 6), Type::i16, far, 13);
 }
 
 TEST(RayCast, NotFiniteSamplesCountAsOutside) {
