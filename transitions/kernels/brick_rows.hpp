@@ -9,7 +9,8 @@ namespace edgewise::kernels {
 /// Samples along each side of a brick.
 inline constexpr std::int64_t kBrickSide = 4;
 
-/// Ranges of the finite samples of bricks, with room for kSlack bytes more; none: low > high.
+/// Ranges of the finite samples of bricks [stored number], with room for kSlack bytes more; none:
+/// low > high.
 struct BrickRanges {
     float* low;   // [ceil(n / 4)]
     float* high;  // the same

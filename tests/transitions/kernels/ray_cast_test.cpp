@@ -387,6 +387,46 @@ void bricks_change_no_byte(const Volume<T>& volume, Type type) {
                     }
 }
 
+/// The largest of each brick and its neighbours, sample by sample.
+template <class T>
+void bricks_hold_largest(Type type, const Extent& n) {
+    const auto volume = random_volume<T>(n, std::is_signed_v<T> ? -100 : 0, 100, 8);
+    for (const double slope : {1.0, -1.0}) {
+        Bricks bricks(n, std::pmr::get_default_resource());
+        brick_layers(volume.grid(type, {slope, 0}), nullptr, 0, bricks.extent.z, bricks);
+        join_layers(bricks, 0, bricks.extent.y);
+        std::vector<float> largest(bricks.level.size(), -kInfinity);
+        const auto reached = [](std::int64_t at, std::int64_t bricks_along, const auto& use) {
+            for (std::int64_t b = std::max<std::int64_t>(at / 4 - 1, 0);
+                 b <= std::min(at / 4 + 1, bricks_along - 1); ++b)
+                use(b);
+        };
+        for (std::int64_t i = 0; i < n.samples(); ++i)
+            reached(i / (n.x * n.y), bricks.extent.z, [&](std::int64_t k) {
+                reached(i / n.x % n.y, bricks.extent.y, [&](std::int64_t j) {
+                    reached(i % n.x, bricks.extent.x, [&](std::int64_t b) {
+                        float& level = largest[(k * bricks.extent.y + j) * bricks.extent.x + b];
+                        level = std::max(level, static_cast<float>(slope * volume.samples[i]));
+                    });
+                });
+            });
+        for (std::size_t i = 0; i < largest.size(); ++i)
+            ASSERT_EQ(bricks.level[i], largest[i]) << n.x << ' ' << slope << ' ' << i;
+    }
+}
+
+TEST(RayCast, BricksHoldTheLargestAround) {
+    for (const std::int64_t x : {1, 3, 16, 64, 67, 141}) {
+        bricks_hold_largest<std::uint8_t>(Type::u8, {x, 9, 13});
+        bricks_hold_largest<std::int8_t>(Type::i8, {x, 9, 13});
+        bricks_hold_largest<std::uint16_t>(Type::u16, {x, 9, 13});
+        bricks_hold_largest<std::int16_t>(Type::i16, {x, 1, 5});
+        bricks_hold_largest<float>(Type::f32, {x, 9, 1});
+        bricks_hold_largest<std::int32_t>(Type::i32, {x, 5, 13});
+        bricks_hold_largest<double>(Type::f64, {x, 5, 13});
+    }
+}
+
 TEST(RayCast, BricksChangeNoByte) {
     const Extent n{45, 38, 51};
     const auto floats = spotted(n);
