@@ -45,17 +45,8 @@ bool has_lanes(const BackwardPlan& plan) {
     for (int a = 0; a < plan.axes; ++a)
         if (plan.extent[a] > kLongest) return false;
     if (plan.axes == 3 && plan.input.channels > 1) return false;
-    switch (plan.input.type) {
-        case Type::f32:
-            return true;
-        case Type::u8:
-        case Type::i8:
-        case Type::u16:
-        case Type::i16:
-            return plan.hold != Hold::bspline3;
-        default:
-            return false;
-    }
+    const Type type = plan.input.type;
+    return in_lanes(type) && (type == Type::f32 || plan.hold != Hold::bspline3);
 }
 
 /// So far ahead of the reads their lines are asked for. Of 1, 2, 3 and 4 the best with 128^3 f32

@@ -66,7 +66,7 @@ class LargestOpacity {
 class RowsOfBricks {
  public:
     RowsOfBricks(const Grid& volume, std::pmr::memory_resource* memory)
-        : volume_(volume), loads_(!has_lanes(volume.type)), loaded_(memory) {
+        : volume_(volume), loads_(!in_lanes(volume.type)), loaded_(memory) {
         if (loads_) loaded_.resize(kRows * pitch());
     }
     Type type() const { return loads_ ? Type::f32 : volume_.type; }
@@ -82,11 +82,6 @@ class RowsOfBricks {
     }
 
  private:
-    /// Types that brick_rows reads.
-    static bool has_lanes(Type type) {
-        return type == Type::f32 || type == Type::u8 || type == Type::i8 || type == Type::u16 ||
-               type == Type::i16;
-    }
     std::size_t pitch() const {
         return static_cast<std::size_t>(volume_.extent.x) + kSlack / sizeof(float);
     }

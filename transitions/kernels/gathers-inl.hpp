@@ -189,12 +189,6 @@ HWY_INLINE VF between(VF a, VF b, VF f) {
     return hn::IfThenElse(hn::Eq(f, hn::Zero(d)), a, blend);
 }
 
-/// Types whose samples lanes can read.
-inline bool in_lanes(Type type) noexcept {
-    return type == Type::u8 || type == Type::i8 || type == Type::u16 || type == Type::i16 ||
-           type == Type::f32;
-}
-
 template <bool kLoads, class Use>
 void with_samples(Type type, const Use& use) {
     switch (type) {

@@ -26,6 +26,12 @@ struct Grid {
     }
 };
 
+/// Types whose samples vectors read themselves; others go through scalar_load.
+inline bool in_lanes(Type type) noexcept {
+    return type == Type::u8 || type == Type::i8 || type == Type::u16 || type == Type::i16 ||
+           type == Type::f32;
+}
+
 /// A map between index spaces, centres at integers: rows of a 3x4 matrix, row-major.
 using Affine = std::array<double, 12>;
 

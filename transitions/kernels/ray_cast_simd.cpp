@@ -463,8 +463,7 @@ void ray_cast_on(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64
     const double bytes =
         static_cast<double>(volume.extent.samples()) * static_cast<double>(bytes_of(volume.type));
     const bool short_offsets = bytes < 2147483648.0;
-    if (!short_offsets || !gathers::HWY_NAMESPACE::in_lanes(volume.type))
-        return call.held<Walked, false>();
+    if (!short_offsets || !in_lanes(volume.type)) return call.held<Walked, false>();
     gathers::HWY_NAMESPACE::with_reads(volume.type, [&](auto reads) {
         using Reads = decltype(reads);
         call.held<Gathered<Reads>, std::is_integral_v<typename Reads::Sample>>();
