@@ -43,19 +43,22 @@ void print_spells(const char* name, const std::vector<double>& milliseconds) {
         quantile_of(milliseconds, 0.98));
 }
 
-void look_for(double seconds) {
+/// @param data  [byte] that a run would read: 0 leaves the last cache out
+void look_for(double seconds, double data) {
     std::vector<Look> looks;
     for (const auto begin = Clock::now(); since(begin) < seconds;) {
-        const Pace pace = pace_now(kThreads);
+        const Pace pace = pace_now(kThreads, data);
         looks.push_back({since(begin), pace});
     }
     const Pace best = best_pace(kThreads);
     std::vector<bool> calm;
     for (const Look& look : looks) calm.push_back(is_calm(look.pace, best));
     const auto share = std::count(calm.begin(), calm.end(), true);
-    fmt::print("{} looks, {:.0f} % of them calm; loop {:.1f} us, hop {:.0f} ns at best\n",
-               looks.size(), 100.0 * double(share) / double(looks.size()), 1e6 * best.loop,
-               1e9 * best.hop);
+    fmt::print(
+        "beside runs of {:.0f} MiB {} looks, {:.0f} % of them calm; at best loop {:.1f} us, hop "
+        "{:.0f} ns, line of the last cache {:.0f} ns\n",
+        data / (1 << 20), looks.size(), 100.0 * double(share) / double(looks.size()),
+        1e6 * best.loop, 1e9 * best.hop, 1e9 * best.line);
     std::vector<double> lasting, waiting;
     std::size_t first = 0;
     for (std::size_t i = 1; i < looks.size(); ++i) {
@@ -110,6 +113,7 @@ void warm_up(std::size_t mebibytes) {
 }  // namespace
 
 int main(int count, char** arguments) {
-    look_for(count > 1 ? std::stod(arguments[1]) : 12);
+    for (const double data : {0.0, double(8 << 20)})
+        look_for(count > 1 ? std::stod(arguments[1]) : 12, data);
     for (const std::size_t mebibytes : {3, 6, 8}) warm_up(mebibytes);
 }

@@ -73,7 +73,9 @@ std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& f
         const auto seconds = [&](const char* key, double least) {
             return fields.number(looks.value(key, nlohmann::json()), where + "." + key, least, 1);
         };
-        calm[count] = {.loop = seconds("loop", 1e-9), .hop = seconds("hop", 0)};
+        calm[count] = {.loop = seconds("loop", 1e-9),
+                       .hop = seconds("hop", 0),
+                       .line = looks.contains("line") ? seconds("line", 0) : 0};
     }
     return calm;
 }
@@ -81,7 +83,8 @@ std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& f
 nlohmann::json calm_json(const std::map<int, CalmLooks>& calm) {
     nlohmann::json json = nlohmann::json::object();
     for (const auto& [processors, looks] : calm)
-        json[std::to_string(processors)] = {{"loop", looks.loop}, {"hop", looks.hop}};
+        json[std::to_string(processors)] = {
+            {"loop", looks.loop}, {"hop", looks.hop}, {"line", looks.line}};
     return json;
 }
 

@@ -257,9 +257,10 @@ class Calibration {
 
     bool time_once(Case& one, TimedPath& path, int threads, bool waits) {
         if (stop_flag()) throw Cancelled();
-        const Pace before = waits ? calm_pace(threads) : pace_now(threads);
+        const double data = one.prepared->session.input->data->what.bytes();
+        const Pace before = waits ? calm_pace(threads, data) : pace_now(threads, data);
         const Outcome outcome = once(one.prepared->session, path.plan, threads);
-        const Pace after = pace_now(threads);
+        const Pace after = pace_now(threads, data);
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.
@@ -343,6 +344,7 @@ class Calibration {
         constexpr double kMost = 0.03;
         constexpr std::size_t kFew = 3, kMany = 7;
         Prepared prepared(exam, phantoms_);
+        const double data = prepared.session.input->data->what.bytes();
         for (const Plan& plan : prepared.paths(profile_)) {
             double predicted = 0;
             for (const Step& step : plan.steps)
@@ -358,9 +360,9 @@ class Calibration {
             PacedRuns runs;
             Pace best = best_pace(profile_.processors);
             while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
-                const Pace before = calm_pace(profile_.processors);
+                const Pace before = calm_pace(profile_.processors, data);
                 const double seconds = once(prepared.session, plan, profile_.processors).seconds;
-                runs.add(seconds, before, pace_now(profile_.processors));
+                runs.add(seconds, before, pace_now(profile_.processors, data));
                 best = best_pace(profile_.processors);
             }
             missed_.push_back(std::log(median(runs.seconds(best, kFew)) / predicted));
@@ -395,7 +397,7 @@ class Calibration {
         profile_.when = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
         for (const int threads : {1, profile_.processors}) {
             const Pace best = best_pace(threads);
-            if (std::isfinite(best.loop)) profile_.calm[threads] = {best.loop, best.hop};
+            if (std::isfinite(best.loop)) profile_.calm[threads] = {best.loop, best.hop, best.line};
         }
         if (!missed_.empty()) {
             for (double& miss : missed_) miss = std::abs(miss);

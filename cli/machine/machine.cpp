@@ -166,6 +166,16 @@ std::string home_folder(const char* variable, const char* in_home) {
 
 }  // namespace
 
+std::optional<std::int64_t> cache_bytes([[maybe_unused]] int level) {
+    long bytes = 0;
+#ifdef _SC_LEVEL1_DCACHE_SIZE
+    bytes = sysconf(level == 1   ? _SC_LEVEL1_DCACHE_SIZE
+                    : level == 2 ? _SC_LEVEL2_CACHE_SIZE
+                                 : _SC_LEVEL3_CACHE_SIZE);
+#endif
+    return bytes > 0 ? std::optional<std::int64_t>(bytes) : std::nullopt;
+}
+
 std::string config_folder() { return home_folder("XDG_CONFIG_HOME", "/.config"); }
 std::string cache_folder() { return home_folder("XDG_CACHE_HOME", "/.cache"); }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -17,6 +18,9 @@ double resident_now();
 double resident_peak();
 /// The processor's name, "" where the system does not say.
 std::string cpu_name();
+
+/// [byte] of the first, second or third cache for data; nothing where the system does not tell.
+std::optional<std::int64_t> cache_bytes(int level);
 
 /// $XDG_CONFIG_HOME/edgewise, ~/.config/edgewise, or "" where there is no home.
 std::string config_folder();

@@ -13,7 +13,6 @@
 #include <numbers>
 #include <optional>
 #include <thread>
-#include <unistd.h>
 
 #include "cli/machine/machine.hpp"
 #include "cli/machine/probe_fit.hpp"
@@ -46,20 +45,11 @@ double seconds_of(Body&& body) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// [byte]; nothing where the system does not tell.
-std::optional<std::int64_t> cache_size([[maybe_unused]] bool first) {
-    long bytes = 0;
-#ifdef _SC_LEVEL1_DCACHE_SIZE
-    bytes = sysconf(first ? _SC_LEVEL1_DCACHE_SIZE : _SC_LEVEL3_CACHE_SIZE);
-#endif
-    return bytes > 0 ? std::optional<std::int64_t>(bytes) : std::nullopt;
-}
-
 /// Powers of two from half of the first cache to four times the last one, or what memory allows.
 std::vector<std::int64_t> set_sizes() {
     std::int64_t least = std::int64_t{16} << 10, most = kMostSet;
-    if (const auto first = cache_size(true)) least = std::clamp(*first / 2, least / 4, 4 * least);
-    if (const auto last = cache_size(false)) most = std::min(most, 4 * *last);
+    if (const auto first = cache_bytes(1)) least = std::clamp(*first / 2, least / 4, 4 * least);
+    if (const auto last = cache_bytes(3)) most = std::min(most, 4 * *last);
     most = std::min(most, static_cast<std::int64_t>(free_memory() / 4));
     std::vector<std::int64_t> sizes;
     std::int64_t size = 1;

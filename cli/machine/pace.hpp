@@ -20,11 +20,17 @@ struct Pace {
     /// it is under one such cache: what one thread wrote the other then reads as slowly as if it
     /// came from memory, and two threads may take as long as one.
     double hop = 0;
+    /// [s] that a line takes from the last cache (last_cache_line()); 0: not looked at. Other
+    /// guests of a host who read much fill such a cache, for hundredths of a second to minutes: a
+    /// line of it then takes up to ten times as long, and a ray caster of 6 MB twice as long.
+    double line = 0;
 };
 
 /// Of so many processors, or all that there are. Takes 0.06 to 0.15 ms, up to 0.6 ms where they do
 /// not meet.
-Pace pace_now(int threads);
+/// @param data  [byte] that is read beside it: only what the processors' own caches do not hold is
+///              a matter of the last cache, and worth another 0.15 to 1 ms
+Pace pace_now(int threads, double data = 0);
 
 /// The least that pace_now() of so many threads has found in this process; the hop is that of
 /// processors on cores of their own.
@@ -34,13 +40,15 @@ Pace best_pace(int threads);
 /// process that begins in a busy minute knows it.
 void know_pace(int threads, const Pace& pace);
 
-/// Whether a run of this pace was as good as alone: loop up to 1.1 times the best, hop up to twice.
+/// Whether a run of this pace was as good as alone: loop up to 1.1 times the best, hop up to twice,
+/// a line of the last cache, where that was looked at, up to 1.6 times.
 bool is_calm(const Pace& pace, const Pace& best) noexcept;
 
 /// The pace of the next calm moment, or the last one within so long [s]. Where a host is busy such
 /// moments come and go: on one that was calm 14 % of the time half of them came within 0.2 ms, and
 /// 1 ms later 72 % were not over. After a wait in vain a tenth of it is enough.
-Pace calm_pace(int threads, double patience = 0.004);
+/// @param data  as of pace_now()
+Pace calm_pace(int threads, double data = 0, double patience = 0.004);
 
 /// How often something runs before a run counts that others ran before: once, as these took its
 /// blocks; brief ones, for 0.03 s or 4 times, on large data 12 times, as the caches of all
@@ -52,15 +60,13 @@ class Warming {
  public:
     /// @param expected  [s] of a run; models may take for short what is not: each run tells anew
     /// @param data      [byte] that it reads
-    Warming(double expected, double data) noexcept : last_(expected), many_(data > kOwn ? 12 : 4) {}
+    Warming(double expected, double data) noexcept;
     bool goes_on() const noexcept;
     /// [s] of the run before, or what was expected.
     double last() const noexcept { return last_; }
     void ran(double seconds) noexcept;
 
  private:
-    static constexpr double kOwn = 2 << 20;  // [byte] that the caches of cores hold, about
-
     double last_;
     int many_, runs_ = 0;
     bool faster_ = false;
@@ -90,8 +96,9 @@ class PacedRuns {
 
     /// Seconds of a run that nothing disturbs: each run's divided by how much slower than calm the
     /// better of the loops beside it was; of these the 0.2 quantile, as other guests that read
-    /// the same caches and memory only add, which no pace tells. Runs of processors far from each
-    /// other count only where the others are too few.
+    /// the same memory only add, which no pace tells. Runs whose lines of the last cache others
+    /// took count only where the others are too few, and so do those of processors far from each
+    /// other.
     /// @pre size() > 0
     double undisturbed(const Pace& best) const;
 

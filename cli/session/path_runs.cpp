@@ -138,7 +138,8 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
 }
 
 void PathRuns::run_again(std::size_t i) {
-    Warming warming(paths_[i].least(), session_.input->data->what.bytes());
+    const double data = session_.input->data->what.bytes();
+    Warming warming(paths_[i].least(), data);
     while (last_ != i && warming.goes_on()) {
         const auto warm = run_once(i, std::numeric_limits<double>::infinity(),
                                    [](int, const std::shared_ptr<const Data>&) {});
@@ -148,11 +149,11 @@ void PathRuns::run_again(std::size_t i) {
     last_ = i;
     const int threads = session_.want().threads;
     for (int left = in_a_row_ ? runs_in_a_row(paths_[i].least()) : 1; left > 0; --left) {
-        const Pace before = calm_pace(threads);
+        const Pace before = calm_pace(threads, data);
         const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                       [](int, const std::shared_ptr<const Data>&) {});
         if (!outcome) return;
-        runs_[i].add(outcome->seconds, before, pace_now(threads));
+        runs_[i].add(outcome->seconds, before, pace_now(threads, data));
         choose(i);
     }
 }

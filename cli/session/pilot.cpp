@@ -247,8 +247,8 @@ class Pilot {
     /// Where another path ran before, short ones run more often, and the last run counts.
     void run_again(Contender& each) {
         const Deliver nothing = [](int, const std::shared_ptr<const Data>&) {};
-        Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least(),
-                        session_.input->data->what.bytes());
+        const double data = session_.input->data->what.bytes();
+        Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least(), data);
         bool brief = !each.seconds.empty();
         while (last_ != &each && warming.goes_on() && !out_of_time()) {
             const auto warm = run_once(each, brief, nothing);
@@ -260,10 +260,10 @@ class Pilot {
         const int threads = session_.profile.processors;
         const Plan& few = few_.at(path_text(each.plan.texts()));
         for (int left = runs_in_a_row(warming.last()); left > 0 && !out_of_time(); --left) {
-            const Pace before = calm_pace(threads);
+            const Pace before = calm_pace(threads, data);
             const auto outcome = run_once(each, brief, nothing);
             if (!outcome) return;
-            each.runs.add(whole_seconds(few, *outcome), before, pace_now(threads));
+            each.runs.add(whole_seconds(few, *outcome), before, pace_now(threads, data));
             each.choose(best_pace(threads));
         }
     }

@@ -46,6 +46,47 @@ TEST(Pace, IsCalmNearTheBest) {
     EXPECT_FALSE(is_calm({1, 157e-9}, {1, 26e-9}));
 }
 
+TEST(Pace, LinesThatOthersTookAreNotCalm) {
+    constexpr Pace kMine{1, 26e-9, 17e-9};
+    EXPECT_TRUE(is_calm({1, 26e-9, 25e-9}, kMine));
+    EXPECT_FALSE(is_calm({1, 26e-9, 60e-9}, kMine));
+    EXPECT_TRUE(is_calm({1, 26e-9, 0}, kMine)) << "the run read too little for it to matter";
+    EXPECT_TRUE(is_calm({1, 26e-9, 60e-9}, kBest)) << "nothing to compare with";
+    // Half of the runs find that others took the cache before, and half of these after them too.
+    PacedRuns runs;
+    const Pace taken{1, 26e-9, 170e-9};
+    for (int i = 0; i < 3; ++i) {
+        runs.add(1e-3, kMine, kMine);
+        runs.add(1.4e-3, taken, kMine);
+        runs.add(2e-3, taken, taken);
+    }
+    EXPECT_EQ(runs.calm(kMine), 3u);
+    EXPECT_EQ(runs.seconds(kMine, 1), std::vector<double>(3, 1e-3));
+    EXPECT_NEAR(runs.undisturbed(kMine), 1e-3, 1e-12);
+    // Where all were, all count; the one that was least so first.
+    PacedRuns busy;
+    for (int i = 0; i < 4; ++i) busy.add((2 + i) * 1e-3, {1, 26e-9, (1 + i) * 90e-9}, taken);
+    EXPECT_EQ(busy.calm(kMine), 0u);
+    EXPECT_EQ(busy.seconds(kMine, 2), (std::vector<double>{2e-3, 3e-3}));
+    EXPECT_NEAR(busy.undisturbed(kMine), 2e-3, 1e-12);
+}
+
+TEST(Pace, TheLastCacheIsLookedAtBesideLargeData) {
+    EXPECT_EQ(pace_now(1, 1 << 20).line, 0) << "the processors' own caches hold that";
+    const auto second = cache_bytes(2), last = cache_bytes(3);
+    double least = kNever;
+    for (int i = 0; i < 20; ++i) {
+        const Pace pace = pace_now(1, 64 << 20);
+        if (!second || !last || *last < 6 * *second) {
+            EXPECT_EQ(pace.line, 0);
+            continue;
+        }
+        least = std::min(least, pace.line);
+        EXPECT_GT(pace.line, 1e-9) << "no first cache answers as soon";
+        EXPECT_LE(best_pace(1).line, least);
+    }
+}
+
 TEST(Pace, CalmRunsCountAndOthersOnlyWhereTheyAreTooFew) {
     PacedRuns runs;
     runs.add(1.0, {1}, {1});
@@ -70,7 +111,7 @@ TEST(Pace, RunsOfUnknownPaceAreAllAlike) {
 TEST(Pace, WhatIsNotCalmWasWaitedFor) {
     for (int i = 0; i < 20; ++i) {
         const auto begin = std::chrono::steady_clock::now();
-        const Pace pace = calm_pace(1, 1e-3);
+        const Pace pace = calm_pace(1, 0, 1e-3);
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
         EXPECT_TRUE(is_calm(pace, best_pace(1)) || took.count() >= 1e-4)
             << "a tenth of the patience at least";
