@@ -98,6 +98,16 @@ int likeness(std::string_view name, std::string_view other) {
     return alike;
 }
 
+int shared_parts(std::string_view name, std::string_view other) {
+    int shared = 0;
+    for_parts(name, [&](std::string_view part) {
+        bool found = false;
+        for_parts(other, [&](std::string_view theirs) { found |= part == theirs; });
+        shared += found;
+    });
+    return shared;
+}
+
 bool is_about(double one, double other) { return one <= kAlike * other && other <= kAlike * one; }
 
 /// The largest size of the fewest frames.
@@ -203,18 +213,18 @@ Rate Rates::along_another(const Curves::value_type& own, double counted) const {
     const Rate end = between(curve, std::clamp(counted, curve.front().counted, last_of(curve)));
     Rate rate = between(curve, counted);
     if (is_about(end.counted, counted)) return rate;
-    const Curves::value_type* other = nullptr;
-    int best = std::numeric_limits<int>::min();
+    std::vector<double> growth;
+    int best = 0;
     for_edge(edge_of(name), [&](const Curves::value_type& each) {
-        const int alike = likeness(name, each.first);
-        if (&each == &own || alike <= best) return;
+        const int alike = shared_parts(name, each.first);
+        if (&each == &own || alike < best) return;
         if (!reaches(each.second, counted) || !reaches(each.second, end.counted)) return;
-        other = &each;
+        if (alike > best) growth.clear();
         best = alike;
+        growth.push_back(between(each.second, counted).ratio /
+                         between(each.second, end.counted).ratio);
     });
-    if (!other) return rate;
-    rate.ratio = end.ratio * between(other->second, counted).ratio /
-                 between(other->second, end.counted).ratio;
+    if (!growth.empty()) rate.ratio = end.ratio * median(std::move(growth));
     return rate;
 }
 

@@ -39,13 +39,13 @@ class Rates {
     explicit Rates(Curves measured);
 
     bool empty() const noexcept { return measured_.empty(); }
-    /// At so many counted seconds: between sizes by the logarithms of both; beyond them as the name
-    /// of the edge goes on that is most like it and reaches so far, or as at the last size, but for
-    /// the set-up of a run, which is the same for all. What several processors bring to a single
-    /// run under a measured name is the name's own: then its seconds on all of them are those that
-    /// were timed. Else it is a matter of the edge and of how long it runs (waking threads takes a
-    /// fixed time, parts that do not divide a fixed share): the median over the edge's parameters,
-    /// kinds and types at about the seconds of all `runs`.
+    /// At so many counted seconds: between sizes by the logarithms of both; beyond them as those
+    /// names of the edge go on, in the median, that are most like it and reach so far, or as at the
+    /// last size, but for the set-up of a run, which is the same for all. What several processors
+    /// bring to a single run under a measured name is the name's own: then its seconds on all of
+    /// them are those that were timed. Else it is a matter of the edge and of how long it runs
+    /// (waking threads takes a fixed time, parts that do not divide a fixed share): the median over
+    /// the edge's parameters, kinds and types at about the seconds of all `runs`.
     /// @return ratio 0 where nothing was measured under any part of the name
     Rate at(const std::string& name, double counted, int runs = 1) const;
     /// By name, sorted by size.
@@ -61,8 +61,8 @@ class Rates {
     double shared_at(const std::string& name, double alone) const;
     Rate alone_at(const std::string& name, double counted) const;
     std::vector<Rate> nearest(const std::string& name) const;
-    /// Beyond the measured sizes of a name: as the name of its edge goes on that is most like it
-    /// and reaches so far.
+    /// Beyond the measured sizes of a name: as those of its edge go on, in the median, that share
+    /// the most parts with it of all that reach so far.
     Rate along_another(const Curves::value_type& own, double counted) const;
     /// Calls each(name and curve) for all of an edge.
     template <class Each>

@@ -80,17 +80,22 @@ std::vector<Trial> trials(bool quick) {
         for (const char* turn : {"5,60,10", "-3,84,4"})
             for (const char* mode : {"mip", "xray", "composite"})
                 all.push_back({Job::render, "phantom:gaussians:192", type, turn, mode, "112x112"});
+    // More pixels than samples: ray casts read such data as they do what caches hold.
+    for (const char* mode : {"mip", "xray", "composite"})
+        all.push_back(
+            {Job::render, "phantom:gaussians:192", Type::i16, "15,40,-5", mode, "480x480"});
     // Many frames: threads have more to share.
     for (const Type type : {Type::u8, Type::f32})
         all.push_back(
             {Job::render, "phantom:gaussians:112", type, "20,-15,10", "xray", nullptr, "12"});
     // What is mostly empty is copied first: small copies cost what their pages do. Copies are a
     // matter of what the caches hold, so of sizes.
-    const auto copy = [&](const char* input, Type type, const char* edge) {
+    const auto copy = [&](const char* input, Type type, const char* edge,
+                          const char* turn = "20,-15,10") {
         all.push_back({.job = Job::render,
                        .input = input,
                        .type = type,
-                       .turn = "20,-15,10",
+                       .turn = turn,
                        .mode = "xray",
                        .edge = edge,
                        .empty_around = std::string_view(edge) == "store.crop"});
@@ -101,6 +106,13 @@ std::vector<Trial> trials(bool quick) {
     for (const char* input : {"phantom:gaussians:144", "phantom:gaussians:192"})
         for (const Type type : {Type::u8, Type::i16, Type::f32})
             copy(input, type, "warp.axis_permutation");
+    // Rows of each slice from all slices, and columns.
+    for (const char* input :
+         {"phantom:gaussians:112", "phantom:gaussians:144", "phantom:gaussians:192"})
+        for (const Type type : {Type::u8, Type::i16, Type::f32})
+            copy(input, type, "warp.axis_permutation", "70,10,5");
+    for (const Type type : {Type::u8, Type::i16, Type::f32})
+        copy("phantom:gaussians:144", type, "warp.axis_permutation", "10,70,-25");
     for (const Type type : {Type::i16, Type::f32})
         copy("phantom:gaussians:144", type, "store.precision");
     for (const char* input : {"phantom:gaussians:64", "phantom:gaussians:112"})

@@ -68,7 +68,7 @@ TEST(Pace, LinesThatOthersTookAreNotCalm) {
     for (int i = 0; i < 4; ++i) busy.add((2 + i) * 1e-3, {1, 26e-9, (1 + i) * 90e-9}, taken);
     EXPECT_EQ(busy.calm(kMine), 0u);
     EXPECT_EQ(busy.seconds(kMine, 2), (std::vector<double>{2e-3, 3e-3}));
-    EXPECT_NEAR(busy.undisturbed(kMine), 2e-3, 1e-12);
+    EXPECT_NEAR(busy.undisturbed(kMine), 2.6e-3, 1e-12) << "the 0.2 quantile of 2 to 5";
 }
 
 TEST(Pace, TheLastCacheIsLookedAtBesideLargeData) {

@@ -59,6 +59,20 @@ TEST(Rates, BeyondTheMeasuredSizesGoOnLikeTheMostSimilarThatReachesSoFar) {
     EXPECT_NEAR(rates.at("e/step=2 mip i16", 1).ratio, 3, 0.1);
 }
 
+TEST(Rates, OfSeveralAsSimilarTheMedianTellsHowOneGoesOn) {
+    const auto rate = [](double counted, double ratio) {
+        return Rate{.counted = counted, .ratio = ratio, .shared = 0.5, .runs = 5};
+    };
+    const Rates rates(Rates::Curves{
+        {"e/step=2 mip i16", {rate(1e-3, 1)}},
+        {"e/step=2 mip f32", {rate(1e-3, 0.5), rate(8e-3, 5)}},  // of trials of two kinds
+        {"e/step=2 sum i16", {rate(1e-3, 1), rate(8e-3, 1.2)}},
+        {"e/step=1 mip i16", {rate(1e-3, 1), rate(8e-3, 1.1)}},
+        {"e/step=1 sum f32", {rate(1e-3, 1), rate(8e-3, 9)}},  // shares fewer parts
+    });
+    EXPECT_NEAR(rates.at("e/step=2 mip i16", 8e-3).ratio, 1.2, 1e-9);
+}
+
 TEST(Rates, OneOutlierOfAHundredTimesMovesNothing) {
     std::vector<Timed> clean, dirty;
     for (int i = 0; i < 9; ++i) clean.push_back(timed(1e-3 * (1 + 0.01 * i), 2 + 0.001 * i));

@@ -9,6 +9,7 @@
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/ray_path.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/warp/axis_permutation.hpp"
 #include "transitions/warp/backward.hpp"
 
 namespace edgewise {
@@ -147,6 +148,24 @@ TEST(CountedWork, SamplesFarApartTouchTheirOwnLines) {
     EXPECT_EQ(lines_touched(1000, 1, 1, 1), 1000.0 / 64);
     EXPECT_EQ(lines_touched(1000, 1e6, 4, 1), 1000);
     EXPECT_EQ(lines_touched(1000, 1e6, 4, 16), 16000);
+}
+
+TEST(CountedWork, APermutationHasItsWayFromWhatBecomesOfRows) {
+    const Transition edge = axis_permutation_warp();
+    const Parameters with{{"to", "aligned"}};
+    const auto work = [&](const std::array<double, 3>& degrees) {
+        const Turned of(Job::render, {40, 48, 44}, degrees, 1, {90, 84, 88});
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, with);
+        EXPECT_EQ(offer.refused, "");
+        return edge.work(offer, ask, 0);
+    };
+    // Rays along z, y and x.
+    EXPECT_EQ(work({5, 5, 0}).way, "");
+    EXPECT_EQ(work({85, 5, 0}).way, "exchanged");
+    EXPECT_EQ(work({5, 85, 0}).way, "transposed");
+    EXPECT_EQ(work({85, 5, 0}).gathers, 0) << "rows are copied";
+    EXPECT_EQ(work({5, 85, 0}).gathers, 40 * 48 * 44);
 }
 
 }  // namespace

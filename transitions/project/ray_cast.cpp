@@ -53,6 +53,12 @@ double samples_of(const Offer& offer, const Ask& ask, int view) {
     return pixels * mean_length(offer.from, ask.want, view) / offer.with.number("step");
 }
 
+/// Operations to make the bricks: extremes of a voxel and its neighbours along three axes. Packed
+/// types hold more voxels a vector; measured with 0.3 to 32 MB of u8, 16 bits and f32.
+double brick_operations(const Representation& from) {
+    return (4 + 6 * static_cast<double>(bytes_of(from.type))) * static_cast<double>(from.samples());
+}
+
 double brick_bytes(const Representation& from) {
     constexpr double kBrick = 64;  // samples
     return 4 * static_cast<double>(from.samples()) / kBrick * 1.1 + 4096;
@@ -156,16 +162,16 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double corrected = ask.want.mode == Mode::composite
                                  ? seen_share(ask) * (exact ? ends : samples + ragged * hits)
                                  : 0;
-    Work work{
-        .operations = all * (9 + filter + combining(ask, optics)) + (spread ? 60 : 120) * pixels +
-                      120 * hits + 12 * ends + kCorrectionOperations * corrected +
-                      (bricks ? 2.0 * static_cast<double>(offer.from.samples()) + 2 * samples : 0),
-        .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
-        .gathers = all * taps + (spread ? 0 : 20) * pixels,
-        .lines = lines_touched(all, voxels_apart(offer, ask, samples, view),
-                               static_cast<double>(bytes_of(offer.from.type)), rows),
-        .workspace = bricks ? brick_bytes(offer.from) : 0,
-        .way = way_of(bricks, kernels::is_sparse(cast), ask.want.eye.has_value())};
+    Work work{.operations = all * (9 + filter + combining(ask, optics)) +
+                            (spread ? 60 : 120) * pixels + 120 * hits + 12 * ends +
+                            kCorrectionOperations * corrected +
+                            (bricks ? brick_operations(offer.from) + 2 * samples : 0),
+              .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
+              .gathers = all * taps + (spread ? 0 : 20) * pixels,
+              .lines = lines_touched(all, voxels_apart(offer, ask, samples, view),
+                                     static_cast<double>(bytes_of(offer.from.type)), rows),
+              .workspace = bricks ? brick_bytes(offer.from) : 0,
+              .way = way_of(bricks, kernels::is_sparse(cast), ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }

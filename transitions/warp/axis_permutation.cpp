@@ -177,8 +177,9 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return to_screen(with) ? offer_screen(from, ask, with) : offer_aligned(from, ask, with);
 }
 
-/// Rows that stay rows are copied; those that become columns are read sample by sample, in blocks
-/// that a cache holds: their lines are what is streamed.
+/// Rows that stay rows are copied, one after the other as they lie or each from another slice;
+/// those that become columns are read sample by sample, in blocks that a cache holds: their lines
+/// are what is streamed.
 Work work(const Offer& offer, const Ask& ask, int view) {
     Work work{.streamed = offer.from.bytes() + offer.to.bytes()};
     const kernels::AxisPermutation permutation =
@@ -187,6 +188,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     if (permutation.from[0] != 0) {
         work.gathers = static_cast<double>(offer.from.samples());
         work.way = "transposed";
+    } else if (permutation.from[1] != 1) {
+        work.way = "exchanged";
     }
     return work;
 }
