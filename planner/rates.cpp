@@ -83,29 +83,33 @@ void for_parts(std::string_view name, Each&& each) {
     }
 }
 
-/// How much of `name` is in another one of its edge: the number of parts decides, then the earlier,
-/// then that it has no others.
-int likeness(std::string_view name, std::string_view other) {
-    constexpr int kMost = 32;  // parts, about
-    int alike = 0, place = kMost;
+/// Calls each(place) for the parts of `name` that are in another one too; the first has place 0.
+template <class Each>
+void for_shared(std::string_view name, std::string_view other, Each&& each) {
+    int place = 0;
     for_parts(name, [&](std::string_view part) {
         bool found = false;
         for_parts(other, [&](std::string_view theirs) { found |= part == theirs; });
-        if (found) alike += kMost * (kMost * kMost + std::max(0, place));
-        --place;
+        if (found) each(place);
+        ++place;
     });
-    for_parts(other, [&](std::string_view) { --alike; });
-    return alike;
 }
 
 int shared_parts(std::string_view name, std::string_view other) {
     int shared = 0;
-    for_parts(name, [&](std::string_view part) {
-        bool found = false;
-        for_parts(other, [&](std::string_view theirs) { found |= part == theirs; });
-        shared += found;
-    });
+    for_shared(name, other, [&](int) { ++shared; });
     return shared;
+}
+
+/// How much of `name` is in another one of its edge: the number of parts decides, then the earlier,
+/// then that it has no others.
+int likeness(std::string_view name, std::string_view other) {
+    constexpr int kMost = 32;  // parts, about
+    int alike = 0;
+    for_shared(name, other,
+               [&](int place) { alike += kMost * (kMost * kMost + std::max(0, kMost - place)); });
+    for_parts(other, [&](std::string_view) { --alike; });
+    return alike;
 }
 
 bool is_about(double one, double other) { return one <= kAlike * other && other <= kAlike * one; }

@@ -10,13 +10,13 @@ namespace edgewise::cli {
 namespace {
 
 TEST(CalibrationTrials, CopiesAreTimedInTheirTypesAtSizesFarApart) {
-    std::map<std::string, std::set<std::tuple<std::string, Type>>> copies;
+    std::map<std::string, std::set<std::tuple<std::string, Type, std::string>>> copies;
     for (const Trial& trial : trials(false)) {
-        if (trial.edge) copies[trial.edge].emplace(trial.input, trial.type);
+        if (trial.edge) copies[trial.edge].emplace(trial.input, trial.type, trial.turn);
         EXPECT_EQ(trial.empty_around, trial.edge && std::string(trial.edge) == "store.crop");
     }
     EXPECT_EQ(copies["store.crop"].size(), 12u);
-    EXPECT_EQ(copies["warp.axis_permutation"].size(), 6u);
+    EXPECT_EQ(copies["warp.axis_permutation"].size(), 6u + 9u + 3u) << "in order, rows, columns";
     EXPECT_EQ(copies["store.precision"].size(), 2u);
     for (const Trial& exam : exams())
         for (const Trial& trial : trials(false)) EXPECT_NE(exam.input, trial.input);
