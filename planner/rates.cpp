@@ -95,6 +95,7 @@ void for_shared(std::string_view name, std::string_view other, Each&& each) {
     });
 }
 
+/// Parts of a name that another one has too.
 int shared_parts(std::string_view name, std::string_view other) {
     int shared = 0;
     for_shared(name, other, [&](int) { ++shared; });
@@ -203,7 +204,7 @@ Rate Rates::at(const std::string& name, double counted, int runs) const {
 
 Rate Rates::alone_at(const std::string& name, double counted) const {
     if (const auto exact = measured_.find(name); exact != measured_.end())
-        return along_another(*exact, counted);
+        return along_others(*exact, counted);
     const std::vector<Rate> curve = nearest(name);
     if (curve.empty()) return {.ratio = 0};
     Rate rate = between(curve, counted);
@@ -211,7 +212,7 @@ Rate Rates::alone_at(const std::string& name, double counted) const {
     return rate;
 }
 
-Rate Rates::along_another(const Curves::value_type& own, double counted) const {
+Rate Rates::along_others(const Curves::value_type& own, double counted) const {
     const std::string& name = own.first;
     const std::vector<Rate>& curve = own.second;
     const Rate end = between(curve, std::clamp(counted, curve.front().counted, last_of(curve)));

@@ -63,7 +63,7 @@ class Rates {
     std::vector<Rate> nearest(const std::string& name) const;
     /// Beyond the measured sizes of a name: as those of its edge go on, in the median, that share
     /// the most parts with it of all that reach so far.
-    Rate along_another(const Curves::value_type& own, double counted) const;
+    Rate along_others(const Curves::value_type& own, double counted) const;
     /// Calls each(name and curve) for all of an edge.
     template <class Each>
     void for_edge(const std::string& edge, const Each& each) const;

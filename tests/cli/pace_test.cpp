@@ -52,7 +52,7 @@ TEST(Pace, LinesThatOthersTookAreNotCalm) {
     EXPECT_FALSE(is_calm({1, 26e-9, 60e-9}, kMine));
     EXPECT_TRUE(is_calm({1, 26e-9, 0}, kMine)) << "the run read too little for it to matter";
     EXPECT_TRUE(is_calm({1, 26e-9, 60e-9}, kBest)) << "nothing to compare with";
-    // Half of the runs find that others took the cache before, and half of these after them too.
+    // In six of nine runs others took the cache before, in three of these after as well.
     PacedRuns runs;
     const Pace taken{1, 26e-9, 170e-9};
     for (int i = 0; i < 3; ++i) {
