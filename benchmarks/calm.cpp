@@ -1,15 +1,20 @@
 // How calm a shared machine is: for how long calm moments of two threads last
-// (cli/machine/pace.hpp), and how many rounds of reading it takes until the last cache keeps data.
+// (cli/machine/pace.hpp), where data lie that were just read (cli/machine/data_lines.hpp), and how
+// many rounds of reading it takes until the last cache keeps them.
 //   calm_benchmark [SECONDS]
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <fmt/format.h>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/pace.hpp"
+#include "graph/data.hpp"
+#include "runtime/memory_budget.hpp"
 
 namespace {
 
@@ -43,22 +48,19 @@ void print_spells(const char* name, const std::vector<double>& milliseconds) {
         quantile_of(milliseconds, 0.98));
 }
 
-/// @param data  [byte] that a run would read: 0 leaves the last cache out
-void look_for(double seconds, double data) {
+void look_for(double seconds) {
     std::vector<Look> looks;
     for (const auto begin = Clock::now(); since(begin) < seconds;) {
-        const Pace pace = pace_now(kThreads, data);
+        const Pace pace = pace_now(kThreads);
         looks.push_back({since(begin), pace});
     }
     const Pace best = best_pace(kThreads);
     std::vector<bool> calm;
     for (const Look& look : looks) calm.push_back(is_calm(look.pace, best));
     const auto share = std::count(calm.begin(), calm.end(), true);
-    fmt::print(
-        "beside runs of {:.0f} MiB {} looks, {:.0f} % of them calm; at best loop {:.1f} us, hop "
-        "{:.0f} ns, line of the last cache {:.0f} ns\n",
-        data / (1 << 20), looks.size(), 100.0 * double(share) / double(looks.size()),
-        1e6 * best.loop, 1e9 * best.hop, 1e9 * best.line);
+    fmt::print("{} looks, {:.0f} % of them calm; at best loop {:.1f} us, hop {:.0f} ns\n",
+               looks.size(), 100.0 * double(share) / double(looks.size()), 1e6 * best.loop,
+               1e9 * best.hop);
     std::vector<double> lasting, waiting;
     std::size_t first = 0;
     for (std::size_t i = 1; i < looks.size(); ++i) {
@@ -80,6 +82,33 @@ void look_for(double seconds, double data) {
             fmt::print("{:.0f} ms after a calm look {:.0f} % are\n", 1e3 * later,
                        100.0 * double(stays) / double(begins));
     }
+}
+
+/// Where data lie between two runs that read them.
+void lie(double seconds, std::int64_t mebibytes) {
+    edgewise::MemoryBudget memory(std::size_t{1} << 28);
+    edgewise::Representation what;
+    what.type = edgewise::Type::u8;
+    what.extent = {1 << 20, mebibytes, 1};
+    edgewise::Data data = edgewise::Data::make(what, &memory);
+    std::memset(data.samples.data(), 1, static_cast<std::size_t>(what.bytes()));
+    volatile unsigned used = 0;
+    std::vector<double> lines;
+    for (const auto begin = Clock::now(); since(begin) < seconds;) {
+        unsigned sum = 0;
+        for (std::int64_t i = 0; i < what.samples(); i += 64) sum += data.as<unsigned char>()[i];
+        used = sum;
+        lines.push_back(1e9 * line_seconds(data));
+    }
+    static_cast<void>(used);
+    const double least = *std::min_element(lines.begin(), lines.end());
+    const auto near =
+        std::count_if(lines.begin(), lines.end(), [&](double line) { return line <= 1.6 * least; });
+    fmt::print(
+        "{} MiB, ns a line after they were read: at best {:.0f}, quantiles .1 .5 .9: {:.0f} {:.0f} "
+        "{:.0f}; near {:.0f} % of the time\n",
+        mebibytes, least, quantile_of(lines, 0.1), quantile_of(lines, 0.5), quantile_of(lines, 0.9),
+        100.0 * double(near) / double(lines.size()));
 }
 
 /// Nanoseconds a line of data read in random order, round by round, after others went by.
@@ -113,7 +142,8 @@ void warm_up(std::size_t mebibytes) {
 }  // namespace
 
 int main(int count, char** arguments) {
-    for (const double data : {0.0, double(8 << 20)})
-        look_for(count > 1 ? std::stod(arguments[1]) : 12, data);
+    const double seconds = count > 1 ? std::stod(arguments[1]) : 12;
+    look_for(seconds);
+    for (const std::int64_t mebibytes : {4, 8, 16, 32}) lie(seconds / 4, mebibytes);
     for (const std::size_t mebibytes : {3, 6, 8}) warm_up(mebibytes);
 }

@@ -17,6 +17,7 @@ struct Work {
     double streamed = 0;  // bytes read or written in address order
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
     double lines = 0;     // of memory that these bring from `span`; what else they read is near
+    double asked = 0;     // of these lines, those that are asked for before they are read
     /// Bytes that lines, and what is streamed, lie within; of one rank. They tell which levels of
     /// memory serve them. 0: the planner's guess, all of the input, and input and output.
     double span = 0, swept = 0;

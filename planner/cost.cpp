@@ -4,34 +4,47 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <tuple>
+#include <vector>
 
 namespace edgewise {
 namespace {
 
 constexpr int kViewsAsked = 8;  // of a long turntable; the mean stands for all
 
-Work mean_work(const Transition& edge, const Offer& offer, const Ask& ask) {
-    const int runs = offer.to.runs(), asked = std::min(runs, kViewsAsked);
+/// Views that an edge works on in one of its ways.
+struct Share {
     Work mean;
+    int views = 0;
+};
+
+void add(Share& share, const Work& work, int views) {
+    const double before = static_cast<double>(share.views) / (share.views + views);
+    const double now = static_cast<double>(views) / (share.views + views);
+    Work& mean = share.mean;
+    for (double Work::*count :
+         {&Work::operations, &Work::streamed, &Work::gathers, &Work::lines, &Work::asked,
+          &Work::local, &Work::global, &Work::congested, &Work::messages, &Work::sent})
+        mean.*count = before * mean.*count + now * work.*count;
+    for (double Work::*most : {&Work::span, &Work::swept, &Work::scratch, &Work::workspace})
+        mean.*most = std::max(mean.*most, work.*most);
+    // Of views that are worked on differently the first.
+    if (share.views == 0) mean.way = work.way;
+    share.views += views;
+}
+
+/// The work of the views that are asked, by way: counts do not tell these apart.
+std::vector<Share> shares_of(const Transition& edge, const Offer& offer, const Ask& ask) {
+    const int runs = offer.to.runs(), asked = std::min(runs, kViewsAsked);
+    std::vector<Share> shares;
     for (int i = 0; i < asked; ++i) {
         const int variant = static_cast<int>(static_cast<std::int64_t>(i) * runs / asked);
         const Work work = edge.work(offer, ask, offer.to.placed.first_view(variant));
-        mean.operations += work.operations / asked;
-        mean.streamed += work.streamed / asked;
-        mean.gathers += work.gathers / asked;
-        mean.lines += work.lines / asked;
-        mean.span = std::max(mean.span, work.span);
-        mean.swept = std::max(mean.swept, work.swept);
-        mean.local += work.local / asked;
-        mean.global += work.global / asked;
-        mean.congested += work.congested / asked;
-        mean.messages += work.messages / asked;
-        mean.sent += work.sent / asked;
-        mean.scratch = std::max(mean.scratch, work.scratch);
-        mean.workspace = std::max(mean.workspace, work.workspace);
-        if (i == 0) mean.way = work.way;
+        auto same = std::find_if(shares.begin(), shares.end(),
+                                 [&](const Share& share) { return share.mean.way == work.way; });
+        if (same == shares.end()) same = shares.insert(shares.end(), Share{});
+        add(*same, work, 1);
     }
-    return mean;
+    return shares;
 }
 
 /// Where an edge does not say what its accesses lie within: reads at computed addresses fall
@@ -82,16 +95,22 @@ std::string timing_name(const Transition& edge, const Offer& offer, const Reques
 StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,
                  int threads) {
     StepCost cost;
-    cost.work = mean_work(edge, offer, ask);
+    std::vector<Share> shares = shares_of(edge, offer, ask);
+    Share all;
+    for (const Share& share : shares) add(all, share.mean, share.views);
+    cost.work = all.mean;
     if (offer.from.place == Place::ranks) cost.from_ranks = ask.want.ranks;
     if (offer.to.place == Place::ranks) cost.to_ranks = ask.want.ranks;
     place(cost.work, offer, cost);
 
     const int among = offer.from.place == Place::ranks ? ask.want.ranks : 1;
-    const Seconds run = profile.seconds(timing_name(edge, offer, ask.want, cost.work), cost.work,
-                                        threads, among, offer.to.runs());
-    cost.seconds = offer.to.runs() * run.seconds;
-    cost.spread = run.spread;
+    for (Share& share : shares) {
+        place(share.mean, offer, cost);
+        const Seconds run = profile.seconds(timing_name(edge, offer, ask.want, share.mean),
+                                            share.mean, threads, among, offer.to.runs());
+        cost.seconds += run.seconds * offer.to.runs() * share.views / all.views;
+        cost.spread = std::max(cost.spread, run.spread);
+    }
     cost.scratch = cost.work.scratch * threads + cost.work.workspace +
                    part_bytes(edge.parts(offer, ask), offer);
     cost.error = edge.error(offer, ask);

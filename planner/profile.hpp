@@ -20,7 +20,6 @@ struct Seconds {
 struct CalmLooks {
     double loop = 0;  // [s] of a fixed loop on so many processors
     double hop = 0;   // [s] that a line of the caches takes from one processor to the next
-    double line = 0;  // [s] that one of the last cache takes; 0: not known
 };
 
 /// A machine as the mixed cost communication machine sees it (MCCM, [W93] 2.2.2): how long a

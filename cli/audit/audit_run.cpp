@@ -33,7 +33,7 @@ constexpr int kMoreRuns = 4;
 /// Rounds go on for so long at least, and until enough runs were calm: a core that is shared with
 /// others, a hyperthread's sibling or another machine's guest, is slow for tenths of a second and
 /// more. Sleeping between rounds would not do: a machine that has slept is slow.
-constexpr double kLeastSeconds = 1.2, kMostSeconds = 12;
+constexpr double kLeastSeconds = 1.2, kMostSeconds = 20;
 /// For so long paths that are no rivals are waited for until kFewRuns of their runs were calm.
 constexpr double kJudging = 2;
 

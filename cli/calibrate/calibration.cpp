@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "cli/calibrate/calibration_trials.hpp"
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/machine_probe.hpp"
 #include "cli/machine/pace.hpp"
@@ -44,7 +45,7 @@ double median_error(const std::vector<double>& seconds) {
 
 class Calibration {
  public:
-    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 48) {
+    explicit Calibration(bool quick) : quick_(quick), limit_(quick ? 6 : 45) {
         profile_ = default_profile();
         profile_.processors = usable_cores();
         probe_machine(profile_, quick);  // first: rates refer to it
@@ -57,19 +58,22 @@ class Calibration {
         for (std::size_t i = 0; i < all.size(); ++i) {
             show(messages, all[i]);
             // What a trial leaves of its time goes to those that follow.
-            const double left = kFirstRound * limit_ - since(begin_);
+            const double left = kFirstRound * limit_ - since(begin_) + waited_;
+            await_calm();
             end_ = since(begin_) + left / static_cast<double>(all.size() - i);
             begin_case(cases[i], all[i]);
         }
         bool lacking = true;  // calm runs
         for (int round = 1; lacking && since(begin_) < limit_; ++round) {
             lacking = false;
+            // Never backwards: visits of one trial are a round apart, so that no bad moment of the
+            // host has all of them.
             for (std::size_t i = 0; i < all.size(); ++i) {
-                const std::size_t k = round % 2 ? all.size() - 1 - i : i;
-                if (is_enough(cases[k])) continue;
+                if (is_enough(cases[i])) continue;
                 lacking = true;
-                show(messages, all[k]);
-                repeat_case(cases[k], round);
+                show(messages, all[i]);
+                await_calm();
+                repeat_case(cases[i], round);
             }
         }
         for (const Case& each : cases) collect(each);
@@ -89,7 +93,10 @@ class Calibration {
     static constexpr double kFirstRound = 0.3;  // of the time, at most
     static constexpr double kLong = 0.04;       // [s]
     /// Runs of a path; of a long one; of one that others of its trial beat by kDear.
-    static constexpr std::size_t kManyCalm = 16, kFewCalm = 6, kLeastCalm = 4;
+    static constexpr std::size_t kManyCalm = 12, kFewCalm = 6, kLeastCalm = 4;
+    /// Waited for calm before a visit, and of the time before all: a host that has moved processors
+    /// apart brings them together again after seconds.
+    static constexpr double kWait = 0.2, kWaits = 0.25;  // [s], 1
     static constexpr double kDear = 5;
 
     /// A session with the phantom's samples in the trial's type.
@@ -131,6 +138,15 @@ class Calibration {
         std::unique_ptr<Prepared> prepared;
         std::vector<TimedPath> paths;  // the cheap ones first
     };
+
+    void await_calm() {
+        const Clock::time_point begin = Clock::now();
+        const double patience = std::min(kWait, kWaits * limit_ - waited_);
+        const int threads = profile_.processors;
+        while (!is_calm(pace_now(threads), best_pace(threads)) && since(begin) < patience) {
+        }
+        waited_ += since(begin);
+    }
 
     void show(Messages& messages, const Trial& trial) const {
         messages.progress(
@@ -257,10 +273,10 @@ class Calibration {
 
     bool time_once(Case& one, TimedPath& path, int threads, bool waits) {
         if (stop_flag()) throw Cancelled();
-        const double data = one.prepared->session.input->data->what.bytes();
-        const Pace before = waits ? calm_pace(threads, data) : pace_now(threads, data);
+        const Pace before = waits ? calm_pace(threads) : pace_now(threads);
+        const double line = line_seconds(*one.prepared->session.input->data);
         const Outcome outcome = once(one.prepared->session, path.plan, threads);
-        const Pace after = pace_now(threads, data);
+        const Pace after = pace_now(threads);
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.
@@ -268,7 +284,8 @@ class Calibration {
         const double between = outcome.seconds - std::accumulate(steps.begin(), steps.end(), 0.0);
         Runs& runs = threads == 1 ? path.alone : path.together;
         for (std::size_t k = 0; k < runs.size(); ++k)
-            runs[k].add(steps[k] + std::max(0.0, between) / double(steps.size()), before, after);
+            runs[k].add(steps[k] + std::max(0.0, between) / double(steps.size()), before, after,
+                        line);
         return true;
     }
 
@@ -344,7 +361,6 @@ class Calibration {
         constexpr double kMost = 0.03;
         constexpr std::size_t kFew = 3, kMany = 7;
         Prepared prepared(exam, phantoms_);
-        const double data = prepared.session.input->data->what.bytes();
         for (const Plan& plan : prepared.paths(profile_)) {
             double predicted = 0;
             for (const Step& step : plan.steps)
@@ -360,9 +376,10 @@ class Calibration {
             PacedRuns runs;
             Pace best = best_pace(profile_.processors);
             while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
-                const Pace before = calm_pace(profile_.processors, data);
+                const Pace before = calm_pace(profile_.processors);
+                const double line = line_seconds(*prepared.session.input->data);
                 const double seconds = once(prepared.session, plan, profile_.processors).seconds;
-                runs.add(seconds, before, pace_now(profile_.processors, data));
+                runs.add(seconds, before, pace_now(profile_.processors), line);
                 best = best_pace(profile_.processors);
             }
             missed_.push_back(std::log(median(runs.seconds(best, kFew)) / predicted));
@@ -397,7 +414,7 @@ class Calibration {
         profile_.when = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
         for (const int threads : {1, profile_.processors}) {
             const Pace best = best_pace(threads);
-            if (std::isfinite(best.loop)) profile_.calm[threads] = {best.loop, best.hop, best.line};
+            if (std::isfinite(best.loop)) profile_.calm[threads] = {best.loop, best.hop};
         }
         if (!missed_.empty()) {
             for (double& miss : missed_) miss = std::abs(miss);
@@ -422,6 +439,7 @@ class Calibration {
 
     bool quick_;
     double limit_, end_ = 0;  // [s] since the begin: of everything, of the trial at hand
+    double waited_ = 0;       // [s] for calm
     Clock::time_point begin_;
     Phantoms phantoms_;  // outlives the cases, which measure() holds
     Profile profile_;

@@ -12,7 +12,7 @@
 #include <tbb/parallel_for.h>
 #include <utility>
 
-#include "cli/machine/last_cache.hpp"
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/quantiles.hpp"
 #include "runtime/kept_arena.hpp"
@@ -24,11 +24,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::chrono::microseconds kPatience{300};
-constexpr double kCalm = 1.1;     // times the best; a sibling busy before or after makes 1.13
-constexpr double kNear = 2;       // times the best hop; another third-level cache makes it 5 or 6
-constexpr double kKept = 1.6;     // times the best line; one that others took makes it 3 to 10
-constexpr double kOwn = 2 << 20;  // [byte] that the caches of cores hold, about
-constexpr int kHops = 400;        // 10 us where processors are near
+constexpr double kCalm = 1.1;       // times the best; a sibling busy before or after makes 1.13
+constexpr double kNear = 2;         // times the best hop; another third-level cache makes it 5 or 6
+constexpr double kNearLines = 1.6;  // times the nearest line; of data that are far 3 to 10
+constexpr int kHops = 400;          // 10 us where processors are near
 /// Siblings make up to 1.8 of it; beyond this the loop itself was interrupted, not the run.
 constexpr double kSlowest = 2.5;
 
@@ -42,20 +41,16 @@ class BestPaces {
         if (kCalm * pace.loop < best.loop) best.hop = pace.hop;
         best.loop = std::min(best.loop, pace.loop);
         if (pace.loop <= kCalm * best.loop) best.hop = std::min(best.hop, pace.hop);
-        if (pace.line > 0 && !(line_ > 0 && line_ <= pace.line)) line_ = pace.line;
     }
     Pace of(int threads) {
         const std::lock_guard lock(mutex_);
         const auto found = best_.find(threads);
-        Pace best = found == best_.end() ? Pace{kNever, kNever} : found->second;
-        best.line = line_;
-        return best;
+        return found == best_.end() ? Pace{kNever, kNever} : found->second;
     }
 
  private:
     std::mutex mutex_;
     std::map<int, Pace> best_;
-    double line_ = 0;  // all share the last cache
 };
 BestPaces best_paces;
 
@@ -94,15 +89,9 @@ class Loop {
 
 bool is_far(const Pace& pace, const Pace& best) noexcept { return pace.hop > kNear * best.hop; }
 
-/// Times the best line of the last cache; 1 where it was not looked at.
-double taken(const Pace& pace, const Pace& best) noexcept {
-    return pace.line > 0 && best.line > 0 ? std::max(1.0, pace.line / best.line) : 1;
-}
-
-/// How much longer a run takes, about, to tell which of two that are not calm comes closer: a ray
-/// caster of 6 MB took 2.4 times as long where a line took ten times as long.
-double slower(const Pace& pace, const Pace& best) noexcept {
-    return pace.loop * std::cbrt(taken(pace, best));
+/// How many times as far as the nearest lines are; 1 where that was not looked at.
+double times_as_far(double line, double least) noexcept {
+    return line > 0 && least > 0 ? std::max(1.0, line / least) : 1;
 }
 
 /// All are there at once. @return false where they did not come
@@ -139,7 +128,7 @@ double own_loop() {
 
 }  // namespace
 
-Pace pace_now(int threads, double data) {
+Pace pace_now(int threads) {
     threads = at_once(threads);
     KeptArena arena(threads);  // that of the runs beside it: workers are there
     std::atomic<int> missing{threads};
@@ -163,7 +152,6 @@ Pace pace_now(int threads, double data) {
     }
     pace.loop = 1 / pace.loop;
     if (!std::isfinite(pace.hop)) return {kNever, kNever};
-    if (data > kOwn) pace.line = last_cache_line();
     best_paces.see(threads, pace);
     return pace;
 }
@@ -172,22 +160,22 @@ void know_pace(int threads, const Pace& pace) { best_paces.see(at_once(threads),
 
 Pace best_pace(int threads) { return best_paces.of(at_once(threads)); }
 
-Pace calm_pace(int threads, double data, double patience) {
+Pace calm_pace(int threads, double patience) {
     // Phases that outlast one wait last for seconds: then only looks are taken.
     constexpr double kLook = 0.1;  // of the patience
     static std::atomic<bool> in_vain{false};
     const double enough = in_vain ? kLook * patience : patience;
     const Clock::time_point begin = Clock::now();
-    Pace pace = pace_now(threads, data);
+    Pace pace = pace_now(threads);
     while (!is_calm(pace, best_pace(threads)) &&
            std::chrono::duration<double>(Clock::now() - begin).count() < enough)
-        pace = pace_now(threads, data);
+        pace = pace_now(threads);
     in_vain = !is_calm(pace, best_pace(threads));
     return pace;
 }
 
 Warming::Warming(double expected, double data) noexcept
-    : last_(expected), many_(data > kOwn ? 12 : 4) {}
+    : last_(expected), many_(data > kOwnCaches ? 12 : 4) {}
 
 bool Warming::goes_on() const noexcept {
     constexpr double kEnough = 0.03, kLong = 0.05;  // [s]
@@ -210,12 +198,11 @@ int runs_in_a_row(double expected) noexcept {
 }
 
 bool is_calm(const Pace& pace, const Pace& best) noexcept {
-    return pace.loop <= kCalm * best.loop && !is_far(pace, best) && taken(pace, best) <= kKept;
+    return pace.loop <= kCalm * best.loop && !is_far(pace, best);
 }
 
 Pace PacedRuns::Run::pace() const noexcept {
-    return {(before.loop + after.loop) / 2, std::max(before.hop, after.hop),
-            std::max(before.line, after.line)};
+    return {(before.loop + after.loop) / 2, std::max(before.hop, after.hop)};
 }
 
 void PacedRuns::join(const PacedRuns& others) {
@@ -227,17 +214,31 @@ void PacedRuns::disturbed_from(std::size_t first) {
         runs_[i].before = runs_[i].after = Pace{kNever, kNever};
 }
 
+double PacedRuns::least_line() const noexcept {
+    double least = 0;
+    for (const Run& run : runs_)
+        if (run.line > 0 && !(least > 0 && least <= run.line)) least = run.line;
+    return least;
+}
+
 std::size_t PacedRuns::calm(const Pace& best) const {
-    return static_cast<std::size_t>(std::count_if(
-        runs_.begin(), runs_.end(), [&](const Run& run) { return is_calm(run.pace(), best); }));
+    const double least = least_line();
+    return static_cast<std::size_t>(std::count_if(runs_.begin(), runs_.end(), [&](const Run& run) {
+        return is_calm(run.pace(), best) && times_as_far(run.line, least) <= kNearLines;
+    }));
 }
 
 std::vector<double> PacedRuns::seconds(const Pace& best, std::size_t least) const {
     std::vector<Run> runs = runs_;
+    const double nearest = least_line();
+    // How much longer a run takes, about: a ray caster of 6 MB took 2.4 times as long where a line
+    // took ten times as long.
+    const auto slower = [&](const Run& run) {
+        return run.pace().loop * std::cbrt(times_as_far(run.line, nearest));
+    };
     std::stable_sort(runs.begin(), runs.end(), [&](const Run& a, const Run& b) {
-        const Pace one = a.pace(), other = b.pace();
-        return std::pair(is_far(one, best), slower(one, best)) <
-               std::pair(is_far(other, best), slower(other, best));
+        return std::pair(is_far(a.pace(), best), slower(a)) <
+               std::pair(is_far(b.pace(), best), slower(b));
     });
     // Where nothing is known of any, none is better than the others.
     if (!runs.empty() && std::isfinite(runs.front().pace().loop))
@@ -249,13 +250,14 @@ std::vector<double> PacedRuns::seconds(const Pace& best, std::size_t least) cons
 
 double PacedRuns::undisturbed(const Pace& best) const {
     constexpr std::size_t kEnough = 3;
+    const double nearest = least_line();
     std::vector<double> all, near, calmed;
     for (const Run& run : runs_) {
         all.push_back(run.seconds);
         const double loop = std::min(run.before.loop, run.after.loop) / best.loop;
         if (loop > kSlowest || is_far(run.pace(), best)) continue;
-        near.push_back(run.seconds / std::max(1.0, loop / kCalm));
-        if (taken(run.pace(), best) <= kKept) calmed.push_back(near.back());
+        near.push_back(run.seconds / (loop > kCalm ? loop : 1));
+        if (times_as_far(run.line, nearest) <= kNearLines) calmed.push_back(near.back());
     }
     if (calmed.size() < kEnough) calmed = near;
     return quantile(calmed.size() >= kEnough ? calmed : all, 0.2);

@@ -20,17 +20,11 @@ struct Pace {
     /// it is under one such cache: what one thread wrote the other then reads as slowly as if it
     /// came from memory, and two threads may take as long as one.
     double hop = 0;
-    /// [s] that a line takes from the last cache (last_cache_line()); 0: not looked at. Other
-    /// guests of a host who read much fill such a cache, for hundredths of a second to minutes: a
-    /// line of it then takes up to ten times as long, and a ray caster of 6 MB twice as long.
-    double line = 0;
 };
 
 /// Of so many processors, or all that there are. Takes 0.06 to 0.15 ms, up to 0.6 ms where they do
 /// not meet.
-/// @param data  [byte] that is read beside it: only what the processors' own caches do not hold is
-///              a matter of the last cache, and worth another 0.15 to 1 ms
-Pace pace_now(int threads, double data = 0);
+Pace pace_now(int threads);
 
 /// The least that pace_now() of so many threads has found in this process; the hop is that of
 /// processors on cores of their own.
@@ -40,15 +34,13 @@ Pace best_pace(int threads);
 /// process that begins in a busy minute knows it.
 void know_pace(int threads, const Pace& pace);
 
-/// Whether a run of this pace was as good as alone: loop up to 1.1 times the best, hop up to twice,
-/// a line of the last cache, where that was looked at, up to 1.6 times.
+/// Whether a run of this pace was as good as alone: loop up to 1.1 times the best, hop up to twice.
 bool is_calm(const Pace& pace, const Pace& best) noexcept;
 
 /// The pace of the next calm moment, or the last one within so long [s]. Where a host is busy such
 /// moments come and go: on one that was calm 14 % of the time half of them came within 0.2 ms, and
 /// 1 ms later 72 % were not over. After a wait in vain a tenth of it is enough.
-/// @param data  as of pace_now()
-Pace calm_pace(int threads, double data = 0, double patience = 0.004);
+Pace calm_pace(int threads, double patience = 0.004);
 
 /// How often something runs before a run counts that others ran before: once, as these took its
 /// blocks; brief ones, for 0.03 s or 4 times, on large data 12 times, as the caches of all
@@ -76,12 +68,14 @@ class Warming {
 /// brief, as warming them took longer. @param expected  [s] of a run
 int runs_in_a_row(double expected) noexcept;
 
-/// Runs of one thing, and how fast the machine was beside each.
+/// Runs of one thing on the same data, how fast the machine was beside each, and where the data
+/// lay.
 class PacedRuns {
  public:
     /// @param before,after  pace_now()
-    void add(double seconds, const Pace& before, const Pace& after) {
-        runs_.push_back({seconds, before, after});
+    /// @param line          line_seconds() of the data before; 0: they are near anyway
+    void add(double seconds, const Pace& before, const Pace& after, double line = 0) {
+        runs_.push_back({seconds, line, before, after});
     }
     /// Those of the same thing that were kept elsewhere.
     void join(const PacedRuns& others);
@@ -89,26 +83,31 @@ class PacedRuns {
     /// The runs from this one on count only where the others are too few.
     void disturbed_from(std::size_t first);
 
+    /// Runs of a calm pace whose data were as near as they ever were: a line up to 1.6 times the
+    /// least. A ray caster of 8 MB takes up to 2.5 times as long where its data are far.
     std::size_t calm(const Pace& best) const;
     /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
     /// of all where the pace of none is known.
     std::vector<double> seconds(const Pace& best, std::size_t least) const;
 
-    /// Seconds of a run that nothing disturbs: each run's divided by how much slower than calm the
-    /// better of the loops beside it was; of these the 0.2 quantile, as other guests that read
-    /// the same memory only add, which no pace tells. Runs whose lines of the last cache others
-    /// took count only where the others are too few, and so do those of processors far from each
+    /// Seconds of a run that nothing disturbs: each run's that was not calm divided by how much
+    /// slower than the best the better of the loops beside it was; of these the 0.2 quantile, as
+    /// other guests that read the same memory only add, which no pace tells. Runs whose data were
+    /// far count only where the others are too few, and so do those of processors far from each
     /// other.
     /// @pre size() > 0
     double undisturbed(const Pace& best) const;
 
  private:
     struct Run {
-        double seconds;
+        double seconds, line;
         Pace before, after;
         /// Of its time.
         Pace pace() const noexcept;
     };
+    /// Of all runs; 0: none was looked at.
+    double least_line() const noexcept;
+
     std::vector<Run> runs_;
 };
 

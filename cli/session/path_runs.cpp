@@ -7,6 +7,7 @@
 #include <limits>
 #include <tbb/task_arena.h>
 
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/quantiles.hpp"
 #include "cli/machine/signals.hpp"
@@ -149,11 +150,12 @@ void PathRuns::run_again(std::size_t i) {
     last_ = i;
     const int threads = session_.want().threads;
     for (int left = in_a_row_ ? runs_in_a_row(paths_[i].least()) : 1; left > 0; --left) {
-        const Pace before = calm_pace(threads, data);
+        const Pace before = calm_pace(threads);
+        const double line = line_seconds(*session_.input->data);
         const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                       [](int, const std::shared_ptr<const Data>&) {});
         if (!outcome) return;
-        runs_[i].add(outcome->seconds, before, pace_now(threads, data));
+        runs_[i].add(outcome->seconds, before, pace_now(threads), line);
         choose(i);
     }
 }

@@ -8,6 +8,7 @@
 #include <malloc.h>
 #include <tbb/task_arena.h>
 
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/pace.hpp"
 #include "cli/machine/quantiles.hpp"
@@ -260,10 +261,11 @@ class Pilot {
         const int threads = session_.profile.processors;
         const Plan& few = few_.at(path_text(each.plan.texts()));
         for (int left = runs_in_a_row(warming.last()); left > 0 && !out_of_time(); --left) {
-            const Pace before = calm_pace(threads, data);
+            const Pace before = calm_pace(threads);
+            const double line = line_seconds(*session_.input->data);
             const auto outcome = run_once(each, brief, nothing);
             if (!outcome) return;
-            each.runs.add(whole_seconds(few, *outcome), before, pace_now(threads, data));
+            each.runs.add(whole_seconds(few, *outcome), before, pace_now(threads), line);
             each.choose(best_pace(threads));
         }
     }

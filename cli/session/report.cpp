@@ -30,6 +30,7 @@ Json work_json(const Work& work) {
             {"streamed", work.streamed},
             {"gathers", work.gathers},
             {"lines", work.lines},
+            {"asked", work.asked},
             {"local", work.local},
             {"global", work.global},
             {"congested", work.congested},

@@ -68,7 +68,7 @@ void take_edges(Session& session) {
     take_ranks(session);
     if (session.profile.cpu == cpu_name() && session.profile.build == EDGEWISE_VERSION)
         for (const auto& [processors, looks] : session.profile.calm)
-            know_pace(processors, {looks.loop, looks.hop, looks.line});
+            know_pace(processors, {looks.loop, looks.hop});
     if (session.want().ranks == 1 && !session.profile.cpu.empty() &&
         session.profile.cpu != cpu_name())
         session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",

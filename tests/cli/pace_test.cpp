@@ -2,10 +2,13 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <gtest/gtest.h>
 #include <limits>
 
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
+#include "runtime/memory_budget.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -46,45 +49,48 @@ TEST(Pace, IsCalmNearTheBest) {
     EXPECT_FALSE(is_calm({1, 157e-9}, {1, 26e-9}));
 }
 
-TEST(Pace, LinesThatOthersTookAreNotCalm) {
-    constexpr Pace kMine{1, 26e-9, 17e-9};
-    EXPECT_TRUE(is_calm({1, 26e-9, 25e-9}, kMine));
-    EXPECT_FALSE(is_calm({1, 26e-9, 60e-9}, kMine));
-    EXPECT_TRUE(is_calm({1, 26e-9, 0}, kMine)) << "the run read too little for it to matter";
-    EXPECT_TRUE(is_calm({1, 26e-9, 60e-9}, kBest)) << "nothing to compare with";
-    // In six of nine runs others took the cache before, in three of these after as well.
+TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
+    constexpr double kHere = 17e-9, kFar = 110e-9;
     PacedRuns runs;
-    const Pace taken{1, 26e-9, 170e-9};
     for (int i = 0; i < 3; ++i) {
-        runs.add(1e-3, kMine, kMine);
-        runs.add(1.4e-3, taken, kMine);
-        runs.add(2e-3, taken, taken);
+        runs.add(1e-3, kBest, kBest, (1 + 0.1 * i) * kHere);
+        runs.add(1.4e-3, kBest, kBest, 0.5 * kFar);
+        runs.add(2e-3, kBest, kBest, kFar);
     }
-    EXPECT_EQ(runs.calm(kMine), 3u);
-    EXPECT_EQ(runs.seconds(kMine, 1), std::vector<double>(3, 1e-3));
-    EXPECT_NEAR(runs.undisturbed(kMine), 1e-3, 1e-12);
-    // Where all were, all count; the one that was least so first.
-    PacedRuns busy;
-    for (int i = 0; i < 4; ++i) busy.add((2 + i) * 1e-3, {1, 26e-9, (1 + i) * 90e-9}, taken);
-    EXPECT_EQ(busy.calm(kMine), 0u);
-    EXPECT_EQ(busy.seconds(kMine, 2), (std::vector<double>{2e-3, 3e-3}));
-    EXPECT_NEAR(busy.undisturbed(kMine), 2.6e-3, 1e-12) << "the 0.2 quantile of 2 to 5";
+    EXPECT_EQ(runs.calm(kBest), 3u);
+    EXPECT_EQ(runs.seconds(kBest, 1), std::vector<double>(3, 1e-3));
+    EXPECT_EQ(runs.seconds(kBest, 4), (std::vector<double>{1e-3, 1e-3, 1e-3, 1.4e-3}));
+    EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
+    // Nothing tells how near they could be where they never were.
+    PacedRuns far;
+    for (int i = 0; i < 4; ++i) far.add((2 + i) * 1e-3, kBest, kBest, kFar);
+    EXPECT_EQ(far.calm(kBest), 4u);
+    EXPECT_NEAR(far.undisturbed(kBest), 2.6e-3, 1e-12) << "the 0.2 quantile of 2 to 5";
+    // What is met elsewhere tells.
+    far.join(runs);
+    EXPECT_EQ(far.calm(kBest), 3u);
+    // Small data are near anyway.
+    PacedRuns near;
+    for (int i = 0; i < 3; ++i) near.add(1e-3, kBest, kBest);
+    EXPECT_EQ(near.calm(kBest), 3u);
 }
 
-TEST(Pace, TheLastCacheIsLookedAtBesideLargeData) {
-    EXPECT_EQ(pace_now(1, 1 << 20).line, 0) << "the processors' own caches hold that";
-    const auto second = cache_bytes(2), last = cache_bytes(3);
-    double least = kNever;
-    for (int i = 0; i < 20; ++i) {
-        const Pace pace = pace_now(1, 64 << 20);
-        if (!second || !last || *last < 6 * *second) {
-            EXPECT_EQ(pace.line, 0);
-            continue;
-        }
-        least = std::min(least, pace.line);
-        EXPECT_GT(pace.line, 1e-9) << "no first cache answers as soon";
-        EXPECT_LE(best_pace(1).line, least);
-    }
+TEST(Pace, LinesOfLargeDataAreLookedAt) {
+    MemoryBudget memory(std::size_t{1} << 28);
+    const auto lines_of = [&](std::int64_t samples) {
+        Representation what;
+        what.type = Type::u8;
+        what.extent = {samples, 1, 1};
+        Data data = Data::make(what, &memory);
+        std::memset(data.samples.data(), 1, static_cast<std::size_t>(samples));
+        double least = kNever;
+        for (int i = 0; i < 20; ++i) least = std::min(least, line_seconds(data));
+        return least;
+    };
+    EXPECT_EQ(lines_of(1 << 20), 0) << "the processors' own caches hold that";
+    const double large = lines_of(64 << 20);
+    EXPECT_GT(large, 1e-9) << "no first cache answers as soon";
+    EXPECT_LT(large, 1e-4);
 }
 
 TEST(Pace, CalmRunsCountAndOthersOnlyWhereTheyAreTooFew) {
@@ -111,7 +117,7 @@ TEST(Pace, RunsOfUnknownPaceAreAllAlike) {
 TEST(Pace, WhatIsNotCalmWasWaitedFor) {
     for (int i = 0; i < 20; ++i) {
         const auto begin = std::chrono::steady_clock::now();
-        const Pace pace = calm_pace(1, 0, 1e-3);
+        const Pace pace = calm_pace(1, 1e-3);
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
         EXPECT_TRUE(is_calm(pace, best_pace(1)) || took.count() >= 1e-4)
             << "a tenth of the patience at least";
@@ -168,8 +174,8 @@ TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
     // A machine that takes 1.6 times as long in all but one of the runs, and once 100 times.
     PacedRuns runs;
     runs.add(1e-3, {1}, {1.02});
-    for (int i = 0; i < 19; ++i) runs.add(1.6e-3, {1.76}, {1.76});
-    runs.add(0.16, {1.76}, {1.76});
+    for (int i = 0; i < 19; ++i) runs.add(1.6e-3, {1.6}, {1.6});
+    runs.add(0.16, {1.6}, {1.6});
     EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
     // Runs of unknown pace are left out, unless there is nothing else.
     PacedRuns unknown;

@@ -109,6 +109,57 @@ TEST(Cost, AskedForAtMostEightViewsAndScaledToAll) {
     }
 }
 
+TEST(Cost, ViewsThatAreWorkedOnDifferentlyArePricedByTheirWays) {
+    const Request want;
+    const Scene scene;
+    Transition edge = graded();
+    edge.work = [](const Offer&, const Ask&, int view) {
+        return Work{.operations = view < 3 ? 10.0 : 20.0, .way = view < 3 ? "rows" : "columns"};
+    };
+    Profile profile = one_second_an_operation();
+    profile.spread = 0;
+    const auto rates = [&](double rows, double columns) {
+        profile.rates = rates_of(std::map<std::string, std::vector<Timed>>{
+            {"toy.graded/rows 3d u8",
+             {{.counted = 10, .alone = 10 * rows, .together = 10 * rows, .runs = 9}}},
+            {"toy.graded/columns 3d u8",
+             {{.counted = 20, .alone = 20 * columns, .together = 20 * columns, .runs = 9}}}});
+    };
+    const auto seconds = [&](int runs) {
+        const Offer offer{.from = made(1, 1), .to = made(1, runs)};
+        return cost_of(edge, offer, {want, scene}, profile, 1).seconds;
+    };
+    rates(2, 5);
+    EXPECT_NEAR(seconds(1), 20, 1e-4);
+    EXPECT_NEAR(seconds(3), 3 * 20, 1e-3);
+    EXPECT_NEAR(seconds(8), 3 * 20 + 5 * 100, 1e-2);
+    rates(2, 1);
+    EXPECT_NEAR(seconds(8), 3 * 20 + 5 * 20, 1e-2);
+    const Offer offer{.from = made(1, 1), .to = made(1, 8)};
+    const Work mean = cost_of(edge, offer, {want, scene}, profile, 1).work;
+    EXPECT_DOUBLE_EQ(mean.operations, (3 * 10 + 5 * 20) / 8.0);
+    EXPECT_EQ(mean.way, "rows") << "the first view's";
+}
+
+TEST(Cost, LinesThatAreAskedForCostLess) {
+    const Request want;
+    const Scene scene;
+    Profile profile = one_second_an_operation();
+    profile.levels = {{.bytes = 100, .gather = 1, .line = 1}, {.gather = 3, .line = 9}};
+    const Offer offer{.from = made(1e6, 1), .to = made(1, 1)};
+    const auto seconds = [&](double asked) {
+        Transition edge = graded();
+        edge.work = [&](const Offer&, const Ask&, int) {
+            return Work{.lines = 1000, .asked = asked};
+        };
+        return cost_of(edge, offer, {want, scene}, profile, 1).seconds;
+    };
+    // As far away as before: it is the waiting that is less.
+    EXPECT_DOUBLE_EQ(seconds(0), 1000 * 8);
+    EXPECT_DOUBLE_EQ(seconds(1000), 250 * 8);
+    EXPECT_DOUBLE_EQ(seconds(500), 625 * 8);
+}
+
 TEST(Cost, PartsThatAreMergedAreCounted) {
     const Request want;
     const Scene scene;

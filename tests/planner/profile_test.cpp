@@ -54,8 +54,7 @@ TEST(Profile, SavesAndLoads) {
                       {.streamed = 1e-10, .gather = 2e-9}};
     profile.provenance = {{"gather", "measured, here"}};
     profile.spreads = {{"gather", 0.03}};
-    profile.calm = {{1, {.loop = 1.0 / 3e5, .hop = 0}},
-                    {12, {.loop = 1e-5, .hop = 1.0 / 3e7, .line = 17e-9}}};
+    profile.calm = {{1, {.loop = 1.0 / 3e5, .hop = 0}}, {12, {.loop = 1e-5, .hop = 1.0 / 3e7}}};
     const TemporaryFile file(to_json(profile).dump());
     const Profile back = load_profile(file.path());
     EXPECT_EQ(to_json(back), to_json(profile));
@@ -64,8 +63,6 @@ TEST(Profile, SavesAndLoads) {
     ASSERT_EQ(back.calm.size(), 2u);
     EXPECT_EQ(back.calm.at(12).hop, profile.calm.at(12).hop);
     EXPECT_EQ(back.calm.at(1).loop, profile.calm.at(1).loop);
-    EXPECT_EQ(back.calm.at(1).line, 0);
-    EXPECT_EQ(back.calm.at(12).line, 17e-9);
     ASSERT_EQ(back.levels.size(), 2u);
     EXPECT_EQ(back.levels[0].gather, profile.levels[0].gather);
 }
@@ -102,7 +99,6 @@ TEST(Profile, BadFilesAreRejectedWithTheField) {
         {R"({"schema": 1, "calm": {"2": 1e-5}})", "calm.2"},
         {R"({"schema": 1, "calm": {"2": {"loop": 0, "hop": 0}}})", "calm.2.loop"},
         {R"({"schema": 1, "calm": {"2": {"loop": 1e-5}}})", "calm.2.hop"},
-        {R"({"schema": 1, "calm": {"2": {"loop": 1e-5, "hop": 0, "line": -1}}})", "calm.2.line"},
     };
     for (const auto& [text, field] : bad) {
         const std::string why = rejection(text);

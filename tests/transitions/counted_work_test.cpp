@@ -9,6 +9,8 @@
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/ray_path.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/project/ray_cast.hpp"
+#include "transitions/project/shear_warp.hpp"
 #include "transitions/warp/axis_permutation.hpp"
 #include "transitions/warp/backward.hpp"
 
@@ -142,6 +144,37 @@ TEST(CountedWork, ABackwardWarpCountsTheLinesThatItsSamplesTouch) {
             const double truth = touched_lines(of);
             EXPECT_NEAR(work.lines, truth, 0.08 * truth) << zoom << ' ' << degrees[1];
         }
+}
+
+TEST(CountedWork, AShearWarpReadsEveryLineOfTheVolume) {
+    const Transition edge = shear_warp();
+    const Parameters with{{"filter", "foh"}};
+    Turned of(Job::render, {128, 48, 44}, {10, 20, 0}, 1, {150, 150, 150});
+    for (const Type type : {Type::u8, Type::f32}) {
+        of.from.type = type;
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, with);
+        ASSERT_EQ(offer.refused, "");
+        const Work work = edge.work(offer, ask, 0);
+        EXPECT_EQ(work.lines, double(bytes_of(type)) * 128 * 48 * 44 / 64);
+        EXPECT_EQ(work.span, 64 * work.lines);
+        EXPECT_EQ(work.asked, 0);
+    }
+}
+
+TEST(CountedWork, CastsOfSparseSamplesAskForAllLines) {
+    const Transition edge = ray_cast();
+    const Parameters with{{"filter", "zoh"}, {"step", 1.0}};
+    for (const std::int64_t slices : {48, 400}) {  // 1.6 and 13 MiB
+        const Turned of(Job::render, {256, 128, slices}, {10, 20, 0}, 0.3, {128, 128, 128});
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, with);
+        ASSERT_EQ(offer.refused, "");
+        const Work work = edge.work(offer, ask, 0);
+        EXPECT_GT(work.lines, 0);
+        EXPECT_EQ(work.way, slices > 48 ? "sparse" : "");
+        EXPECT_EQ(work.asked, slices > 48 ? work.lines : 0);
+    }
 }
 
 TEST(CountedWork, SamplesFarApartTouchTheirOwnLines) {

@@ -152,6 +152,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // and as many where it does; the packet keeps 64 bytes a ray, written and read. A lane's
     // result is worked out by itself: 20 numbers are stored and read again.
     const kernels::RayCast cast = cast_of(offer, ask, view);
+    const bool sparse = kernels::is_sparse(cast);
     const bool spread = is_spread(offer.from);
     const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
     // At the ends of a packet half of its lanes are outside, and cells are masked and weighed, and
@@ -162,16 +163,18 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double corrected = ask.want.mode == Mode::composite
                                  ? seen_share(ask) * (exact ? ends : samples + ragged * hits)
                                  : 0;
+    const double lines = lines_touched(all, voxels_apart(offer, ask, samples, view),
+                                       static_cast<double>(bytes_of(offer.from.type)), rows);
     Work work{.operations = all * (9 + filter + combining(ask, optics)) +
                             (spread ? 60 : 120) * pixels + 120 * hits + 12 * ends +
                             kCorrectionOperations * corrected +
                             (bricks ? brick_operations(offer.from) + 2 * samples : 0),
               .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
               .gathers = all * taps + (spread ? 0 : 20) * pixels,
-              .lines = lines_touched(all, voxels_apart(offer, ask, samples, view),
-                                     static_cast<double>(bytes_of(offer.from.type)), rows),
+              .lines = lines,
+              .asked = sparse ? lines : 0,
               .workspace = bricks ? brick_bytes(offer.from) : 0,
-              .way = way_of(bricks, kernels::is_sparse(cast), ask.want.eye.has_value())};
+              .way = way_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }

@@ -140,9 +140,10 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                           finish * static_cast<double>(f.image.samples()) + pixels * (14 + hold),
             .streamed = offer.from.bytes() + 2 * image_bytes(f, ask.want.mode) + offer.to.bytes(),
             .gathers = pixels * taps * channels * (spline ? kBeside : 1),
-            .lines = lines_touched(pixels, static_cast<double>(f.image.samples()) / pixels,
-                                   sizeof(float) * channels, rows),
-            .span = image_bytes(f, ask.want.mode),
+            // A tile's rows of a slice are too short for a processor to foresee the next ones; the
+            // intermediate image is near.
+            .lines = offer.from.bytes() / kLineBytes,
+            .span = offer.from.bytes(),
             .scratch = tile_bytes(ask.want.mode),
             .workspace = image_bytes(f, ask.want.mode)};
 }
