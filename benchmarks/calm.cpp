@@ -102,8 +102,8 @@ void lie(double seconds, std::int64_t mebibytes) {
     }
     static_cast<void>(used);
     const double least = *std::min_element(lines.begin(), lines.end());
-    const auto near =
-        std::count_if(lines.begin(), lines.end(), [&](double line) { return line <= 1.6 * least; });
+    const auto near = std::count_if(lines.begin(), lines.end(),
+                                    [&](double line) { return line <= kNearLines * least; });
     fmt::print(
         "{} MiB, ns a line after they were read: at best {:.0f}, quantiles .1 .5 .9: {:.0f} {:.0f} "
         "{:.0f}; near {:.0f} % of the time\n",

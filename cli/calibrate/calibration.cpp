@@ -59,7 +59,7 @@ class Calibration {
             show(messages, all[i]);
             // What a trial leaves of its time goes to those that follow.
             const double left = kFirstRound * limit_ - since(begin_) + waited_;
-            await_calm();
+            wait_before_visit();
             end_ = since(begin_) + left / static_cast<double>(all.size() - i);
             begin_case(cases[i], all[i]);
         }
@@ -72,7 +72,7 @@ class Calibration {
                 if (is_enough(cases[i])) continue;
                 lacking = true;
                 show(messages, all[i]);
-                await_calm();
+                wait_before_visit();
                 repeat_case(cases[i], round);
             }
         }
@@ -139,12 +139,9 @@ class Calibration {
         std::vector<TimedPath> paths;  // the cheap ones first
     };
 
-    void await_calm() {
+    void wait_before_visit() {
         const Clock::time_point begin = Clock::now();
-        const double patience = std::min(kWait, kWaits * limit_ - waited_);
-        const int threads = profile_.processors;
-        while (!is_calm(pace_now(threads), best_pace(threads)) && since(begin) < patience) {
-        }
+        await_calm(profile_.processors, std::min(kWait, kWaits * limit_ - waited_));
         waited_ += since(begin);
     }
 

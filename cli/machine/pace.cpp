@@ -24,10 +24,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::chrono::microseconds kPatience{300};
-constexpr double kCalm = 1.1;       // times the best; a sibling busy before or after makes 1.13
-constexpr double kNear = 2;         // times the best hop; another third-level cache makes it 5 or 6
-constexpr double kNearLines = 1.6;  // times the nearest line; of data that are far 3 to 10
-constexpr int kHops = 400;          // 10 us where processors are near
+constexpr double kCalm = 1.1;  // times the best; a sibling busy before or after makes 1.13
+constexpr double kNear = 2;    // times the best hop; another third-level cache makes it 5 or 6
+constexpr int kHops = 400;     // 10 us where processors are near
 /// Siblings make up to 1.8 of it; beyond this the loop itself was interrupted, not the run.
 constexpr double kSlowest = 2.5;
 
@@ -160,16 +159,20 @@ void know_pace(int threads, const Pace& pace) { best_paces.see(at_once(threads),
 
 Pace best_pace(int threads) { return best_paces.of(at_once(threads)); }
 
-Pace calm_pace(int threads, double patience) {
-    // Phases that outlast one wait last for seconds: then only looks are taken.
-    constexpr double kLook = 0.1;  // of the patience
-    static std::atomic<bool> in_vain{false};
-    const double enough = in_vain ? kLook * patience : patience;
+Pace await_calm(int threads, double patience) {
     const Clock::time_point begin = Clock::now();
     Pace pace = pace_now(threads);
     while (!is_calm(pace, best_pace(threads)) &&
-           std::chrono::duration<double>(Clock::now() - begin).count() < enough)
+           std::chrono::duration<double>(Clock::now() - begin).count() < patience)
         pace = pace_now(threads);
+    return pace;
+}
+
+Pace calm_pace(int threads) {
+    // Phases that outlast one wait last for seconds: then only looks are taken.
+    constexpr double kPatient = 0.004, kInVain = 0.0004;  // [s]
+    static std::atomic<bool> in_vain{false};
+    const Pace pace = await_calm(threads, in_vain ? kInVain : kPatient);
     in_vain = !is_calm(pace, best_pace(threads));
     return pace;
 }

@@ -37,10 +37,13 @@ void know_pace(int threads, const Pace& pace);
 /// Whether a run of this pace was as good as alone: loop up to 1.1 times the best, hop up to twice.
 bool is_calm(const Pace& pace, const Pace& best) noexcept;
 
-/// The pace of the next calm moment, or the last one within so long [s]. Where a host is busy such
-/// moments come and go: on one that was calm 14 % of the time half of them came within 0.2 ms, and
-/// 1 ms later 72 % were not over. After a wait in vain a tenth of it is enough.
-Pace calm_pace(int threads, double patience = 0.004);
+/// The pace of the next calm moment, or the last one within so long [s].
+Pace await_calm(int threads, double patience);
+
+/// The pace of the next calm moment within 4 ms, for one run. Where a host is busy such moments
+/// come and go: on one that was calm 14 % of the time half of them came within 0.2 ms, and 1 ms
+/// later 72 % were not over. After a wait in vain a tenth of it is enough.
+Pace calm_pace(int threads);
 
 /// How often something runs before a run counts that others ran before: once, as these took its
 /// blocks; brief ones, for 0.03 s or 4 times, on large data 12 times, as the caches of all
@@ -83,8 +86,9 @@ class PacedRuns {
     /// The runs from this one on count only where the others are too few.
     void disturbed_from(std::size_t first);
 
-    /// Runs of a calm pace whose data were as near as they ever were: a line up to 1.6 times the
-    /// least. A ray caster of 8 MB takes up to 2.5 times as long where its data are far.
+    /// Runs of a calm pace whose data were as near as they ever were: a line up to
+    /// kNearLines times the least (docs/planner.md: runs on 8 MB take up to 2.5 times as long, and
+    /// more, where their data are far).
     std::size_t calm(const Pace& best) const;
     /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
     /// of all where the pace of none is known.

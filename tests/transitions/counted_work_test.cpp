@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 #include <set>
+#include <string_view>
 
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/ray_path.hpp"
@@ -162,19 +163,22 @@ TEST(CountedWork, AShearWarpReadsEveryLineOfTheVolume) {
     }
 }
 
-TEST(CountedWork, CastsOfSparseSamplesAskForAllLines) {
+TEST(CountedWork, CastsOfSparseSamplesAskForAllLinesButThoseOfSplines) {
     const Transition edge = ray_cast();
-    const Parameters with{{"filter", "zoh"}, {"step", 1.0}};
-    for (const std::int64_t slices : {48, 400}) {  // 1.6 and 13 MiB
-        const Turned of(Job::render, {256, 128, slices}, {10, 20, 0}, 0.3, {128, 128, 128});
-        const Ask ask{of.want, of.scene};
-        const Offer offer = edge.offer(of.from, ask, with);
-        ASSERT_EQ(offer.refused, "");
-        const Work work = edge.work(offer, ask, 0);
-        EXPECT_GT(work.lines, 0);
-        EXPECT_EQ(work.way, slices > 48 ? "sparse" : "");
-        EXPECT_EQ(work.asked, slices > 48 ? work.lines : 0);
-    }
+    for (const char* filter : {"zoh", "foh", "bspline3"})
+        for (const std::int64_t slices : {48, 400}) {  // 1.5 and 12.5 MiB
+            const bool spline = std::string_view(filter) == "bspline3", large = slices > 48;
+            Turned of(Job::render, {256, 128, slices}, {10, 20, 0}, 0.3, {128, 128, 128});
+            of.want.mode = Mode::xray;  // without bricks
+            if (spline) of.from.content = "coefficients";
+            const Ask ask{of.want, of.scene};
+            const Offer offer = edge.offer(of.from, ask, {{"filter", filter}, {"step", 1.0}});
+            ASSERT_EQ(offer.refused, "");
+            const Work work = edge.work(offer, ask, 0);
+            EXPECT_GT(work.lines, 0);
+            EXPECT_EQ(work.way, large ? "sparse" : "");
+            EXPECT_EQ(work.asked, large && !spline ? work.lines : 0) << filter;
+        }
 }
 
 TEST(CountedWork, SamplesFarApartTouchTheirOwnLines) {

@@ -172,7 +172,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
               .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
               .gathers = all * taps + (spread ? 0 : 20) * pixels,
               .lines = lines,
-              .asked = sparse ? lines : 0,
+              .asked = sparse && hold != Hold::bspline3 ? lines : 0,
               .workspace = bricks ? brick_bytes(offer.from) : 0,
               .way = way_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
