@@ -26,7 +26,11 @@ namespace {
 constexpr std::size_t kMostPaths = 200;
 constexpr std::int64_t kSamples = 1024;  // that an error is measured on
 constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
-constexpr int kFrames = 12;              // run of a long turntable
+constexpr int kMoreAgain = 4;            // times as many, while they leave it open
+constexpr std::int64_t kMost = 1 << 19;
+/// A path that would take less of the best one's time is worth it.
+constexpr double kWorth = 0.9;
+constexpr int kFrames = 12;  // run of a long turntable
 /// [s] that rounds go on at least: what other guests read slows some paths for tenths of a second
 /// and more, others not at all.
 constexpr double kLeastSeconds = 0.5;
@@ -79,6 +83,7 @@ class Pilot {
             else if (keeps_error(each) || each.is_default)
                 run_again(each);
         }
+        settle_open();
         const double begin = since(begin_);
         const auto too_early = [&] { return since(begin_) - begin < kLeastSeconds; };
         // Until all close ones are sure: in a bad minute that takes all the time.
@@ -228,16 +233,60 @@ class Pilot {
                                    path_text(each.plan.texts()));
     }
 
+    /// More samples, until they tell on which side of its budget the error of a path lies that
+    /// would win. That comes before timing the close ones again.
+    void settle_open() {
+        const auto is_worth_it = [&](const Contender& each) {
+            const Contender* best = this->best();
+            return !each.failed && is_open(each) && !keeps_error(each) &&
+                   (!best || each.plan.predicted.seconds < kWorth * best->median());
+        };
+        for (std::int64_t samples = kMore; samples < kMost; samples *= kMoreAgain) {
+            if (samples > kMore) careful_.reset();
+            for (Contender& each : contenders_) {
+                if (!is_worth_it(each)) continue;
+                const double expected =
+                    careful_ ? 0 : reference_seconds(std::min(double(samples), there()));
+                if (since(begin_) + expected > limit_) return;
+                try {
+                    verify(each, careful_, samples);
+                } catch (const std::bad_alloc&) {
+                    return;  // what is known by now must do
+                }
+                if (!each.failed && keeps_error(each)) run_again(each);
+            }
+            if (double(samples) >= there()) return;
+        }
+    }
+
+    /// Samples of all frames.
+    double there() const { return double(want_.output().samples()) * want_.frames; }
+
+    /// What the reference of so many samples may take: what the last one took, and what its last
+    /// samples took for each further one (a few already visit all of the data).
+    double reference_seconds(double samples) const {
+        if (references_.empty()) return 0;
+        const Look before = references_.size() > 1 ? references_.end()[-2] : Look{};
+        const Look& last = references_.back();
+        const double each = std::max(0.0, last.seconds - before.seconds) /
+                            std::max(1.0, last.samples - before.samples);
+        return last.seconds + each * (samples - last.samples);
+    }
+
     void verify(Contender& each, std::optional<Verifier>& verifier, std::int64_t samples) {
-        if (!verifier) verifier.emplace(want_, *field_, samples, 1, session_.memory.get());
+        const bool is_new = !verifier;
+        if (is_new) verifier.emplace(want_, *field_, samples, 1, session_.memory.get());
         session_.memory->reset_peak();
         const Deliver deliver = [&](int frame, const std::shared_ptr<const Data>& result) {
             // Waiting for its own tiles, this thread must not begin another frame's step.
             tbb::this_task_arena::isolate([&] { verifier->frame(frame, *result); });
         };
         const auto outcome = run_once(each, true, deliver);
+        const double begin = since(begin_);
         const Verified error = verifier->finish();
         if (!outcome) return;
+        if (is_new && double(samples) < there())  // else it was worked out as frames came
+            references_.push_back({double(samples), since(begin_) - begin});
         each.known = Learned{.seconds = {},
                              .error = error.nrmse,
                              .low = error.low,
@@ -365,6 +414,10 @@ class Pilot {
     const Request want_;                   // with few frames
     std::optional<ReferenceField> field_;  // made when something is verified
     std::optional<Verifier> verifier_, careful_;
+    struct Look {
+        double samples = 0, seconds = 0;
+    };
+    std::vector<Look> references_;  // that were worked out
     std::string key_;
     Wisdom wisdom_;
     std::map<std::string, Plan> few_;  // paths of the request with few frames

@@ -195,7 +195,7 @@ void pilot(Session& session) {
         throw RequestError("--planner: without samples nothing can be measured; only estimate");
     const Answer& answer = *session.answer;
     // As long as a few dozen runs take, within reason.
-    constexpr double kRuns = 40, kLeast = 1.5, kMost = 20;
+    constexpr double kRuns = 40, kLeast = 2.5, kMost = 20;
     const double guess = answer.plan ? answer.plan->predicted.seconds : kMost / kRuns;
     const double limit =
         session.wish.planning_time.value_or(std::clamp(kRuns * guess, kLeast, kMost));

@@ -71,6 +71,24 @@ class Pilot(unittest.TestCase):
         self.assertIn("wisdom.json", done.stderr)
         self.assertEqual(self.cache.read_text(), '{"schema": 1, "requests": ')
 
+    def test_more_samples_decide_whether_a_budget_is_kept(self):
+        # One sample in a thousand is bright: thousands of draws leave the error of the nearest sample open.
+        side, path = 96, "warp.backward/filter=zoh"
+        volume = self.folder / "sparse.nrrd"
+        stars = bytearray(side**3)
+        stars[::1009] = b"\xff" * len(stars[::1009])
+        volume.write_bytes(f"NRRD0004\ntype: uint8\ndimension: 3\nsizes: {side} {side} {side}\nencoding: raw\n\n".encode() +
+                           stars)
+        request = ("warp", volume, "--rotate", "10,20,30", "--via", path, "-o", "null:")
+        few = self.report(*request, "--max-error", 1, "--verify=8192")["measured"]["error"]
+        true = self.report(*request, "--max-error", 1, "--verify=all")["measured"]["error"]["nrmse"]
+        budget = 1.1 * true
+        self.assertGreater((few["nrmse"] + few["high"]) / 2, budget)
+        report = self.report(*request, "--max-error", budget, "--planner", "pilot", "--planning-time", 60)
+        self.assertEqual(report["planning"]["planner"], "pilot")
+        known = [paths["paths"][path] for paths in json.loads(self.cache.read_text())["requests"].values()]
+        self.assertLessEqual((known[0]["error"] + known[0]["high"]) / 2, budget)
+
     def test_exhaustive_measures_every_path(self):
         report = self.report("plan", "render", SPHERE, "--rotate", "20,30,0", "--planner", "exhaustive",
                              "--planning-time", "60", "--max-error", "1")

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <tbb/parallel_for.h>
 #include <vector>
 
 namespace edgewise {
@@ -20,6 +21,24 @@ Mean mean_of(double sum, double squares, double n) {
     return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1))};
 }
 
+/// Of as many values, drawn with replacement.
+Mean resampled_mean(std::span<const double> values, std::uint64_t seed) {
+    std::mt19937_64 bits(seed);
+    const auto n = static_cast<std::uint64_t>(values.size());
+    double sum = 0, squares = 0;
+    const auto take = [&](std::uint64_t draw) {  // 32 bits of it
+        const double value = values[(draw & 0xffffffffu) * n >> 32];
+        sum += value;
+        squares += value * value;
+    };
+    for (std::uint64_t i = 0; i < n; i += 2) {
+        const std::uint64_t both = bits();
+        take(both);
+        if (i + 1 < n) take(both >> 32);
+    }
+    return mean_of(sum, squares, static_cast<double>(n));
+}
+
 }  // namespace
 
 Interval root_mean_interval(std::span<const double> squares, std::uint64_t seed) {
@@ -34,20 +53,12 @@ Interval root_mean_interval(std::span<const double> squares, std::uint64_t seed)
     const Mean mean = mean_of(sum, sum_of_squares, count);
     if (mean.error == 0) return {std::sqrt(mean.value), std::sqrt(mean.value)};
 
-    std::mt19937_64 bits(seed);
     std::vector<double> t(kResamples);
-    for (double& statistic : t) {
-        double drawn = 0, drawn_squares = 0;
-        for (std::size_t i = 0; i < n; ++i) {
-            const auto at =
-                static_cast<std::size_t>(static_cast<double>(bits() >> 11) * 0x1p-53 * count);
-            drawn += squares[at];
-            drawn_squares += squares[at] * squares[at];
-        }
-        const Mean resampled = mean_of(drawn, drawn_squares, count);
+    tbb::parallel_for(std::size_t{0}, t.size(), [&](std::size_t i) {
+        const Mean resampled = resampled_mean(squares, seed + i);
         // A resample without spread missed the tail altogether: it says nothing but "lower".
-        statistic = resampled.error > 0 ? (resampled.value - mean.value) / resampled.error : -1e3;
-    }
+        t[i] = resampled.error > 0 ? (resampled.value - mean.value) / resampled.error : -1e3;
+    });
     std::sort(t.begin(), t.end());
     const double below = t[kResamples - kResamples / 40 - 1], above = -t[kResamples / 40];
     const double low = mean.value - std::max(kNormal, below) * mean.error;
