@@ -12,13 +12,13 @@
 #include <tuple>
 
 #include "cli/calibrate/calibration_trials.hpp"
-#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/machine_probe.hpp"
-#include "cli/machine/pace.hpp"
+#include "cli/machine/paced_runs.hpp"
 #include "cli/machine/quantiles.hpp"
 #include "cli/machine/signals.hpp"
 #include "cli/machine/stolen_time.hpp"
+#include "cli/machine/warming.hpp"
 #include "cli/session/session.hpp"
 #include "graph/errors.hpp"
 #include "planner/cost.hpp"
@@ -270,10 +270,10 @@ class Calibration {
 
     bool time_once(Case& one, TimedPath& path, int threads, bool waits) {
         if (stop_flag()) throw Cancelled();
-        const Pace before = waits ? calm_pace(threads) : pace_now(threads);
-        const double line = line_seconds(*one.prepared->session.input->data);
-        const Outcome outcome = once(one.prepared->session, path.plan, threads);
-        const Pace after = pace_now(threads);
+        Session& session = one.prepared->session;
+        Outcome outcome;
+        const Beside met = beside(threads, *session.input->data, waits,
+                                  [&] { outcome = once(session, path.plan, threads); });
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.
@@ -281,8 +281,7 @@ class Calibration {
         const double between = outcome.seconds - std::accumulate(steps.begin(), steps.end(), 0.0);
         Runs& runs = threads == 1 ? path.alone : path.together;
         for (std::size_t k = 0; k < runs.size(); ++k)
-            runs[k].add(steps[k] + std::max(0.0, between) / double(steps.size()), before, after,
-                        line);
+            runs[k].add(steps[k] + std::max(0.0, between) / double(steps.size()), met);
         return true;
     }
 
@@ -373,10 +372,11 @@ class Calibration {
             PacedRuns runs;
             Pace best = best_pace(profile_.processors);
             while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
-                const Pace before = calm_pace(profile_.processors);
-                const double line = line_seconds(*prepared.session.input->data);
-                const double seconds = once(prepared.session, plan, profile_.processors).seconds;
-                runs.add(seconds, before, pace_now(profile_.processors), line);
+                double seconds = 0;
+                const Beside met = beside(
+                    profile_.processors, *prepared.session.input->data, true,
+                    [&] { seconds = once(prepared.session, plan, profile_.processors).seconds; });
+                runs.add(seconds, met);
                 best = best_pace(profile_.processors);
             }
             missed_.push_back(std::log(median(runs.seconds(best, kFew)) / predicted));

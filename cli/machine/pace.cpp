@@ -10,11 +10,8 @@
 #include <map>
 #include <mutex>
 #include <tbb/parallel_for.h>
-#include <utility>
 
-#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
-#include "cli/machine/quantiles.hpp"
 #include "runtime/kept_arena.hpp"
 
 namespace edgewise::cli {
@@ -24,11 +21,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::chrono::microseconds kPatience{300};
-constexpr double kCalm = 1.1;  // times the best; a sibling busy before or after makes 1.13
-constexpr double kNear = 2;    // times the best hop; another third-level cache makes it 5 or 6
-constexpr int kHops = 400;     // 10 us where processors are near
-/// Siblings make up to 1.8 of it; beyond this the loop itself was interrupted, not the run.
-constexpr double kSlowest = 2.5;
+constexpr int kHops = 400;  // 10 us where processors are near
 
 /// Of one thread and of many: siblings of one core slow each other down as well.
 class BestPaces {
@@ -37,9 +30,9 @@ class BestPaces {
         const std::lock_guard lock(mutex_);
         Pace& best = best_.try_emplace(threads, Pace{kNever, kNever}).first->second;
         // Lines go fastest between siblings of one core, which do not count.
-        if (kCalm * pace.loop < best.loop) best.hop = pace.hop;
+        if (kCalmLoop * pace.loop < best.loop) best.hop = pace.hop;
         best.loop = std::min(best.loop, pace.loop);
-        if (pace.loop <= kCalm * best.loop) best.hop = std::min(best.hop, pace.hop);
+        if (pace.loop <= kCalmLoop * best.loop) best.hop = std::min(best.hop, pace.hop);
     }
     Pace of(int threads) {
         const std::lock_guard lock(mutex_);
@@ -85,13 +78,6 @@ class Loop {
     std::array<std::uint16_t, kPlaces> places_{};
     std::array<std::uint32_t, kNumbers> numbers_{};
 };
-
-bool is_far(const Pace& pace, const Pace& best) noexcept { return pace.hop > kNear * best.hop; }
-
-/// How many times as far as the nearest lines are; 1 where that was not looked at.
-double times_as_far(double line, double least) noexcept {
-    return line > 0 && least > 0 ? std::max(1.0, line / least) : 1;
-}
 
 /// All are there at once. @return false where they did not come
 bool meet(std::atomic<int>& missing) {
@@ -177,93 +163,13 @@ Pace calm_pace(int threads) {
     return pace;
 }
 
-Warming::Warming(double expected, double data) noexcept
-    : last_(expected), many_(data > kOwnCaches ? 12 : 4) {}
-
-bool Warming::goes_on() const noexcept {
-    constexpr double kEnough = 0.03, kLong = 0.05;  // [s]
-    constexpr int kMost = 16;
-    if (last_ >= kLong || runs_ >= kMost) return false;
-    return faster_ || (runs_ < many_ && runs_ * last_ < kEnough);
-}
-
-void Warming::ran(double seconds) noexcept {
-    constexpr double kFaster = 0.97;
-    faster_ = runs_ > 0 && seconds < kFaster * last_;
-    last_ = seconds;
-    ++runs_;
-}
-
-int runs_in_a_row(double expected) noexcept {
-    constexpr double kBrief = 0.005;  // [s]
-    constexpr int kMany = 6;
-    return expected < kBrief ? kMany : 1;
+bool is_far(const Pace& pace, const Pace& best) noexcept {
+    constexpr double kNear = 2;
+    return pace.hop > kNear * best.hop;
 }
 
 bool is_calm(const Pace& pace, const Pace& best) noexcept {
-    return pace.loop <= kCalm * best.loop && !is_far(pace, best);
-}
-
-Pace PacedRuns::Run::pace() const noexcept {
-    return {(before.loop + after.loop) / 2, std::max(before.hop, after.hop)};
-}
-
-void PacedRuns::join(const PacedRuns& others) {
-    runs_.insert(runs_.end(), others.runs_.begin(), others.runs_.end());
-}
-
-void PacedRuns::disturbed_from(std::size_t first) {
-    for (std::size_t i = first; i < runs_.size(); ++i)
-        runs_[i].before = runs_[i].after = Pace{kNever, kNever};
-}
-
-double PacedRuns::least_line() const noexcept {
-    double least = 0;
-    for (const Run& run : runs_)
-        if (run.line > 0 && !(least > 0 && least <= run.line)) least = run.line;
-    return least;
-}
-
-std::size_t PacedRuns::calm(const Pace& best) const {
-    const double least = least_line();
-    return static_cast<std::size_t>(std::count_if(runs_.begin(), runs_.end(), [&](const Run& run) {
-        return is_calm(run.pace(), best) && times_as_far(run.line, least) <= kNearLines;
-    }));
-}
-
-std::vector<double> PacedRuns::seconds(const Pace& best, std::size_t least) const {
-    std::vector<Run> runs = runs_;
-    const double nearest = least_line();
-    // How much longer a run takes, about: a ray caster of 6 MB took 2.4 times as long where a line
-    // took ten times as long.
-    const auto slower = [&](const Run& run) {
-        return run.pace().loop * std::cbrt(times_as_far(run.line, nearest));
-    };
-    std::stable_sort(runs.begin(), runs.end(), [&](const Run& a, const Run& b) {
-        return std::pair(is_far(a.pace(), best), slower(a)) <
-               std::pair(is_far(b.pace(), best), slower(b));
-    });
-    // Where nothing is known of any, none is better than the others.
-    if (!runs.empty() && std::isfinite(runs.front().pace().loop))
-        runs.resize(std::min(runs.size(), std::max(least, calm(best))));
-    std::vector<double> seconds;
-    for (const Run& run : runs) seconds.push_back(run.seconds);
-    return seconds;
-}
-
-double PacedRuns::undisturbed(const Pace& best) const {
-    constexpr std::size_t kEnough = 3;
-    const double nearest = least_line();
-    std::vector<double> all, near, calmed;
-    for (const Run& run : runs_) {
-        all.push_back(run.seconds);
-        const double loop = std::min(run.before.loop, run.after.loop) / best.loop;
-        if (loop > kSlowest || is_far(run.pace(), best)) continue;
-        near.push_back(run.seconds / (loop > kCalm ? loop : 1));
-        if (times_as_far(run.line, nearest) <= kNearLines) calmed.push_back(near.back());
-    }
-    if (calmed.size() < kEnough) calmed = near;
-    return quantile(calmed.size() >= kEnough ? calmed : all, 0.2);
+    return pace.loop <= kCalmLoop * best.loop && !is_far(pace, best);
 }
 
 }  // namespace edgewise::cli

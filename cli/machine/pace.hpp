@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <limits>
-#include <vector>
 
 namespace edgewise::cli {
 
@@ -34,7 +32,15 @@ Pace best_pace(int threads);
 /// process that begins in a busy minute knows it.
 void know_pace(int threads, const Pace& pace);
 
-/// Whether a run of this pace was as good as alone: loop up to 1.1 times the best, hop up to twice.
+/// A loop up to so many times the best is as good as alone; a sibling that is busy before or after
+/// makes 1.13.
+inline constexpr double kCalmLoop = 1.1;
+
+/// Whether processors are under last caches of their own: hop over twice the best; such a cache
+/// makes it 5 or 6.
+bool is_far(const Pace& pace, const Pace& best) noexcept;
+
+/// Whether a run of this pace was as good as alone.
 bool is_calm(const Pace& pace, const Pace& best) noexcept;
 
 /// The pace of the next calm moment, or the last one within so long [s].
@@ -44,75 +50,5 @@ Pace await_calm(int threads, double patience);
 /// come and go: on one that was calm 14 % of the time half of them came within 0.2 ms, and 1 ms
 /// later 72 % were not over. After a wait in vain a tenth of it is enough.
 Pace calm_pace(int threads);
-
-/// How often something runs before a run counts that others ran before: once, as these took its
-/// blocks; brief ones, for 0.03 s or 4 times, on large data 12 times, as the caches of all
-/// processors hold what others read, and on as long as each is faster than the one before. A last
-/// cache that guests of a host share takes in what is read again only little by little: on 3 to 9
-/// MB the second run took 1.05 to 1.7 times as long as the thirteenth, and further ones were hardly
-/// faster. What takes 0.05 s or more does not run before.
-class Warming {
- public:
-    /// @param expected  [s] of a run; models may take for short what is not: each run tells anew
-    /// @param data      [byte] that it reads
-    Warming(double expected, double data) noexcept;
-    bool goes_on() const noexcept;
-    /// [s] of the run before, or what was expected.
-    double last() const noexcept { return last_; }
-    void ran(double seconds) noexcept;
-
- private:
-    double last_;
-    int many_, runs_ = 0;
-    bool faster_ = false;
-};
-
-/// How many runs count each time that something runs before others do: several where they are
-/// brief, as warming them took longer. @param expected  [s] of a run
-int runs_in_a_row(double expected) noexcept;
-
-/// Runs of one thing on the same data, how fast the machine was beside each, and where the data
-/// lay.
-class PacedRuns {
- public:
-    /// @param before,after  pace_now()
-    /// @param line          line_seconds() of the data before; 0: they are near anyway
-    void add(double seconds, const Pace& before, const Pace& after, double line = 0) {
-        runs_.push_back({seconds, line, before, after});
-    }
-    /// Those of the same thing that were kept elsewhere.
-    void join(const PacedRuns& others);
-    std::size_t size() const noexcept { return runs_.size(); }
-    /// The runs from this one on count only where the others are too few.
-    void disturbed_from(std::size_t first);
-
-    /// Runs of a calm pace whose data were as near as they ever were: a line up to
-    /// kNearLines times the least (docs/planner.md: runs on 8 MB take up to 2.5 times as long, and
-    /// more, where their data are far).
-    std::size_t calm(const Pace& best) const;
-    /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
-    /// of all where the pace of none is known.
-    std::vector<double> seconds(const Pace& best, std::size_t least) const;
-
-    /// Seconds of a run that nothing disturbs: each run's that was not calm divided by how much
-    /// slower than the best the better of the loops beside it was; of these the 0.2 quantile, as
-    /// other guests that read the same memory only add, which no pace tells. Runs whose data were
-    /// far count only where the others are too few, and so do those of processors far from each
-    /// other.
-    /// @pre size() > 0
-    double undisturbed(const Pace& best) const;
-
- private:
-    struct Run {
-        double seconds, line;
-        Pace before, after;
-        /// Of its time.
-        Pace pace() const noexcept;
-    };
-    /// Of all runs; 0: none was looked at.
-    double least_line() const noexcept;
-
-    std::vector<Run> runs_;
-};
 
 }  // namespace edgewise::cli

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "cli/machine/pace.hpp"
+#include "cli/machine/paced_runs.hpp"
 #include "cli/session/wisdom.hpp"
 #include "graph/plan.hpp"
 

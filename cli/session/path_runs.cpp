@@ -7,10 +7,10 @@
 #include <limits>
 #include <tbb/task_arena.h>
 
-#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/quantiles.hpp"
 #include "cli/machine/signals.hpp"
+#include "cli/machine/warming.hpp"
 #include "cli/machine/watch.hpp"
 #include "cli/session/session.hpp"
 #include "graph/errors.hpp"
@@ -150,12 +150,13 @@ void PathRuns::run_again(std::size_t i) {
     last_ = i;
     const int threads = session_.want().threads;
     for (int left = in_a_row_ ? runs_in_a_row(paths_[i].least()) : 1; left > 0; --left) {
-        const Pace before = calm_pace(threads);
-        const double line = line_seconds(*session_.input->data);
-        const auto outcome = run_once(i, std::numeric_limits<double>::infinity(),
-                                      [](int, const std::shared_ptr<const Data>&) {});
+        std::optional<Outcome> outcome;
+        const Beside met = beside(threads, *session_.input->data, true, [&] {
+            outcome = run_once(i, std::numeric_limits<double>::infinity(),
+                               [](int, const std::shared_ptr<const Data>&) {});
+        });
         if (!outcome) return;
-        runs_[i].add(outcome->seconds, before, pace_now(threads), line);
+        runs_[i].add(outcome->seconds, met);
         choose(i);
     }
 }

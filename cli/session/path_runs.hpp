@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/machine/pace.hpp"
+#include "cli/machine/paced_runs.hpp"
 #include "cli/session/paths.hpp"
 #include "graph/cost.hpp"
 #include "runtime/runtime.hpp"

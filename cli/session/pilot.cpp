@@ -8,11 +8,11 @@
 #include <malloc.h>
 #include <tbb/task_arena.h>
 
-#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
-#include "cli/machine/pace.hpp"
+#include "cli/machine/paced_runs.hpp"
 #include "cli/machine/quantiles.hpp"
 #include "cli/machine/signals.hpp"
+#include "cli/machine/warming.hpp"
 #include "cli/machine/watch.hpp"
 #include "cli/session/contender.hpp"
 #include "cli/session/paths.hpp"
@@ -310,11 +310,11 @@ class Pilot {
         const int threads = session_.profile.processors;
         const Plan& few = few_.at(path_text(each.plan.texts()));
         for (int left = runs_in_a_row(warming.last()); left > 0 && !out_of_time(); --left) {
-            const Pace before = calm_pace(threads);
-            const double line = line_seconds(*session_.input->data);
-            const auto outcome = run_once(each, brief, nothing);
+            std::optional<Outcome> outcome;
+            const Beside met = beside(threads, *session_.input->data, true,
+                                      [&] { outcome = run_once(each, brief, nothing); });
             if (!outcome) return;
-            each.runs.add(whole_seconds(few, *outcome), before, pace_now(threads), line);
+            each.runs.add(whole_seconds(few, *outcome), met);
             each.choose(best_pace(threads));
         }
     }

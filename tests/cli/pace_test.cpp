@@ -8,6 +8,8 @@
 
 #include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
+#include "cli/machine/paced_runs.hpp"
+#include "cli/machine/warming.hpp"
 #include "runtime/memory_budget.hpp"
 
 namespace edgewise::cli {
@@ -53,9 +55,9 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     constexpr double kHere = 17e-9, kFar = 110e-9;
     PacedRuns runs;
     for (int i = 0; i < 3; ++i) {
-        runs.add(1e-3, kBest, kBest, (1 + 0.1 * i) * kHere);
-        runs.add(1.4e-3, kBest, kBest, 0.5 * kFar);
-        runs.add(2e-3, kBest, kBest, kFar);
+        runs.add(1e-3, {kBest, kBest, (1 + 0.1 * i) * kHere});
+        runs.add(1.4e-3, {kBest, kBest, 0.5 * kFar});
+        runs.add(2e-3, {kBest, kBest, kFar});
     }
     EXPECT_EQ(runs.calm(kBest), 3u);
     EXPECT_EQ(runs.seconds(kBest, 1), std::vector<double>(3, 1e-3));
@@ -63,7 +65,7 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
     // Nothing tells how near they could be where they never were.
     PacedRuns far;
-    for (int i = 0; i < 4; ++i) far.add((2 + i) * 1e-3, kBest, kBest, kFar);
+    for (int i = 0; i < 4; ++i) far.add((2 + i) * 1e-3, {kBest, kBest, kFar});
     EXPECT_EQ(far.calm(kBest), 4u);
     EXPECT_NEAR(far.undisturbed(kBest), 2.6e-3, 1e-12) << "the 0.2 quantile of 2 to 5";
     // What is met elsewhere tells.
@@ -71,7 +73,7 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     EXPECT_EQ(far.calm(kBest), 3u);
     // Small data are near anyway.
     PacedRuns near;
-    for (int i = 0; i < 3; ++i) near.add(1e-3, kBest, kBest);
+    for (int i = 0; i < 3; ++i) near.add(1e-3, {kBest, kBest});
     EXPECT_EQ(near.calm(kBest), 3u);
 }
 
@@ -95,10 +97,10 @@ TEST(Pace, LinesOfLargeDataAreLookedAt) {
 
 TEST(Pace, CalmRunsCountAndOthersOnlyWhereTheyAreTooFew) {
     PacedRuns runs;
-    runs.add(1.0, {1}, {1});
-    runs.add(1.7, {1.7}, {1.7});
-    runs.add(1.1, {1}, {1.1});
-    runs.add(1.3, {1}, {1.4});
+    runs.add(1.0, {{1}, {1}});
+    runs.add(1.7, {{1.7}, {1.7}});
+    runs.add(1.1, {{1}, {1.1}});
+    runs.add(1.3, {{1}, {1.4}});
     EXPECT_EQ(runs.calm(kBest), 2u);
     EXPECT_EQ(runs.seconds(kBest, 1), (std::vector<double>{1.0, 1.1}));
     EXPECT_EQ(runs.seconds(kBest, 3), (std::vector<double>{1.0, 1.1, 1.3}));
@@ -110,7 +112,7 @@ TEST(Pace, CalmRunsCountAndOthersOnlyWhereTheyAreTooFew) {
 
 TEST(Pace, RunsOfUnknownPaceAreAllAlike) {
     PacedRuns runs;
-    for (int i = 0; i < 7; ++i) runs.add(7 - i, {1}, {kNever});
+    for (int i = 0; i < 7; ++i) runs.add(7 - i, {{1}, {kNever}});
     EXPECT_EQ(runs.seconds(kBest, 2).size(), 7u);
 }
 
@@ -172,13 +174,13 @@ TEST(Pace, BriefRunsCountSeveralInARow) {
 TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
     // A machine that takes 1.6 times as long in all but one of the runs, and once 100 times.
     PacedRuns runs;
-    runs.add(1e-3, {1}, {1.02});
-    for (int i = 0; i < 19; ++i) runs.add(1.6e-3, {1.6}, {1.6});
-    runs.add(0.16, {1.6}, {1.6});
+    runs.add(1e-3, {{1}, {1.02}});
+    for (int i = 0; i < 19; ++i) runs.add(1.6e-3, {{1.6}, {1.6}});
+    runs.add(0.16, {{1.6}, {1.6}});
     EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
     // Runs of unknown pace are left out, unless there is nothing else.
     PacedRuns unknown;
-    for (int i = 0; i < 9; ++i) unknown.add(1.6e-3, {1.7}, {1.7});
+    for (int i = 0; i < 9; ++i) unknown.add(1.6e-3, {{1.7}, {1.7}});
     unknown.disturbed_from(2);
     EXPECT_NEAR(unknown.undisturbed(kBest), 1.6e-3, 1e-12);
 }
@@ -186,9 +188,9 @@ TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
 TEST(Pace, AnInterruptedLoopMakesNoRunFaster) {
     PacedRuns runs;
     for (int i = 0; i < 4; ++i) {
-        runs.add(1e-3, {1}, {1});
-        runs.add(1e-3, {1}, {100});  // interrupted after the run
-        runs.add(1e-3, {3}, {50});   // before and after it
+        runs.add(1e-3, {{1}, {1}});
+        runs.add(1e-3, {{1}, {100}});  // interrupted after the run
+        runs.add(1e-3, {{3}, {50}});   // before and after it
     }
     EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
 }
@@ -196,14 +198,14 @@ TEST(Pace, AnInterruptedLoopMakesNoRunFaster) {
 TEST(Pace, RunsOfProcessorsFarFromEachOtherAreNoMeasure) {
     constexpr Pace kNear{1, 28e-9}, kFar{1, 157e-9};
     PacedRuns runs;
-    for (int i = 0; i < 9; ++i) runs.add(2e-3, kFar, kFar);
+    for (int i = 0; i < 9; ++i) runs.add(2e-3, {kFar, kFar});
     EXPECT_EQ(runs.calm(kBest), 0u);
     EXPECT_EQ(runs.seconds(kBest, 3).size(), 3u);
     EXPECT_NEAR(runs.undisturbed(kBest), 2e-3, 1e-12) << "there is nothing else";
     // They moved during one of the runs; and a busy sibling is less than being far.
-    runs.add(1.9e-3, kFar, kNear);
-    for (int i = 0; i < 3; ++i) runs.add(1.2e-3, {1.05, 28e-9}, {1.05, 28e-9});
-    runs.add(1.3e-3, {1.3, 28e-9}, {1.3, 28e-9});
+    runs.add(1.9e-3, {kFar, kNear});
+    for (int i = 0; i < 3; ++i) runs.add(1.2e-3, {{1.05, 28e-9}, {1.05, 28e-9}});
+    runs.add(1.3e-3, {{1.3, 28e-9}, {1.3, 28e-9}});
     EXPECT_EQ(runs.calm(kBest), 3u);
     EXPECT_EQ(runs.seconds(kBest, 4), (std::vector<double>{1.2e-3, 1.2e-3, 1.2e-3, 1.3e-3}));
     EXPECT_LT(runs.undisturbed(kBest), 1.21e-3);
@@ -211,8 +213,8 @@ TEST(Pace, RunsOfProcessorsFarFromEachOtherAreNoMeasure) {
 
 TEST(Pace, RunsOfOneThingCountTogether) {
     PacedRuns all, more;
-    all.add(2e-3, {1}, {1});
-    for (int i = 0; i < 9; ++i) more.add(1e-3, {1}, {1});
+    all.add(2e-3, {{1}, {1}});
+    for (int i = 0; i < 9; ++i) more.add(1e-3, {{1}, {1}});
     all.join(more);
     EXPECT_EQ(all.size(), 10u);
     EXPECT_NEAR(all.undisturbed(kBest), 1e-3, 1e-12);
@@ -221,8 +223,8 @@ TEST(Pace, RunsOfOneThingCountTogether) {
 TEST(Pace, WhatOnlyAddsIsNoPartOfAnUndisturbedRun) {
     // Calm by the pace, and yet half of the runs waited for memory that others read.
     PacedRuns runs;
-    for (int i = 0; i < 20; ++i) runs.add(i % 2 ? 1e-3 : (1.1 + 0.1 * i) * 1e-3, {1}, {1});
-    runs.add(0.1, {1}, {1});
+    for (int i = 0; i < 20; ++i) runs.add(i % 2 ? 1e-3 : (1.1 + 0.1 * i) * 1e-3, {{1}, {1}});
+    runs.add(0.1, {{1}, {1}});
     EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
 }
 

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "cli/machine/data_lines.hpp"
+#include "cli/machine/pace.hpp"
+
+namespace edgewise::cli {
+
+/// The machine beside one run: how fast it was, and where the data lay.
+struct Beside {
+    Pace before, after;
+    double line = 0;  // line_seconds() before; 0: they are near anyway
+};
+
+/// Calls run(), in the next calm moment if it waits, and looks at the machine before and after.
+template <class Run>
+Beside beside(int threads, const Data& data, bool waits, Run&& run) {
+    Beside met;
+    met.before = waits ? calm_pace(threads) : pace_now(threads);
+    met.line = line_seconds(data);
+    run();
+    met.after = pace_now(threads);
+    return met;
+}
+
+/// Runs of one thing on the same data, how fast the machine was beside each, and where the data
+/// lay.
+class PacedRuns {
+ public:
+    void add(double seconds, const Beside& beside) { runs_.push_back({seconds, beside}); }
+    /// Those of the same thing that were kept elsewhere.
+    void join(const PacedRuns& others);
+    std::size_t size() const noexcept { return runs_.size(); }
+    /// The runs from this one on count only where the others are too few.
+    void disturbed_from(std::size_t first);
+
+    /// Runs of a calm pace whose data were as near as they ever were: a line up to
+    /// kNearLines times the least (docs/planner.md: runs on 8 MB take up to 2.5 times as long, and
+    /// more, where their data are far).
+    std::size_t calm(const Pace& best) const;
+    /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
+    /// of all where the pace of none is known.
+    std::vector<double> seconds(const Pace& best, std::size_t least) const;
+
+    /// Seconds of a run that nothing disturbs: each run's that was not calm divided by how much
+    /// slower than the best the better of the loops beside it was; of these the 0.2 quantile, as
+    /// other guests that read the same memory only add, which no pace tells. Runs whose data were
+    /// far count only where the others are too few, and so do those of processors far from each
+    /// other.
+    /// @pre size() > 0
+    double undisturbed(const Pace& best) const;
+
+ private:
+    struct Run {
+        double seconds;
+        Beside beside;
+        /// Of its time.
+        Pace pace() const noexcept;
+    };
+    /// Of all runs; 0: none was looked at.
+    double least_line() const noexcept;
+
+    std::vector<Run> runs_;
+};
+
+}  // namespace edgewise::cli
