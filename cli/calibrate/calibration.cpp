@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "cli/calibrate/calibration_trials.hpp"
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/machine_probe.hpp"
 #include "cli/machine/paced_runs.hpp"
@@ -94,9 +95,9 @@ class Calibration {
     static constexpr double kLong = 0.04;       // [s]
     /// Runs of a path; of a long one; of one that others of its trial beat by kDear.
     static constexpr std::size_t kManyCalm = 12, kFewCalm = 6, kLeastCalm = 4;
-    /// Waited for calm before a visit, and of the time before all: a host that has moved processors
-    /// apart brings them together again after seconds.
-    static constexpr double kWait = 0.2, kWaits = 0.25;  // [s], 1
+    /// Waited before a visit while processors are far, and of the time before all: a host that has
+    /// moved them apart brings them together again after seconds, and no run counts before that.
+    static constexpr double kWait = 0.5, kWaits = 0.25;  // [s], 1
     static constexpr double kDear = 5;
 
     /// A session with the phantom's samples in the trial's type.
@@ -141,7 +142,10 @@ class Calibration {
 
     void wait_before_visit() {
         const Clock::time_point begin = Clock::now();
-        await_calm(profile_.processors, std::min(kWait, kWaits * limit_ - waited_));
+        const int threads = profile_.processors;
+        const double patience = std::min(kWait, kWaits * limit_ - waited_);
+        while (is_far(pace_now(threads), best_pace(threads)) && since(begin) < patience) {
+        }
         waited_ += since(begin);
     }
 
@@ -167,6 +171,13 @@ class Calibration {
         return !of.edge || step.by->name == of.edge;
     }
 
+    static bool has_fine_steps(const Plan& plan) {
+        return std::any_of(plan.steps.begin(), plan.steps.end(), [](const Step& step) {
+            const Parameters& with = step.offer.with;
+            return with.contains("step") && with.number("step") < 1;
+        });
+    }
+
     static bool passes(const Plan& plan, const std::string& edge) {
         return std::any_of(plan.steps.begin(), plan.steps.end(),
                            [&](const Step& step) { return step.by->name == edge; });
@@ -181,6 +192,8 @@ class Calibration {
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
             return a.predicted.seconds < b.predicted.seconds;
         });
+        // Elsewhere such rates go along those of whole steps.
+        if (!trial.fine) std::erase_if(plans, has_fine_steps);
         if (trial.edge) {
             std::erase_if(plans, [&](const Plan& plan) { return !passes(plan, trial.edge); });
             plans.resize(std::min<std::size_t>(1, plans.size()));
@@ -253,16 +266,16 @@ class Calibration {
     /// row. In the first round, which must reach every path, one run follows a single other one.
     /// @return false where a step failed
     bool time(Case& one, TimedPath& path, int threads, Patience patience = kPatiently) {
-        double expected = path.longest;
-        const double data = one.prepared->session.input->data->what.bytes();
-        for (Warming warming(expected, data); warming.goes_on(); warming.ran(expected)) {
+        const Data& data = *one.prepared->session.input->data;
+        Warming warming(path.longest);
+        while (warming.goes_on()) {
             const Outcome warm = once(one.prepared->session, path.plan, threads);
             if (warm.steps != path.plan.texts()) return false;
-            expected = warm.seconds;
+            warming.ran(warm.seconds, times_as_far(data));
             if (patience == kBriefly) break;
         }
         if (patience == kBriefly) return time_once(one, path, threads, true);
-        const int many = runs_in_a_row(expected);
+        const int many = runs_in_a_row(warming.last());
         for (int run = 0; run < many; ++run)
             if (!time_once(one, path, threads, run == 0)) return false;
         return true;
@@ -413,6 +426,7 @@ class Calibration {
             const Pace best = best_pace(threads);
             if (std::isfinite(best.loop)) profile_.calm[threads] = {best.loop, best.hop};
         }
+        profile_.nearest = nearest_lines();
         if (!missed_.empty()) {
             for (double& miss : missed_) miss = std::abs(miss);
             // Of a normal distribution 90 % lie within 1.645 deviations; the tails are longer, and
@@ -427,6 +441,7 @@ class Calibration {
                           visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
              {"serial", "derived from rates"},
              {"calm", "measured; the least of the looks beside all runs"},
+             {"nearest", "measured; the least of the looks at the phantoms beside all runs"},
              {"spread",
               fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
              {"factors",

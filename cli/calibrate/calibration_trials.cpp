@@ -47,10 +47,16 @@ std::shared_ptr<Data> framed(const Data& from, MemoryBudget* memory) {
 
 std::vector<Trial> trials(bool quick) {
     std::vector<Trial> all;
-    const auto volume = [&](const char* input, const char* turn, std::vector<Type> types) {
+    const auto volume = [&](const char* input, const char* turn, std::vector<Type> types,
+                            bool fine = false) {
         for (const Type type : types) {
             for (const char* mode : {"mip", "xray", "composite"})
-                all.push_back({Job::render, input, type, turn, mode});
+                all.push_back({.job = Job::render,
+                               .input = input,
+                               .type = type,
+                               .turn = turn,
+                               .mode = mode,
+                               .fine = fine});
             all.push_back({Job::warp, input, type, turn, nullptr});
         }
     };
@@ -58,11 +64,11 @@ std::vector<Trial> trials(bool quick) {
         for (const Type type : types) all.push_back({Job::warp, input, type, turn, nullptr});
     };
     if (quick) {
-        volume("phantom:gaussians:80", "20,-15,10", {Type::u8, Type::f32});
+        volume("phantom:gaussians:80", "20,-15,10", {Type::u8, Type::f32}, true);
         image("phantom:zone-plate:700", "20", {Type::u8, Type::f32});
         return all;
     }
-    volume("phantom:gaussians:112", "20,-15,10", {Type::u8, Type::i16, Type::f32});
+    volume("phantom:gaussians:112", "20,-15,10", {Type::u8, Type::i16, Type::f32}, true);
     image("phantom:zone-plate:900", "20", {Type::u8, Type::f32});
     volume("phantom:noise:48", "10,70,-25", {Type::u8, Type::f32});
     // Small data: steps take as long as they start.

@@ -24,6 +24,7 @@ struct Trial {
     const char* edge = nullptr;         // null: all paths; else the cheapest by this edge
     const char* perspective = nullptr;  // [degree] of the view; null: parallel rays
     bool empty_around = false;          // the phantom fills the middle of its box alone
+    bool fine = false;                  // rays with several samples a voxel too
 };
 
 /// Sizes within the caches and beyond them; volumes that are full and mostly empty, seen along

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <mutex>
 
 #include "graph/cost.hpp"
 
@@ -24,7 +26,49 @@ std::size_t place_of(std::uint64_t n, std::size_t lines) {
     return static_cast<std::size_t>((part * lines) >> 32) * kLine;
 }
 
+/// The nearest that data of each size were, without those that larger data were nearer than.
+class NearestLines {
+ public:
+    void see(double data, double seconds) {
+        const std::lock_guard lock(mutex_);
+        if (const auto larger = lines_.lower_bound(data);
+            larger != lines_.end() && larger->second <= seconds)
+            return;
+        auto end = lines_.upper_bound(data);
+        auto begin = end;
+        while (begin != lines_.begin() && std::prev(begin)->second >= seconds) --begin;
+        lines_.erase(begin, end);
+        lines_[data] = seconds;
+    }
+    double of(double data) const {
+        const std::lock_guard lock(mutex_);
+        const auto larger = lines_.lower_bound(data / kAlike);
+        return larger == lines_.end() ? 0 : larger->second;
+    }
+    std::map<double, double> all() const {
+        const std::lock_guard lock(mutex_);
+        return lines_;
+    }
+
+ private:
+    static constexpr double kAlike = 1.1;
+    mutable std::mutex mutex_;
+    std::map<double, double> lines_;
+};
+NearestLines nearest;
+
 }  // namespace
+
+double nearest_line(double data) { return data > kOwnCaches ? nearest.of(data) : 0; }
+
+double times_as_far(const Data& data) {
+    const double line = line_seconds(data);
+    return line > 0 ? line / nearest_line(data.what.bytes()) : 1;
+}
+
+void know_line(double data, double seconds) { nearest.see(data, seconds); }
+
+std::map<double, double> nearest_lines() { return nearest.all(); }
 
 double line_seconds(const Data& data) {
     static std::atomic<std::uint64_t> next{1};
@@ -40,7 +84,10 @@ double line_seconds(const Data& data) {
     for (std::uint64_t n = first; n < first + kLooks; ++n)
         read = std::to_integer<std::size_t>(bytes[place_of(n, lines) + (read & zero)]);
     nothing = read & zero;
-    return std::chrono::duration<double>(Clock::now() - begin).count() / double(kLooks);
+    const double seconds =
+        std::chrono::duration<double>(Clock::now() - begin).count() / double(kLooks);
+    nearest.see(data.what.bytes(), seconds);
+    return seconds;
 }
 
 }  // namespace edgewise::cli

@@ -1,21 +1,17 @@
 #include "cli/machine/warming.hpp"
 
-#include "cli/machine/data_lines.hpp"
-
 namespace edgewise::cli {
 
-Warming::Warming(double expected, double data) noexcept
-    : last_(expected), many_(data > kOwnCaches ? 12 : 4) {}
-
 bool Warming::goes_on() const noexcept {
-    constexpr double kEnough = 0.03, kLong = 0.05;  // [s]
-    constexpr int kMost = 16;
+    constexpr double kEnough = 0.006, kLong = 0.05;  // [s]
+    constexpr int kFew = 2, kMany = 6, kMost = 16;
     if (last_ >= kLong || runs_ >= kMost) return false;
-    return faster_ || (runs_ < many_ && runs_ * last_ < kEnough);
+    return faster_ || (runs_ < (far_ ? kMany : kFew) && runs_ * last_ < kEnough);
 }
 
-void Warming::ran(double seconds) noexcept {
-    constexpr double kFaster = 0.97;
+void Warming::ran(double seconds, double far) noexcept {
+    constexpr double kFaster = 0.97, kNear = 1.3;
+    far_ = far > kNear;
     faster_ = runs_ > 0 && seconds < kFaster * last_;
     last_ = seconds;
     ++runs_;

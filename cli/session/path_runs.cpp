@@ -7,6 +7,7 @@
 #include <limits>
 #include <tbb/task_arena.h>
 
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/quantiles.hpp"
 #include "cli/machine/signals.hpp"
@@ -139,19 +140,19 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
 }
 
 void PathRuns::run_again(std::size_t i) {
-    const double data = session_.input->data->what.bytes();
-    Warming warming(paths_[i].least(), data);
+    const Data& data = *session_.input->data;
+    Warming warming(paths_[i].least());
     while (last_ != i && warming.goes_on()) {
         const auto warm = run_once(i, std::numeric_limits<double>::infinity(),
                                    [](int, const std::shared_ptr<const Data>&) {});
         if (!warm) return;
-        warming.ran(warm->seconds);
+        warming.ran(warm->seconds, times_as_far(data));
     }
     last_ = i;
     const int threads = session_.want().threads;
     for (int left = in_a_row_ ? runs_in_a_row(paths_[i].least()) : 1; left > 0; --left) {
         std::optional<Outcome> outcome;
-        const Beside met = beside(threads, *session_.input->data, true, [&] {
+        const Beside met = beside(threads, data, true, [&] {
             outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                [](int, const std::shared_ptr<const Data>&) {});
         });

@@ -8,6 +8,7 @@
 #include <malloc.h>
 #include <tbb/task_arena.h>
 
+#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/paced_runs.hpp"
 #include "cli/machine/quantiles.hpp"
@@ -297,13 +298,13 @@ class Pilot {
     /// Where another path ran before, short ones run more often, and the last run counts.
     void run_again(Contender& each) {
         const Deliver nothing = [](int, const std::shared_ptr<const Data>&) {};
-        const double data = session_.input->data->what.bytes();
-        Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least(), data);
+        const Data& data = *session_.input->data;
+        Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least());
         bool brief = !each.seconds.empty();
         while (last_ != &each && warming.goes_on() && !out_of_time()) {
             const auto warm = run_once(each, brief, nothing);
             if (!warm) return;
-            warming.ran(warm->seconds);
+            warming.ran(warm->seconds, times_as_far(data));
             brief = true;
         }
         last_ = &each;
@@ -311,8 +312,8 @@ class Pilot {
         const Plan& few = few_.at(path_text(each.plan.texts()));
         for (int left = runs_in_a_row(warming.last()); left > 0 && !out_of_time(); --left) {
             std::optional<Outcome> outcome;
-            const Beside met = beside(threads, *session_.input->data, true,
-                                      [&] { outcome = run_once(each, brief, nothing); });
+            const Beside met =
+                beside(threads, data, true, [&] { outcome = run_once(each, brief, nothing); });
             if (!outcome) return;
             each.runs.add(whole_seconds(few, *outcome), met);
             each.choose(best_pace(threads));

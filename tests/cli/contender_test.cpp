@@ -38,9 +38,9 @@ TEST(Contender, OneGoodRunKeepsATimedPathInTheRace) {
 
 TEST(Contender, IsSureWithSevenRunsOfWhichFiveAreCalm) {
     Contender measured = path(1, {});
-    for (int i = 0; i < 6; ++i) measured.runs.add(1, {1}, {i < 5 ? 1.0 : 2.0});
+    for (int i = 0; i < 6; ++i) measured.runs.add(1, {{1}, {i < 5 ? 1.0 : 2.0}});
     EXPECT_FALSE(measured.is_sure({1}));
-    measured.runs.add(1, {2}, {2});
+    measured.runs.add(1, {{2}, {2}});
     EXPECT_TRUE(measured.is_sure({1}));
     EXPECT_FALSE(measured.is_sure({0.5})) << "none is calm any more";
     // What an earlier pilot learned counts as it is.
@@ -51,7 +51,7 @@ TEST(Contender, IsSureWithSevenRunsOfWhichFiveAreCalm) {
 TEST(Contender, RunsAreBelievedAsFarAsTheyWereCalm) {
     const auto believed = [](double seconds, int calm) {
         Contender measured = path(1, {});
-        for (int i = 0; i < 7; ++i) measured.runs.add(seconds, {1}, {i < calm ? 1.0 : 2.0});
+        for (int i = 0; i < 7; ++i) measured.runs.add(seconds, {{1}, {i < calm ? 1.0 : 2.0}});
         measured.choose({1});
         return measured.belief();
     };

@@ -77,6 +77,31 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     EXPECT_EQ(near.calm(kBest), 3u);
 }
 
+TEST(Pace, LargeDataAreNoNearerThanOthersAsLarge) {
+    // Far smaller data than any that other tests look at, in bytes that no other test has.
+    constexpr double kSize = 3 << 20, kHere = 1e-13;
+    know_line(4 * kSize, 4 * kHere);
+    EXPECT_EQ(nearest_line(kSize), 4 * kHere) << "larger ones were no farther";
+    know_line(kSize, kHere);
+    know_line(2 * kSize, 5 * kHere);
+    EXPECT_EQ(nearest_line(kSize), kHere);
+    EXPECT_EQ(nearest_line(1.09 * kSize), kHere) << "about as large";
+    EXPECT_EQ(nearest_line(1.2 * kSize), 4 * kHere);
+    EXPECT_EQ(nearest_line(2 * kSize), 4 * kHere) << "four times as many were nearer";
+    EXPECT_EQ(nearest_line(1 << 20), 0) << "the processors' own caches hold that";
+    double before = 0;
+    for (const auto& [data, line] : nearest_lines()) {
+        EXPECT_GT(line, before);
+        before = line;
+    }
+    // Runs of one path that were all far are not calm where others were near.
+    PacedRuns runs;
+    for (int i = 0; i < 3; ++i) runs.add(1e-3, {kBest, kBest, 2 * kHere, kSize});
+    EXPECT_EQ(runs.calm(kBest), 0u);
+    for (int i = 0; i < 3; ++i) runs.add(1e-3, {kBest, kBest, 1.5 * kHere, kSize});
+    EXPECT_EQ(runs.calm(kBest), 3u);
+}
+
 TEST(Pace, LinesOfLargeDataAreLookedAt) {
     MemoryBudget memory(std::size_t{1} << 28);
     const auto lines_of = [&](std::int64_t samples) {
@@ -131,12 +156,11 @@ TEST(Pace, MoreThreadsThanProcessorsAreAsManyAsThereAre) {
     EXPECT_EQ(best_pace(1000).loop, best_pace(usable_cores()).loop);
 }
 
-constexpr double kLarge = 6 << 20, kSmall = 1 << 20;  // [byte]
-
-int warmed(double expected, const std::vector<double>& runs, double data = kLarge) {
-    Warming warming(expected, data);
+/// @param far  times that data are farther than they can be, after each run
+int warmed(double expected, const std::vector<double>& runs, double far = 5) {
+    Warming warming(expected);
     std::size_t ran = 0;
-    while (warming.goes_on() && ran < runs.size()) warming.ran(runs[ran++]);
+    while (warming.goes_on() && ran < runs.size()) warming.ran(runs[ran++], far);
     return static_cast<int>(ran);
 }
 
@@ -144,20 +168,20 @@ TEST(Pace, BriefRunsAreWarmedMoreOften) {
     const auto even = [](double seconds) {
         return warmed(seconds, std::vector<double>(20, seconds));
     };
-    EXPECT_EQ(even(1e-6), 12);
-    EXPECT_EQ(even(0), 12);
-    EXPECT_EQ(even(4e-3), 8);
-    EXPECT_EQ(even(0.012), 3);
+    EXPECT_EQ(even(1e-6), 6);
+    EXPECT_EQ(even(0), 6);
+    EXPECT_EQ(even(1e-3), 6);
+    EXPECT_EQ(even(4e-3), 2);
     EXPECT_EQ(even(0.04), 1);
     EXPECT_EQ(even(0.05), 0);
-    EXPECT_EQ(warmed(1e-4, std::vector<double>(20, 1e-4), kSmall), 4);
+    EXPECT_EQ(warmed(1e-4, std::vector<double>(20, 1e-4), 1), 2) << "data are near";
     EXPECT_EQ(warmed(1e-3, {0.06, 0.06}), 1) << "it was not so brief";
     EXPECT_EQ(warmed(0.06, {}), 0);
 }
 
 TEST(Pace, RunsThatBecomeFasterAreNotWarmYet) {
-    EXPECT_EQ(warmed(16e-3, {16e-3, 15.9e-3, 15.8e-3}), 2) << "that is noise";
-    EXPECT_EQ(warmed(16e-3, {16e-3, 15e-3, 14e-3, 13.95e-3, 12e-3}), 4);
+    EXPECT_EQ(warmed(2e-3, {2e-3, 1.99e-3, 1.98e-3}, 1), 2) << "that is noise";
+    EXPECT_EQ(warmed(2e-3, {2e-3, 1.9e-3, 1.8e-3, 1.79e-3, 1.5e-3}, 1), 4);
     EXPECT_EQ(warmed(1e-2, {5e-2, 4e-2}), 1) << "long ones need no other";
     EXPECT_EQ(warmed(0.04, {0.035, 0.034, 0.033}), 1)
         << "the first of them had nothing to be compared with";
