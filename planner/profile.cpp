@@ -90,26 +90,6 @@ nlohmann::json calm_json(const std::map<int, CalmLooks>& calm) {
     return json;
 }
 
-std::map<double, double> nearest_of(const nlohmann::json& json, const JsonFields& fields) {
-    if (!json.is_array()) fields.reject("nearest", "expected a list");
-    std::map<double, double> nearest;
-    for (const nlohmann::json& each : json) {
-        if (!each.is_object()) fields.reject("nearest", "expected objects");
-        const auto number = [&](const char* key, double low, double high) {
-            return fields.number(each.value(key, nlohmann::json()), std::string("nearest.") + key,
-                                 low, high);
-        };
-        nearest[number("bytes", 1, 1e18)] = number("line", 1e-12, 1);
-    }
-    return nearest;
-}
-
-nlohmann::json nearest_json(const std::map<double, double>& nearest) {
-    nlohmann::json json = nlohmann::json::array();
-    for (const auto& [bytes, line] : nearest) json.push_back({{"bytes", bytes}, {"line", line}});
-    return json;
-}
-
 }  // namespace
 
 double Profile::counted(const Work& work) const noexcept {
@@ -205,7 +185,6 @@ Profile parse_profile(const std::string& text, const std::string& file) {
     for (const auto& [number, value] : spreads.items())
         profile.spreads[number] = fields.number(value, "spreads." + number, 0, 10);
     profile.calm = calm_of(object("calm"), fields);
-    profile.nearest = nearest_of(json.value("nearest", nlohmann::json::array()), fields);
     profile.levels = levels_of(json.value("levels", nlohmann::json::array()), file);
     profile.messages = message_costs_of(json.value("messages", nlohmann::json::array()), file);
     profile.rates = rates_of(object("rates"), file);
@@ -225,7 +204,6 @@ nlohmann::json to_json(const Profile& profile) {
                            {"factors", profile.factors},
                            {"rates", to_json(profile.rates)},
                            {"calm", calm_json(profile.calm)},
-                           {"nearest", nearest_json(profile.nearest)},
                            {"provenance", profile.provenance},
                            {"spreads", profile.spreads}};
     for (const Field& field : kFields) json[field.name] = profile.*field.member;

@@ -51,9 +51,6 @@ struct Profile {
     /// The same measured here by size, kind and type of sample; these go before `factors`.
     Rates rates;
     std::map<int, CalmLooks> calm;  // by processors at work; empty: not known
-    /// [s] that a line of data takes that have just been read, at best, by bytes of data; both
-    /// increase. Empty: not known.
-    std::map<double, double> nearest;
     /// Where a number comes from, by its name above: "measured", "fitted", "derived" or "guessed",
     /// then from what.
     std::map<std::string, std::string> provenance;

@@ -426,7 +426,6 @@ class Calibration {
             const Pace best = best_pace(threads);
             if (std::isfinite(best.loop)) profile_.calm[threads] = {best.loop, best.hop};
         }
-        profile_.nearest = nearest_lines();
         if (!missed_.empty()) {
             for (double& miss : missed_) miss = std::abs(miss);
             // Of a normal distribution 90 % lie within 1.645 deviations; the tails are longer, and
@@ -441,7 +440,6 @@ class Calibration {
                           visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
              {"serial", "derived from rates"},
              {"calm", "measured; the least of the looks beside all runs"},
-             {"nearest", "measured; the least of the looks at the phantoms beside all runs"},
              {"spread",
               fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
              {"factors",

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <map>
 #include <mutex>
 
 #include "graph/cost.hpp"
@@ -45,10 +46,6 @@ class NearestLines {
         const auto larger = lines_.lower_bound(data / kAlike);
         return larger == lines_.end() ? 0 : larger->second;
     }
-    std::map<double, double> all() const {
-        const std::lock_guard lock(mutex_);
-        return lines_;
-    }
 
  private:
     static constexpr double kAlike = 1.1;
@@ -59,16 +56,10 @@ NearestLines nearest;
 
 }  // namespace
 
-double nearest_line(double data) { return data > kOwnCaches ? nearest.of(data) : 0; }
-
 double times_as_far(const Data& data) {
     const double line = line_seconds(data);
-    return line > 0 ? line / nearest_line(data.what.bytes()) : 1;
+    return line > 0 ? line / nearest.of(data.what.bytes()) : 1;
 }
-
-void know_line(double data, double seconds) { nearest.see(data, seconds); }
-
-std::map<double, double> nearest_lines() { return nearest.all(); }
 
 double line_seconds(const Data& data) {
     static std::atomic<std::uint64_t> next{1};

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <map>
-
 #include "graph/data.hpp"
 
 namespace edgewise::cli {
@@ -19,20 +17,8 @@ inline constexpr double kNearLines = 1.6;
 /// @return 0 for data up to kOwnCaches
 double line_seconds(const Data& data);
 
-/// The least that line_seconds() has found in this process of data as large or larger (1.1 times as
-/// small at most), which lie no nearer than these; 0: none was looked at.
-/// @param data  [byte]
-double nearest_line(double data);
-
-/// What another process found counts as if it had been found here: a process that begins while
-/// others fill the caches knows how near data can be.
-void know_line(double data, double seconds);
-
-/// How many times as far as they, or others as large, ever were data lie now; 1 of data up to
-/// kOwnCaches.
+/// How many times as far data lie as they, or others as large or larger (1.1 times as small at
+/// most), ever were in this process; 1 of data up to kOwnCaches.
 double times_as_far(const Data& data);
-
-/// All that is known: [s] of a line by bytes of data, both increasing.
-std::map<double, double> nearest_lines();
 
 }  // namespace edgewise::cli

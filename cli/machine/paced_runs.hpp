@@ -12,7 +12,6 @@ namespace edgewise::cli {
 struct Beside {
     Pace before, after;
     double line = 0;  // line_seconds() before; 0: they are near anyway
-    double data = 0;  // [byte] that were looked at; 0: only runs of one thing are compared
 };
 
 /// Calls run(), in the next calm moment if it waits, and looks at the machine before and after.
@@ -21,7 +20,6 @@ Beside beside(int threads, const Data& data, bool waits, Run&& run) {
     Beside met;
     met.before = waits ? calm_pace(threads) : pace_now(threads);
     met.line = line_seconds(data);
-    met.data = data.what.bytes();
     run();
     met.after = pace_now(threads);
     return met;
@@ -38,8 +36,8 @@ class PacedRuns {
     /// The runs from this one on count only where the others are too few.
     void disturbed_from(std::size_t first);
 
-    /// Runs of a calm pace whose data were as near as they, or others as large, ever were: a line
-    /// up to kNearLines times the least (docs/planner.md: runs on 8 MB take up to 2.5 times as
+    /// Runs of a calm pace whose data were as near as they ever were: a line up to kNearLines times
+    /// the least (docs/planner.md: runs on 8 MB take up to 2.5 times as
     /// long, and more, where their data are far).
     std::size_t calm(const Pace& best) const;
     /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
@@ -61,8 +59,8 @@ class PacedRuns {
         /// Of its time.
         Pace pace() const noexcept;
     };
-    /// Of all runs, and of all data as large; 0: none was looked at.
-    double least_line() const;
+    /// Of all runs; 0: none was looked at.
+    double least_line() const noexcept;
 
     std::vector<Run> runs_;
 };

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
-#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/pace.hpp"
 #include "cli/machine/signals.hpp"
@@ -67,11 +66,9 @@ void take_edges(Session& session) {
         session.demands.without.push_back(demand_of(text, session.edges));
     session.profile = chosen_profile(session.options.machine);
     take_ranks(session);
-    if (session.profile.cpu == cpu_name() && session.profile.build == EDGEWISE_VERSION) {
+    if (session.profile.cpu == cpu_name() && session.profile.build == EDGEWISE_VERSION)
         for (const auto& [processors, looks] : session.profile.calm)
             know_pace(processors, {looks.loop, looks.hop});
-        for (const auto& [data, line] : session.profile.nearest) know_line(data, line);
-    }
     if (session.want().ranks == 1 && !session.profile.cpu.empty() &&
         session.profile.cpu != cpu_name())
         session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",

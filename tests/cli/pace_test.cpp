@@ -77,31 +77,6 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     EXPECT_EQ(near.calm(kBest), 3u);
 }
 
-TEST(Pace, LargeDataAreNoNearerThanOthersAsLarge) {
-    // Far smaller data than any that other tests look at, in bytes that no other test has.
-    constexpr double kSize = 3 << 20, kHere = 1e-13;
-    know_line(4 * kSize, 4 * kHere);
-    EXPECT_EQ(nearest_line(kSize), 4 * kHere) << "larger ones were no farther";
-    know_line(kSize, kHere);
-    know_line(2 * kSize, 5 * kHere);
-    EXPECT_EQ(nearest_line(kSize), kHere);
-    EXPECT_EQ(nearest_line(1.09 * kSize), kHere) << "about as large";
-    EXPECT_EQ(nearest_line(1.2 * kSize), 4 * kHere);
-    EXPECT_EQ(nearest_line(2 * kSize), 4 * kHere) << "four times as many were nearer";
-    EXPECT_EQ(nearest_line(1 << 20), 0) << "the processors' own caches hold that";
-    double before = 0;
-    for (const auto& [data, line] : nearest_lines()) {
-        EXPECT_GT(line, before);
-        before = line;
-    }
-    // Runs of one path that were all far are not calm where others were near.
-    PacedRuns runs;
-    for (int i = 0; i < 3; ++i) runs.add(1e-3, {kBest, kBest, 2 * kHere, kSize});
-    EXPECT_EQ(runs.calm(kBest), 0u);
-    for (int i = 0; i < 3; ++i) runs.add(1e-3, {kBest, kBest, 1.5 * kHere, kSize});
-    EXPECT_EQ(runs.calm(kBest), 3u);
-}
-
 TEST(Pace, LinesOfLargeDataAreLookedAt) {
     MemoryBudget memory(std::size_t{1} << 28);
     const auto lines_of = [&](std::int64_t samples) {

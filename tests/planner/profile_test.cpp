@@ -54,7 +54,6 @@ TEST(Profile, SavesAndLoads) {
                       {.streamed = 1e-10, .gather = 2e-9}};
     profile.provenance = {{"gather", "measured, here"}};
     profile.spreads = {{"gather", 0.03}};
-    profile.nearest = {{8e6, 1.0 / 6e7}, {32e6, 7e-8}};
     profile.calm = {{1, {.loop = 1.0 / 3e5, .hop = 0}}, {12, {.loop = 1e-5, .hop = 1.0 / 3e7}}};
     const TemporaryFile file(to_json(profile).dump());
     const Profile back = load_profile(file.path());
@@ -64,7 +63,6 @@ TEST(Profile, SavesAndLoads) {
     ASSERT_EQ(back.calm.size(), 2u);
     EXPECT_EQ(back.calm.at(12).hop, profile.calm.at(12).hop);
     EXPECT_EQ(back.calm.at(1).loop, profile.calm.at(1).loop);
-    EXPECT_EQ(back.nearest, profile.nearest);
     ASSERT_EQ(back.levels.size(), 2u);
     EXPECT_EQ(back.levels[0].gather, profile.levels[0].gather);
 }
@@ -95,10 +93,6 @@ TEST(Profile, BadFilesAreRejectedWithTheField) {
         {R"({"schema": 1, "factors": {"warp.x": "2"}})", "factors.warp.x"},
         {R"({"schema": 1, "spreads": {"gather": -1}})", "spreads.gather"},
         {R"({"schema": 1, "calm": [1]})", "calm"},
-        {R"({"schema": 1, "nearest": {}})", "nearest"},
-        {R"({"schema": 1, "nearest": [1]})", "nearest"},
-        {R"({"schema": 1, "nearest": [{"bytes": 8e6}]})", "nearest.line"},
-        {R"({"schema": 1, "nearest": [{"bytes": 0, "line": 1e-8}]})", "nearest.bytes"},
         {R"({"schema": 1, "calm": {"x": {"loop": 1e-5, "hop": 0}}})", "calm.x"},
         {R"({"schema": 1, "calm": {"2x": {"loop": 1e-5, "hop": 0}}})", "calm.2x"},
         {R"({"schema": 1, "calm": {"0": {"loop": 1e-5, "hop": 0}}})", "calm.0"},

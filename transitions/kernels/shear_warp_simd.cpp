@@ -105,6 +105,36 @@ struct Range {
                                        begin, width)) {}
 };
 
+/// What is the same for all rows of a slice that a tile sees.
+struct Columns {
+    double x;            // of pixel 0 in the slice
+    Range any, whole;    // pixels over the slice; those for which it counts in full
+    Range taps;          // of these whose samples, or both neighbours, are in the slice
+    std::int64_t first;  // sample of pixel 0; with first-order hold its left neighbour
+    VF right;            // weight of the tap to the right
+    std::int64_t next;   // samples from a tap to that on its right
+
+    Columns(const ShearWarp& warp, double slice, std::int64_t i, std::int64_t width)
+        : x(static_cast<double>(i) + warp.x + slice * warp.dx),
+          any(-0.5 - kSlip, last(warp) + kSlip, x, width),
+          // Where neighbouring slices count too, a slice counts in full.
+          whole(-0.5 + std::abs(warp.dx), last(warp) - std::abs(warp.dx), x, width),
+          taps(0, static_cast<double>(warp.volume.extent.x - 1), x, width),
+          first(static_cast<std::int64_t>(std::floor(warp.hold == Hold::zoh ? x + 0.5 : x))),
+          right(hn::Set(DF(), static_cast<float>(x - static_cast<double>(first)))),
+          // Beside the last column, a place that is whole but for its rounding has no right tap.
+          next(x - static_cast<double>(first) > kSlip ? 1 : 0) {
+        if (warp.hold != Hold::zoh) return;
+        taps.begin = std::clamp(-first, any.begin, any.end);
+        taps.end = std::clamp(warp.volume.extent.x - first, taps.begin, any.end);
+    }
+
+ private:
+    static double last(const ShearWarp& warp) {
+        return static_cast<double>(warp.volume.extent.x) - 0.5;
+    }
+};
+
 /// T = void: no vector loads.
 template <class T>
 struct Tile {
@@ -118,37 +148,40 @@ struct Tile {
         const Rule rule(warp.with);
         const bool sums = warp.with.rule == Combine::sum || warp.with.rule == Combine::mean;
         const std::int64_t slices = warp.volume.extent.z;
+        bool open = false;  // something was added since blocks were closed
         for (std::int64_t n = 0; n < slices; ++n) {
             const std::int64_t slice = warp.backwards ? slices - 1 - n : n;
-            const bool close = sums && (n + 1) % kBlockPlanes == 0;
-            for (std::int64_t row = 0; row < height; ++row) {
-                float* state = states.first + row * states.pitch;
-                add_row(rule, slice, row, state);
-                if (close) close_block(state, states.plane, width);
+            const Columns columns(warp, static_cast<double>(slice), i, width);
+            const Range rows = rows_of(slice);
+            if (columns.any.begin < columns.any.end && rows.begin < rows.end) {
+                for (std::int64_t row = rows.begin; row < rows.end; ++row)
+                    add_row(rule, columns, slice, row, states.first + row * states.pitch);
+                open = true;
             }
+            if (!sums || (n + 1) % kBlockPlanes != 0 || !open) continue;
+            for (std::int64_t row = 0; row < height; ++row)
+                close_block(states.first + row * states.pitch, states.plane, width);
+            open = false;
         }
     }
 
  private:
-    template <class Rule>
-    HWY_INLINE void add_row(const Rule& rule, std::int64_t slice, std::int64_t row,
-                            float* state) const {
-        const Extent& n = warp.volume.extent;
-        const double k = static_cast<double>(slice);
-        const double x = static_cast<double>(i) + warp.x + k * warp.dx;
-        const double y = static_cast<double>(j + row) + warp.y + k * warp.dy;
-        const double right = static_cast<double>(n.x) - 0.5, below = static_cast<double>(n.y) - 0.5;
-        if (y < -0.5 - kSlip || y > below + kSlip) return;
+    double below() const { return static_cast<double>(warp.volume.extent.y) - 0.5; }
+    double y_of(std::int64_t slice, std::int64_t row) const {
+        return static_cast<double>(j + row) + warp.y + static_cast<double>(slice) * warp.dy;
+    }
+    /// That may be over a slice.
+    Range rows_of(std::int64_t slice) const { return {-1.5, below() + 1, y_of(slice, 0), height}; }
 
-        const Range any(-0.5 - kSlip, right + kSlip, x, width);
+    template <class Rule>
+    HWY_INLINE void add_row(const Rule& rule, const Columns& columns, std::int64_t slice,
+                            std::int64_t row, float* state) const {
+        const double y = y_of(slice, row);
+        if (y < -0.5 - kSlip || y > below() + kSlip) return;
         if constexpr (std::is_void_v<T>) {
-            clamped(rule, slice, row, x, y, any.begin, any.end, state);
+            clamped(rule, columns, slice, row, y, columns.any.begin, columns.any.end, state);
         } else {
-            // Where neighbouring slices count too, a slice counts in full.
-            const double reach = std::abs(warp.dx), rise = std::abs(warp.dy);
-            Range whole(-0.5 + reach, right - reach, x, width);
-            if (y - rise < -0.5 || y + rise > below) whole.end = whole.begin;
-            vectors(rule, slice, row, x, y, any, whole, state);
+            vectors(rule, columns, slice, row, y, state);
         }
     }
     template <class Rule, class Source>
@@ -161,46 +194,44 @@ struct Tile {
                       states.plane);
     }
     template <class Rule>
-    void clamped(const Rule& rule, std::int64_t slice, std::int64_t row, double x, double y,
-                 std::int64_t from, std::int64_t to, float* state) const {
-        parts(rule, ClampedRow{warp.volume, scalar_load(warp.volume.type), warp.hold, slice, x, y},
-              slice, row, from, to, state);
+    void clamped(const Rule& rule, const Columns& columns, std::int64_t slice, std::int64_t row,
+                 double y, std::int64_t from, std::int64_t to, float* state) const {
+        parts(
+            rule,
+            ClampedRow{warp.volume, scalar_load(warp.volume.type), warp.hold, slice, columns.x, y},
+            slice, row, from, to, state);
     }
     template <class Rule>
-    HWY_INLINE void vectors(const Rule& rule, std::int64_t slice, std::int64_t row, double x,
-                            double y, const Range& any, const Range& whole, float* state) const {
+    HWY_INLINE void vectors(const Rule& rule, const Columns& columns, std::int64_t slice,
+                            std::int64_t row, double y, float* state) const {
         const Extent& n = warp.volume.extent;
-        const auto all = [&](const auto& source, std::int64_t begin, std::int64_t end) {
-            const std::int64_t from = std::clamp(whole.begin, begin, end);
-            const std::int64_t to = std::clamp(whole.end, from, end);
-            parts(rule, source, slice, row, begin, from, state);
+        const Range &any = columns.any, &taps = columns.taps;
+        const double rise = std::abs(warp.dy);
+        const bool full = y - rise >= -0.5 && y + rise <= below();
+        const auto all = [&](const auto& source) {
+            const std::int64_t from = std::clamp(columns.whole.begin, taps.begin, taps.end);
+            const std::int64_t to = full ? std::clamp(columns.whole.end, from, taps.end) : from;
+            parts(rule, source, slice, row, taps.begin, from, state);
             add_whole(rule, source, from, to, state, states.plane);
-            parts(rule, source, slice, row, to, end, state);
+            parts(rule, source, slice, row, to, taps.end, state);
         };
         const T* samples = warp.volume.template as<T>() + slice * n.y * n.x;
         if (warp.hold == Hold::zoh) {
-            const auto column = static_cast<std::int64_t>(std::floor(x + 0.5));
             const auto line = std::clamp<std::int64_t>(
                 static_cast<std::int64_t>(std::floor(y + 0.5)), 0, n.y - 1);
-            const std::int64_t begin = std::clamp(-column, any.begin, any.end);
-            const std::int64_t end = std::clamp(n.x - column, begin, any.end);
-            if (any.begin < begin) clamped(rule, slice, row, x, y, any.begin, begin, state);
-            all(NearestRow<T>{samples + line * n.x + column}, begin, end);
-            if (end < any.end) clamped(rule, slice, row, x, y, end, any.end, state);
+            if (any.begin < taps.begin)
+                clamped(rule, columns, slice, row, y, any.begin, taps.begin, state);
+            all(NearestRow<T>{samples + line * n.x + columns.first});
+            if (taps.end < any.end) clamped(rule, columns, slice, row, y, taps.end, any.end, state);
             return;
         }
-        const double v = std::clamp(y, 0.0, static_cast<double>(n.y - 1));
-        const double left = std::floor(x), upper = std::floor(v);
+        const double v = std::clamp(y, 0.0, static_cast<double>(n.y - 1)), upper = std::floor(v);
         const T* line = samples + static_cast<std::int64_t>(upper) * n.x;
         const T* next = line + (v > upper ? n.x : 0);
         const VF down = hn::Set(DF(), static_cast<float>(v - upper));
-        const Range taps(0, static_cast<double>(n.x - 1), x, width);
-        const auto column = static_cast<std::int64_t>(left);
         parts(rule, EndColumn<T>{line, next, down}, slice, row, any.begin, taps.begin, state);
-        // Beside the last column, a place that is whole but for its rounding has no right tap.
-        all(BilinearRow<T>{line + column, next + column, x - left > kSlip ? 1 : 0,
-                           hn::Set(DF(), static_cast<float>(x - left)), down},
-            taps.begin, taps.end);
+        all(BilinearRow<T>{line + columns.first, next + columns.first, columns.next, columns.right,
+                           down});
         parts(rule, EndColumn<T>{line + n.x - 1, next + n.x - 1, down}, slice, row, taps.end,
               any.end, state);
     }
