@@ -56,9 +56,11 @@ NearestLines nearest;
 
 }  // namespace
 
+double nearest_line(double data) { return data > kOwnCaches ? nearest.of(data) : 0; }
+
 double times_as_far(const Data& data) {
     const double line = line_seconds(data);
-    return line > 0 ? line / nearest.of(data.what.bytes()) : 1;
+    return line > 0 ? line / nearest_line(data.what.bytes()) : 1;
 }
 
 double line_seconds(const Data& data) {

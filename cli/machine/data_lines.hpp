@@ -17,8 +17,14 @@ inline constexpr double kNearLines = 1.6;
 /// @return 0 for data up to kOwnCaches
 double line_seconds(const Data& data);
 
-/// How many times as far data lie as they, or others as large or larger (1.1 times as small at
-/// most), ever were in this process; 1 of data up to kOwnCaches.
+/// The least that line_seconds() has found in this process of data as large or larger (1.1 times as
+/// small at most), which lie no nearer than these; 0: none was looked at, or caches of cores hold
+/// them.
+/// @param data  [byte]
+double nearest_line(double data);
+
+/// How many times as far data lie as they, or others as large, ever did in this process; 1 of data
+/// up to kOwnCaches.
 double times_as_far(const Data& data);
 
 }  // namespace edgewise::cli

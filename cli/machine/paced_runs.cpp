@@ -36,8 +36,8 @@ void PacedRuns::disturbed_from(std::size_t first) {
         runs_[i].beside.before = runs_[i].beside.after = Pace{kNever, kNever};
 }
 
-double PacedRuns::least_line() const noexcept {
-    double least = 0;
+double PacedRuns::least_line() const {
+    double least = runs_.empty() ? 0 : nearest_line(runs_.front().beside.data);
     for (const Run& run : runs_)
         if (run.beside.line > 0 && !(least > 0 && least <= run.beside.line))
             least = run.beside.line;

@@ -12,6 +12,7 @@ namespace edgewise::cli {
 struct Beside {
     Pace before, after;
     double line = 0;  // line_seconds() before; 0: they are near anyway
+    double data = 0;  // [byte]; 0: of where other data lie nothing follows
 };
 
 /// Calls run(), in the next calm moment if it waits, and looks at the machine before and after.
@@ -59,8 +60,8 @@ class PacedRuns {
         /// Of its time.
         Pace pace() const noexcept;
     };
-    /// Of all runs; 0: none was looked at.
-    double least_line() const noexcept;
+    /// Of all runs, and of data as large; 0: none was looked at.
+    double least_line() const;
 
     std::vector<Run> runs_;
 };

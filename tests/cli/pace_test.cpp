@@ -77,6 +77,35 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     EXPECT_EQ(near.calm(kBest), 3u);
 }
 
+TEST(Pace, DataAreAsNearAsOthersAsLarge) {
+    MemoryBudget memory(std::size_t{1} << 28);
+    const auto look = [&](double bytes) {
+        Representation what;
+        what.type = Type::u8;
+        what.extent = {static_cast<std::int64_t>(bytes), 1, 1};
+        Data data = Data::make(what, &memory);
+        std::memset(data.samples.data(), 1, static_cast<std::size_t>(bytes));
+        return line_seconds(data);
+    };
+    constexpr double kSize = 96 << 20;  // more than other tests look at
+    const double large = look(2 * kSize);
+    EXPECT_EQ(nearest_line(2 * kSize), large);
+    EXPECT_EQ(nearest_line(2.1 * kSize), large) << "about as large";
+    EXPECT_EQ(nearest_line(3 * kSize), 0) << "nothing was as large";
+    EXPECT_LE(nearest_line(kSize), large) << "smaller data are no farther";
+    const double small = look(kSize);
+    EXPECT_EQ(nearest_line(kSize), std::min(small, large));
+    EXPECT_EQ(nearest_line(2 * kSize), large) << "larger ones may be";
+    EXPECT_EQ(nearest_line(1 << 20), 0) << "the processors' own caches hold that";
+    // Runs of one path that were all far are not calm where others were near.
+    PacedRuns runs;
+    const double near = nearest_line(kSize);
+    for (int i = 0; i < 3; ++i) runs.add(1e-3, {kBest, kBest, 2 * near, kSize});
+    EXPECT_EQ(runs.calm(kBest), 0u);
+    for (int i = 0; i < 3; ++i) runs.add(1e-3, {kBest, kBest, 1.5 * near, kSize});
+    EXPECT_EQ(runs.calm(kBest), 3u);
+}
+
 TEST(Pace, LinesOfLargeDataAreLookedAt) {
     MemoryBudget memory(std::size_t{1} << 28);
     const auto lines_of = [&](std::int64_t samples) {
