@@ -285,10 +285,8 @@ class Calibration {
         if (stop_flag()) throw Cancelled();
         Session& session = one.prepared->session;
         Outcome outcome;
-        Beside met = beside(threads, *session.input->data, waits,
-                            [&] { outcome = once(session, path.plan, threads); });
-        // Other trials' data were just read: of few runs all may have been far.
-        met.data = session.input->data->what.bytes();
+        const Beside met = beside(threads, *session.input->data, path.plan.predicted.bytes, waits,
+                                  [&] { outcome = once(session, path.plan, threads); });
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.

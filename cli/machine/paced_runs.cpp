@@ -37,7 +37,7 @@ void PacedRuns::disturbed_from(std::size_t first) {
 }
 
 double PacedRuns::least_line() const {
-    double least = runs_.empty() ? 0 : nearest_line(runs_.front().beside.data);
+    double least = runs_.empty() ? 0 : nearest_line(runs_.front().beside.held);
     for (const Run& run : runs_)
         if (run.beside.line > 0 && !(least > 0 && least <= run.beside.line))
             least = run.beside.line;

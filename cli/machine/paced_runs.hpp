@@ -12,13 +12,16 @@ namespace edgewise::cli {
 struct Beside {
     Pace before, after;
     double line = 0;  // line_seconds() before; 0: they are near anyway
-    double data = 0;  // [byte]; 0: of where other data lie nothing follows
+    double held = 0;  // [byte] in all by what ran; 0: of where other data lie nothing follows
 };
 
 /// Calls run(), in the next calm moment if it waits, and looks at the machine before and after.
+/// @param held  [byte] by the run, its input and results included: what it writes drives out what
+///              it reads
 template <class Run>
-Beside beside(int threads, const Data& data, bool waits, Run&& run) {
+Beside beside(int threads, const Data& data, double held, bool waits, Run&& run) {
     Beside met;
+    met.held = held;
     met.before = waits ? calm_pace(threads) : pace_now(threads);
     met.line = line_seconds(data);
     run();
@@ -60,7 +63,7 @@ class PacedRuns {
         /// Of its time.
         Pace pace() const noexcept;
     };
-    /// Of all runs, and of data as large; 0: none was looked at.
+    /// Of all runs, and of any data as large as all that they hold; 0: none was looked at.
     double least_line() const;
 
     std::vector<Run> runs_;

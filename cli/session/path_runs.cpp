@@ -152,7 +152,7 @@ void PathRuns::run_again(std::size_t i) {
     const int threads = session_.want().threads;
     for (int left = in_a_row_ ? runs_in_a_row(paths_[i].least()) : 1; left > 0; --left) {
         std::optional<Outcome> outcome;
-        const Beside met = beside(threads, data, true, [&] {
+        const Beside met = beside(threads, data, plans_[i].predicted.bytes, true, [&] {
             outcome = run_once(i, std::numeric_limits<double>::infinity(),
                                [](int, const std::shared_ptr<const Data>&) {});
         });

@@ -312,8 +312,8 @@ class Pilot {
         const Plan& few = few_.at(path_text(each.plan.texts()));
         for (int left = runs_in_a_row(warming.last()); left > 0 && !out_of_time(); --left) {
             std::optional<Outcome> outcome;
-            const Beside met =
-                beside(threads, data, true, [&] { outcome = run_once(each, brief, nothing); });
+            const Beside met = beside(threads, data, few.predicted.bytes, true,
+                                      [&] { outcome = run_once(each, brief, nothing); });
             if (!outcome) return;
             each.runs.add(whole_seconds(few, *outcome), met);
             each.choose(best_pace(threads));
