@@ -387,7 +387,7 @@ class Calibration {
             while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
                 double seconds = 0;
                 const Beside met = beside(
-                    profile_.processors, *prepared.session.input->data, true,
+                    profile_.processors, *prepared.session.input->data, plan.predicted.bytes, true,
                     [&] { seconds = once(prepared.session, plan, profile_.processors).seconds; });
                 runs.add(seconds, met);
                 best = best_pace(profile_.processors);
