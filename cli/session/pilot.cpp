@@ -28,7 +28,7 @@ constexpr std::size_t kMostPaths = 200;
 constexpr std::int64_t kSamples = 1024;  // that an error is measured on
 constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
 constexpr int kMoreAgain = 4;            // times as many, while they leave it open
-constexpr std::int64_t kMost = 1 << 19;
+constexpr std::int64_t kMost = 1 << 17;
 /// A path that would take less of the best one's time is worth it.
 constexpr double kWorth = 0.9;
 constexpr int kFrames = 12;  // run of a long turntable
@@ -242,7 +242,7 @@ class Pilot {
             return !each.failed && is_open(each) && !keeps_error(each) &&
                    (!best || each.plan.predicted.seconds < kWorth * best->median());
         };
-        for (std::int64_t samples = kMore; samples < kMost; samples *= kMoreAgain) {
+        for (std::int64_t samples = kMore; samples <= kMost; samples *= kMoreAgain) {
             if (samples > kMore) careful_.reset();
             for (Contender& each : contenders_) {
                 if (!is_worth_it(each)) continue;
