@@ -80,10 +80,12 @@ class Audit {
 
     nlohmann::ordered_json report() const {
         nlohmann::ordered_json json = {{"schema", 1}, {"version", EDGEWISE_VERSION}};
-        json["settings"] = {{"limit", settings_.limit},
-                            {"repeat", settings_.repeat},
-                            {"verify", settings_.samples},
-                            {"seed", settings_.seed}};
+        json["settings"] = {
+            {"limit", settings_.limit},
+            {"repeat", settings_.repeat},
+            {"verify", settings_.samples ? nlohmann::ordered_json(*settings_.samples)
+                                         : nlohmann::ordered_json()},
+            {"seed", settings_.seed}};
         if (stop_flag()) json["interrupted"] = true;
         json["requests"] = nlohmann::ordered_json::array();
         for (const AuditedRequest& request : done_)
@@ -156,7 +158,8 @@ Verb add_audit(CLI::App& main) {
     text("-o", options->out, "OUT.json", "what came out, or -")->required();
     text("--limit", options->limit, "N", "paths a request at most; default 200");
     text("--repeat", options->repeat, "N", "runs of every path that could win; default 5");
-    text("--verify", options->verify, "N|all", "samples that errors are measured on; default 2048");
+    text("--verify", options->verify, "N|all",
+         "samples that errors are measured on; default: all, or 16384 of a large output");
     text("--seed", options->seed, "S", "of these samples and of the paths; default 1");
     text("--threads", options->threads, "N", "of requests that do not say it");
     text("--machine", options->machine, "FILE|NAME", "of requests that do not say it");

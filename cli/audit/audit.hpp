@@ -27,7 +27,7 @@ struct AuditedRequest {
     std::string family;  // job, dimensions or mode, and whether there are several views
     std::string planner, machine;
     Budget budget;
-    bool bytes_given = false, sampled = true;
+    bool bytes_given = false;
     Minimize minimize = Minimize::time;
     int frames = 1, threads = 1;
     double planning_seconds = 0;

@@ -178,15 +178,13 @@ std::string family_of(const Request& want) {
     return want.frames > 1 ? family + ", several views" : family;
 }
 
-void describe(AuditedRequest& request, const Session& session, const PathSettings& settings) {
+void describe(AuditedRequest& request, const Session& session) {
     const Request& want = session.want();
     request.family = family_of(want);
     request.planner = session.options.planner.value_or("estimate");
     request.machine = session.profile.name;
     request.budget = want.budget;
     request.bytes_given = session.wish.memory_given;
-    const double there = static_cast<double>(want.output().samples()) * want.frames;
-    request.sampled = settings.samples > 0 && static_cast<double>(settings.samples) < there;
     request.minimize = want.minimize;
     request.frames = want.frames;
     request.threads = want.threads;
@@ -209,7 +207,7 @@ AuditedRequest audited(const AuditRequest& asked, const JobOptions& options,
     }
     session.memory->trim();
     const double resident = resident_now() - static_cast<double>(session.memory->used());
-    describe(request, session, settings);
+    describe(request, session);
     TriedPaths tried = tried_paths(session, settings.limit, settings.seed);
     request.all_paths = tried.all;
     const std::vector<std::string> chosen = session.answer->plan->texts();

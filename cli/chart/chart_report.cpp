@@ -102,7 +102,7 @@ Json document_of(const std::vector<Charted>& requests, const ChartSettings& sett
     json["machine"] = requests.empty() ? Json() : Json(requests.front().machine);
     json["settings"] = {{"limit", settings.paths.limit},
                         {"repeat", settings.paths.repeat},
-                        {"verify", settings.paths.samples},
+                        {"verify", settings.paths.samples ? Json(*settings.paths.samples) : Json()},
                         {"seed", settings.paths.seed}};
     std::size_t all = 0;
     for (const Charted& request : requests) all = std::max(all, request.all_paths);

@@ -58,14 +58,14 @@ PathRuns::PathRuns(Session& session, std::vector<MeasuredPath>& paths,
       paths_(paths),
       plans_(plans),
       resident_before_(resident_before),
-      seed_(settings.seed),
       repeat_(settings.repeat),
       in_a_row_(settings.in_a_row),
       runs_(paths.size()),
       reference_memory_(std::size_t{1} << 46),
       field_(*session.input->data, session.want().field,
              session.input->phantom ? &*session.input->phantom : nullptr),
-      verifier_(session.want(), field_, settings.samples, settings.seed, &reference_memory_) {}
+      verifier_(session.want(), field_, settings.samples.value_or(careful_samples(session.want())),
+                settings.seed, &reference_memory_) {}
 
 void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
     MeasuredPath& path = paths_[i];
@@ -94,26 +94,6 @@ void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
     path.bytes = session_.resident + static_cast<double>(outcome->peak);
     if (counts) path.resident_bytes = resident_before_ + held + std::max(0.0, grown);
     path.error = error;
-    if (is_open(error)) verify_carefully(i);
-}
-
-bool PathRuns::is_open(const Verified& error) const {
-    const std::optional<double>& budget = session_.want().budget.error;
-    return budget && error.low <= *budget && *budget < error.high;
-}
-
-void PathRuns::verify_carefully(std::size_t i) {
-    if (!careful_)
-        careful_.emplace(session_.want(), field_, careful_samples(session_.want()), seed_,
-                         &reference_memory_);
-    // What takes long here is the reference: the path itself was not given up.
-    const auto outcome =
-        run_once(i, std::numeric_limits<double>::infinity(),
-                 [&](int frame, const std::shared_ptr<const Data>& result) {
-                     tbb::this_task_arena::isolate([&] { careful_->frame(frame, *result); });
-                 });
-    const Verified error = careful_->finish();
-    if (outcome) paths_[i].error = error;
 }
 
 /// @return nothing where it failed or was given up

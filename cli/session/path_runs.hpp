@@ -17,12 +17,13 @@ namespace edgewise::cli {
 
 /// How the paths of a request are measured.
 struct PathSettings {
-    std::size_t limit = 200;      // paths a request
-    int repeat = 5;               // warm runs of every path that is worth them
-    bool in_a_row = false;        // brief paths run several times each time that others ran before
-    std::int64_t samples = 2048;  // output samples that an error is measured on; 0: all. More are
-                                  // taken where these leave open whether it keeps its budget
-    std::uint64_t seed = 1;       // of these samples, and of the paths beyond the limit
+    std::size_t limit = 200;  // paths a request
+    int repeat = 5;           // warm runs of every path that is worth them
+    bool in_a_row = false;    // brief paths run several times each time that others ran before
+    std::optional<std::int64_t>
+        samples;             // output samples that an error is measured on, 0: all; absent: all of
+                             // a small output, many of a large one (careful_samples)
+    std::uint64_t seed = 1;  // of these samples, and of the paths beyond the limit
 };
 
 /// One path: what it was predicted to take, and what it took.
@@ -90,14 +91,11 @@ class PathRuns {
     std::optional<Outcome> run_once(std::size_t i, double limit, const Deliver& deliver);
     Pace best() const;
     void choose(std::size_t i);
-    bool is_open(const Verified& error) const;
-    void verify_carefully(std::size_t i);
 
     Session& session_;
     std::vector<MeasuredPath>& paths_;
     const std::vector<Plan>& plans_;
     double resident_before_;
-    std::uint64_t seed_;
     int repeat_;
     bool in_a_row_;
     std::vector<PacedRuns> runs_;      // of each path, but the first
@@ -105,7 +103,6 @@ class PathRuns {
     MemoryBudget reference_memory_;    // what verifying takes is not the paths'
     ReferenceField field_;
     Verifier verifier_;
-    std::optional<Verifier> careful_;  // made when it is needed
 };
 
 }  // namespace edgewise::cli

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 #include <tbb/parallel_for.h>
+#include <tuple>
 
 #include "transitions/reference/preview_short.hpp"
 
@@ -17,7 +18,8 @@ namespace {
 constexpr std::size_t kFewestLooked = 1024, kMostLooked = 6144;
 constexpr double kLookedLength = 6144 * 160.0;
 constexpr int kTries = 16 * kMostLooked;
-constexpr double kEven = 0.5;  // of the draws
+constexpr double kGlanced = 4;  // times as many are asked for their rays: where few meet the input
+constexpr double kEven = 0.5;   // of the draws
 
 /// Roots of how far each cast is off, in terms of all: what is left of squares after a regression
 /// grows with them.
@@ -77,20 +79,63 @@ std::vector<OutputSample> some_of(std::span<const OutputSample> from, std::size_
     return some;
 }
 
+namespace {
+
+/// Neighbours of a list of pixels, that are drawn together.
+struct Neighbours {
+    OutputSample corner;
+    double count = 0, rough = 0;  // rough: of all together
+};
+
+/// In order of views and rows. @param rough  of each pixel, or none
+std::vector<Neighbours> cells_of(std::span<const OutputSample> from, std::span<const double> rough,
+                                 int side) {
+    const auto corner_of = [side](const OutputSample& at) {
+        return OutputSample{at.view, at.x / side * side, at.y / side * side, 0};
+    };
+    const auto key = [&](std::size_t i) {
+        const OutputSample corner = corner_of(from[i]);
+        return std::tuple(corner.view, corner.y, corner.x);
+    };
+    std::vector<std::size_t> order(from.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+    std::vector<Neighbours> cells;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        if (i == 0 || key(order[i - 1]) < key(order[i]))
+            cells.push_back({.corner = corner_of(from[order[i]])});
+        ++cells.back().count;
+        if (!rough.empty()) cells.back().rough += rough[order[i]];
+    }
+    return cells;
+}
+
+}  // namespace
+
 DrawnPixels draw_rough(const Request& want, const ReferenceField& field,
                        const ViewGeometry& geometry, std::span<const OutputSample> from,
-                       double draws) {
+                       double draws, int side) {
     DrawnPixels pixels;
-    if (static_cast<double>(from.size()) <= draws) {
-        for (const OutputSample& at : from) pixels.drawn.push_back({at});
+    std::vector<Neighbours> cells = cells_of(from, {}, side);
+    // Neighbours of which more are in the list stand for more.
+    const double mean = static_cast<double>(from.size()) / static_cast<double>(cells.size());
+    if (static_cast<double>(cells.size()) <= draws) {
+        for (const Neighbours& cell : cells)
+            pixels.drawn.push_back({.corner = cell.corner, .weight = cell.count / mean});
         return pixels;
     }
     pixels.looked.resize(from.size());
     tbb::parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
         pixels.looked[i] = {from[i], look_at(*geometry.ray(from[i]), want, field)};
     });
-    for (const auto& [place, weight] : draw_in_proportion(roughness_of(pixels.looked), draws))
-        pixels.drawn.push_back({from[place], weight});
+    cells = cells_of(from, roughness_of(pixels.looked), side);
+    std::vector<double> rough;
+    for (const Neighbours& cell : cells) rough.push_back(cell.rough);
+    for (const auto& [place, chance, weight] : draw_in_proportion(rough, draws))
+        pixels.drawn.push_back({.corner = cells[place].corner,
+                                .weight = weight * cells[place].count / mean,
+                                .chance = chance});
     return pixels;
 }
 
@@ -109,7 +154,8 @@ std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double 
         const double before = std::floor(passed + 0.5);
         passed += expected[i];
         if (std::floor(passed + 0.5) > before)
-            drawn.push_back({order[i], draws / (static_cast<double>(sorted.size()) * expected[i])});
+            drawn.push_back({order[i], expected[i],
+                             draws / (static_cast<double>(sorted.size()) * expected[i])});
     }
     return drawn;
 }
@@ -161,16 +207,19 @@ Met meet_all(const Request& want, const ViewGeometry& geometry) {
 }  // namespace
 
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
-                        const ViewGeometry& geometry, int fewest, int most, double length,
-                        int times) {
+                        const ViewGeometry& geometry, int fewest, int most_draws, double length,
+                        int side, int times) {
     const double all = static_cast<double>(want.screen.x * want.screen.y) * want.frames;
-    const Met met = all <= static_cast<double>(kMostLooked) * times
-                        ? meet_all(want, geometry)
-                        : meet_some(want, geometry, times);
+    const double most = static_cast<double>(kMostLooked) * times;
+    Met met;
+    if (all <= kGlanced * most) met = meet_all(want, geometry);
+    if (all > most && (met.at.empty() || static_cast<double>(met.at.size()) > most ||
+                       met.reach > kLookedLength * times))
+        met = meet_some(want, geometry, times);
     const auto count = static_cast<double>(met.at.size());
     const double draws = std::clamp(std::ceil(length * count / std::max(met.reach, 1e-9)),
-                                    static_cast<double>(fewest), static_cast<double>(most));
-    DrawnPixels pixels = draw_rough(want, field, geometry, met.at, draws * times);
+                                    static_cast<double>(fewest), static_cast<double>(most_draws));
+    DrawnPixels pixels = draw_rough(want, field, geometry, met.at, draws * times, side);
     pixels.pixels = all * count / std::max(1.0, met.tries);
     return pixels;
 }

@@ -19,7 +19,8 @@ Auxiliary Auxiliary::over(std::span<const double> of, double population) {
     return {mean, spread / (n - 1) / n * std::max(0.0, 1 - n / population)};
 }
 
-void ErrorTally::close() {
+void ErrorTally::close(double chance) {
+    open_.missing = 1 - chance;
     if (open_.weight > 0) clusters_.push_back(open_);
     open_ = {};
 }
@@ -41,7 +42,7 @@ MeanSquare ErrorTally::plain() const {
     if (n < 2) return {mean, mean * mean};
     double spread = 0;  // of a ratio of sums, to first order
     for (const Cluster& cluster : clusters_)
-        spread += std::pow(cluster.square - mean * cluster.weight, 2);
+        spread += cluster.missing * std::pow(cluster.square - mean * cluster.weight, 2);
     return {mean, spread * n / (n - 1) / (all.weight * all.weight)};
 }
 
@@ -63,7 +64,7 @@ MeanSquare ErrorTally::regressed(const Auxiliary& auxiliary) const {
     for (const Cluster& cluster : clusters_) {
         const double residual = cluster.square - alone.mean * cluster.weight - slope * off(cluster);
         const double leverage = off(cluster) * off(cluster) / spread;
-        left += std::pow(residual / (1 - std::min(leverage, kMostLeverage)), 2);
+        left += cluster.missing * std::pow(residual / (1 - std::min(leverage, kMostLeverage)), 2);
     }
     const MeanSquare with = {
         std::max(0.0, alone.mean + slope * (auxiliary.mean - x)),

@@ -37,8 +37,9 @@ class ErrorTally {
         open_.auxiliary += auxiliary * weight;
         open_.weight += weight;
     }
-    /// The next cluster begins.
-    void close();
+    /// The next cluster begins. What was sure to be drawn leaves nothing to chance (Horvitz,
+    /// Thompson 1952). @param chance  that this one was drawn of its population
+    void close(double chance = 0);
     /// Of the clusters alone.
     MeanSquare plain() const;
     /// With the auxiliary where the estimate's variance is less so.
@@ -47,6 +48,7 @@ class ErrorTally {
  private:
     struct Cluster {
         double square = 0, auxiliary = 0, weight = 0;  // weighted sums
+        double missing = 1;                            // how likely it was not drawn
     };
     Cluster sum() const;
     Cluster open_;

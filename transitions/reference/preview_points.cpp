@@ -168,7 +168,7 @@ std::vector<Cluster> draw_rough_clusters(const Reference& reference, const Exten
             rough[i] += squares[i] / known[hold].mean;
     }
     for (double& value : rough) value = std::sqrt(value);
-    for (const auto& [place, weight] : draw_in_proportion(rough, draws))
+    for (const auto& [place, chance, weight] : draw_in_proportion(rough, draws))
         drawn.push_back({.corner = at[place], .weight = weight, .looked = looks[place].squares});
     return drawn;
 }

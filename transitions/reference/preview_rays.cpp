@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kFewest = 72, kMost = 288;  // bundles
 constexpr std::size_t kAtOnce = 128;
+constexpr int kSide = 2;                // of a bundle [pixel]
 constexpr double kLength = 64 * 256.0;  // that all bundles together should reach [unit]
 // Inputs of so many samples are prepared once for all bundles.
 constexpr std::int64_t kSmallInput = 1 << 19;
@@ -37,7 +38,8 @@ struct Draw {
     OutputSample corner;
     std::size_t among = kDrawn;
     double weight = 1;  // the inverse of how likely it was to be drawn
-    int side = 2;
+    double chance = 1;  // how likely, of all pixels
+    int side = kSide;
     bool whole = true;  // with the short rays too, where they are drawn by themselves
 };
 
@@ -52,8 +54,8 @@ Drawn take_all(const Request& want) {
     Drawn drawn;
     drawn.all = true;
     for (int view = 0; view < want.frames; ++view)
-        for (std::int64_t y = 0; y < want.screen.y; y += 2)
-            for (std::int64_t x = 0; x < want.screen.x; x += 2)
+        for (std::int64_t y = 0; y < want.screen.y; y += kSide)
+            for (std::int64_t x = 0; x < want.screen.x; x += kSide)
                 drawn.draws.push_back({{view, x, y, 0}});
     return drawn;
 }
@@ -64,15 +66,21 @@ Drawn draw(const Request& want, const ReferenceField& field, const ViewGeometry&
     // Without blocks to prepare a ray costs less.
     const double length = (want.input.samples() <= kSmallInput ? 2 : 1) * kLength;
     Drawn drawn;
-    drawn.from[kDrawn] = draw_pixels(want, field, geometry, kFewest, kMost, length, times);
-    for (const auto& [at, weight] : drawn.from[kDrawn].drawn)
-        // Cells of a lattice, so that each pixel is part of one bundle.
-        drawn.draws.push_back(
-            {.corner = {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, .weight = weight, .whole = false});
+    drawn.from[kDrawn] = draw_pixels(want, field, geometry, kFewest, kMost, length, kSide, times);
+    for (const auto& [corner, weight, chance] : drawn.from[kDrawn].drawn)
+        drawn.draws.push_back({.corner = corner,
+                               .weight = weight,
+                               .chance = chance * drawn.from[kDrawn].share_looked(),
+                               .whole = false});
     ShortRays short_rays = draw_short_rays(want, field, geometry, times);
     for (std::size_t c = 0; c < short_rays.classes.size(); ++c) {
-        for (const auto& [at, weight] : short_rays.classes[c].drawn)
-            drawn.draws.push_back({.corner = at, .among = kShort + c, .weight = weight, .side = 1});
+        const double looked = short_rays.classes[c].share_looked();
+        for (const auto& [at, weight, chance] : short_rays.classes[c].drawn)
+            drawn.draws.push_back({.corner = at,
+                                   .among = kShort + c,
+                                   .weight = weight,
+                                   .chance = chance * looked,
+                                   .side = 1});
         drawn.from[kShort + c] = std::move(short_rays.classes[c]);
     }
     return drawn;
@@ -86,7 +94,7 @@ void add_chosen(const Request& want, const ReferenceField& field, const Statisti
         looked.insert(looked.end(), from.looked.begin(), from.looked.end());
     for (const OutputSample& at : likely_extremes(want, field, geometry, statistics, looked))
         drawn.draws.push_back(
-            {.corner = {at.view, at.x / 2 * 2, at.y / 2 * 2, 0}, .among = kChosen});
+            {.corner = {at.view, at.x / kSide * kSide, at.y / kSide * kSide, 0}, .among = kChosen});
 }
 
 /// Tallies of everything that is compared, by the name of its fact.
@@ -158,7 +166,7 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
         each("picture/ended", traced.reference.transparency < kTerminated ? 1.0 : 0.0);
 }
 
-/// @param even  bundles count alike: each was drawn as often as it has rays that meet the input
+/// @param even  bundles count by their weights alone, not by how many rays they have
 void tally(const Bundle& bundle, const Draw& draw, const Request& want, bool even,
            Tallies& tallies) {
     const int channels = want.mode == Mode::composite ? 4 : 1;
@@ -186,7 +194,7 @@ void tally(const Bundle& bundle, const Draw& draw, const Request& want, bool eve
         add(fmt::format("field/{}", kMethods[method]), bundle.field[method], bundle.points);
     for (std::size_t i = 0; i < bundle.sheared.size(); ++i)
         add(fmt::format("sheared/{}", kMethods[i + 1]), bundle.sheared[i], bundle.sheared_points);
-    for (auto& [name, errors] : by_name) errors.close();
+    for (auto& [name, errors] : by_name) errors.close(draw.chance);
 }
 
 /// Combining adds what it does to samples without error (of a formula: to the best), and that is
@@ -260,7 +268,7 @@ Tallies tally_all(const Drawn& drawn, const Setting& setting, const ViewGeometry
                                .subspan(first)
                                .first(std::min(bundles.size(), drawn.draws.size() - first));
         tbb::parallel_for(std::size_t{0}, draws.size(), [&](std::size_t i) {
-            const auto& [corner, among, weight, side, with_short] = draws[i];
+            const auto& [corner, among, weight, chance, side, with_short] = draws[i];
             bundles[i] = bundle_at(want, geometry, corner, side, with_short);
             measure(bundles[i], setting, whole ? &*whole : nullptr, memory);
             for (Traced& traced : bundles[i].rays)

@@ -53,8 +53,8 @@ ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
     ShortRays rays;
     for (std::size_t c = 0; c < found.size(); ++c) {
         DrawnPixels& of = rays.classes[c];
-        of =
-            draw_rough(want, field, geometry, some_of(found[c], kLooked * times), kMost[c] * times);
+        of = draw_rough(want, field, geometry, some_of(found[c], kLooked * times), kMost[c] * times,
+                        1);
         of.pixels = static_cast<double>(found[c].size()) * step;
         of.whole = step == 1 && of.drawn.size() == found[c].size();
     }

@@ -22,9 +22,8 @@ struct RayLook {
     bool seen() const noexcept { return low <= high; }
 };
 
-/// The guess is the reference's own field where that is nearest or linear samples, else Keys's
-/// cubic convolution, which comes close to the spline through the samples with four of them along
-/// each axis.
+/// The guess is the reference's own field, but of the spline through the samples Keys's cubic
+/// convolution, which comes close to it with four of them along each axis.
 ///
 /// Keys, "Cubic convolution interpolation for digital image processing", IEEE Trans. Acoustics,
 /// Speech, and Signal Processing 29(6), 1981.

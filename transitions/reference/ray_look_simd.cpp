@@ -128,8 +128,9 @@ class Stored {
         }
     }
 
-    /// As cubic where a maximum may be, else as linear.
-    void cubic_near_maximum(const Places& places, Values& values) const {
+    /// As a finer hold where a maximum may be, else as linear.
+    template <class Hold>
+    void finer_near_maximum(const Places& places, Values& values, Hold&& finer_hold) const {
         linear(places, values);
         double low = std::numeric_limits<double>::infinity(), high = -low;
         for (std::size_t i = 0; i < places.count; ++i) {
@@ -145,7 +146,7 @@ class Stored {
             near.add(places[i]);
         }
         Values finer;
-        cubic(near, finer);
+        finer_hold(near, finer);
         for (std::size_t i = 0; i < near.count; ++i) values[from[i]] = finer[i];
     }
 
@@ -214,6 +215,10 @@ class Stored {
     std::array<std::int64_t, 3> stride_{};
 };
 
+void by_formula(const Phantom& formula, const Places& places, Values& values) {
+    for (std::size_t i = 0; i < places.count; ++i) values[i] = formula.at(places[i]);
+}
+
 /// Pictures of rays: one value, or red, green, blue and opacity.
 class Caster {
  public:
@@ -273,12 +278,22 @@ RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceFiel
     };
     const auto zoh = [&](auto&... at) { stored.nearest(at...); };
     const auto foh = [&](auto&... at) { stored.linear(at...); };
-    // A maximum moves by what lies between samples; integrals hardly tell.
+    const auto finest = [&](const Places& places, Values& values) {
+        if (field.kind() == Field::formula)
+            by_formula(*field.formula(), places, values);
+        else
+            stored.cubic(places, values);
+    };
+    // A maximum moves by what lies between samples, and that of a formula with edges by what a ray
+    // only grazes; integrals hardly tell.
+    const auto near_maximum = [&](const Places& places, Values& values) {
+        stored.finer_near_maximum(places, values, finest);
+    };
     const std::array<double, 4> expected =
         field.kind() == Field::nearest  ? cast(0.25, zoh)
         : field.kind() == Field::linear ? cast(0.25, foh)
-        : want.mode == Mode::mip ? cast(0.5, [&](auto&... at) { stored.cubic_near_maximum(at...); })
-                                 : cast(1, [&](auto&... at) { stored.cubic(at...); });
+        : want.mode != Mode::mip        ? cast(1, finest)
+                                 : cast(field.kind() == Field::formula ? 0.25 : 0.5, near_maximum);
     const std::array<std::array<double, 4>, RayLook::kCasts> got = {
         cast(1, zoh), cast(2, zoh), cast(1, foh), cast(2, foh),
         want.eye ? expected : caster.cast_slices(ray, zoh)};
@@ -313,6 +328,8 @@ void LookAtPlaces(const Places& places, const ReferenceField& field, PointLook& 
             look.guess = look.nearest;
         else if (field.kind() == Field::linear)
             look.guess = look.linear;
+        else if (field.kind() == Field::formula)
+            by_formula(*field.formula(), places, look.guess);
         else
             stored.cubic(places, look.guess);
     });

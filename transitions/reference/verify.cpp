@@ -27,6 +27,11 @@ OutputSample sample_at(const Extent& n, int view, std::int64_t place) {
     return {view, place % n.x, place / n.x % n.y, place / (n.x * n.y)};
 }
 
+/// Samples of a whole output that are remembered at most.
+double most_remembered(const Request& want) noexcept {
+    return want.job == Job::render ? 1 << 16 : 1 << 19;
+}
+
 /// All channels of the sample at a place.
 void copy_values(const Data& result, std::int64_t place, float* values) {
     for (int c = 0; c < result.what.channels; ++c)
@@ -45,8 +50,8 @@ double range_between(double low, double high) noexcept {
 }
 
 std::int64_t careful_samples(const Request& want) noexcept {
-    constexpr std::int64_t kMany = 1 << 14;
-    return want.output().samples() * want.frames <= kMany ? 0 : kMany;
+    // A ray costs about as much as some dozens of points.
+    return want.job == Job::render ? 1 << 14 : 1 << 19;
 }
 
 double verifier_bytes(const Request& want, const ReferenceField& field, std::int64_t samples,
@@ -56,7 +61,9 @@ double verifier_bytes(const Request& want, const ReferenceField& field, std::int
     const bool all = samples <= 0 || static_cast<double>(samples) >= there;
     const Extent n = want.output();
     const double box = static_cast<double>(n.z > 1 ? kBox * kBox * kBox : n.x * kBox);
-    const double at_once = all ? std::min(there, box) : static_cast<double>(samples);
+    const double at_once = !all                             ? static_cast<double>(samples)
+                           : there <= most_remembered(want) ? there
+                                                            : box;
     // Places, values delivered and expected, and squares.
     const double kept = sizeof(OutputSample) + sizeof(double) +
                         reference.channels() * (sizeof(float) + sizeof(double));
@@ -73,7 +80,24 @@ Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_
       high_(-kInfinity) {
     const double there = static_cast<double>(want.output().samples()) * want.frames;
     all_ = samples <= 0 || static_cast<double>(samples) >= there;
-    if (!all_) draw(samples);
+    remembers_ = !all_ || there <= most_remembered(want);
+    if (remembers_) {
+        if (all_)
+            draw_all();
+        else
+            draw(samples);
+        delivered_.resize(drawn_.size() * static_cast<std::size_t>(reference_.channels()),
+                          std::numeric_limits<float>::quiet_NaN());
+    }
+}
+
+void Verifier::draw_all() {
+    const Extent n = want_.output();
+    for (int view = 0; view < want_.frames; ++view)
+        for (std::int64_t place = 0; place < n.samples(); ++place) {
+            const OutputSample at = sample_at(n, view, place);
+            if (reference_.sees_input(at)) drawn_.push_back(at);
+        }
 }
 
 void Verifier::draw(std::int64_t samples) {
@@ -92,19 +116,17 @@ void Verifier::draw(std::int64_t samples) {
     const auto key = [](const OutputSample& at) { return std::tuple(at.view, at.z, at.y, at.x); };
     std::sort(drawn_.begin(), drawn_.end(),
               [&](const OutputSample& a, const OutputSample& b) { return key(a) < key(b); });
-    delivered_.resize(drawn_.size() * static_cast<std::size_t>(reference_.channels()),
-                      std::numeric_limits<float>::quiet_NaN());
 }
 
 void Verifier::frame(int frame, const Data& result) {
     if (result.what.extent != want_.output() || result.what.channels != reference_.channels())
         throw std::invalid_argument("a result of another kind than the request's: " +
                                     result.what.text());
-    if (all_) {
+    if (!remembers_) {
         compare_all(frame, result);
         return;
     }
-    if (!labels_) find_extremes(frame, result);
+    if (!all_ && !labels_) find_extremes(frame, result);
     const auto channels = static_cast<std::size_t>(reference_.channels());
     const auto before = [](const OutputSample& at, int view) { return at.view < view; };
     const auto begin = std::lower_bound(drawn_.begin(), drawn_.end(), frame, before);
@@ -235,7 +257,7 @@ void Verifier::begin_again() {
 }
 
 Verified Verifier::finish() {
-    if (!all_) {
+    if (remembers_) {
         if (reference_of_drawn_.empty()) reference_of_drawn_ = reference_.values(drawn_);
         compare(drawn_, delivered_, reference_of_drawn_);
         std::vector<OutputSample> extremes;

@@ -20,7 +20,7 @@ TEST(DrawInProportion, EstimatesAMeanThatFewPlacesCarry) {
     for (const double value : rough) mean += value / double(rough.size());
     double sum = 0, weights = 0;
     const std::vector<RoughDraw> drawn = draw_in_proportion(rough, 300);
-    for (const auto& [place, weight] : drawn) {
+    for (const auto& [place, chance, weight] : drawn) {
         sum += weight * rough[place];
         weights += weight;
     }
@@ -33,7 +33,7 @@ TEST(DrawInProportion, TakesNoPlaceTwiceAndWhatIsRoughestSurely) {
     std::vector<double> rough(1000, 1.0);
     rough[123] = 1e6;
     std::set<std::size_t> places;
-    for (const auto& [place, weight] : draw_in_proportion(rough, 100)) {
+    for (const auto& [place, chance, weight] : draw_in_proportion(rough, 100)) {
         EXPECT_TRUE(places.insert(place).second);
         if (place == 123) {  // it stands for itself alone
             EXPECT_NEAR(weight, 0.1, 1e-9);
@@ -43,7 +43,8 @@ TEST(DrawInProportion, TakesNoPlaceTwiceAndWhatIsRoughestSurely) {
 }
 
 TEST(DrawInProportion, IsEvenWhereNothingIsRough) {
-    for (const auto& [place, weight] : draw_in_proportion(std::vector<double>(500, 0.0), 50))
+    for (const auto& [place, chance, weight] :
+         draw_in_proportion(std::vector<double>(500, 0.0), 50))
         EXPECT_NEAR(weight, 1, 1e-9);
 }
 
