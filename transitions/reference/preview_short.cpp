@@ -31,6 +31,8 @@ std::size_t ShortRays::class_of(const RaySpan& ray, const Request& want) noexcep
         high = std::min(high, std::max(first / d, last / d));
     }
     const double length = (ray.high - ray.low) / std::min(1.0, thickness / kThick);
+    // Between planes of screen samples such a ray meets none of them, and its pixel is lost.
+    if (want.mode != Mode::mean && ray.high - ray.low < kShortest) return 0;
     if (want.mode == Mode::mean && length < kShort) return length < kShortest ? 0 : 1;
     return low < high ? kClasses : 1;
 }
