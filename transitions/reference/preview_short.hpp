@@ -16,7 +16,7 @@ struct ShortRays {
     static constexpr std::size_t kClasses = 2;
     std::array<DrawnPixels, kClasses> classes;
 
-    /// The class that a ray belongs to; kClasses: none. 0: of a mean, next to no length.
+    /// The class that a ray belongs to; kClasses: none. 0: next to no length.
     static std::size_t class_of(const RaySpan& ray, const Request& want) noexcept;
 };
 

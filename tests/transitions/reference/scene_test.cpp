@@ -256,7 +256,8 @@ double doubt_left(const Scene& scene, const Scene& more) {
     return left.at(left.size() / 2);
 }
 
-/// Standard errors shrink as the root of the draws grows, and what they are taken of stays.
+/// Standard errors shrink as the root of the draws grows, or faster where these are a good part of
+/// all there is, and what they are taken of stays.
 TEST_P(Scenes, AreSurerWithMoreDraws) {
     const auto [name, job, mode, kind] = GetParam();
     const Phantom phantom = phantom_named(name, 48);
@@ -266,7 +267,7 @@ TEST_P(Scenes, AreSurerWithMoreDraws) {
     const Scene once = scene_of(data, want, &phantom), more = scene_of(data, want, &phantom, 4);
     EXPECT_GT(static_cast<double>(more.draws), 2.5 * static_cast<double>(once.draws));
     EXPECT_LT(static_cast<double>(more.draws), 4.5 * static_cast<double>(once.draws));
-    EXPECT_NEAR(doubt_left(once, more), 0.5, 0.2);
+    EXPECT_LT(doubt_left(once, more), 0.7);
     const ReferenceField truth(data, kind, &phantom);
     for (const auto& [hold, hold_kind] :
          {std::pair("zoh", Field::nearest), std::pair("foh", Field::linear)}) {
