@@ -38,7 +38,9 @@ struct Draw {
     OutputSample corner;
     std::size_t among = kDrawn;
     double weight = 1;  // the inverse of how likely it was to be drawn
-    double chance = 1;  // how likely, of all pixels
+    // How likely it was drawn, of all pixels. 0 where all are measured: there the spread between
+    // bundles is the reserve for what previews leave out, as roundings of stored samples.
+    double chance = 0;
     int side = kSide;
     bool whole = true;  // with the short rays too, where they are drawn by themselves
 };
