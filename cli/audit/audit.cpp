@@ -158,8 +158,10 @@ Verb add_audit(CLI::App& main) {
     text("-o", options->out, "OUT.json", "what came out, or -")->required();
     text("--limit", options->limit, "N", "paths a request at most; default 200");
     text("--repeat", options->repeat, "N", "runs of every path that could win; default 5");
-    text("--verify", options->verify, "N|all",
-         "samples that errors are measured on; default: all, or 16384 of a large output");
+    text(
+        "--verify", options->verify, "N|all",
+        "samples that errors are measured on; default: all, of large outputs 16384 pixels, or 2^19 "
+        "samples of a warp");
     text("--seed", options->seed, "S", "of these samples and of the paths; default 1");
     text("--threads", options->threads, "N", "of requests that do not say it");
     text("--machine", options->machine, "FILE|NAME", "of requests that do not say it");

@@ -64,8 +64,9 @@ PathRuns::PathRuns(Session& session, std::vector<MeasuredPath>& paths,
       reference_memory_(std::size_t{1} << 46),
       field_(*session.input->data, session.want().field,
              session.input->phantom ? &*session.input->phantom : nullptr),
-      verifier_(session.want(), field_, settings.samples.value_or(careful_samples(session.want())),
-                settings.seed, &reference_memory_) {}
+      verifier_(session.want(), field_,
+                settings.samples.value_or(samples_to_compare(session.want())), settings.seed,
+                &reference_memory_) {}
 
 void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
     MeasuredPath& path = paths_[i];

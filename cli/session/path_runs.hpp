@@ -22,7 +22,7 @@ struct PathSettings {
     bool in_a_row = false;    // brief paths run several times each time that others ran before
     std::optional<std::int64_t>
         samples;             // output samples that an error is measured on, 0: all; absent: all of
-                             // a small output, many of a large one (careful_samples)
+                             // a small output, many of a large one (samples_to_compare)
     std::uint64_t seed = 1;  // of these samples, and of the paths beyond the limit
 };
 

@@ -207,18 +207,20 @@ Met meet_all(const Request& want, const ViewGeometry& geometry) {
 }  // namespace
 
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
-                        const ViewGeometry& geometry, int fewest, int most_draws, double length,
-                        int side, int times) {
+                        const ViewGeometry& geometry, int fewest, int most, double length, int side,
+                        int times) {
     const double all = static_cast<double>(want.screen.x * want.screen.y) * want.frames;
-    const double most = static_cast<double>(kMostLooked) * times;
-    Met met;
-    if (all <= kGlanced * most) met = meet_all(want, geometry);
-    if (all > most && (met.at.empty() || static_cast<double>(met.at.size()) > most ||
-                       met.reach > kLookedLength * times))
-        met = meet_some(want, geometry, times);
+    const double looks = static_cast<double>(kMostLooked) * times;
+    const auto too_many = [&](const Met& met) {
+        return all > looks &&
+               (static_cast<double>(met.at.size()) > looks || met.reach > kLookedLength * times);
+    };
+    const bool few = all <= kGlanced * looks;
+    Met met = few ? meet_all(want, geometry) : meet_some(want, geometry, times);
+    if (few && too_many(met)) met = meet_some(want, geometry, times);
     const auto count = static_cast<double>(met.at.size());
     const double draws = std::clamp(std::ceil(length * count / std::max(met.reach, 1e-9)),
-                                    static_cast<double>(fewest), static_cast<double>(most_draws));
+                                    static_cast<double>(fewest), static_cast<double>(most));
     DrawnPixels pixels = draw_rough(want, field, geometry, met.at, draws * times, side);
     pixels.pixels = all * count / std::max(1.0, met.tries);
     return pixels;

@@ -30,11 +30,11 @@ std::size_t ShortRays::class_of(const RaySpan& ray, const Request& want) noexcep
         low = std::max(low, std::min(first / d, last / d));
         high = std::min(high, std::max(first / d, last / d));
     }
-    const double length = (ray.high - ray.low) / std::min(1.0, thickness / kThick);
-    // Between planes of screen samples such a ray meets none of them, and its pixel is lost.
-    if (want.mode != Mode::mean && ray.high - ray.low < kShortest) return 0;
-    if (want.mode == Mode::mean && length < kShort) return length < kShortest ? 0 : 1;
-    return low < high ? kClasses : 1;
+    const bool divides = want.mode == Mode::mean;
+    double length = ray.high - ray.low;
+    if (divides) length /= std::min(1.0, thickness / kThick);
+    if (length < kShortest) return 0;
+    return low < high && !(divides && length < kShort) ? kClasses : 1;
 }
 
 ShortRays draw_short_rays(const Request& want, const ReferenceField& field,

@@ -49,7 +49,7 @@ double range_between(double low, double high) noexcept {
     return low != 0 ? std::abs(low) : 1;
 }
 
-std::int64_t careful_samples(const Request& want) noexcept {
+std::int64_t samples_to_compare(const Request& want) noexcept {
     // A ray costs about as much as some dozens of points.
     return want.job == Job::render ? 1 << 14 : 1 << 19;
 }

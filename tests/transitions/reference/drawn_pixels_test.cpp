@@ -42,6 +42,19 @@ TEST(DrawInProportion, TakesNoPlaceTwiceAndWhatIsRoughestSurely) {
     EXPECT_TRUE(places.contains(123));
 }
 
+/// Horvitz and Thompson's estimate of how many there are.
+TEST(DrawInProportion, TellsHowLikelyEachWasDrawn) {
+    const std::vector<double> rough = heavy_tailed(4000);
+    double count = 0;
+    for (const auto& [place, chance, weight] : draw_in_proportion(rough, 300)) {
+        EXPECT_GT(chance, 0);
+        EXPECT_LE(chance, 1);
+        EXPECT_NEAR(weight * chance, 300.0 / 4000, 1e-12);
+        count += 1 / chance;
+    }
+    EXPECT_NEAR(count, 4000, 0.05 * 4000);
+}
+
 TEST(DrawInProportion, IsEvenWhereNothingIsRough) {
     for (const auto& [place, chance, weight] :
          draw_in_proportion(std::vector<double>(500, 0.0), 50))

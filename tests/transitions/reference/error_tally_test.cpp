@@ -125,5 +125,26 @@ TEST(EstimateOf, TakesStrataByTheirShares) {
     EXPECT_NEAR(error.upper, std::sqrt(2.5 + 3 * 0.75), 1e-12);  // of 1 and 3: an error of 1
 }
 
+/// All of the large ones and every hundredth of the rest: what is left open is the rest's.
+TEST(ErrorTally, LeavesNothingToChanceThatWasSureToBeDrawn) {
+    ErrorTally tally;
+    const auto draw = [&](double square, double chance) {
+        tally.add(square, 1 / chance);
+        tally.close(chance);
+    };
+    for (int i = 0; i < 10; ++i) draw(100 + i, 1);
+    const double before = tally.plain().variance;
+    EXPECT_EQ(before, 0);
+    for (int i = 0; i < 40; ++i) draw(i % 2, 0.01);
+    // Of 4010 units: 10 large ones, and 4000 of which each is 0 or 1.
+    const MeanSquare estimate = tally.plain();
+    EXPECT_NEAR(estimate.mean, (1045 + 2000) / 4010.0, 1e-12);
+    // A share of 4000 from 40: 100 times the root of 40 times the variance about the mean, 0.25 and
+    // what the mean of all is off theirs.
+    const double off = estimate.mean - 0.5;
+    EXPECT_NEAR(std::sqrt(estimate.variance) * 4010, 100 * std::sqrt(40 * (0.25 + off * off)),
+                0.02 * 4010);
+}
+
 }  // namespace
 }  // namespace edgewise

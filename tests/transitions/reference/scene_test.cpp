@@ -106,7 +106,8 @@ TEST(Statistics, OfAConstantAndOfOneSample) {
     }
 }
 
-Request request_for(const Data& data, Job job, Mode mode, int frames) {
+/// @param fine  output samples along screen x and y for each of the input
+Request request_for(const Data& data, Job job, Mode mode, int frames, int fine = 1) {
     Request want;
     want.job = job;
     want.mode = mode;
@@ -116,7 +117,7 @@ Request request_for(const Data& data, Job job, Mode mode, int frames) {
     want.transfer.points = {{0, 0, {0, 0, 0}}, {1, 0.1, {1, 1, 1}}};
     const Extent& n = data.what.extent;
     const std::int64_t wide = want.axes == 2 ? n.x : n.x * 7 / 4;
-    want.screen = {wide, wide, want.axes == 2 ? 1 : wide};
+    want.screen = {fine * wide, fine * wide, want.axes == 2 ? 1 : wide};
     const Vec3 centre = 0.5 * Vec3(static_cast<double>(n.x - 1), static_cast<double>(n.y - 1),
                                    static_cast<double>(n.z - 1));
     const Vec3 middle = 0.5 * Vec3(static_cast<double>(wide - 1), static_cast<double>(wide - 1),
@@ -124,7 +125,7 @@ Request request_for(const Data& data, Job job, Mode mode, int frames) {
     std::vector<Mat4> views;
     for (int view = 0; view < frames; ++view) {
         const Eigen::Affine3d map =
-            Eigen::Translation3d(middle) *
+            Eigen::Scaling(Vec3(fine, fine, 1)) * Eigen::Translation3d(middle) *
             Eigen::AngleAxisd(0.3 + view, want.axes == 2 ? Vec3(0, 0, 1) : Vec3(0.2, 1, 0.1)) *
             Eigen::Translation3d(-centre);
         views.push_back(map.matrix());
@@ -141,11 +142,11 @@ Scene scene_of(const Data& data, const Request& want, const Phantom* formula = n
 /// The RMS error of one hold and step over random pixels or samples, by the slow f64 fields:
 /// between the low end of its 95 % interval and the mean.
 Interval measured(const Request& want, const ReferenceField& truth, const ReferenceField& held,
-                  double step, double& range) {
+                  double step, double& range, std::size_t count = 3000) {
     const Reference reference(want, truth, heap());
     std::mt19937 bits(11);
     std::vector<OutputSample> samples;
-    while (samples.size() < 3000) {
+    while (samples.size() < count) {
         const OutputSample at{
             static_cast<int>(bits() % static_cast<unsigned>(want.frames)),
             static_cast<std::int64_t>(bits() % want.screen.x),
@@ -256,18 +257,18 @@ double doubt_left(const Scene& scene, const Scene& more) {
     return left.at(left.size() / 2);
 }
 
-/// Standard errors shrink as the root of the draws grows, or faster where these are a good part of
-/// all there is, and what they are taken of stays.
+/// Standard errors shrink as the root of the draws grows, where these are few of all there is, and
+/// what they are taken of stays.
 TEST_P(Scenes, AreSurerWithMoreDraws) {
     const auto [name, job, mode, kind] = GetParam();
     const Phantom phantom = phantom_named(name, 48);
     const Data data = make_phantom(name, 48, heap());
-    Request want = request_for(data, job, mode, 3);
+    Request want = request_for(data, job, mode, 3, 6);
     want.field = kind;
     const Scene once = scene_of(data, want, &phantom), more = scene_of(data, want, &phantom, 4);
     EXPECT_GT(static_cast<double>(more.draws), 2.5 * static_cast<double>(once.draws));
     EXPECT_LT(static_cast<double>(more.draws), 4.5 * static_cast<double>(once.draws));
-    EXPECT_LT(doubt_left(once, more), 0.7);
+    EXPECT_NEAR(doubt_left(once, more), 0.5, 0.2);
     const ReferenceField truth(data, kind, &phantom);
     for (const auto& [hold, hold_kind] :
          {std::pair("zoh", Field::nearest), std::pair("foh", Field::linear)}) {
@@ -276,7 +277,8 @@ TEST_P(Scenes, AreSurerWithMoreDraws) {
                                                   : std::string("picture/") + hold + "/0.5";
         double range = 0;
         const ReferenceField held(data, hold_kind);
-        const double error = measured(want, truth, held, 0.5, range).high;
+        // Squares with heavy tails: 3000 leave more than a tenth of the error of number_3 open.
+        const double error = measured(want, truth, held, 0.5, range, 20'000).high;
         EXPECT_NEAR(more.likely.at(fact) / error, 1, 0.1) << fact;
         EXPECT_EQ(more.as_likely().fact(fact), more.likely.at(fact));
     }

@@ -101,6 +101,28 @@ TEST(Verifier, AgreesWithACountOverAllSamples) {
     EXPECT_EQ(all.high, all.nrmse);
 }
 
+/// What it remembers of the reference judges the next results of the same request alike.
+TEST(Verifier, ComparesOneResultAfterTheOther) {
+    const Data data = make_phantom("zone-plate", 64, heap());
+    const Phantom phantom = phantom_named("zone-plate", 64);
+    const Request want = turned(data, Job::warp, 2);
+    const ReferenceField field(data, Field::formula, &phantom);
+    const ReferenceField nearest(data, Field::nearest), linear(data, Field::linear);
+    for (const std::int64_t samples : {0, 500}) {
+        Verifier verifier(want, field, samples, 1, heap());
+        for (const ReferenceField* held : {&nearest, &linear, &nearest}) {
+            const std::vector<Data> frames = results(want, *held);
+            for (int frame = 0; frame < 2; ++frame)
+                verifier.frame(frame, frames[static_cast<std::size_t>(frame)]);
+            const Verified next = verifier.finish();
+            const Verified alone = verified(want, field, frames, samples, 1);
+            EXPECT_EQ(next.nrmse, alone.nrmse);
+            EXPECT_EQ(next.range, alone.range);
+            EXPECT_EQ(next.samples, alone.samples);
+        }
+    }
+}
+
 struct Case {
     const char* phantom;
     Job job;
