@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -32,15 +31,6 @@ struct Work {
     /// apart: one word, empty for an edge of one way. Machines are timed for each.
     std::string_view way = {};
 };
-
-/// Lines of memory that samples on a grid touch: neighbours share them, along the grid's rows and
-/// across, as long as a cache holds what lies between.
-/// @param apart  voxels of the volume for each sample
-/// @param bytes  of a voxel
-/// @param rows   lines that a sample alone needs: one for each row of its taps
-inline double lines_touched(double samples, double apart, double bytes, double rows) noexcept {
-    return samples * std::min(rows, apart * bytes / kLineBytes);
-}
 
 /// What an edge adds to the error of its output, and how it scales the error of its input.
 /// Absolute, in the values of the output.

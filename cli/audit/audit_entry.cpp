@@ -11,6 +11,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 /// @param all  every single run as well
 Json path_json(const MeasuredPath& path, bool all) {
@@ -21,6 +22,11 @@ Json path_json(const MeasuredPath& path, bool all) {
                     {"first", *path.first},
                     {"runs", path.seconds.size()},
                     {"set_aside", path.set_aside},
+                    {"beside",
+                     {{"loop", finite_or_null(path.worse.loop)},
+                      {"hop", finite_or_null(path.worse.hop)},
+                      {"line", finite_or_null(path.worse.line)},
+                      {"nearest", finite_or_null(path.worse.nearest)}}},
                     {"bytes", path.bytes},
                     {"resident_bytes", or_null(path.resident_bytes)},
                     {"error", to_json(path.error)}};

@@ -51,7 +51,7 @@ std::size_t PacedRuns::calm(const Pace& best) const {
     }));
 }
 
-std::vector<double> PacedRuns::seconds(const Pace& best, std::size_t least) const {
+std::vector<PacedRuns::Run> PacedRuns::counted(const Pace& best, std::size_t least) const {
     std::vector<Run> runs = runs_;
     const double nearest = least_line();
     // How much longer a run takes, about: a ray caster of 6 MB took 2.4 times as long where a line
@@ -66,9 +66,25 @@ std::vector<double> PacedRuns::seconds(const Pace& best, std::size_t least) cons
     // Where nothing is known of any, none is better than the others.
     if (!runs.empty() && std::isfinite(runs.front().pace().loop))
         runs.resize(std::min(runs.size(), std::max(least, calm(best))));
+    return runs;
+}
+
+std::vector<double> PacedRuns::seconds(const Pace& best, std::size_t least) const {
     std::vector<double> seconds;
-    for (const Run& run : runs) seconds.push_back(run.seconds);
+    for (const Run& run : counted(best, least)) seconds.push_back(run.seconds);
     return seconds;
+}
+
+PacedRuns::Worse PacedRuns::worse(const Pace& best, std::size_t least) const {
+    const double nearest = least_line();
+    std::vector<double> loops, hops, lines;
+    for (const Run& run : counted(best, least)) {
+        loops.push_back(run.pace().loop / best.loop);
+        hops.push_back(best.hop > 0 ? run.pace().hop / best.hop : 1);
+        lines.push_back(times_as_far(run.beside.line, nearest));
+    }
+    if (loops.empty()) return {};
+    return {median(std::move(loops)), median(std::move(hops)), median(std::move(lines)), nearest};
 }
 
 double PacedRuns::undisturbed(const Pace& best) const {

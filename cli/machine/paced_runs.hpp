@@ -44,6 +44,12 @@ class PacedRuns {
     /// the least (docs/planner.md: runs on 8 MB take up to 2.5 times as
     /// long, and more, where their data are far).
     std::size_t calm(const Pace& best) const;
+    /// How much worse the machine was than at its best beside the runs that seconds() takes.
+    struct Worse {
+        double loop = 1, hop = 1, line = 1;  // medians, times the best
+        double nearest = 0;                  // [s] of a line at best; 0: not looked at
+    };
+    Worse worse(const Pace& best, std::size_t least) const;
     /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
     /// of all where the pace of none is known.
     std::vector<double> seconds(const Pace& best, std::size_t least) const;
@@ -63,6 +69,8 @@ class PacedRuns {
         /// Of its time.
         Pace pace() const noexcept;
     };
+    /// Those that count.
+    std::vector<Run> counted(const Pace& best, std::size_t least) const;
     /// Of all runs, and of any data as large as all that they hold; 0: none was looked at.
     double least_line() const;
 

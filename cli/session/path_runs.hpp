@@ -34,6 +34,7 @@ struct MeasuredPath {
     std::optional<double> first;     // [s], with cold caches
     std::vector<double> seconds;     // further runs, as far as they count
     std::size_t set_aside = 0;       // further runs that do not: the host slowed them
+    PacedRuns::Worse worse;          // the machine beside those that count
     std::optional<double> given_up;  // [s] after which it was stopped: it takes longer
     double bytes = 0;                // peak: what the process held before, and what was counted
     std::optional<double>

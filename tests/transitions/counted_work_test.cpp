@@ -181,10 +181,23 @@ TEST(CountedWork, CastsOfSparseSamplesAskForAllLinesButThoseOfSplines) {
         }
 }
 
-TEST(CountedWork, SamplesFarApartTouchTheirOwnLines) {
-    EXPECT_EQ(lines_touched(1000, 1, 1, 1), 1000.0 / 64);
-    EXPECT_EQ(lines_touched(1000, 1e6, 4, 1), 1000);
-    EXPECT_EQ(lines_touched(1000, 1e6, 4, 16), 16000);
+TEST(CountedWork, CastsAlongRowsTouchFewerLinesThanCastsAcross) {
+    const Transition edge = ray_cast();
+    const auto lines_a_sample = [&](std::array<double, 3> degrees, bool eye) {
+        Turned of(Job::render, {128, 128, 128}, degrees, 0.4, {60, 60, 60});
+        of.want.mode = Mode::xray;
+        // So far that rays are as good as parallel, and as dense at the volume's middle.
+        if (eye) of.want.eye = Eye{{29.5, 29.5, -1e5}, 29.5};
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 2.0}});
+        EXPECT_EQ(offer.refused, "");
+        const Work work = edge.work(offer, ask, 0);
+        return work.lines / (work.gathers - 20 * 60 * 60);  // a gather a sample, 20 a pixel
+    };
+    EXPECT_LT(lines_a_sample({0, 88, 1}, false), 0.5 * lines_a_sample({20, 40, 10}, false));
+    // Rays from the eye are as much farther apart at the volume's ends as these are from its
+    // middle, over the distance of the eye: 64 of 1e5.
+    EXPECT_NEAR(lines_a_sample({0, 88, 1}, true) / lines_a_sample({0, 88, 1}, false), 1, 1e-3);
 }
 
 TEST(CountedWork, APermutationHasItsWayFromWhatBecomesOfRows) {

@@ -1,10 +1,10 @@
 #include "transitions/project/ray_cast.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
+#include "graph/lines_touched.hpp"
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_cast.hpp"
@@ -99,13 +99,6 @@ bool with_bricks(const Offer& offer, const Ask& ask, double samples) {
     return saved * sample > made + asked;
 }
 
-/// Voxels of the volume for each sample on a ray.
-double voxels_apart(const Offer& offer, const Ask& ask, double samples, int view) {
-    if (ask.want.eye) return static_cast<double>(offer.from.samples()) / samples;
-    const Mat4 map = residual(offer.from, ask.want, view);
-    return offer.with.number("step") / std::abs(map.topLeftCorner<3, 3>().determinant());
-}
-
 /// The geometry of a cast, without its volume's samples.
 kernels::RayCast cast_of(const Offer& offer, const Ask& ask, int view) {
     kernels::RayCast cast;
@@ -114,6 +107,25 @@ kernels::RayCast cast_of(const Offer& offer, const Ask& ask, int view) {
     cast.rays = rays_of(offer.from, ask.want, view);
     cast.step = offer.with.number("step");
     return cast;
+}
+
+/// Voxels from a sample to its neighbours to the right, below and behind, where the ray through the
+/// middle of the picture is nearest to that of the volume.
+Eigen::Matrix3d lattice_of(const kernels::RayCast& cast, const Extent& picture) {
+    const auto vector = [](const std::array<double, 3>& v) { return Vec3(v[0], v[1], v[2]); };
+    const double px = static_cast<double>(picture.x - 1) / 2;
+    const double py = static_cast<double>(picture.y - 1) / 2;
+    const kernels::Rays& rays = cast.rays;
+    const Extent& n = cast.volume.extent;
+    const Vec3 middle = Vec3(double(n.x - 1), double(n.y - 1), double(n.z - 1)) / 2;
+    const Vec3 direction = vector(rays.direction.at(px, py));
+    const double there =
+        direction.dot(middle - vector(rays.origin.at(px, py))) / direction.squaredNorm();
+    Eigen::Matrix3d lattice;
+    lattice.col(0) = vector(rays.origin.x) + there * vector(rays.direction.x);
+    lattice.col(1) = vector(rays.origin.y) + there * vector(rays.direction.y);
+    lattice.col(2) = direction * (cast.step / vector(rays.measure.at(px, py)).norm());
+    return lattice;
 }
 
 /// Cells that the first ray of a packet of 4 x 4 pixels has ahead of the last at either end, where
@@ -140,8 +152,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // TABLE 6: a first-order hold in 3D takes 7 interpolations of 3; a cubic one 3 x 16 for weights
     // and 21 sums of four products. Place: 3 products and sums, 3 roundings.
     const double filter = hold == Hold::zoh ? 0 : hold == Hold::foh ? 21 : 48 + 147;
-    const double rows = hold == Hold::zoh ? 1 : hold == Hold::foh ? 4 : 16;
-    const double taps = hold == Hold::zoh ? 1 : hold == Hold::foh ? 8 : 64;
+    const double taps = hold == Hold::zoh ? 1 : hold == Hold::foh ? 2 : 4;  // along each axis
     const double samples = samples_of(offer, ask, view);
     const bool bricks = with_bricks(offer, ask, samples);
     const double taken = taken_of(offer, ask, samples, bricks);
@@ -163,14 +174,15 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double corrected = ask.want.mode == Mode::composite
                                  ? seen_share(ask) * (exact ? ends : samples + ragged * hits)
                                  : 0;
-    const double lines = lines_touched(all, voxels_apart(offer, ask, samples, view),
-                                       static_cast<double>(bytes_of(offer.from.type)), rows);
+    const double lines =
+        all * lines_touched(lattice_of(cast, offer.to.extent),
+                            static_cast<double>(bytes_of(offer.from.type)), Vec3::Constant(taps));
     Work work{.operations = all * (9 + filter + combining(ask, optics)) +
                             (spread ? 60 : 120) * pixels + 120 * hits + 12 * ends +
                             kCorrectionOperations * corrected +
                             (bricks ? brick_operations(offer.from) + 2 * samples : 0),
               .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
-              .gathers = all * taps + (spread ? 0 : 20) * pixels,
+              .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
               .lines = lines,
               .asked = sparse && hold != Hold::bspline3 ? lines : 0,
               .workspace = bricks ? brick_bytes(offer.from) : 0,

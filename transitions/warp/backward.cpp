@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "graph/lines_touched.hpp"
 #include "graph/spread.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
@@ -159,14 +160,16 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const Count count = count_of(hold_of(offer.with), offer.from.axes);
     const Mat4 map = to_input(offer.from, ask.want, view);
     const double seen = static_cast<double>(offer.to.samples()) * blocked_share(map, offer);
-    const double apart = offer.from.axes == 2 ? std::abs(map.topLeftCorner<2, 2>().determinant())
-                                              : std::abs(map.topLeftCorner<3, 3>().determinant());
-    const double rows = std::pow(count.points, 1 - 1.0 / offer.from.axes);
+    const double taps = std::pow(count.points, 1.0 / offer.from.axes);
+    Eigen::Matrix3d lattice = map.topLeftCorner<3, 3>();
+    if (offer.from.axes == 2) lattice.row(2) = lattice.col(2).transpose() = Vec3::UnitZ();
+    const double lines =
+        lines_touched(lattice, double(bytes_of(offer.from.type)) * offer.from.channels,
+                      {taps, taps, offer.from.axes == 2 ? 1 : taps});
     return {.operations = seen * (count.place + count.filter * offer.from.channels),
             .streamed = offer.to.bytes(),
             .gathers = seen * count.points * offer.from.channels,
-            .lines = lines_touched(seen, apart,
-                                   double(bytes_of(offer.from.type)) * offer.from.channels, rows)};
+            .lines = seen * lines};
 }
 
 /// What the samples stand for is just what the hold computes.

@@ -1,0 +1,24 @@
+#include "graph/lines_touched.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "graph/cost.hpp"
+
+namespace edgewise {
+
+double lines_touched(const Eigen::Matrix3d& lattice, double bytes, const Eigen::Vector3d& taps) {
+    const double line = kLineBytes / bytes;  // [voxels]
+    const Eigen::Vector3d box(line - 1 + taps.x(), taps.y(), taps.z());
+    const Eigen::Vector3d faces(box.y() * box.z(), box.z() * box.x(), box.x() * box.y());
+    double swept = std::min(box.prod(), std::abs(lattice.determinant()));
+    for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector3d side = lattice.col(k), next = lattice.col((k + 1) % 3);
+        swept = std::min({swept, side.cwiseAbs().dot(faces), side.cross(next).cwiseAbs().dot(box)});
+    }
+    return swept / line;
+}
+
+}  // namespace edgewise
