@@ -22,6 +22,7 @@ Json path_json(const MeasuredPath& path, bool all) {
                     {"first", *path.first},
                     {"runs", path.seconds.size()},
                     {"set_aside", path.set_aside},
+                    {"at_best_pace", path.at_best_pace},
                     {"beside",
                      {{"loop", finite_or_null(path.worse.loop)},
                       {"hop", finite_or_null(path.worse.hop)},
@@ -75,6 +76,7 @@ Json audit_entry(const AuditedRequest& request) {
     json["best"] = path_json(*verdict.best, true);
     json["regret"] = verdict.regret;
     json["predicted_over_measured"] = chosen.predicted.seconds / chosen.median();
+    json["at_best_pace"] = chosen.at_best_pace;
     json["error_within_budget"] = verdict.error_kept;
     json["bytes_within_budget"] = verdict.bytes_kept;
     json["seconds_within_budget"] = verdict.seconds_kept;

@@ -59,11 +59,12 @@ void each_path(const Requests& requests, const Take& take) {
 }
 
 void put_times(Json& json, const Requests& requests) {
-    Values chosen, all, taus;
+    Values chosen, all, taus, at_best_pace;
     each_path(requests, [&](const AuditedRequest&, const MeasuredPath& path) {
         const double ratio = path.predicted.seconds / path.median();
         all.push_back(ratio);
         if (path.chosen) chosen.push_back(ratio);
+        if (path.chosen && path.at_best_pace) at_best_pace.push_back(ratio);
     });
     for (const AuditedRequest* request : requests) {
         Values predicted, measured;
@@ -82,6 +83,8 @@ void put_times(Json& json, const Requests& requests) {
     json["time_ratio_p90_abs_log"] = of_chosen["p90_abs_log"];
     json["time_ratio"] = of_chosen;
     json["time_ratio_of_paths"] = spread(all);
+    // Predictions are of the machine at its best pace; the others say what a busy one adds.
+    json["time_ratio_at_best_pace"] = spread(at_best_pace);
     json["kendall_tau"] = taus.empty() ? Json() : Json(sum / double(taus.size()));
     json["kendall_tau_least"] = taus.empty() ? Json() : Json(quantile(taus, 0));
 }

@@ -13,6 +13,8 @@ namespace {
 
 /// Siblings make up to 1.8 of it; beyond this the loop itself was interrupted, not the run.
 constexpr double kSlowest = 2.5;
+/// Looks at the same moment differ by so much.
+constexpr double kAlike = 1.05;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// How many times as far as the nearest lines are; 1 where that was not looked at.
@@ -64,8 +66,21 @@ std::vector<PacedRuns::Run> PacedRuns::counted(const Pace& best, std::size_t lea
                std::pair(is_far(b.pace(), best), slower(b));
     });
     // Where nothing is known of any, none is better than the others.
-    if (!runs.empty() && std::isfinite(runs.front().pace().loop))
-        runs.resize(std::min(runs.size(), std::max(least, calm(best))));
+    if (runs.empty() || !std::isfinite(runs.front().pace().loop)) return runs;
+    const std::size_t calm = this->calm(best);
+    if (calm >= least || least >= runs.size()) {
+        runs.resize(std::min(runs.size(), std::max(least, calm)));
+        return runs;
+    }
+    // Looks tell no runs apart that they find so alike; more runs make a steadier median.
+    const Run& last = runs[least - 1];
+    const double bound = kAlike * slower(last);
+    const bool far = is_far(last.pace(), best);
+    runs.erase(std::find_if(runs.begin() + static_cast<std::ptrdiff_t>(least), runs.end(),
+                            [&](const Run& run) {
+                                return is_far(run.pace(), best) != far || slower(run) > bound;
+                            }),
+               runs.end());
     return runs;
 }
 

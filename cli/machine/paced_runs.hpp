@@ -50,8 +50,8 @@ class PacedRuns {
         double nearest = 0;                  // [s] of a line at best; 0: not looked at
     };
     Worse worse(const Pace& best, std::size_t least) const;
-    /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest;
-    /// of all where the pace of none is known.
+    /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest
+    /// and of all that come as close; of all where the pace of none is known.
     std::vector<double> seconds(const Pace& best, std::size_t least) const;
 
     /// Seconds of a run that nothing disturbs: each run's that was not calm divided by how much

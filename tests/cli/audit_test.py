@@ -87,6 +87,16 @@ class Report(Audit):
             self.assertGreaterEqual(measured["runs"], 5)
             # It runs on where not all of its runs were calm.
             self.assertGreaterEqual(measured["set_aside"], 0)
+            # Looks are compared with the best; where processors never came together there is none.
+            self.assertEqual(entry["at_best_pace"], measured["at_best_pace"])
+            beside = measured["beside"]
+            if measured["at_best_pace"]:
+                self.assertLessEqual(beside["loop"], 1.1)
+                self.assertLessEqual(beside["hop"], 2)
+                self.assertLessEqual(beside["line"], 1.6)
+            self.assertGreaterEqual(1 if beside["loop"] is None else beside["loop"], 1)
+            self.assertGreaterEqual(beside["line"], 1)
+            self.assertGreaterEqual(beside["nearest"], 0)
 
     def test_medians_are_those_of_the_runs(self):
         for entry in self.tiny()["requests"]:
@@ -140,6 +150,8 @@ class Report(Audit):
         self.assertAlmostEqual(summary["regret_geomean"], math.exp(statistics.mean(map(math.log, regrets))))
         self.assertEqual(summary["regret_max"], max(regrets))
         self.assertAlmostEqual(summary["time_ratio_median"], statistics.median(ratios))
+        self.assertEqual(summary["time_ratio_at_best_pace"]["count"],
+                         sum(entry["at_best_pace"] for entry in report["requests"]))
         self.assertEqual(summary["violations"],
                          sum(not (e["error_within_budget"] and e["bytes_within_budget"]) for e in entries))
         self.assertGreaterEqual(summary["fixed_path"]["regret_geomean"], 1)

@@ -61,7 +61,8 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     }
     EXPECT_EQ(runs.calm(kBest), 3u);
     EXPECT_EQ(runs.seconds(kBest, 1), std::vector<double>(3, 1e-3));
-    EXPECT_EQ(runs.seconds(kBest, 4), (std::vector<double>{1e-3, 1e-3, 1e-3, 1.4e-3}));
+    EXPECT_EQ(runs.seconds(kBest, 4), (std::vector<double>{1e-3, 1e-3, 1e-3, 1.4e-3, 1.4e-3, 1.4e-3}))
+        << "all that are as near";
     EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
     // Nothing tells how near they could be where they never were.
     PacedRuns far;
@@ -75,6 +76,21 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     PacedRuns near;
     for (int i = 0; i < 3; ++i) near.add(1e-3, {kBest, kBest});
     EXPECT_EQ(near.calm(kBest), 3u);
+}
+
+TEST(Pace, HowMuchWorseTheMachineWasIsThatOfTheRunsThatCount) {
+    PacedRuns runs;
+    for (int i = 0; i < 5; ++i) runs.add(1e-3, {{1, 26e-9}, {1.06, 26e-9}, 17e-9});
+    for (int i = 0; i < 9; ++i) runs.add(2e-3, {{1.6, 157e-9}, {1.6, 157e-9}, 110e-9});
+    const PacedRuns::Worse calm = runs.worse({1, 26e-9}, 5);
+    EXPECT_DOUBLE_EQ(calm.loop, 1.03);
+    EXPECT_DOUBLE_EQ(calm.hop, 1);
+    EXPECT_DOUBLE_EQ(calm.line, 1);
+    EXPECT_DOUBLE_EQ(calm.nearest, 17e-9);
+    const PacedRuns::Worse all = runs.worse({1, 26e-9}, 14);
+    EXPECT_DOUBLE_EQ(all.loop, 1.6);
+    EXPECT_DOUBLE_EQ(all.hop, 157.0 / 26);
+    EXPECT_DOUBLE_EQ(all.line, 110.0 / 17);
 }
 
 TEST(Pace, DataAreAsNearAsOthersAsLarge) {
@@ -228,7 +244,7 @@ TEST(Pace, RunsOfProcessorsFarFromEachOtherAreNoMeasure) {
     PacedRuns runs;
     for (int i = 0; i < 9; ++i) runs.add(2e-3, {kFar, kFar});
     EXPECT_EQ(runs.calm(kBest), 0u);
-    EXPECT_EQ(runs.seconds(kBest, 3).size(), 3u);
+    EXPECT_EQ(runs.seconds(kBest, 3).size(), 9u) << "none is better than another";
     EXPECT_NEAR(runs.undisturbed(kBest), 2e-3, 1e-12) << "there is nothing else";
     // They moved during one of the runs; and a busy sibling is less than being far.
     runs.add(1.9e-3, {kFar, kNear});
