@@ -61,7 +61,8 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     }
     EXPECT_EQ(runs.calm(kBest), 3u);
     EXPECT_EQ(runs.seconds(kBest, 1), std::vector<double>(3, 1e-3));
-    EXPECT_EQ(runs.seconds(kBest, 4), (std::vector<double>{1e-3, 1e-3, 1e-3, 1.4e-3, 1.4e-3, 1.4e-3}))
+    EXPECT_EQ(runs.seconds(kBest, 4),
+              (std::vector<double>{1e-3, 1e-3, 1e-3, 1.4e-3, 1.4e-3, 1.4e-3}))
         << "all that are as near";
     EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
     // Nothing tells how near they could be where they never were.
