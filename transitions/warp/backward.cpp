@@ -161,8 +161,11 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const Mat4 map = to_input(offer.from, ask.want, view);
     const double seen = static_cast<double>(offer.to.samples()) * blocked_share(map, offer);
     const double taps = std::pow(count.points, 1.0 / offer.from.axes);
-    Eigen::Matrix3d lattice = map.topLeftCorner<3, 3>();
-    if (offer.from.axes == 2) lattice.row(2) = lattice.col(2).transpose() = Vec3::UnitZ();
+    Eigen::Matrix3d lattice = Eigen::Matrix3d::Identity();
+    if (offer.from.axes == 2)
+        lattice.topLeftCorner<2, 2>() = map.topLeftCorner<2, 2>();
+    else
+        lattice = map.topLeftCorner<3, 3>();
     const double lines =
         lines_touched(lattice, double(bytes_of(offer.from.type)) * offer.from.channels,
                       {taps, taps, offer.from.axes == 2 ? 1 : taps});
