@@ -76,8 +76,6 @@ std::vector<Trial> trials(bool quick) {
         all.push_back({Job::render, "phantom:shepp-logan:64", type, "10,30,20", "xray"});
         all.push_back({Job::warp, "phantom:shepp-logan:64", type, "10,30,20", nullptr});
     }
-    // Between what caches hold and what no cache holds: 3, 7, 12, 14 and 28 MB.
-    volume("phantom:gaussians:144", "25,35,-10", {Type::u8, Type::f32});
     volume("phantom:gaussians:192", "15,40,-5", {Type::u8, Type::i16, Type::f32});
     image("phantom:zone-plate:256", "20", {Type::u8, Type::f32});
     image("phantom:zone-plate:500", "70", {Type::u8, Type::f32});
