@@ -11,7 +11,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 /// @param all  every single run as well
 Json path_json(const MeasuredPath& path, bool all) {
@@ -22,12 +21,12 @@ Json path_json(const MeasuredPath& path, bool all) {
                     {"first", *path.first},
                     {"runs", path.seconds.size()},
                     {"set_aside", path.set_aside},
-                    {"at_best_pace", path.at_best_pace},
+                    {"at_best_pace", path.worse.calm},
                     {"beside",
-                     {{"loop", finite_or_null(path.worse.loop)},
-                      {"hop", finite_or_null(path.worse.hop)},
-                      {"line", finite_or_null(path.worse.line)},
-                      {"nearest", finite_or_null(path.worse.nearest)}}},
+                     {{"loop", path.worse.loop},
+                      {"hop", path.worse.hop},
+                      {"line", path.worse.line},
+                      {"nearest", path.worse.nearest}}},
                     {"bytes", path.bytes},
                     {"resident_bytes", or_null(path.resident_bytes)},
                     {"error", to_json(path.error)}};
@@ -76,7 +75,7 @@ Json audit_entry(const AuditedRequest& request) {
     json["best"] = path_json(*verdict.best, true);
     json["regret"] = verdict.regret;
     json["predicted_over_measured"] = chosen.predicted.seconds / chosen.median();
-    json["at_best_pace"] = chosen.at_best_pace;
+    json["at_best_pace"] = chosen.worse.calm;
     json["error_within_budget"] = verdict.error_kept;
     json["bytes_within_budget"] = verdict.bytes_kept;
     json["seconds_within_budget"] = verdict.seconds_kept;

@@ -64,7 +64,7 @@ void put_times(Json& json, const Requests& requests) {
         const double ratio = path.predicted.seconds / path.median();
         all.push_back(ratio);
         if (path.chosen) chosen.push_back(ratio);
-        if (path.chosen && path.at_best_pace) at_best_pace.push_back(ratio);
+        if (path.chosen && path.worse.calm) at_best_pace.push_back(ratio);
     });
     for (const AuditedRequest* request : requests) {
         Values predicted, measured;

@@ -13,7 +13,7 @@ namespace {
 
 /// Siblings make up to 1.8 of it; beyond this the loop itself was interrupted, not the run.
 constexpr double kSlowest = 2.5;
-/// Looks at the same moment differ by so much.
+/// Runs whose looks differ by less are alike: half of what looks at calm ones may differ by.
 constexpr double kAlike = 1.05;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
@@ -53,7 +53,8 @@ std::size_t PacedRuns::calm(const Pace& best) const {
     }));
 }
 
-std::vector<PacedRuns::Run> PacedRuns::counted(const Pace& best, std::size_t least) const {
+std::vector<PacedRuns::Run> PacedRuns::calmest(const Pace& best, std::size_t least,
+                                               std::size_t calm) const {
     std::vector<Run> runs = runs_;
     const double nearest = least_line();
     // How much longer a run takes, about: a ray caster of 6 MB took 2.4 times as long where a line
@@ -67,39 +68,35 @@ std::vector<PacedRuns::Run> PacedRuns::counted(const Pace& best, std::size_t lea
     });
     // Where nothing is known of any, none is better than the others.
     if (runs.empty() || !std::isfinite(runs.front().pace().loop)) return runs;
-    const std::size_t calm = this->calm(best);
-    if (calm >= least || least >= runs.size()) {
-        runs.resize(std::min(runs.size(), std::max(least, calm)));
-        return runs;
+    std::size_t count = std::min(runs.size(), std::max({least, calm, std::size_t{1}}));
+    if (calm < count) {
+        // More runs make a steadier median.
+        const Run& last = runs[count - 1];
+        const auto alike = [&](const Run& run) {
+            return is_far(run.pace(), best) == is_far(last.pace(), best) &&
+                   slower(run) <= kAlike * slower(last);
+        };
+        while (count < runs.size() && alike(runs[count])) ++count;
     }
-    // Looks tell no runs apart that they find so alike; more runs make a steadier median.
-    const Run& last = runs[least - 1];
-    const double bound = kAlike * slower(last);
-    const bool far = is_far(last.pace(), best);
-    runs.erase(std::find_if(runs.begin() + static_cast<std::ptrdiff_t>(least), runs.end(),
-                            [&](const Run& run) {
-                                return is_far(run.pace(), best) != far || slower(run) > bound;
-                            }),
-               runs.end());
+    runs.resize(count);
     return runs;
 }
 
-std::vector<double> PacedRuns::seconds(const Pace& best, std::size_t least) const {
-    std::vector<double> seconds;
-    for (const Run& run : counted(best, least)) seconds.push_back(run.seconds);
-    return seconds;
-}
-
-PacedRuns::Worse PacedRuns::worse(const Pace& best, std::size_t least) const {
+PacedRuns::Counted PacedRuns::counted(const Pace& best, std::size_t least) const {
     const double nearest = least_line();
+    const std::size_t calm = this->calm(best);
+    Counted counted;
     std::vector<double> loops, hops, lines;
-    for (const Run& run : counted(best, least)) {
+    for (const Run& run : calmest(best, least, calm)) {
+        counted.seconds.push_back(run.seconds);
         loops.push_back(run.pace().loop / best.loop);
         hops.push_back(best.hop > 0 ? run.pace().hop / best.hop : 1);
         lines.push_back(times_as_far(run.beside.line, nearest));
     }
-    if (loops.empty()) return {};
-    return {median(std::move(loops)), median(std::move(hops)), median(std::move(lines)), nearest};
+    if (!loops.empty())
+        counted.worse = {median(std::move(loops)), median(std::move(hops)),
+                         median(std::move(lines)), nearest, calm >= counted.seconds.size()};
+    return counted;
 }
 
 double PacedRuns::undisturbed(const Pace& best) const {

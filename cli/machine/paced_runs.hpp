@@ -44,15 +44,22 @@ class PacedRuns {
     /// the least (docs/planner.md: runs on 8 MB take up to 2.5 times as
     /// long, and more, where their data are far).
     std::size_t calm(const Pace& best) const;
-    /// How much worse the machine was than at its best beside the runs that seconds() takes.
+    /// The machine beside runs, against its best.
     struct Worse {
         double loop = 1, hop = 1, line = 1;  // medians, times the best
         double nearest = 0;                  // [s] of a line at best; 0: not looked at
+        bool calm = false;                   // all runs were
     };
-    Worse worse(const Pace& best, std::size_t least) const;
-    /// Seconds of the calm runs; where they are fewer than `least`, of so many that come closest
-    /// and of all that come as close; of all where the pace of none is known.
-    std::vector<double> seconds(const Pace& best, std::size_t least) const;
+    struct Counted {
+        std::vector<double> seconds;  // of each run
+        Worse worse;
+    };
+    /// The calm runs; where they are fewer than `least`, so many that come closest and all that
+    /// come as close; all where the pace of none is known.
+    Counted counted(const Pace& best, std::size_t least) const;
+    std::vector<double> seconds(const Pace& best, std::size_t least) const {
+        return counted(best, least).seconds;
+    }
 
     /// Seconds of a run that nothing disturbs: each run's that was not calm divided by how much
     /// slower than the best the better of the loops beside it was; of these the 0.2 quantile, as
@@ -69,8 +76,8 @@ class PacedRuns {
         /// Of its time.
         Pace pace() const noexcept;
     };
-    /// Those that count.
-    std::vector<Run> counted(const Pace& best, std::size_t least) const;
+    /// Those that count, of which so many are calm; the calmest first.
+    std::vector<Run> calmest(const Pace& best, std::size_t least, std::size_t calm) const;
     /// Of all runs, and of any data as large as all that they hold; 0: none was looked at.
     double least_line() const;
 

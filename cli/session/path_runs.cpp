@@ -144,9 +144,9 @@ void PathRuns::run_again(std::size_t i) {
 }
 
 void PathRuns::choose(std::size_t i) {
-    paths_[i].seconds = runs_[i].seconds(best(), static_cast<std::size_t>(repeat_));
-    paths_[i].at_best_pace = calm_runs(i) >= static_cast<std::size_t>(repeat_);
-    paths_[i].worse = runs_[i].worse(best(), static_cast<std::size_t>(repeat_));
+    PacedRuns::Counted counted = runs_[i].counted(best(), static_cast<std::size_t>(repeat_));
+    paths_[i].seconds = std::move(counted.seconds);
+    paths_[i].worse = counted.worse;
     paths_[i].set_aside = runs_[i].size() - paths_[i].seconds.size();
 }
 

@@ -35,7 +35,6 @@ struct MeasuredPath {
     std::vector<double> seconds;     // further runs, as far as they count
     std::size_t set_aside = 0;       // further runs that do not: the host slowed them
     PacedRuns::Worse worse;          // the machine beside those that count
-    bool at_best_pace = false;       // enough runs were calm; else those count that come closest
     std::optional<double> given_up;  // [s] after which it was stopped: it takes longer
     double bytes = 0;                // peak: what the process held before, and what was counted
     std::optional<double>

@@ -83,15 +83,17 @@ TEST(Pace, HowMuchWorseTheMachineWasIsThatOfTheRunsThatCount) {
     PacedRuns runs;
     for (int i = 0; i < 5; ++i) runs.add(1e-3, {{1, 26e-9}, {1.06, 26e-9}, 17e-9});
     for (int i = 0; i < 9; ++i) runs.add(2e-3, {{1.6, 157e-9}, {1.6, 157e-9}, 110e-9});
-    const PacedRuns::Worse calm = runs.worse({1, 26e-9}, 5);
+    const PacedRuns::Worse calm = runs.counted({1, 26e-9}, 5).worse;
     EXPECT_DOUBLE_EQ(calm.loop, 1.03);
     EXPECT_DOUBLE_EQ(calm.hop, 1);
     EXPECT_DOUBLE_EQ(calm.line, 1);
     EXPECT_DOUBLE_EQ(calm.nearest, 17e-9);
-    const PacedRuns::Worse all = runs.worse({1, 26e-9}, 14);
+    EXPECT_TRUE(calm.calm);
+    const PacedRuns::Worse all = runs.counted({1, 26e-9}, 14).worse;
     EXPECT_DOUBLE_EQ(all.loop, 1.6);
     EXPECT_DOUBLE_EQ(all.hop, 157.0 / 26);
     EXPECT_DOUBLE_EQ(all.line, 110.0 / 17);
+    EXPECT_FALSE(all.calm);
 }
 
 TEST(Pace, DataAreAsNearAsOthersAsLarge) {
