@@ -96,12 +96,12 @@ double Profile::counted(const Work& work) const noexcept {
     const double byte_read =
         levels.empty() ? streamed : cost_in(levels, &Level::streamed, work.swept);
     const double near = levels.empty() ? gather : levels.front().gather;
-    // What a read takes longer when its line is not yet near. Runs that follow each other find
-    // what they read where it was left, however large the data it lies in.
-    const double read = work.span > 0 ? std::min(work.span, kLineBytes * work.lines) : 0;
+    // What a read takes longer when its line is not yet near: between two runs that read the same
+    // line the others that `span` holds went through the caches.
     const double line =
-        levels.empty() ? 0
-                       : std::max(0.0, cost_in(levels, &Level::line, read) - levels.front().line);
+        levels.empty()
+            ? 0
+            : std::max(0.0, cost_in(levels, &Level::line, work.span) - levels.front().line);
     return work.operations * operation + work.streamed * byte_read + work.gathers * near +
            (work.lines - (1 - kAskedFor) * work.asked) * line + work.local * local +
            (work.global + work.congested * congestion) * global;

@@ -434,7 +434,7 @@ class Calibration {
         }
         profile_.provenance.insert(
             {{"rates",
-              fmt::format("measured; phantoms of 48^3 to 192^3 and 256^2 to 2000^2 samples; "
+              fmt::format("measured; phantoms of 48^3 to 270^3 and 256^2 to 2000^2 samples; "
                           "{} visits, {} of them disturbed by the host; {} % of runs at the best "
                           "pace, others brought to it",
                           visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
