@@ -29,7 +29,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::int64_t kFloat = sizeof(float);
-constexpr std::int64_t kMostSet = std::int64_t{64} << 20;        // [byte]
+constexpr std::int64_t kMostSet = std::int64_t{256} << 20;       // [byte]
 constexpr std::int64_t kStreamedAtOnce = std::int64_t{4} << 20;  // [byte] of a larger set, a part
 constexpr std::int64_t kReadAtOnce = std::int64_t{1} << 19;      // samples, likewise
 constexpr std::int64_t kLinesAtOnce = std::int64_t{1} << 17;     // read one a line, likewise

@@ -206,13 +206,10 @@ TEST(Cost, LevelsOfMemoryPriceWhatIsRead) {
         return cost_of(edge, offer, {want, scene}, profile, 1).seconds;
     };
     EXPECT_DOUBLE_EQ(seconds(50), 8);
-    // Two lines of it are no larger a set than 128 bytes.
-    constexpr double kTwoLines = 128;
-    const double line = cost_in(profile.levels, &Level::line, kTwoLines) - 1.5;
-    EXPECT_DOUBLE_EQ(seconds(200), 8 + 2 * line);
-    EXPECT_DOUBLE_EQ(seconds(1e9), 8 + 2 * line);
-    EXPECT_GT(line, 0);
-    EXPECT_LT(line, 9 - 1.5);
+    // Two lines come from where all the data are.
+    EXPECT_DOUBLE_EQ(seconds(200), 8 + 2 * (9 - 1.5));
+    EXPECT_DOUBLE_EQ(seconds(150), 8 + 2 * (cost_in(profile.levels, &Level::line, 150) - 1.5));
+    EXPECT_LT(seconds(150), seconds(200));
 }
 
 TEST(Cost, RandomOnesHangOnEdgeParametersAndSeed) {
