@@ -169,9 +169,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double lines =
         lines_touched(lattice, double(bytes_of(offer.from.type)) * offer.from.channels,
                       {taps, taps, offer.from.axes == 2 ? 1 : taps});
-    // Lines are read before they are written, tile by tile, those of what sees nothing as well.
     return {.operations = seen * (count.place + count.filter * offer.from.channels),
-            .streamed = 2 * offer.to.bytes(),
+            .streamed = offer.to.bytes(),
             .gathers = seen * count.points * offer.from.channels,
             .lines = seen * lines};
 }
