@@ -45,8 +45,9 @@ std::shared_ptr<Data> framed(const Data& from, MemoryBudget* memory) {
 
 }  // namespace
 
-// No side is one whose slices are multiples of many pages: such volumes, of powers of two above all,
-// meet themselves in the caches (docs/planner.md), and rates of them would not be those of others.
+// No side is one whose slices are multiples of many pages: such volumes, of powers of two above
+// all, meet themselves in the caches (docs/planner.md), and rates of them would not be those of
+// others.
 std::vector<Trial> trials(bool quick) {
     std::vector<Trial> all;
     const auto volume = [&](const char* input, const char* turn, std::vector<Type> types,
