@@ -45,9 +45,8 @@ std::shared_ptr<Data> framed(const Data& from, MemoryBudget* memory) {
 
 }  // namespace
 
-// No side is one whose slices are multiples of many pages: such volumes, of powers of two above
-// all, meet themselves in the caches (docs/planner.md), and rates of them would not be those of
-// others.
+// Of volumes beyond the nearest caches no slice is a multiple of many pages: such ones, of powers of
+// two above all, meet themselves in the caches (docs/planner.md), and have rates of their own.
 std::vector<Trial> trials(bool quick) {
     std::vector<Trial> all;
     const auto volume = [&](const char* input, const char* turn, std::vector<Type> types,
@@ -80,7 +79,7 @@ std::vector<Trial> trials(bool quick) {
         all.push_back({Job::warp, "phantom:shepp-logan:64", type, "10,30,20", nullptr});
     }
     volume("phantom:gaussians:190", "15,40,-5", {Type::u8, Type::i16, Type::f32});
-    // What is written is beyond all caches.
+    // 79 MB are written, more than caches keep.
     all.push_back({Job::warp, "phantom:gaussians:270", Type::u8, "15,40,-5", nullptr});
     image("phantom:zone-plate:256", "20", {Type::u8, Type::f32});
     image("phantom:zone-plate:500", "70", {Type::u8, Type::f32});
