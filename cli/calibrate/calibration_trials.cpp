@@ -45,8 +45,8 @@ std::shared_ptr<Data> framed(const Data& from, MemoryBudget* memory) {
 
 }  // namespace
 
-// Of volumes beyond the nearest caches no slice is a multiple of many pages: such ones, of powers of
-// two above all, meet themselves in the caches (docs/planner.md), and have rates of their own.
+// Of volumes beyond the nearest caches no slice is a multiple of many pages: such ones, of powers
+// of two above all, meet themselves in the caches (docs/planner.md), and have rates of their own.
 std::vector<Trial> trials(bool quick) {
     std::vector<Trial> all;
     const auto volume = [&](const char* input, const char* turn, std::vector<Type> types,
