@@ -17,9 +17,13 @@ struct Work {
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
     double lines = 0;     // of memory that these bring from `span`; what else they read is near
     double asked = 0;     // of these lines, those that are asked for before they are read
+    /// Lines from elsewhere, out of `others`: those that neighbours read again, those written.
+    double other_lines = 0;
+    double begun = 0;  // things set up one by one before a loop runs over them: rays
     /// Bytes that lines, and what is streamed, lie within; of one rank. They tell which levels of
     /// memory serve them. 0: the planner's guess, all of the input, and input and output.
     double span = 0, swept = 0;
+    double others = 0;     // bytes that other lines lie within
     double local = 0;      // L: samples read from a neighbouring tile or rank
     double global = 0;     // G: samples sent to an arbitrary rank, one to one
     double congested = 0;  // G that may meet at one rank, before congestion N

@@ -21,4 +21,18 @@ double lines_touched(const Eigen::Matrix3d& lattice, double bytes, const Eigen::
     return swept / line;
 }
 
+double lines_swept(const Eigen::Matrix3d& lattice, int side, double bytes,
+                   const Eigen::Vector3d& taps) {
+    const double line = kLineBytes / bytes;  // [voxels]
+    const Eigen::Vector3d right = side * lattice.col(0), down = side * lattice.col(1),
+                          along = lattice.col(2);
+    const Eigen::Vector3d box(line - 1 + taps.x(), taps.y(), taps.z());
+    const Eigen::Vector3d faces(box.y() * box.z(), box.z() * box.x(), box.x() * box.y());
+    // The shadow along the rows of the box with the parallelogram added to it.
+    const double swept = std::abs(right.cross(down).dot(along)) +
+                         right.cross(along).cwiseAbs().dot(box) +
+                         down.cross(along).cwiseAbs().dot(box) + along.cwiseAbs().dot(faces);
+    return swept / line / (side * side);
+}
+
 }  // namespace edgewise

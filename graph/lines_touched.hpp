@@ -18,4 +18,10 @@ namespace edgewise {
 /// @param taps     that a sample reads along each axis
 double lines_touched(const Eigen::Matrix3d& lattice, double bytes, const Eigen::Vector3d& taps);
 
+/// The same where nothing is kept for other rows: `side` x `side` rows of samples, along the
+/// lattice's third column, are read together, and share lines among themselves alone. A line is
+/// touched where the parallelogram of the front, swept along the rows, meets its box.
+double lines_swept(const Eigen::Matrix3d& lattice, int side, double bytes,
+                   const Eigen::Vector3d& taps);
+
 }  // namespace edgewise

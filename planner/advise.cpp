@@ -37,9 +37,10 @@ const std::vector<double>& normal_quantiles() {
 }
 
 /// Where a cost comes from; "measured" needs no advice.
-std::string state_of(const std::string& name, double counted, const Profile& profile,
+std::string state_of(const std::string& name, const Counted& work, const Profile& profile,
                      const std::string& build) {
     const auto found = profile.rates.measured().find(name);
+    const double counted = work.seconds;
     if (found != profile.rates.measured().end() && counted > 0) {
         const std::vector<Rate>& curve = found->second;
         if (profile.build != build) return "stale";
@@ -47,7 +48,7 @@ std::string state_of(const std::string& name, double counted, const Profile& pro
             counted * kAlike >= curve.front().counted && counted <= kAlike * curve.back().counted;
         return among ? "measured" : "beyond";
     }
-    if (profile.rates.at(name, counted).ratio > 0) return "borrowed";
+    if (profile.rates.at(name, work).ratio > 0) return "borrowed";
     for (std::string known = name.substr(0, name.find(' '));; known.resize(known.rfind('/'))) {
         if (profile.factors.contains(known)) {
             const auto origin = profile.provenance.find("factors." + known);
@@ -142,7 +143,8 @@ class Adviser {
         const double among = std::max(1.0, cost.from_ranks);
         CostAdvice one;
         one.name = names_[name];
-        one.state = state_of(one.name, profile_.counted(cost.work) / among, profile_, build_);
+        const Counted all = profile_.counted(cost.work);
+        one.state = state_of(one.name, {all.seconds / among, all.apart / among}, profile_, build_);
         if (one.state == "measured") {
             ++advice.measured;
             return;
@@ -185,7 +187,7 @@ class Adviser {
                          .streamed = in.bytes() + out.bytes(),
                          .swept = in.bytes() + out.bytes()};
         const bool spread = in.place == Place::ranks || out.place == Place::ranks;
-        return out.runs() * profile_.counted(least) / std::max(1, profile_.processors) /
+        return out.runs() * profile_.counted(least).seconds / std::max(1, profile_.processors) /
                (spread ? std::max(1, want_.ranks) : 1);
     }
 

@@ -21,12 +21,19 @@ struct Field {
 };
 
 constexpr Field kFields[] = {
-    {"operation", &Profile::operation, 0, 1}, {"streamed", &Profile::streamed, 0, 1},
-    {"gather", &Profile::gather, 0, 1},       {"local", &Profile::local, 0, 1},
-    {"global", &Profile::global, 0, 1},       {"start", &Profile::start, 0, 1},
-    {"serial", &Profile::serial, 0, 1},       {"congestion", &Profile::congestion, 0, 1e6},
-    {"latency", &Profile::latency, 0, 1},     {"byte", &Profile::byte, 0, 1},
-    {"memory", &Profile::memory, 0, 1e18},    {"spread", &Profile::spread, 0, 10},
+    {"operation", &Profile::operation, 0, 1},
+    {"streamed", &Profile::streamed, 0, 1},
+    {"gather", &Profile::gather, 0, 1},
+    {"begin", &Profile::begin, 0, 1},
+    {"local", &Profile::local, 0, 1},
+    {"global", &Profile::global, 0, 1},
+    {"start", &Profile::start, 0, 1},
+    {"serial", &Profile::serial, 0, 1},
+    {"congestion", &Profile::congestion, 0, 1e6},
+    {"latency", &Profile::latency, 0, 1},
+    {"byte", &Profile::byte, 0, 1},
+    {"memory", &Profile::memory, 0, 1e18},
+    {"spread", &Profile::spread, 0, 10},
 };
 
 /// Spread where an edge was not timed on this machine: over the requests of
@@ -60,7 +67,7 @@ const std::map<std::string, double> kDefaultFactors = {
 /// What a line costs that was asked for before it is read, of one that is waited for. Of casts of
 /// 192^3 to 256^3 (u8, 16 bits, f32) 0 to 0.5 where rays follow rows or lie far apart, and 1 to 4
 /// across slices; of these it is what predicts casts of scans best.
-constexpr double kAskedFor = 0.25;
+constexpr double kAskedFor = 0.35;
 
 std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& fields) {
     constexpr int kMost = 1 << 20;
@@ -92,19 +99,24 @@ nlohmann::json calm_json(const std::map<int, CalmLooks>& calm) {
 
 }  // namespace
 
-double Profile::counted(const Work& work) const noexcept {
+Counted Profile::counted(const Work& work) const noexcept {
     const double byte_read =
         levels.empty() ? streamed : cost_in(levels, &Level::streamed, work.swept);
     const double near = levels.empty() ? gather : levels.front().gather;
     // What a read takes longer when its line is not yet near: between two runs that read the same
     // line the others that `span` holds went through the caches.
-    const double line =
-        levels.empty()
-            ? 0
-            : std::max(0.0, cost_in(levels, &Level::line, work.span) - levels.front().line);
-    return work.operations * operation + work.streamed * byte_read + work.gathers * near +
-           (work.lines - (1 - kAskedFor) * work.asked) * line + work.local * local +
-           (work.global + work.congested * congestion) * global;
+    const auto line = [&](double set) {
+        return levels.empty()
+                   ? 0
+                   : std::max(0.0, cost_in(levels, &Level::line, set) - levels.front().line);
+    };
+    const double loops = work.operations * operation + work.streamed * byte_read +
+                         work.gathers * near + work.local * local +
+                         (work.global + work.congested * congestion) * global;
+    double apart =
+        work.begun * begin + (work.lines - (1 - kAskedFor) * work.asked) * line(work.span);
+    if (work.other_lines > 0) apart += work.other_lines * line(work.others);
+    return {loops + apart, apart};
 }
 
 double Profile::factor(const std::string& edge) const {
@@ -119,10 +131,13 @@ double Profile::factor(const std::string& edge) const {
 
 Seconds Profile::seconds(const std::string& edge, const Work& work, int threads, int among,
                          int runs) const {
-    const double sharing = std::max(1, threads), each = counted(work) / std::max(1, among);
+    const double sharing = std::max(1, threads);
+    const Counted all = counted(work),
+                  part{all.seconds / std::max(1, among), all.apart / std::max(1, among)};
+    const double each = part.seconds;
     const double sending =
         message_seconds(messages, {.latency = latency, .byte = byte}, work.messages, work.sent);
-    const Rate rate = rates.at(edge, each, runs);
+    const Rate rate = rates.at(edge, part, runs);
     if (rate.ratio > 0) {
         // What all processors together took tells the share that threads do not speed up.
         const double alone = 1.0 / processors;

@@ -35,6 +35,7 @@ struct Profile {
     double operation = 0.05e-9;  // [s]; operations run in vectors, so far below a cycle
     double streamed = 0.12e-9;   // [s/byte]; where there are levels, these go before it
     double gather = 0.22e-9;     // [s]; likewise
+    double begin = 10e-9;        // [s] to set one thing up before a loop runs over it
     double local = 0.3e-9;       // [s]
     double global = 1e-9;        // [s], before congestion
     double congestion = 1;       // N: how many times that where accesses meet
@@ -63,7 +64,7 @@ struct Profile {
     Seconds seconds(const std::string& edge, const Work& work, int threads, int among = 1,
                     int runs = 1) const;
     /// Seconds of the counted work alone, on one thread.
-    double counted(const Work& work) const noexcept;
+    Counted counted(const Work& work) const noexcept;
     double factor(const std::string& edge) const;
 };
 

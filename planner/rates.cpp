@@ -17,7 +17,8 @@ constexpr double kAlike = 1.35;        // sizes within this factor are one
 constexpr double kLeastSpread = 0.03;  // what two runs of the same differ by
 constexpr double kBorrowed = 0.25;     // spread of a rate under another name, at least
 constexpr double kBeyond = 0.1;        // more spread for each factor e beyond the measured sizes
-/// [s] of any run beside what is counted: threads wake, pages are new. Small counts say little.
+/// [s] that count for loops in any run beside what is counted: threads wake, pages are new. Small
+/// counts say little.
 constexpr double kSetUp = 1e-5;
 constexpr std::size_t kNear = 4;  // neighbours on either side that sharing is the median of
 
@@ -69,6 +70,22 @@ std::vector<Rate> by_size(std::vector<Rate> rates) {
         begin = end;
     }
     return curve;
+}
+
+/// The name without the type.
+std::string base_of(const std::string& name) { return name.substr(0, name.rfind(' ')); }
+
+/// Seconds that loops took over what was counted for them. Where what is apart explains nearly all,
+/// or more, little follows for them: they take a tenth.
+double loops_pace(const Rate& rate) {
+    constexpr double kLeast = 0.1;
+    const double took = rate.ratio * rate.counted;
+    return std::max(took - rate.apart, kLeast * took) / (rate.counted - rate.apart + kSetUp);
+}
+
+/// Seconds on one thread where loops take so many times what is counted.
+double expected(const Counted& counted, double pace) {
+    return pace * (counted.seconds - counted.apart + kSetUp) + counted.apart;
 }
 
 std::string edge_of(const std::string& name) { return name.substr(0, name.find_first_of(" /")); }
@@ -135,14 +152,8 @@ Rate between(const std::vector<Rate>& curve, double counted) {
     const auto above =
         std::lower_bound(curve.begin(), end, counted,
                          [](const Rate& rate, double value) { return rate.counted < value; });
-    // Measured over counted seconds and set-up, which change less from size to size.
-    const auto level = [](const Rate& rate) {
-        return std::log(rate.ratio * rate.counted / (rate.counted + kSetUp));
-    };
-    const auto ratio = [&](double log) { return std::exp(log) * (1 + kSetUp / counted); };
     const auto beyond = [&](Rate rate) {
         rate.spread += kBeyond * std::abs(std::log(counted / rate.counted));
-        rate.ratio = ratio(level(rate));
         return rate;
     };
     if (above == curve.begin()) return beyond(curve.front());
@@ -150,7 +161,7 @@ Rate between(const std::vector<Rate>& curve, double counted) {
     const Rate &low = *(above - 1), &high = *above;
     const double f = std::log(counted / low.counted) / std::log(high.counted / low.counted);
     return {.counted = counted,
-            .ratio = ratio((1 - f) * level(low) + f * level(high)),
+            .ratio = std::exp((1 - f) * std::log(low.ratio) + f * std::log(high.ratio)),
             .shared = (1 - f) * low.shared + f * high.shared,
             .spread = (1 - f) * low.spread + f * high.spread,
             .runs = std::min(low.runs, high.runs)};
@@ -193,40 +204,58 @@ double Rates::shared_at(const std::string& name, double alone) const {
     return (1 - f) * low.shared + f * high.shared;
 }
 
-Rate Rates::at(const std::string& name, double counted, int runs) const {
-    if (!(counted > 0)) return {.ratio = 0};
-    Rate rate = alone_at(name, counted);
-    if (!(rate.ratio > 0)) return rate;
-    if (runs > 1 || !measured_.contains(name))
-        rate.shared = shared_at(name, counted * rate.ratio * runs);
+Rate Rates::at(const std::string& name, const Counted& counted, int runs) const {
+    if (!(counted.seconds > 0)) return {.ratio = 0};
+    const double pace = pace_of(name), without = expected(counted, pace);
+    if (!(pace > 0)) return {.ratio = 0};
+    Rate rate = alone_at(name, without);
+    const double seconds = without * rate.ratio;
+    rate.counted = counted.seconds;
+    rate.apart = counted.apart;
+    rate.ratio = seconds / counted.seconds;
+    if (runs > 1 || !measured_.contains(name)) rate.shared = shared_at(name, seconds * runs);
     return rate;
 }
 
-Rate Rates::alone_at(const std::string& name, double counted) const {
-    if (const auto exact = measured_.find(name); exact != measured_.end())
-        return along_others(*exact, counted);
-    const std::vector<Rate> curve = nearest(name);
-    if (curve.empty()) return {.ratio = 0};
-    Rate rate = between(curve, counted);
+double Rates::pace_of(const std::string& name) const {
+    const std::string base = base_of(name);
+    if (const auto exact = paces_.find(base); exact != paces_.end()) return exact->second;
+    const std::string edge = edge_of(name);
+    double pace = 0;
+    int best = std::numeric_limits<int>::min();
+    for (auto each = paces_.lower_bound(edge);
+         each != paces_.end() && each->first.starts_with(edge); ++each) {
+        const int alike = edge_of(each->first) == edge ? likeness(base, each->first) : best;
+        if (alike <= best) continue;
+        best = alike;
+        pace = each->second;
+    }
+    return pace;
+}
+
+Rate Rates::alone_at(const std::string& name, double expected) const {
+    if (const auto exact = left_.find(name); exact != left_.end())
+        return along_others(*exact, expected);
+    Rate rate = between(nearest(name), expected);
     rate.spread = std::max(rate.spread, kBorrowed);
     return rate;
 }
 
-Rate Rates::along_others(const Curves::value_type& own, double counted) const {
+Rate Rates::along_others(const Curves::value_type& own, double expected) const {
     const std::string& name = own.first;
     const std::vector<Rate>& curve = own.second;
-    const Rate end = between(curve, std::clamp(counted, curve.front().counted, last_of(curve)));
-    Rate rate = between(curve, counted);
-    if (is_about(end.counted, counted)) return rate;
+    const Rate end = between(curve, std::clamp(expected, curve.front().counted, last_of(curve)));
+    Rate rate = between(curve, expected);
+    if (is_about(end.counted, expected)) return rate;
     std::vector<double> growth;
     int best = 0;
     for_edge(edge_of(name), [&](const Curves::value_type& each) {
         const int alike = shared_parts(name, each.first);
         if (&each == &own || alike < best) return;
-        if (!reaches(each.second, counted) || !reaches(each.second, end.counted)) return;
+        if (!reaches(each.second, expected) || !reaches(each.second, end.counted)) return;
         if (alike > best) growth.clear();
         best = alike;
-        growth.push_back(between(each.second, counted).ratio /
+        growth.push_back(between(each.second, expected).ratio /
                          between(each.second, end.counted).ratio);
     });
     if (!growth.empty()) rate.ratio = end.ratio * median(std::move(growth));
@@ -236,8 +265,8 @@ Rate Rates::along_others(const Curves::value_type& own, double counted) const {
 template <class Each>
 void Rates::for_edge(const std::string& edge, const Each& each) const {
     // Names of an edge follow each other, among those of edges that begin alike.
-    for (auto named = measured_.lower_bound(edge);
-         named != measured_.end() && named->first.starts_with(edge); ++named)
+    for (auto named = left_.lower_bound(edge);
+         named != left_.end() && named->first.starts_with(edge); ++named)
         if (edge_of(named->first) == edge) each(*named);
 }
 
@@ -256,8 +285,25 @@ std::vector<Rate> Rates::nearest(const std::string& name) const {
 }
 
 Rates::Rates(Curves measured) {
-    for (auto& [name, rates] : measured)
-        if (!rates.empty()) measured_[name] = by_size(std::move(rates));
+    std::map<std::string, std::vector<double>> paces;
+    for (auto& [name, rates] : measured) {
+        if (rates.empty()) continue;
+        std::sort(rates.begin(), rates.end(), [](const Rate& a, const Rate& b) {
+            return std::tie(a.frames, a.counted) < std::tie(b.frames, b.counted);
+        });
+        for (const Rate& rate : rates) paces[base_of(name)].push_back(loops_pace(rate));
+        measured_[name] = std::move(rates);
+    }
+    for (auto& [base, all] : paces) paces_[base] = median(std::move(all));
+    for (const auto& [name, rates] : measured_) {
+        std::vector<Rate> left = rates;
+        for (Rate& rate : left) {
+            const double took = rate.ratio * rate.counted;
+            rate.counted = expected({rate.counted, rate.apart}, paces_.at(base_of(name)));
+            rate.ratio = took / rate.counted;
+        }
+        left_[name] = by_size(std::move(left));
+    }
     shared_ = shared_of(measured_);
 }
 
@@ -268,6 +314,7 @@ Rates rates_of(const std::map<std::string, std::vector<Timed>>& timed) {
             if (each.counted > 0 && each.alone > 0)
                 curves[name].push_back(
                     {.counted = each.counted,
+                     .apart = each.apart,
                      .ratio = each.alone / each.counted,
                      .shared = each.together > 0 ? each.together / each.alone : 1,
                      .spread = each.spread,
@@ -282,6 +329,7 @@ nlohmann::json to_json(const Rates& rates) {
         nlohmann::json& list = json[name] = nlohmann::json::array();
         for (const Rate& rate : curve)
             list.push_back({{"counted", rate.counted},
+                            {"apart", rate.apart},
                             {"ratio", rate.ratio},
                             {"shared", rate.shared},
                             {"spread", rate.spread},
@@ -307,7 +355,9 @@ Rates rates_of(const nlohmann::json& json, const std::string& file) {
             };
             const int frames =
                 each.contains("frames") ? static_cast<int>(number("frames", 1, 1e9)) : 1;
-            curve.push_back({.counted = number("counted", 1e-12, 1e9),
+            const double counted = number("counted", 1e-12, 1e9);
+            curve.push_back({.counted = counted,
+                             .apart = each.contains("apart") ? number("apart", 0, counted) : 0,
                              .ratio = number("ratio", 1e-6, 1e6),
                              .shared = number("shared", 1e-6, 1e3),
                              .spread = number("spread", 0, 10),

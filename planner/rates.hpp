@@ -7,9 +7,19 @@
 
 namespace edgewise {
 
+/// Seconds of one run on one thread by the machine's numbers alone, and what of them is no matter
+/// of how fast a kernel's loops are: setting rays up, lines that loops wait for.
+struct Counted {
+    double seconds = 0, apart = 0;
+
+    // NOLINTNEXTLINE(google-explicit-constructor): most are loops alone
+    Counted(double all = 0, double of_these = 0) noexcept : seconds(all), apart(of_these) {}
+};
+
 /// What an edge took at one size, against what was counted.
 struct Rate {
     double counted = 0;  // [s] of one run on one thread, by the machine's numbers alone
+    double apart = 0;    // of these [s], see Counted
     double ratio = 1;    // measured over counted seconds
     double shared = 1;   // seconds with all processors over seconds with one
     double spread = 0;   // of the ratio, between requests and runs: standard deviation of its log
@@ -19,8 +29,9 @@ struct Rate {
 
 /// One timed step.
 struct Timed {
-    double counted = 0, alone = 0, together = 0;  // [s] of one frame: one thread, all processors
-    double spread = 0;                            // of the log of `alone`: standard error
+    double counted = 0, apart = 0;   // [s] of one frame, see Counted
+    double alone = 0, together = 0;  // [s] of one frame: one thread, all processors
+    double spread = 0;               // of the log of `alone`: standard error
     int runs = 0;
     int frames = 1;
 };
@@ -34,21 +45,25 @@ class Rates {
     using Curves = std::map<std::string, std::vector<Rate>>;
 
     Rates() = default;
-    /// Sizes within a third of each other are one: its rate is their median, so that a single bad
-    /// one moves nothing.
+    /// What counts for loops takes is of one edge, its parameters and a kind one factor, whatever
+    /// the type and the size: the median of what was measured beyond the seconds apart. So requests
+    /// whose rays are short or far apart are served by those of long ones. What is left is a curve
+    /// for each name. Sizes within a third of each other are one: its rate is their median, so that
+    /// a single bad one moves nothing.
     explicit Rates(Curves measured);
 
     bool empty() const noexcept { return measured_.empty(); }
-    /// At so many counted seconds: between sizes by the logarithms of both; beyond them as those
-    /// names of the edge go on, in the median, that are most like it and reach so far, or as at the
-    /// last size, but for the set-up of a run, which is the same for all. What several processors
-    /// bring to a single run under a measured name is the name's own: then its seconds on all of
-    /// them are those that were timed. Else it is a matter of the edge and of how long it runs
-    /// (waking threads takes a fixed time, parts that do not divide a fixed share): the median over
-    /// the edge's parameters, kinds and types at about the seconds of all `runs`.
+    /// At so many counted seconds, those apart taken as they are: between sizes by the logarithms
+    /// of both; beyond them as those names of the edge go on, in the median, that are most like it
+    /// and reach so far, or as at the last size, but for the set-up of a run, which is the same for
+    /// all. What several processors bring to a single run under a measured name is the name's own:
+    /// then its seconds on all of them are those that were timed. Else it is a matter of the edge
+    /// and of how long it runs (waking threads takes a fixed time, parts that do not divide a fixed
+    /// share): the median over the edge's parameters, kinds and types at about the seconds of all
+    /// `runs`.
     /// @return ratio 0 where nothing was measured under any part of the name
-    Rate at(const std::string& name, double counted, int runs = 1) const;
-    /// By name, sorted by size.
+    Rate at(const std::string& name, const Counted& counted, int runs = 1) const;
+    /// As measured, by name, sorted by size.
     const Curves& measured() const noexcept { return measured_; }
 
  private:
@@ -59,17 +74,22 @@ class Rates {
     using Shared = std::map<std::string, std::vector<Sharing>>;
     static Shared shared_of(const Curves& curves);
     double shared_at(const std::string& name, double alone) const;
-    Rate alone_at(const std::string& name, double counted) const;
+    /// What follows has for `counted` the seconds that are expected where nothing is left of them.
+    Rate alone_at(const std::string& name, double expected) const;
     std::vector<Rate> nearest(const std::string& name) const;
     /// Beyond the measured sizes of a name: as those of its edge go on, in the median, that share
     /// the most parts with it of all that reach so far.
-    Rate along_others(const Curves::value_type& own, double counted) const;
+    Rate along_others(const Curves::value_type& own, double expected) const;
+    /// Seconds of loops over counted ones: of those names that are most like one.
+    double pace_of(const std::string& name) const;
     /// Calls each(name and curve) for all of an edge.
     template <class Each>
     void for_edge(const std::string& edge, const Each& each) const;
 
     Curves measured_;
-    Shared shared_;  // by name of the edge, sorted by seconds
+    Curves left_;                          // over expected seconds, those of about one size joined
+    std::map<std::string, double> paces_;  // of loops, by name without the type
+    Shared shared_;                        // by name of the edge, sorted by seconds
 };
 
 /// What was timed, by name.

@@ -159,16 +159,20 @@ class Calibration {
         return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
     }
 
-    /// What is timed: name, counted seconds, frames.
-    using What = std::tuple<std::string, double, int>;
+    /// What is timed: name, counted seconds, those apart, frames.
+    using What = std::tuple<std::string, double, double, int>;
     What what(const Case& of, const Step& step) const {
-        return {name(of, step), profile_.counted(step.work), step.runs()};
+        const Counted counted = profile_.counted(step.work);
+        return {name(of, step), counted.seconds, counted.apart, step.runs()};
     }
 
     /// What reads what another step just wrote takes longer than what reads the input: of paths
-    /// that are timed for one edge, others tell nothing.
-    static bool counts(const Case& of, const Step& step) {
-        return !of.edge || step.by->name == of.edge;
+    /// that are timed for one edge, others tell nothing, and no edge's rates are those behind a
+    /// copy.
+    static bool counts(const Case& of, const Plan& plan, const Step& step) {
+        const bool behind =
+            &step != &plan.steps.front() && (&step)[-1].by->name.starts_with("store.");
+        return of.edge ? step.by->name == of.edge : !behind;
     }
 
     static bool has_fine_steps(const Plan& plan) {
@@ -203,7 +207,7 @@ class Calibration {
         for (Plan& plan : plans) {
             std::set<What> brought;
             for (const Step& step : plan.steps)
-                if (counts(one, step)) brought.insert(what(one, step));
+                if (counts(one, plan, step)) brought.insert(what(one, step));
             if (std::includes(seen_.begin(), seen_.end(), brought.begin(), brought.end())) continue;
             // The cheapest few are timed even where the time is used up.
             if (since(begin_) > end_ && timed >= 4) break;
@@ -336,7 +340,7 @@ class Calibration {
     void collect(const Case& one) {
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
-                if (!counts(one, path.plan.steps[k])) continue;
+                if (!counts(one, path.plan, path.plan.steps[k])) continue;
                 TimedStep& timed = steps_[what(one, path.plan.steps[k])];
                 timed.alone.join(path.alone[k]);
                 timed.together.join(profile_.processors > 1 ? path.together[k] : path.alone[k]);
@@ -347,7 +351,7 @@ class Calibration {
         std::map<std::string, std::vector<Timed>> timed;
         const Pace best = best_pace(profile_.processors);
         for (const auto& [what, step] : steps_) {
-            const auto& [name, counted, frames] = what;
+            const auto& [name, counted, apart, frames] = what;
             runs_ += step.together.size();
             calm_ += step.together.calm(best);
             if (step.alone.size() == 0 || step.together.size() == 0) continue;
@@ -356,6 +360,7 @@ class Calibration {
             const double alone =
                 std::min(step.alone.undisturbed(best_pace(1)), profile_.processors * shared);
             timed[name].push_back({.counted = counted,
+                                   .apart = apart,
                                    .alone = alone / frames,
                                    .together = shared / frames,
                                    .spread = median_error(step.together.seconds(best, 3)),

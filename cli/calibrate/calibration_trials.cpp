@@ -90,6 +90,9 @@ std::vector<Trial> trials(bool quick) {
         for (const char* turn : {"5,60,10", "-3,84,4"})
             for (const char* mode : {"mip", "xray", "composite"})
                 all.push_back({Job::render, "phantom:gaussians:190", type, turn, mode, "112x112"});
+    for (const char* size : {"112x112", "256x256"})
+        for (const char* mode : {"mip", "xray", "composite"})
+            all.push_back({Job::render, "phantom:gaussians:270", Type::u8, "5,60,10", mode, size});
     // More pixels than samples: ray casts read such data as they do what caches hold.
     for (const char* mode : {"mip", "xray", "composite"})
         all.push_back(

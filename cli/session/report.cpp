@@ -31,6 +31,8 @@ Json work_json(const Work& work) {
             {"gathers", work.gathers},
             {"lines", work.lines},
             {"asked", work.asked},
+            {"other_lines", work.other_lines},
+            {"begun", work.begun},
             {"local", work.local},
             {"global", work.global},
             {"congested", work.congested},
@@ -40,6 +42,7 @@ Json work_json(const Work& work) {
             {"workspace", work.workspace},
             {"span", work.span},
             {"swept", work.swept},
+            {"others", work.others},
             {"way", work.way}};
 }
 

@@ -156,8 +156,8 @@ TEST(Cost, LinesThatAreAskedForCostLess) {
     };
     // As far away as before: it is the waiting that is less.
     EXPECT_DOUBLE_EQ(seconds(0), 1000 * 8);
-    EXPECT_DOUBLE_EQ(seconds(1000), 250 * 8);
-    EXPECT_DOUBLE_EQ(seconds(500), 625 * 8);
+    EXPECT_DOUBLE_EQ(seconds(1000), 350 * 8);
+    EXPECT_DOUBLE_EQ(seconds(500), 675 * 8);
 }
 
 TEST(Cost, PartsThatAreMergedAreCounted) {

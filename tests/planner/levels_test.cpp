@@ -116,26 +116,29 @@ TEST(Levels, GoBeforeTheSingleNumbersOfAProfile) {
     profile.operation = 0;
     Work work{
         .streamed = 10, .gathers = 12, .lines = 8000, .span = 500 * kKilo, .swept = 16 * kKilo};
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * profile.streamed + 12 * profile.gather);
+    EXPECT_DOUBLE_EQ(profile.counted(work).seconds, 10 * profile.streamed + 12 * profile.gather);
     profile.levels = three();
     // All reads are near, and some of them bring a line.
     for (Level& level : profile.levels) level.line = 2.5 * level.gather;
     const double near = profile.levels.front().gather;
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 12 * near + 8000 * 2.5 * (4e-10 - near));
+    EXPECT_DOUBLE_EQ(profile.counted(work).seconds,
+                     10 * 1e-11 + 12 * near + 8000 * 2.5 * (4e-10 - near));
     // Few lines of much data come from as far: the next run's are others.
     work.lines = 3;
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-11 + 12 * near + 3 * 2.5 * (4e-10 - near));
+    EXPECT_DOUBLE_EQ(profile.counted(work).seconds,
+                     10 * 1e-11 + 12 * near + 3 * 2.5 * (4e-10 - near));
     work.span = work.swept = 0;  // not known
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * near + 3 * 2.5 * (3e-9 - near));
+    EXPECT_DOUBLE_EQ(profile.counted(work).seconds,
+                     10 * 1e-10 + 12 * near + 3 * 2.5 * (3e-9 - near));
     work.lines = 0;
-    EXPECT_DOUBLE_EQ(profile.counted(work), 10 * 1e-10 + 12 * near);
+    EXPECT_DOUBLE_EQ(profile.counted(work).seconds, 10 * 1e-10 + 12 * near);
 }
 
 TEST(Levels, AFileWithoutThemCountsAsEver) {
     const Profile old = parse_profile(R"({"schema": 1, "gather": 1e-9, "streamed": 0})", "old");
     EXPECT_TRUE(old.levels.empty());
     for (const double span : {0.0, 1e3, 1e9})
-        EXPECT_EQ(old.counted({.gathers = 7, .span = span, .swept = span}), 7 * 1e-9);
+        EXPECT_EQ(old.counted({.gathers = 7, .span = span, .swept = span}).seconds, 7 * 1e-9);
 }
 
 }  // namespace

@@ -122,7 +122,7 @@ TEST(Profile, SecondsAreLinearInCountsAndShareThreads) {
     work.gathers = 3;
     work.local = 4;
     work.global = 5;
-    EXPECT_EQ(profile.counted(work), 54321);
+    EXPECT_EQ(profile.counted(work).seconds, 54321);
     EXPECT_EQ(profile.seconds("a.b", work, 1).seconds, 54321.5);
     EXPECT_EQ(profile.seconds("a.b", work, 3).seconds, 0.5 + 54321 * (0.25 + 0.75 / 3));
     EXPECT_EQ(profile.seconds("a.b", work, 0).seconds, 54321.5);  // no threads are one

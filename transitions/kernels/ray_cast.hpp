@@ -53,6 +53,8 @@ struct Bricks {
     Bricks(const Extent& volume, std::pmr::memory_resource* memory);
 };
 
+constexpr int kPacketSide = 4;  // pixels; rays of so many columns and rows go together, at most
+
 /// One picture by casting rays through a volume.
 ///
 /// Sample cells lie at k step <= t < (k + 1) step for all integers k, the same for every brick,

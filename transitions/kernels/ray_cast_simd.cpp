@@ -22,7 +22,7 @@ constexpr int kChecked = 8;  // cells between looks at whether any lane still ne
 constexpr int kAhead = 16;   // cells that sparse samples' lines are asked for before they are read
 
 /// Which pixels the lanes are: nearly square, so that rays stay close in the volume.
-constexpr int kWidth = std::min<int>(4, kLanes);
+constexpr int kWidth = std::min<int>(kPacketSide, kLanes);
 constexpr int kHeight = static_cast<int>(kLanes) / kWidth;
 
 using DD = hn::CappedTag<double, kLanes>;

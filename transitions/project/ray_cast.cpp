@@ -159,32 +159,38 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const kernels::Optics optics = optics_of(ask.want, offer.from.values);
     const double pixels = static_cast<double>(offer.to.samples());
     // The thesis counts 60 to set a ray up, where a rank works rays out one by one. Packets take 60
-    // in f64, of which a vector holds half as many as of f32, to see whether a ray meets the data,
-    // and as many where it does; the packet keeps 64 bytes a ray, written and read. A lane's
-    // result is worked out by itself: 20 numbers are stored and read again.
+    // in f64, of which a vector holds half as many as of f32, to see whether a ray meets the data;
+    // where it does it is begun: the packet keeps 64 bytes a ray, written and read. A lane's result
+    // is worked out by itself: 20 numbers are stored and read again.
     const kernels::RayCast cast = cast_of(offer, ask, view);
     const bool sparse = kernels::is_sparse(cast);
     const bool spread = is_spread(offer.from);
     const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
-    // At the ends of a packet half of its lanes are outside, and cells are masked and weighed, and
-    // opacities corrected for their weights; where the step is not their unit, all are.
+    // At the ends of a packet half of its lanes are outside, and cells are masked and weighed,
+    // which takes a seventh of beginning a ray, and opacities corrected for their weights; where
+    // the step is not their unit, all are.
     const double ragged = spread ? 0 : std::min(ragged_cells(cast, ask), samples / hits);
     const double all = taken + ragged * hits, ends = (2 * ragged + 2) * hits;
     const bool exact = offer.with.number("step") == optics.unit;
     const double corrected = ask.want.mode == Mode::composite
                                  ? seen_share(ask) * (exact ? ends : samples + ragged * hits)
                                  : 0;
-    const double lines =
-        all * lines_touched(lattice_of(cast, offer.to.extent),
-                            static_cast<double>(bytes_of(offer.from.type)), Vec3::Constant(taps));
+    const double bytes = static_cast<double>(bytes_of(offer.from.type));
+    const Eigen::Matrix3d lattice = lattice_of(cast, offer.to.extent);
+    const double lines = all * lines_touched(lattice, bytes, Vec3::Constant(taps));
+    const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
     Work work{.operations = all * (9 + filter + combining(ask, optics)) +
-                            (spread ? 60 : 120) * pixels + 120 * hits + 12 * ends +
-                            kCorrectionOperations * corrected +
+                            (spread ? 60 : 120) * pixels + kCorrectionOperations * corrected +
                             (bricks ? brick_operations(offer.from) + 2 * samples : 0),
               .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
               .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
               .lines = lines,
               .asked = sparse && hold != Hold::bspline3 ? lines : 0,
+              .other_lines = spread ? 0
+                                    : all * lines_swept(lattice, kernels::kPacketSide, bytes,
+                                                        Vec3::Constant(taps)),
+              .begun = hits + 0.15 * ends,
+              .others = kLineBytes * lines / std::max(1.0, tiles),
               .workspace = bricks ? brick_bytes(offer.from) : 0,
               .way = way_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);

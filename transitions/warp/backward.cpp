@@ -172,7 +172,10 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     return {.operations = seen * (count.place + count.filter * offer.from.channels),
             .streamed = offer.to.bytes(),
             .gathers = seen * count.points * offer.from.channels,
-            .lines = seen * lines};
+            .lines = seen * lines,
+            // A line is fetched before it is written, and driven out by those that follow.
+            .other_lines = 2 * offer.to.bytes() / kLineBytes,
+            .others = offer.to.bytes()};
 }
 
 /// What the samples stand for is just what the hold computes.
