@@ -16,7 +16,7 @@ struct Work {
     double streamed = 0;  // bytes read or written in address order
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
     double lines = 0;     // of memory that these bring from `span`; what else they read is near
-    double asked = 0;     // of these lines, those that are asked for before they are read
+    double asked = 0;     // of these lines, those asked for before they are read, or seen coming
     /// Lines from elsewhere, out of `others`: those that neighbours read again, those written.
     double other_lines = 0;
     double begun = 0;  // things set up one by one before a loop runs over them: rays

@@ -35,7 +35,7 @@ struct Profile {
     double operation = 0.05e-9;  // [s]; operations run in vectors, so far below a cycle
     double streamed = 0.12e-9;   // [s/byte]; where there are levels, these go before it
     double gather = 0.22e-9;     // [s]; likewise
-    double begin = 10e-9;        // [s] to set one thing up before a loop runs over it
+    double begin = 9e-9;         // [s] to set one thing up before a loop runs over it
     double local = 0.3e-9;       // [s]
     double global = 1e-9;        // [s], before congestion
     double congestion = 1;       // N: how many times that where accesses meet

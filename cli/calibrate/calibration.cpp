@@ -167,12 +167,10 @@ class Calibration {
     }
 
     /// What reads what another step just wrote takes longer than what reads the input: of paths
-    /// that are timed for one edge, others tell nothing, and no edge's rates are those behind a
-    /// copy.
-    static bool counts(const Case& of, const Plan& plan, const Step& step) {
-        const bool behind =
-            &step != &plan.steps.front() && (&step)[-1].by->name.starts_with("store.");
-        return of.edge ? step.by->name == of.edge : !behind;
+    /// that are timed for one edge others tell nothing, and no rates are of steps behind a copy.
+    static bool counts(const Case& of, const Plan& plan, std::size_t k) {
+        if (of.edge) return plan.steps[k].by->name == of.edge;
+        return k == 0 || !plan.steps[k - 1].by->name.starts_with("store.");
     }
 
     static bool has_fine_steps(const Plan& plan) {
@@ -206,8 +204,8 @@ class Calibration {
         std::size_t timed = 0;
         for (Plan& plan : plans) {
             std::set<What> brought;
-            for (const Step& step : plan.steps)
-                if (counts(one, plan, step)) brought.insert(what(one, step));
+            for (std::size_t k = 0; k < plan.steps.size(); ++k)
+                if (counts(one, plan, k)) brought.insert(what(one, plan.steps[k]));
             if (std::includes(seen_.begin(), seen_.end(), brought.begin(), brought.end())) continue;
             // The cheapest few are timed even where the time is used up.
             if (since(begin_) > end_ && timed >= 4) break;
@@ -340,7 +338,7 @@ class Calibration {
     void collect(const Case& one) {
         for (const TimedPath& path : one.paths)
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
-                if (!counts(one, path.plan, path.plan.steps[k])) continue;
+                if (!counts(one, path.plan, k)) continue;
                 TimedStep& timed = steps_[what(one, path.plan.steps[k])];
                 timed.alone.join(path.alone[k]);
                 timed.together.join(profile_.processors > 1 ? path.together[k] : path.alone[k]);

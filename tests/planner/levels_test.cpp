@@ -132,6 +132,27 @@ TEST(Levels, GoBeforeTheSingleNumbersOfAProfile) {
                      10 * 1e-10 + 12 * near + 3 * 2.5 * (3e-9 - near));
     work.lines = 0;
     EXPECT_DOUBLE_EQ(profile.counted(work).seconds, 10 * 1e-10 + 12 * near);
+    EXPECT_EQ(profile.counted(work).apart, 0);
+}
+
+TEST(Levels, LinesAndWhatIsBegunAreApartFromLoops) {
+    Profile profile;
+    profile.levels = three();
+    for (Level& level : profile.levels) level.line = 2.5 * level.gather;
+    profile.begin = 1e-8;
+    const double near = profile.levels.front().gather;
+    const Work loops{.operations = 5, .gathers = 12};
+    Work work = loops;
+    work.lines = 100;
+    work.span = 500 * kKilo;
+    work.other_lines = 10;
+    work.others = 16 * kKilo;  // the nearest level holds them
+    work.begun = 7;
+    const double apart = 7 * 1e-8 + 100 * 2.5 * (4e-10 - near);
+    EXPECT_DOUBLE_EQ(profile.counted(work).apart, apart);
+    EXPECT_DOUBLE_EQ(profile.counted(work).seconds, profile.counted(loops).seconds + apart);
+    work.others = 500 * kKilo;
+    EXPECT_DOUBLE_EQ(profile.counted(work).apart, apart + 10 * 2.5 * (4e-10 - near));
 }
 
 TEST(Levels, AFileWithoutThemCountsAsEver) {

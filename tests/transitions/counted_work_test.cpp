@@ -177,7 +177,12 @@ TEST(CountedWork, CastsOfSparseSamplesAskForAllLinesButThoseOfSplines) {
             const Work work = edge.work(offer, ask, 0);
             EXPECT_GT(work.lines, 0);
             EXPECT_EQ(work.way, large ? "sparse" : "");
-            EXPECT_EQ(work.asked, large && !spline ? work.lines : 0) << filter;
+            if (large && !spline)
+                EXPECT_EQ(work.asked, work.lines) << filter;
+            else  // the cosine of rays to rows: turned about x, which keeps them, then about y
+                EXPECT_NEAR(work.asked / work.lines,
+                            std::pow(std::sin(20 * std::numbers::pi / 180), 2), 1e-12)
+                    << filter;
         }
 }
 
@@ -198,6 +203,39 @@ TEST(CountedWork, CastsAlongRowsTouchFewerLinesThanCastsAcross) {
     // Rays from the eye are as much farther apart at the volume's ends as these are from its
     // middle, over the distance of the eye: 64 of 1e5.
     EXPECT_NEAR(lines_a_sample({0, 88, 1}, true) / lines_a_sample({0, 88, 1}, false), 1, 1e-3);
+}
+
+TEST(CountedWork, CastsBeginTheRaysThatHitAndComeBackToFewerLinesAlongRows) {
+    const Transition edge = ray_cast();
+    const auto work = [&](std::array<double, 3> degrees, std::int64_t side) {
+        Turned of(Job::render, {128, 128, 128}, degrees, 0.4, {side, side, side});
+        of.want.mode = Mode::xray;
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 1.0}});
+        EXPECT_EQ(offer.refused, "");
+        return std::pair(edge.work(offer, ask, 0), shadow(of.from, of.want, 0));
+    };
+    const auto [whole, hits] = work({0, 0, 0}, 90);
+    // Along an axis packets are not ragged: each ray has its own two ends, a tenth of a beginning
+    // each.
+    EXPECT_DOUBLE_EQ(whole.begun, 1.2 * hits);
+    EXPECT_GT(work({20, 40, 10}, 90).first.begun, 1.2 * work({20, 40, 10}, 90).second);
+    const Work across = work({20, 10, 0}, 90).first, along = work({0, 85, 0}, 90).first;
+    EXPECT_LT(along.other_lines / along.gathers, 0.5 * across.other_lines / across.gathers);
+    // A tile sees no more than all.
+    EXPECT_LT(across.others, 64 * across.lines);
+    EXPECT_GT(across.others, 0);
+}
+
+TEST(CountedWork, AWarpFetchesTheLinesThatItWritesAndDrivesThemOut) {
+    const Turned of(Job::warp, {128, 48, 44}, {20, 30, 0}, 1, {150, 150, 150});
+    const Ask ask{of.want, of.scene};
+    const Transition edge = backward_warp();
+    const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}});
+    ASSERT_EQ(offer.refused, "");
+    const Work work = edge.work(offer, ask, 0);
+    EXPECT_EQ(work.others, offer.to.bytes());
+    EXPECT_EQ(work.other_lines, 2 * work.others / 64);
 }
 
 TEST(CountedWork, APermutationHasItsWayFromWhatBecomesOfRows) {

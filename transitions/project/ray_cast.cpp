@@ -178,6 +178,9 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double bytes = static_cast<double>(bytes_of(offer.from.type));
     const Eigen::Matrix3d lattice = lattice_of(cast, offer.to.extent);
     const double lines = all * lines_touched(lattice, bytes, Vec3::Constant(taps));
+    // Along rows lines follow each other in memory: least squares over casts of 64^3 to 190^3 have
+    // 0.15 to 0.6 of what lines cost across slices.
+    const double followed = std::pow(lattice.col(2).normalized().x(), 2);
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
     Work work{.operations = all * (9 + filter + combining(ask, optics)) +
                             (spread ? 60 : 120) * pixels + kCorrectionOperations * corrected +
@@ -185,11 +188,11 @@ Work work(const Offer& offer, const Ask& ask, int view) {
               .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
               .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
               .lines = lines,
-              .asked = sparse && hold != Hold::bspline3 ? lines : 0,
+              .asked = sparse && hold != Hold::bspline3 ? lines : followed * lines,
               .other_lines = spread ? 0
                                     : all * lines_swept(lattice, kernels::kPacketSide, bytes,
                                                         Vec3::Constant(taps)),
-              .begun = hits + 0.15 * ends,
+              .begun = hits + 0.1 * ends,
               .others = kLineBytes * lines / std::max(1.0, tiles),
               .workspace = bricks ? brick_bytes(offer.from) : 0,
               .way = way_of(bricks, sparse, ask.want.eye.has_value())};
