@@ -20,7 +20,13 @@ double lines_touched(const Eigen::Matrix3d& lattice, double bytes, const Eigen::
 
 /// The same where nothing is kept for other rows: `side` x `side` rows of samples, along the
 /// lattice's third column, are read together, and share lines among themselves alone. A line is
-/// touched where the parallelogram of the front, swept along the rows, meets its box.
+/// touched where the parallelogram of the front, swept along the rows, meets its box: the shadow of
+/// the Minkowski sum of both, a zonotope, along the rows. The front counts as `side` pixels wide,
+/// so at most (side / (side - 1))^2 times what samples at its corners meet.
+/// @param lattice  as above, the third column from sample to sample along a row [voxels]
+/// @param bytes    of a voxel; lines lie along x
+/// @param taps     that a sample reads along each axis
+/// @return lines for each sample
 double lines_swept(const Eigen::Matrix3d& lattice, int side, double bytes,
                    const Eigen::Vector3d& taps);
 

@@ -143,8 +143,7 @@ class Adviser {
         const double among = std::max(1.0, cost.from_ranks);
         CostAdvice one;
         one.name = names_[name];
-        const Counted all = profile_.counted(cost.work);
-        one.state = state_of(one.name, {all.seconds / among, all.apart / among}, profile_, build_);
+        one.state = state_of(one.name, profile_.counted(cost.work) / among, profile_, build_);
         if (one.state == "measured") {
             ++advice.measured;
             return;

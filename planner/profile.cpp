@@ -132,8 +132,7 @@ double Profile::factor(const std::string& edge) const {
 Seconds Profile::seconds(const std::string& edge, const Work& work, int threads, int among,
                          int runs) const {
     const double sharing = std::max(1, threads);
-    const Counted all = counted(work),
-                  part{all.seconds / std::max(1, among), all.apart / std::max(1, among)};
+    const Counted part = counted(work) / std::max(1, among);
     const double each = part.seconds;
     const double sending =
         message_seconds(messages, {.latency = latency, .byte = byte}, work.messages, work.sent);

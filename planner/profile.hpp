@@ -46,8 +46,8 @@ struct Profile {
     double spread = 0.35;        // of predicted seconds, at least: standard deviation of the log
     Levels levels;               // of memory; empty: `streamed` and `gather` hold for all sizes
     MessageCosts messages;       // by size; empty: `latency` and `byte` hold for all sizes
-    /// Measured over counted seconds, by "EDGE" or "EDGE/key=value..."; the longest name that fits,
-    /// else "*".
+    /// Measured over counted seconds of loops, by "EDGE" or "EDGE/key=value..."; the longest name
+    /// that fits, else "*".
     std::map<std::string, double> factors;
     /// The same measured here by size, kind and type of sample; these go before `factors`.
     Rates rates;

@@ -75,12 +75,9 @@ std::vector<Rate> by_size(std::vector<Rate> rates) {
 /// The name without the type.
 std::string base_of(const std::string& name) { return name.substr(0, name.rfind(' ')); }
 
-/// Seconds that loops took over what was counted for them. Where what is apart explains nearly all,
-/// or more, little follows for them: they take a tenth.
+/// Seconds that loops took over what was counted for them and the set-up.
 double loops_pace(const Rate& rate) {
-    constexpr double kLeast = 0.1;
-    const double took = rate.ratio * rate.counted;
-    return std::max(took - rate.apart, kLeast * took) / (rate.counted - rate.apart + kSetUp);
+    return seconds_of_loops(rate) / (rate.counted - rate.apart + kSetUp);
 }
 
 /// Seconds on one thread where loops take so many times what is counted.
@@ -130,6 +127,27 @@ int likeness(std::string_view name, std::string_view other) {
     return alike;
 }
 
+/// Calls each(entry) for all names of an edge.
+template <class Map, class Each>
+void for_edge(const Map& named, const std::string& edge, Each&& each) {
+    // They follow each other, among those of edges that begin alike.
+    for (auto entry = named.lower_bound(edge);
+         entry != named.end() && entry->first.starts_with(edge); ++entry)
+        if (edge_of(entry->first) == edge) each(*entry);
+}
+
+/// Calls each(entry) for those names of an edge that are most like one.
+template <class Map, class Each>
+void for_most_alike(const Map& named, const std::string& name, Each&& each) {
+    const std::string edge = edge_of(name);
+    int best = std::numeric_limits<int>::min();
+    for_edge(named, edge,
+             [&](const auto& entry) { best = std::max(best, likeness(name, entry.first)); });
+    for_edge(named, edge, [&](const auto& entry) {
+        if (likeness(name, entry.first) == best) each(entry);
+    });
+}
+
 bool is_about(double one, double other) { return one <= kAlike * other && other <= kAlike * one; }
 
 /// The largest size of the fewest frames.
@@ -169,6 +187,12 @@ Rate between(const std::vector<Rate>& curve, double counted) {
 
 }  // namespace
 
+double seconds_of_loops(const Rate& rate) noexcept {
+    constexpr double kLeast = 0.1;
+    const double took = rate.ratio * rate.counted;
+    return std::max(took - rate.apart, kLeast * took);
+}
+
 Rates::Shared Rates::shared_of(const Curves& curves) {
     Shared edges;
     for (const auto& [name, curve] : curves)
@@ -206,10 +230,11 @@ double Rates::shared_at(const std::string& name, double alone) const {
 
 Rate Rates::at(const std::string& name, const Counted& counted, int runs) const {
     if (!(counted.seconds > 0)) return {.ratio = 0};
-    const double pace = pace_of(name), without = expected(counted, pace);
+    const double pace = pace_of(name);
     if (!(pace > 0)) return {.ratio = 0};
-    Rate rate = alone_at(name, without);
-    const double seconds = without * rate.ratio;
+    const double foreseen = expected(counted, pace);
+    Rate rate = alone_at(name, foreseen);
+    const double seconds = foreseen * rate.ratio;
     rate.counted = counted.seconds;
     rate.apart = counted.apart;
     rate.ratio = seconds / counted.seconds;
@@ -220,17 +245,9 @@ Rate Rates::at(const std::string& name, const Counted& counted, int runs) const 
 double Rates::pace_of(const std::string& name) const {
     const std::string base = base_of(name);
     if (const auto exact = paces_.find(base); exact != paces_.end()) return exact->second;
-    const std::string edge = edge_of(name);
-    double pace = 0;
-    int best = std::numeric_limits<int>::min();
-    for (auto each = paces_.lower_bound(edge);
-         each != paces_.end() && each->first.starts_with(edge); ++each) {
-        const int alike = edge_of(each->first) == edge ? likeness(base, each->first) : best;
-        if (alike <= best) continue;
-        best = alike;
-        pace = each->second;
-    }
-    return pace;
+    std::vector<double> paces;
+    for_most_alike(paces_, base, [&](const auto& each) { paces.push_back(each.second); });
+    return paces.empty() ? 0 : median(std::move(paces));
 }
 
 Rate Rates::alone_at(const std::string& name, double expected) const {
@@ -249,7 +266,7 @@ Rate Rates::along_others(const Curves::value_type& own, double expected) const {
     if (is_about(end.counted, expected)) return rate;
     std::vector<double> growth;
     int best = 0;
-    for_edge(edge_of(name), [&](const Curves::value_type& each) {
+    for_edge(left_, edge_of(name), [&](const Curves::value_type& each) {
         const int alike = shared_parts(name, each.first);
         if (&each == &own || alike < best) return;
         if (!reaches(each.second, expected) || !reaches(each.second, end.counted)) return;
@@ -262,23 +279,9 @@ Rate Rates::along_others(const Curves::value_type& own, double expected) const {
     return rate;
 }
 
-template <class Each>
-void Rates::for_edge(const std::string& edge, const Each& each) const {
-    // Names of an edge follow each other, among those of edges that begin alike.
-    for (auto named = left_.lower_bound(edge);
-         named != left_.end() && named->first.starts_with(edge); ++named)
-        if (edge_of(named->first) == edge) each(*named);
-}
-
 std::vector<Rate> Rates::nearest(const std::string& name) const {
-    const std::string edge = edge_of(name);
     std::vector<Rate> pooled;
-    int best = std::numeric_limits<int>::min();
-    for_edge(edge, [&](const Curves::value_type& each) {
-        const int alike = likeness(name, each.first);
-        if (alike < best) return;
-        if (alike > best) pooled.clear();
-        best = alike;
+    for_most_alike(left_, name, [&](const Curves::value_type& each) {
         pooled.insert(pooled.end(), each.second.begin(), each.second.end());
     });
     return by_size(std::move(pooled));
@@ -299,7 +302,7 @@ Rates::Rates(Curves measured) {
         std::vector<Rate> left = rates;
         for (Rate& rate : left) {
             const double took = rate.ratio * rate.counted;
-            rate.counted = expected({rate.counted, rate.apart}, paces_.at(base_of(name)));
+            rate.counted = expected({rate.counted, rate.apart}, pace_of(name));
             rate.ratio = took / rate.counted;
         }
         left_[name] = by_size(std::move(left));

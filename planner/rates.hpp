@@ -12,8 +12,10 @@ namespace edgewise {
 struct Counted {
     double seconds = 0, apart = 0;
 
-    // NOLINTNEXTLINE(google-explicit-constructor): most are loops alone
+    // Implicit, as most are loops alone.
     Counted(double all = 0, double of_these = 0) noexcept : seconds(all), apart(of_these) {}
+    /// Of one of so many that share it evenly.
+    Counted operator/(double parts) const noexcept { return {seconds / parts, apart / parts}; }
 };
 
 /// What an edge took at one size, against what was counted.
@@ -26,6 +28,10 @@ struct Rate {
     int runs = 0;        // that were timed
     int frames = 1;      // of each, side by side: then `shared` is that of all of them
 };
+
+/// [s] on one thread beyond what is apart. Where that explains nearly all, or more, little follows
+/// for loops: they take a tenth.
+double seconds_of_loops(const Rate& rate) noexcept;
 
 /// One timed step.
 struct Timed {
@@ -82,9 +88,6 @@ class Rates {
     Rate along_others(const Curves::value_type& own, double expected) const;
     /// Seconds of loops over counted ones: of those names that are most like one.
     double pace_of(const std::string& name) const;
-    /// Calls each(name and curve) for all of an edge.
-    template <class Each>
-    void for_edge(const std::string& edge, const Each& each) const;
 
     Curves measured_;
     Curves left_;                          // over expected seconds, those of about one size joined

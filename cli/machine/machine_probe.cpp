@@ -376,7 +376,11 @@ void probe_machine(Profile& profile, bool quick) {
 void rebase_factors(Profile& profile) {
     std::vector<double> logs;
     for (const auto& [name, curve] : profile.rates.measured())
-        for (const Rate& rate : curve) logs.push_back(std::log(rate.ratio / profile.factor(name)));
+        for (const Rate& rate : curve) {
+            const double loops = rate.counted - rate.apart;
+            if (loops > 0)
+                logs.push_back(std::log(seconds_of_loops(rate) / loops / profile.factor(name)));
+        }
     if (logs.empty()) return;
     const double scale = std::exp(median(logs));
     for (auto& [edge, factor] : profile.factors) factor *= scale;

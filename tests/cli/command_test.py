@@ -441,6 +441,7 @@ class Calibrate(Command):
             self.assertIn("rounds", profile["provenance"][name])
         for name in ("latency", "byte"):
             self.assertTrue(profile["provenance"][name].startswith("derived"), name)
+        self.assertTrue(profile["provenance"]["begin"].startswith("guessed"))
             self.assertGreater(profile[name], 0)
         levels = profile["levels"]
         self.assertNotIn("bytes", levels[-1])

@@ -18,6 +18,15 @@ TEST(MachineProbe, FactorsAreScaledToWhatRatesSay) {
     EXPECT_DOUBLE_EQ(profile.factor("unknown"), 0.2);
 }
 
+TEST(MachineProbe, FactorsAreScaledToWhatLoopsTook) {
+    Profile profile;
+    profile.factors = {{"a.b", 2}};
+    // Of 3 s counted 2 are apart, and of 2.5 s measured half a second is left for loops.
+    profile.rates = Rates({{"a.b 3d u8", {{.counted = 3, .apart = 2, .ratio = 2.5 / 3}}}});
+    rebase_factors(profile);
+    EXPECT_DOUBLE_EQ(profile.factor("a.b"), 0.5);
+}
+
 TEST(MachineProbe, WithoutRatesFactorsStay) {
     Profile profile;
     profile.factors = {{"a.b", 2}};

@@ -20,7 +20,7 @@ TEST(Rates, RunBetweenSizesByLogarithms) {
     const Rates rates = rates_of({{"e/f=x mip u8", {timed(10, 4, 0.8), timed(1000, 1, 0.6)}}});
     const Rate middle = rates.at("e/f=x mip u8", 100);
     EXPECT_NEAR(middle.ratio, 2, 1e-4);
-    EXPECT_NEAR(middle.shared, 0.7, 1e-6) << "10 us of set-up are nearly nothing";
+    EXPECT_NEAR(middle.shared, 0.7, 1e-6) << "10 us of set-up over the least of 10 s";
     EXPECT_NEAR(rates.at("e/f=x mip u8", 10).ratio, 4, 1e-12);
     EXPECT_NEAR(rates.at("e/f=x mip u8", 1).ratio, 4, 1e-3);
     EXPECT_NEAR(rates.at("e/f=x mip u8", 1e5).ratio, 1, 1e-6);

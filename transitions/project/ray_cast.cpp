@@ -167,7 +167,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const bool spread = is_spread(offer.from);
     const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
     // At the ends of a packet half of its lanes are outside, and cells are masked and weighed,
-    // which takes a seventh of beginning a ray, and opacities corrected for their weights; where
+    // which takes a tenth of beginning a ray, and opacities corrected for their weights; where
     // the step is not their unit, all are.
     const double ragged = spread ? 0 : std::min(ragged_cells(cast, ask), samples / hits);
     const double all = taken + ragged * hits, ends = (2 * ragged + 2) * hits;
