@@ -30,6 +30,7 @@ struct Scene {
     ///  - "picture/spectrum/WINDOW[/cropped]": RMS error of pictures by slices of a spectrum;
     ///  - "picture/spectrum/ends": what of it comes from the ends of rays;
     ///  - "cast/all", "cast/taken", "cast/bricks": samples a pixel that a ray caster takes;
+    ///  - "cast/corrected", "cast/corrected/ends": shares of samples whose opacity it corrects;
     ///  - "gain/blur": error of a combined picture over that of its samples ("combined/...");
     ///  - "gain/noise/FILTER": error of a picture over independent noise of its samples (zoh, foh).
     std::map<std::string, double> facts{};

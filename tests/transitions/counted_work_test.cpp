@@ -3,12 +3,14 @@
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <memory_resource>
 #include <numbers>
 #include <set>
 #include <string_view>
 
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/ray_path.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
@@ -225,6 +227,49 @@ TEST(CountedWork, CastsBeginTheRaysThatHitAndComeBackToFewerLinesAlongRows) {
     // A tile sees no more than all.
     EXPECT_LT(across.others, 64 * across.lines);
     EXPECT_GT(across.others, 0);
+}
+
+TEST(CountedWork, FewRaysComeBackToTheirOwnLines) {
+    const Transition edge = ray_cast();
+    for (const std::int64_t side : {8, 400}) {
+        const Turned of(Job::render, {128, 128, 128}, {20, 40, 10}, 4.0 / 128 * side / 8,
+                        {side, side, side});
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 1.0}});
+        ASSERT_EQ(offer.refused, "");
+        const Work work = edge.work(offer, ask, 0);
+        EXPECT_EQ(work.span, side == 8 ? 64 * work.lines : of.from.bytes());
+    }
+}
+
+TEST(CountedWork, CompositesCorrectTheOpacitiesThatPacketsNeed) {
+    // Half of the volume is clear, and so are the ends of all rays.
+    const Extent n{32, 32, 32};
+    Turned of(Job::render, n, {0, 0, 0}, 1, {32, 32, 32});
+    of.want.mode = Mode::composite;
+    of.want.transfer.points = {{0, 0, {0, 0, 0}}, {255, 0.01, {1, 1, 1}}};
+    Data data = Data::make(of.from, std::pmr::get_default_resource());
+    std::uint8_t* const voxels = data.as<std::uint8_t>();
+    for (std::int64_t i = 0; i < n.samples(); ++i) {
+        const std::int64_t z = i / (n.x * n.y);
+        voxels[i] = z >= 8 && z < 24 ? 255 : 0;
+    }
+    measure_casting(data, of.want, of.scene.facts, std::pmr::get_default_resource());
+    EXPECT_EQ(of.scene.fact("cast/corrected/ends"), 0);
+    EXPECT_NEAR(of.scene.fact("cast/corrected").value(), 0.5, 1e-6);
+    const Ask ask{of.want, of.scene};
+    const auto operations = [&](double step) {
+        const Transition edge = ray_cast();
+        const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", step}});
+        EXPECT_EQ(offer.refused, "");
+        return edge.work(offer, ask, 0).operations;
+    };
+    // Half of the samples take a correction more at a step that is not the opacities' length.
+    const double rays = 32 * 32, samples = 32 * rays;
+    of.want.transfer.unit = 1;
+    const double plain = operations(1);
+    of.want.transfer.unit = 1.5;
+    EXPECT_NEAR(operations(1) - plain, kCorrectionOperations * 0.5 * samples, 1e-3 * samples);
 }
 
 TEST(CountedWork, AWarpFetchesTheLinesThatItWritesAndDrivesThemOut) {

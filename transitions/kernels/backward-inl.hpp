@@ -185,6 +185,7 @@ HWY_INLINE void warp_row(const BackwardPlan& plan, const Batch& batch, int r, st
     const Span inner = whole_columns(batch.inner[0][r], batch.inner[1][r], columns);
     fill_columns(plan, row, columns.begin, seen.begin);
     fill_columns(plan, row, seen.end, columns.end);
+    if (seen.begin == seen.end) return;  // even within a block: there may be none
     for (int b = int((seen.begin - x) / kBlock); x + b * kBlock < seen.end; ++b) {
         const std::int64_t column = x + b * kBlock;
         const bool whole = inner.holds(column, column + kBlock);
@@ -199,17 +200,32 @@ HWY_INLINE void warp_row(const BackwardPlan& plan, const Batch& batch, int r, st
     }
 }
 
+/// Columns of which some row sees the input.
+HWY_INLINE Span seen_columns(const Batch& batch, Span within) {
+    double first = 1e300, last = -1e300;
+    for (int r = 0; r < Batch::kRows; ++r) {
+        const bool sees = batch.seen[0][r] <= batch.seen[1][r];
+        first = sees ? std::min(first, batch.seen[0][r]) : first;
+        last = sees ? std::max(last, batch.seen[1][r]) : last;
+    }
+    return whole_columns(first, last, within);
+}
+
 template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 void warp_batch(const BackwardPlan& plan, const WarpOutput& output, std::int64_t z, Span rows,
-                Span columns, bool cut) {
+                Span columns, std::ptrdiff_t ahead, bool cut) {
     Batch batch;
-    const std::int64_t x = columns.begin & ~std::int64_t{kBlock - 1};
-    const int blocks = int((columns.end - x + kBlock - 1) / kBlock);
     start_rows<kAxes>(plan, rows.begin, z, columns, cut, batch);
+    const Span seen = seen_columns(batch, columns);
+    const std::int64_t x = seen.begin & ~std::int64_t{kBlock - 1};
+    const int blocks = int((seen.end - x + kBlock - 1) / kBlock);
     place_blocks<kHold, kAxes>(plan, x, blocks, batch);
-    for (std::int64_t y = rows.begin; y < rows.end; ++y)
+    for (std::int64_t y = rows.begin; y < rows.end; ++y) {
+        float* const row = row_of(plan, output, y, z);
+        if (ahead > 0) prefetch_columns(plan, row + ahead, columns);
         warp_row<Read, kHold, kAxes, kNeighbours>(plan, batch, int(y - rows.begin), x, columns,
-                                                  row_of(plan, output, y, z));
+                                                  row);
+    }
 }
 
 /// The end of the run of `size` (a power of two, counted from 0) that holds `from`, within `end`.
@@ -221,21 +237,29 @@ template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 void warp_region(const BackwardPlan& plan, const WarpOutput& output, const Region& region) {
     constexpr std::int64_t kColumns = Batch::kBlocks * kBlock;
     const Sight sight = sight_of(plan, region);
-    for (std::int64_t z = region.begin[2]; z < region.end[2]; ++z)
+    const Extent held = output.held.extent();
+    const std::int64_t slice = held.x * held.y * plan.input.channels;
+    const bool far = held.z * slice * std::int64_t(sizeof(float)) > kNearOutput;
+    for (std::int64_t z = region.begin[2]; z < region.end[2]; ++z) {
+        const std::ptrdiff_t ahead = far && z + 1 < region.end[2] ? slice : 0;
         for (std::int64_t y = region.begin[1]; y < region.end[1]; y += Batch::kRows) {
             const Span rows{y, std::min(y + Batch::kRows, region.end[1])};
             if (sight == Sight::outside) {
-                for (std::int64_t row = y; row < rows.end; ++row)
-                    fill_columns(plan, row_of(plan, output, row, z), region.begin[0],
-                                 region.end[0]);
+                for (std::int64_t r = y; r < rows.end; ++r) {
+                    float* const row = row_of(plan, output, r, z);
+                    if (ahead > 0)
+                        prefetch_columns(plan, row + ahead, {region.begin[0], region.end[0]});
+                    fill_columns(plan, row, region.begin[0], region.end[0]);
+                }
                 continue;
             }
             for (std::int64_t x = region.begin[0], end = x; x < region.end[0]; x = end) {
                 end = end_of_run(x, kColumns, region.end[0]);
-                warp_batch<Read, kHold, kAxes, kNeighbours>(plan, output, z, rows, {x, end},
+                warp_batch<Read, kHold, kAxes, kNeighbours>(plan, output, z, rows, {x, end}, ahead,
                                                             sight == Sight::mixed);
             }
         }
+    }
 }
 
 template <class Read, int kAxes, bool kNeighbours>

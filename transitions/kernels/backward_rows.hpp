@@ -17,7 +17,10 @@ inline constexpr double kBorderSlack = 1e-9;  // of a sample; absorbs the roundi
 inline constexpr double kFaceMargin = 1e-6;
 inline constexpr double kFixedOne = 1099511627776.0;  // 2^40
 inline constexpr int kBlock = kBackwardBlock;         // they share one fixed-point origin
-inline constexpr int kChunk = 64;                     // columns that share one f64 origin
+/// Bytes of an output whose lines are written as fast as they come. Turned noise of 64^3 to 256^3
+/// takes as long with prefetching up to 23 MB; 80 MB that bytes are turned into takes half as long.
+inline constexpr std::int64_t kNearOutput = 16 << 20;
+inline constexpr int kChunk = 64;  // columns that share one f64 origin
 
 /// Columns begin <= x < end.
 struct Span {
@@ -78,6 +81,16 @@ inline void fill_columns(const BackwardPlan& plan, float* row, std::int64_t begi
                          std::int64_t end) {
     if (end > begin)
         std::fill(row + begin * plan.input.channels, row + end * plan.input.channels, plan.outside);
+}
+
+/// Asks for the lines of columns that will be written soon: a tile's short rows lie too far from
+/// each other for the processor to see them coming.
+inline void prefetch_columns(const BackwardPlan& plan, const float* row, Span columns) {
+    constexpr std::int64_t kFloats = 16;  // of a line
+    const float* const end = row + columns.end * plan.input.channels;
+    for (const float* at = row + columns.begin * plan.input.channels; at < end; at += kFloats)
+        __builtin_prefetch(at, 1);
+    __builtin_prefetch(end - 1, 1);
 }
 
 // One function a file of vector code.

@@ -53,6 +53,15 @@ struct Bricks {
     Bricks(const Extent& volume, std::pmr::memory_resource* memory);
 };
 
+/// What rays take, counted while they are cast. Rays of a packet go together: what one of them
+/// needs takes as long as if all did.
+struct Taken {
+    std::int64_t samples = 0;  // whole cells, of each ray that has them
+    /// Of over, in cells times the rays of a packet: those at the ends, where weights are less than
+    /// a step; of these and of whole cells, those whose opacity was corrected for their length.
+    std::int64_t ends = 0, corrected_ends = 0, corrected = 0;
+};
+
 constexpr int kPacketSide = 4;  // pixels; rays of so many columns and rows go together, at most
 
 /// One picture by casting rays through a volume.
@@ -77,7 +86,7 @@ struct RayCast {
     double bound = 0;  // of over: a ray ends where less than this transparency is left; the result
                        // differs by at most bound x the largest emission or background
     const Bricks* bricks = nullptr;
-    std::int64_t* taken = nullptr;  // counts the samples that rays take; of one thread
+    Taken* taken = nullptr;  // counts; of one thread
 };
 
 /// Fills width x height pixels, from pixel (x, y) on. Single-threaded; no allocation; each pixel

@@ -337,11 +337,11 @@ class Count {
         : taken_(cast.taken),
           rays_(cast.taken ? std::count(packet.hit, packet.hit + kLanes, true) : 0) {}
     HWY_INLINE void operator()(int cells) const {
-        if (taken_) *taken_ += cells * rays_;
+        if (taken_) taken_->samples += cells * rays_;
     }
 
  private:
-    std::int64_t* taken_;
+    Taken* taken_;
     std::int64_t rays_;
 };
 

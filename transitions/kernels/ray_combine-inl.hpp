@@ -148,7 +148,8 @@ class OverSum {
           left_(hn::Set(DF(), 1.0f)),
           bound_(hn::Set(DF(), static_cast<float>(cast.bound))),
           power_(static_cast<float>(cast.step / cast.optics->unit)),
-          exact_(cast.step == cast.optics->unit) {
+          exact_(cast.step == cast.optics->unit),
+          taken_(cast.taken) {
         for (int c = 0; c < kColors; ++c) light_[c] = hn::Zero(DF());
     }
 
@@ -156,13 +157,16 @@ class OverSum {
         VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
         if (!exact_) {
             if (!needs(opacity)) return;
+            if (taken_) taken_->corrected += kLanes;
             opacity = corrected(opacity, hn::Set(DF(), power_));
         }
         composite(value, color, opacity);
     }
     HWY_INLINE void add_part(VF value, VF weight, MF outside, int) {
         VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
+        if (taken_) taken_->ends += kLanes;
         if (!needs(opacity)) return;
+        if (taken_) taken_->corrected_ends += kLanes;
         opacity = corrected(opacity, hn::Mul(weight, hn::Set(DF(), power_)));
         composite(value, color, hn::IfThenZeroElse(outside, opacity));
     }
@@ -198,6 +202,7 @@ class OverSum {
     VF light_[kColors], left_, bound_;
     float power_;
     bool exact_;
+    Taken* taken_;
 };
 
 }  // namespace

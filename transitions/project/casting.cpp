@@ -17,27 +17,24 @@ constexpr int kPackets = 96;
 constexpr std::int64_t kSide = 4;  // pixels of a packet, about as many as the kernel steps together
 
 struct Counted {
-    double all = 0, taken = 0, bricks = 0;
+    double all = 0;          // samples inside the data, of all rays
+    kernels::Taken plain{};  // without bricks
+    kernels::Taken bricks{};
 };
 
-/// One packet, whose corner is pixel (x, y).
-Counted count(kernels::RayCast cast, const kernels::Bricks& bricks, std::int64_t x, std::int64_t y,
-              std::int64_t width, std::int64_t height) {
+/// One packet, whose corner is pixel (x, y), is added to what was counted.
+void count(kernels::RayCast cast, const kernels::Bricks& bricks, std::int64_t x, std::int64_t y,
+           std::int64_t width, std::int64_t height, Counted& counted) {
     std::array<float, kSide * kSide * 4> pixels;
-    Counted counted;
     for (std::int64_t j = 0; j < height; ++j)
         for (std::int64_t i = 0; i < width; ++i)
             counted.all +=
                 ray_path(cast, static_cast<double>(x + i), static_cast<double>(y + j)).length;
-    std::int64_t taken = 0;
-    cast.taken = &taken;
+    cast.taken = &counted.plain;
     ray_cast(cast, x, y, width, height, pixels.data(), width * 4);
-    counted.taken = static_cast<double>(taken);
-    taken = 0;
+    cast.taken = &counted.bricks;
     cast.bricks = &bricks;
     ray_cast(cast, x, y, width, height, pixels.data(), width * 4);
-    counted.bricks = static_cast<double>(taken);
-    return counted;
 }
 
 }  // namespace
@@ -47,10 +44,13 @@ void measure_casting(const Data& input, const Request& want, std::map<std::strin
     const bool leaves_out = want.mode == Mode::mip || want.mode == Mode::composite;
     if (want.job != Job::render || !leaves_out || want.axes != 3) return;
     const kernels::Optics optics = optics_of(want, input.what.values);
+    kernels::Optics counting = optics;
+    // So that opacities of whole cells are corrected too.
+    if (counting.unit == 1) counting.unit = 1 + 1e-6;
     kernels::RayCast cast{.volume = kernels::grid_of(input),
                           .hold = kernels::Hold::zoh,
                           .rule = combine_of(want.mode),
-                          .optics = &optics,
+                          .optics = &counting,
                           .bound = kTerminated};
     const auto bricks =
         bricks_of(cast.volume, want.mode == Mode::composite ? &optics : nullptr, memory, nullptr);
@@ -69,15 +69,19 @@ void measure_casting(const Data& input, const Request& want, std::map<std::strin
                            y = at(1, want.screen.y) / kSide * kSide;
         const std::int64_t width = std::min(kSide, want.screen.x - x),
                            height = std::min(kSide, want.screen.y - y);
-        const Counted counted = count(cast, *bricks, x, y, width, height);
-        sum.all += counted.all;
-        sum.taken += counted.taken;
-        sum.bricks += counted.bricks;
+        count(cast, *bricks, x, y, width, height, sum);
         pixels += static_cast<double>(width * height);
     }
+    const auto share = [](std::int64_t part, double whole) {
+        return whole > 0 ? static_cast<double>(part) / whole : 0;
+    };
     facts["cast/all"] = sum.all / pixels;
-    facts["cast/taken"] = sum.taken / pixels;
-    facts["cast/bricks"] = sum.bricks / pixels;
+    facts["cast/taken"] = share(sum.plain.samples, pixels);
+    facts["cast/bricks"] = share(sum.bricks.samples, pixels);
+    if (want.mode != Mode::composite) return;
+    facts["cast/corrected"] = share(sum.plain.corrected, sum.all);
+    facts["cast/corrected/ends"] =
+        share(sum.plain.corrected_ends, static_cast<double>(sum.plain.ends));
 }
 
 }  // namespace edgewise

@@ -108,11 +108,6 @@ bool sees_all(const Mat4& map, const Extent& box, const Extent& screen) {
 
 }  // namespace
 
-double seen_share(const Ask& ask) {
-    const auto all = ask.scene.fact("cast/all"), seen = ask.scene.fact("cast/bricks");
-    return all && seen && *all > 0 ? std::min(1.0, *seen / *all) : 1;
-}
-
 double mean_length(const Representation& from, const Request& want, int view) {
     if (const Mat4 map = residual(from, want, view);
         !want.eye && sees_all(map, from.extent, want.screen)) {

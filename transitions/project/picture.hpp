@@ -30,12 +30,9 @@ double mean_length(const Representation& from, const Request& want, int view);
 /// pixels, and all from an eye at a finite distance.
 double shadow(const Representation& from, const Request& want, int view);
 
-/// A logarithm and an exponential, for opacities over another length than theirs.
+/// A logarithm and an exponential, for opacities over another length than theirs. Samples that are
+/// transparent or hidden need none, see measure_casting().
 inline constexpr double kCorrectionOperations = 60;
-
-/// Share of the samples along rays that add to a composite, neither transparent nor hidden, as
-/// counted by bricks of the preview; 1 where nothing was.
-double seen_share(const Ask& ask);
 
 /// A ray ends where so little is left to see: far below half of an 8-bit step.
 inline constexpr double kTerminated = 1.0 / 4096;

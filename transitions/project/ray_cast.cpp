@@ -147,6 +147,15 @@ std::string_view way_of(bool bricks, bool sparse, bool from_eye) {
     return from_eye ? "perspective" : "";
 }
 
+/// Samples whose opacities are corrected for their lengths: at the ends of rays; where the step is
+/// not the length that opacities refer to, all. Of these, as counted, those that a packet needs.
+double corrected_of(const Offer& offer, const Ask& ask, double samples, double ends) {
+    if (ask.want.mode != Mode::composite) return 0;
+    const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
+    const bool exact = offer.with.number("step") == optics_of(ask.want, offer.from.values).unit;
+    return share("cast/corrected/ends") * ends + (exact ? 0 : share("cast/corrected") * samples);
+}
+
 Work work(const Offer& offer, const Ask& ask, int view) {
     const Hold hold = hold_of(offer.with);
     // TABLE 6: a first-order hold in 3D takes 7 interpolations of 3; a cubic one 3 x 16 for weights
@@ -167,35 +176,34 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const bool spread = is_spread(offer.from);
     const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
     // At the ends of a packet half of its lanes are outside, and cells are masked and weighed,
-    // which takes a tenth of beginning a ray, and opacities corrected for their weights; where
-    // the step is not their unit, all are.
+    // which takes a tenth of beginning a ray.
     const double ragged = spread ? 0 : std::min(ragged_cells(cast, ask), samples / hits);
     const double all = taken + ragged * hits, ends = (2 * ragged + 2) * hits;
-    const bool exact = offer.with.number("step") == optics.unit;
-    const double corrected = ask.want.mode == Mode::composite
-                                 ? seen_share(ask) * (exact ? ends : samples + ragged * hits)
-                                 : 0;
     const double bytes = static_cast<double>(bytes_of(offer.from.type));
     const Eigen::Matrix3d lattice = lattice_of(cast, offer.to.extent);
     const double lines = all * lines_touched(lattice, bytes, Vec3::Constant(taps));
     // Along rows lines follow each other in memory: least squares over casts of 64^3 to 190^3 have
     // 0.15 to 0.6 of what lines cost across slices.
     const double followed = std::pow(lattice.col(2).normalized().x(), 2);
+    // Few rays come back to their own lines alone, one view after the other.
+    const double own = kLineBytes * lines * ask.want.views.different();
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
-    Work work{.operations = all * (9 + filter + combining(ask, optics)) +
-                            (spread ? 60 : 120) * pixels + kCorrectionOperations * corrected +
-                            (bricks ? brick_operations(offer.from) + 2 * samples : 0),
-              .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
-              .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
-              .lines = lines,
-              .asked = sparse && hold != Hold::bspline3 ? lines : followed * lines,
-              .other_lines = spread ? 0
-                                    : all * lines_swept(lattice, kernels::kPacketSide, bytes,
-                                                        Vec3::Constant(taps)),
-              .begun = hits + 0.1 * ends,
-              .others = kLineBytes * lines / std::max(1.0, tiles),
-              .workspace = bricks ? brick_bytes(offer.from) : 0,
-              .way = way_of(bricks, sparse, ask.want.eye.has_value())};
+    Work work{
+        .operations = all * (9 + filter + combining(ask, optics)) + (spread ? 60 : 120) * pixels +
+                      kCorrectionOperations * corrected_of(offer, ask, samples, ends) +
+                      (bricks ? brick_operations(offer.from) + 2 * samples : 0),
+        .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
+        .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
+        .lines = lines,
+        .asked = sparse && hold != Hold::bspline3 ? lines : followed * lines,
+        .other_lines =
+            spread ? 0
+                   : all * lines_swept(lattice, kernels::kPacketSide, bytes, Vec3::Constant(taps)),
+        .begun = hits + 0.1 * ends,
+        .span = spread ? 0 : std::min(offer.from.bytes(), own),
+        .others = kLineBytes * lines / std::max(1.0, tiles),
+        .workspace = bricks ? brick_bytes(offer.from) : 0,
+        .way = way_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }

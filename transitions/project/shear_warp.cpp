@@ -104,7 +104,9 @@ double voxel_operations(const Offer& offer, const Ask& ask, bool nearest, double
     if (ask.want.mode == Mode::composite) {
         const kernels::Optics optics = optics_of(ask.want, offer.from.values);
         return hold + 14 + static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) +
-               (step == optics.unit ? 0 : seen_share(ask) * kCorrectionOperations);
+               (step == optics.unit
+                    ? 0
+                    : ask.scene.fact("cast/corrected").value_or(1) * kCorrectionOperations);
     }
     if (ask.want.mode != Mode::mip) return hold + 5;
     switch (offer.from.type) {

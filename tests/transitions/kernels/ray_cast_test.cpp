@@ -342,6 +342,44 @@ TEST(RayCast, EarlyTerminationStaysWithinItsBound) {
     }
 }
 
+TEST(RayCast, CountsWhatCompositesCorrect) {
+    // Packets are at most four pixels wide and high: none has rays in both halves.
+    const Extent n{32, 16, 20};
+    Volume<std::uint8_t> volume(n);
+    for (std::int64_t z = 0; z < n.z; ++z)
+        for (std::int64_t y = 0; y < n.y; ++y)
+            for (std::int64_t x = 0; x < 16; ++x) volume.at(x, y, z) = 255;
+    Rays rays;
+    rays.origin = {.base = {0, 0, -0.5}, .x = {1, 0, 0}, .y = {0, 1, 0}};
+    rays.direction.base = {0, 0, 1};
+    Taken taken;
+    RayCast cast{.volume = volume.grid(Type::u8),
+                 .hold = Hold::zoh,
+                 .rule = Combine::over,
+                 .rays = rays,
+                 .bound = 1e-3,
+                 .taken = &taken};
+    std::vector<float> picture(32 * 16 * 4);
+    const auto count = [&](const Optics& optics) {
+        cast.optics = &optics;
+        taken = {};
+        ray_cast(cast, 0, 0, 32, 16, picture.data(), 32 * 4);
+    };
+    // Opacities of whole cells are those of a step.
+    count(optics_of(kGrey, 1, {}));
+    EXPECT_EQ(taken.samples, 32 * 16 * 18);
+    EXPECT_EQ(taken.ends, 32 * 16 * 2);
+    EXPECT_EQ(taken.corrected_ends, 16 * 16 * 2);
+    EXPECT_EQ(taken.corrected, 0);
+    count(optics_of(kGrey, 2, {}));
+    EXPECT_EQ(taken.corrected_ends, 16 * 16 * 2);
+    EXPECT_EQ(taken.corrected, 16 * 16 * 18);
+    // Hidden behind their first samples: these rays are looked at every few cells.
+    count(optics_of(std::vector<OpticsPoint>{{0, 0, {0, 0, 0}}, {255, 1, {1, 1, 1}}}, 2, {}));
+    EXPECT_EQ(taken.corrected_ends, 16 * 16);
+    EXPECT_EQ(taken.corrected, 0);
+}
+
 /// A volume that is mostly empty, with small bright and narrow-band spots, some at brick borders.
 Volume<float> spotted(const Extent& n) {
     Volume<float> volume(n);
