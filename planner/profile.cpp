@@ -64,11 +64,6 @@ const std::map<std::string, double> kDefaultFactors = {
     {"warp.shear", 1.6},
 };
 
-/// What a line costs that was asked for before it is read, of one that is waited for. Least squares
-/// over casts of sparse samples of 190^3 (16 bits, f32; two threads) have 0.24 for zero-order and
-/// 0.36 for first-order holds.
-constexpr double kAskedFor = 0.35;
-
 std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& fields) {
     constexpr int kMost = 1 << 20;
     std::map<int, CalmLooks> calm;

@@ -198,8 +198,7 @@ TEST(CountedWork, CastsAlongRowsTouchFewerLinesThanCastsAcross) {
         const Ask ask{of.want, of.scene};
         const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 2.0}});
         EXPECT_EQ(offer.refused, "");
-        const Work work = edge.work(offer, ask, 0);
-        return work.lines / (work.gathers - 20 * 60 * 60);  // a gather a sample, 20 a pixel
+        return edge.work(offer, ask, 0).lines / (60 * 60 * mean_length(of.from, of.want, 0) / 2);
     };
     EXPECT_LT(lines_a_sample({0, 88, 1}, false), 0.5 * lines_a_sample({20, 40, 10}, false));
     // Rays from the eye are as much farther apart at the volume's ends as these are from its
@@ -227,6 +226,61 @@ TEST(CountedWork, CastsBeginTheRaysThatHitAndComeBackToFewerLinesAlongRows) {
     // A tile sees no more than all.
     EXPECT_LT(across.others, 64 * across.lines);
     EXPECT_GT(across.others, 0);
+}
+
+/// What packets of 4 x 4 rays walk, worked out ray by ray.
+struct Walked {
+    double hits = 0;
+    double cells = 0;  // from the first that some ray of a packet has to the last, times its rays
+    double ends = 0;   // of these, cells that not all rays have whole
+
+    Walked(const Turned& of, std::int64_t side) {
+        kernels::RayCast cast;
+        cast.volume.extent = of.from.extent;
+        cast.rays = rays_of(of.from, of.want, 0);
+        for (std::int64_t y = 0; y < side; y += 4)
+            for (std::int64_t x = 0; x < side; x += 4) add_packet(cast, x, y);
+    }
+
+ private:
+    void add_packet(const kernels::RayCast& cast, std::int64_t x, std::int64_t y) {
+        double first = HUGE_VAL, last = -HUGE_VAL, inner_first = -HUGE_VAL, inner_last = HUGE_VAL;
+        int rays = 0;
+        for (std::int64_t k = 0; k < 16; ++k) {
+            const auto path = ray_path(cast, double(x + k % 4), double(y + k / 4));
+            if (!path.hit()) continue;
+            ++rays;
+            first = std::min(first, double(path.first));
+            last = std::max(last, double(path.last));
+            inner_first = std::max(inner_first, double(path.first) + 1);
+            inner_last = std::min(inner_last, double(path.last) - 1);
+        }
+        if (rays == 0) return;
+        hits += rays;
+        cells += 16 * (last - first + 1);
+        ends += 16 * (last - first + 1 - std::max(0.0, inner_last - inner_first + 1));
+    }
+};
+
+TEST(CountedWork, PacketsWalkUntilTheLastOfTheirRaysEnds) {
+    const Transition edge = ray_cast();
+    constexpr std::int64_t kSide = 315;
+    for (const Extent& extent :
+         {Extent{64, 64, 64}, {157, 393, 34}, {128, 128, 44}, {34, 157, 157}})
+        for (const auto& degrees : {std::array<double, 3>{20, 30, 0}, {0, 80, 5}, {45, 45, 45}}) {
+            Turned of(Job::render, extent, degrees, 0.7, {kSide, kSide, kSide});
+            of.want.mode = Mode::xray;  // without bricks
+            const Ask ask{of.want, of.scene};
+            const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 1.0}});
+            ASSERT_EQ(offer.refused, "");
+            const Work work = edge.work(offer, ask, 0);
+            const Walked walked(of, kSide);
+            // A gather a cell, 20 a pixel; a tenth of beginning a ray for each cell at an end.
+            // Where a face is seen from its side, packets across its edge walk for rays that miss.
+            EXPECT_NEAR(work.gathers - 20.0 * kSide * kSide, walked.cells, 0.08 * walked.cells);
+            EXPECT_NEAR(10 * (work.begun - walked.hits), walked.ends,
+                        0.05 * walked.ends + 10 * 0.02 * walked.hits);
+        }
 }
 
 TEST(CountedWork, FewRaysComeBackToTheirOwnLines) {
@@ -273,14 +327,18 @@ TEST(CountedWork, CompositesCorrectTheOpacitiesThatPacketsNeed) {
 }
 
 TEST(CountedWork, AWarpFetchesTheLinesThatItWritesAndDrivesThemOut) {
-    const Turned of(Job::warp, {128, 48, 44}, {20, 30, 0}, 1, {150, 150, 150});
-    const Ask ask{of.want, of.scene};
     const Transition edge = backward_warp();
-    const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}});
-    ASSERT_EQ(offer.refused, "");
-    const Work work = edge.work(offer, ask, 0);
-    EXPECT_EQ(work.others, offer.to.bytes());
-    EXPECT_EQ(work.other_lines, 2 * work.others / 64);
+    for (const std::int64_t side : {150, 170}) {  // 13 and 19 MB
+        const Turned of(Job::warp, {128, 48, 44}, {20, 30, 0}, 1, {side, side, side});
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}});
+        ASSERT_EQ(offer.refused, "");
+        const Work work = edge.work(offer, ask, 0);
+        EXPECT_EQ(work.others, offer.to.bytes());
+        // Those of the larger output are asked for.
+        const double each = side == 150 ? 2 : 1 + kAskedFor;
+        EXPECT_DOUBLE_EQ(work.other_lines, each * work.others / 64);
+    }
 }
 
 TEST(CountedWork, APermutationHasItsWayFromWhatBecomesOfRows) {

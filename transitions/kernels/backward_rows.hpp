@@ -17,10 +17,7 @@ inline constexpr double kBorderSlack = 1e-9;  // of a sample; absorbs the roundi
 inline constexpr double kFaceMargin = 1e-6;
 inline constexpr double kFixedOne = 1099511627776.0;  // 2^40
 inline constexpr int kBlock = kBackwardBlock;         // they share one fixed-point origin
-/// Bytes of an output whose lines are written as fast as they come. Turned noise of 64^3 to 256^3
-/// takes as long with prefetching up to 23 MB; 80 MB that bytes are turned into takes half as long.
-inline constexpr std::int64_t kNearOutput = 16 << 20;
-inline constexpr int kChunk = 64;  // columns that share one f64 origin
+inline constexpr int kChunk = 64;                     // columns that share one f64 origin
 
 /// Columns begin <= x < end.
 struct Span {

@@ -128,17 +128,24 @@ Eigen::Matrix3d lattice_of(const kernels::RayCast& cast, const Extent& picture) 
     return lattice;
 }
 
-/// Cells that the first ray of a packet of 4 x 4 pixels has ahead of the last at either end, where
-/// parallel rays meet the face that they are steepest on.
-double ragged_cells(const kernels::RayCast& cast, const Ask& ask) {
+/// Cells that the first ray of a packet of 4 x 4 pixels has ahead of the last at either end: the
+/// mean over the faces that parallel rays meet, by what each of them shows. Along a grazed face
+/// neighbours meet it far from each other, but at most `most` cells.
+double ragged_cells(const kernels::RayCast& cast, const Ask& ask, double most) {
     if (ask.want.eye) return 0;
-    const kernels::ParallelRays along(cast);
-    std::size_t steep = 0;
-    for (std::size_t axis = 1; axis < 3; ++axis)
-        if (std::abs(along.along[axis]) > std::abs(along.along[steep])) steep = axis;
-    const kernels::Rays::Field& origin = cast.rays.origin;
-    const double across = std::abs(origin.x[steep]) + std::abs(origin.y[steep]);
-    return 3 * across * std::abs(along.inverse[steep]);
+    const kernels::ParallelRays rays(cast);
+    const Extent& n = cast.volume.extent;
+    double shown = 0, ragged = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const int b = static_cast<int>(axis + 1) % 3, c = static_cast<int>(axis + 2) % 3;
+        const double face =
+            std::abs(rays.along[axis]) * static_cast<double>(n[b]) * static_cast<double>(n[c]);
+        const double across =
+            std::abs(cast.rays.origin.x[axis]) + std::abs(cast.rays.origin.y[axis]);
+        shown += face;
+        ragged += face * std::min(most, 3 * across * std::abs(rays.inverse[axis]));
+    }
+    return ragged / shown;
 }
 
 std::string_view way_of(bool bricks, bool sparse, bool from_eye) {
@@ -176,34 +183,34 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const bool spread = is_spread(offer.from);
     const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
     // At the ends of a packet half of its lanes are outside, and cells are masked and weighed,
-    // which takes a tenth of beginning a ray.
-    const double ragged = spread ? 0 : std::min(ragged_cells(cast, ask), samples / hits);
-    const double all = taken + ragged * hits, ends = (2 * ragged + 2) * hits;
+    // which takes a tenth of beginning a ray. Both ends of a ray are parts of cells.
+    const double ragged = spread ? 0 : ragged_cells(cast, ask, samples / hits);
+    const double all = taken + (ragged + 1) * hits, ends = (2 * ragged + 2) * hits;
     const double bytes = static_cast<double>(bytes_of(offer.from.type));
     const Eigen::Matrix3d lattice = lattice_of(cast, offer.to.extent);
-    const double lines = all * lines_touched(lattice, bytes, Vec3::Constant(taps));
+    const double lines = taken * lines_touched(lattice, bytes, Vec3::Constant(taps));
     // Along rows lines follow each other in memory: least squares over casts of 64^3 to 190^3 have
     // 0.15 to 0.6 of what lines cost across slices.
     const double followed = std::pow(lattice.col(2).normalized().x(), 2);
     // Few rays come back to their own lines alone, one view after the other.
     const double own = kLineBytes * lines * ask.want.views.different();
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
-    Work work{
-        .operations = all * (9 + filter + combining(ask, optics)) + (spread ? 60 : 120) * pixels +
-                      kCorrectionOperations * corrected_of(offer, ask, samples, ends) +
-                      (bricks ? brick_operations(offer.from) + 2 * samples : 0),
-        .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
-        .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
-        .lines = lines,
-        .asked = sparse && hold != Hold::bspline3 ? lines : followed * lines,
-        .other_lines =
-            spread ? 0
-                   : all * lines_swept(lattice, kernels::kPacketSide, bytes, Vec3::Constant(taps)),
-        .begun = hits + 0.1 * ends,
-        .span = spread ? 0 : std::min(offer.from.bytes(), own),
-        .others = kLineBytes * lines / std::max(1.0, tiles),
-        .workspace = bricks ? brick_bytes(offer.from) : 0,
-        .way = way_of(bricks, sparse, ask.want.eye.has_value())};
+    Work work{.operations = all * (9 + filter + combining(ask, optics)) +
+                            (spread ? 60 : 120) * pixels +
+                            kCorrectionOperations * corrected_of(offer, ask, samples, ends) +
+                            (bricks ? brick_operations(offer.from) + 2 * samples : 0),
+              .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
+              .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
+              .lines = lines,
+              .asked = sparse && hold != Hold::bspline3 ? lines : followed * lines,
+              .other_lines = spread ? 0
+                                    : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
+                                                          Vec3::Constant(taps)),
+              .begun = hits + 0.1 * ends,
+              .span = spread ? 0 : std::min(offer.from.bytes(), own),
+              .others = kLineBytes * lines / std::max(1.0, tiles),
+              .workspace = bricks ? brick_bytes(offer.from) : 0,
+              .way = way_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }
