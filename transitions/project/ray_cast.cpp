@@ -21,7 +21,7 @@ using kernels::Hold;
 /// Pixels along each side of a tile: neighbouring rays share samples in the caches, but a tile of
 /// the middle takes longest, and all threads should have some.
 std::int64_t tile_side(const Extent& picture) {
-    constexpr std::int64_t kLargest = 64, kLeast = 16, kTiles = 16;
+    constexpr std::int64_t kLargest = 64, kLeast = 16, kTiles = 64;
     std::int64_t side = kLargest;
     while (side > kLeast && picture.samples() < kTiles * side * side) side /= 2;
     return side;
