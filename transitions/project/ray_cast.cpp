@@ -156,10 +156,11 @@ std::string_view way_of(bool bricks, bool sparse, bool from_eye) {
 
 /// Samples whose opacities are corrected for their lengths: at the ends of rays; where the step is
 /// not the length that opacities refer to, all. Of these, as counted, those that a packet needs.
-double corrected_of(const Offer& offer, const Ask& ask, double samples, double ends) {
+double corrected_of(const Offer& offer, const Ask& ask, const kernels::Optics& optics,
+                    double samples, double ends) {
     if (ask.want.mode != Mode::composite) return 0;
     const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
-    const bool exact = offer.with.number("step") == optics_of(ask.want, offer.from.values).unit;
+    const bool exact = offer.with.number("step") == optics.unit;
     return share("cast/corrected/ends") * ends + (exact ? 0 : share("cast/corrected") * samples);
 }
 
@@ -195,22 +196,22 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // Few rays come back to their own lines alone, one view after the other.
     const double own = kLineBytes * lines * ask.want.views.different();
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
-    Work work{.operations = all * (9 + filter + combining(ask, optics)) +
-                            (spread ? 60 : 120) * pixels +
-                            kCorrectionOperations * corrected_of(offer, ask, samples, ends) +
-                            (bricks ? brick_operations(offer.from) + 2 * samples : 0),
-              .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
-              .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
-              .lines = lines,
-              .asked = sparse && hold != Hold::bspline3 ? lines : followed * lines,
-              .other_lines = spread ? 0
-                                    : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
-                                                          Vec3::Constant(taps)),
-              .begun = hits + 0.1 * ends,
-              .span = spread ? 0 : std::min(offer.from.bytes(), own),
-              .others = kLineBytes * lines / std::max(1.0, tiles),
-              .workspace = bricks ? brick_bytes(offer.from) : 0,
-              .way = way_of(bricks, sparse, ask.want.eye.has_value())};
+    Work work{
+        .operations = all * (9 + filter + combining(ask, optics)) + (spread ? 60 : 120) * pixels +
+                      kCorrectionOperations * corrected_of(offer, ask, optics, samples, ends) +
+                      (bricks ? brick_operations(offer.from) + 2 * samples : 0),
+        .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
+        .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
+        .lines = lines,
+        .asked = sparse && hold != Hold::bspline3 ? lines : followed * lines,
+        .other_lines = spread ? 0
+                              : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
+                                                    Vec3::Constant(taps)),
+        .begun = hits + 0.1 * ends,
+        .span = spread ? 0 : std::min(offer.from.bytes(), own),
+        .others = kLineBytes * lines / std::max(1.0, tiles),
+        .workspace = bricks ? brick_bytes(offer.from) : 0,
+        .way = way_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }
