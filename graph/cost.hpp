@@ -6,24 +6,20 @@
 namespace edgewise {
 
 constexpr double kLineBytes = 64;  // that a cache reads at once
-/// What a line costs that was asked for before it is read, of one that is waited for. Least squares
-/// over casts of sparse samples of 190^3 (16 bits, f32; two threads) have 0.24 for zero-order and
-/// 0.36 for first-order holds.
-constexpr double kAskedFor = 0.35;
 
 /// Counted for one run of one edge at one view, never timed: a machine profile makes seconds of it.
 /// Where samples are spread over ranks, operations and accesses are the sum over ranks, which share
 /// them evenly; messages and bytes in memory are those of one rank.
 struct Work {
-    double operations =
-        0;                // additions, multiplications, roundings, comparisons: one each, as [W93]
+    /// Additions, multiplications, roundings, comparisons: one each, as [W93].
+    double operations = 0;
+    /// Operations to mask and weigh lanes of vectors: none where samples are worked out one by one.
+    double masked = 0;
     double streamed = 0;  // bytes read or written in address order
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
     double lines = 0;     // of memory that these bring from `span`; what else they read is near
-    double asked = 0;     // of these lines, those asked for before they are read, or seen coming
     /// Lines from elsewhere, out of `others`: those that neighbours read again, those written.
     double other_lines = 0;
-    double begun = 0;  // things set up one by one before a loop runs over them: rays
     /// Bytes that lines, and what is streamed, lie within; of one rank. They tell which levels of
     /// memory serve them. 0: the planner's guess, all of the input, and input and output.
     double span = 0, swept = 0;

@@ -21,9 +21,9 @@ void add(Share& share, const Work& work, int views) {
     const double before = static_cast<double>(share.views) / (share.views + views);
     const double now = static_cast<double>(views) / (share.views + views);
     Work& mean = share.mean;
-    for (double Work::*count : {&Work::operations, &Work::streamed, &Work::gathers, &Work::lines,
-                                &Work::asked, &Work::other_lines, &Work::begun, &Work::local,
-                                &Work::global, &Work::congested, &Work::messages, &Work::sent})
+    for (double Work::*count : {&Work::operations, &Work::masked, &Work::streamed, &Work::gathers,
+                                &Work::lines, &Work::other_lines, &Work::local, &Work::global,
+                                &Work::congested, &Work::messages, &Work::sent})
         mean.*count = before * mean.*count + now * work.*count;
     for (double Work::*most :
          {&Work::span, &Work::swept, &Work::others, &Work::scratch, &Work::workspace})

@@ -29,6 +29,13 @@ using Levels = std::vector<Level>;
 /// @param set     [byte]; 0: not known, so the last level's
 double cost_in(const Levels& levels, double Level::*cost, double set) noexcept;
 
+/// What a line takes longer that is read again after all others of a set [s]: it was driven out by
+/// as much as the caches hold, where those read anywhere find some of a set of twice the size. No
+/// less than it takes by what levels move in order.
+/// @param levels  not empty
+/// @param set     [byte]; 0: not known
+double line_again(const Levels& levels, double set) noexcept;
+
 nlohmann::json to_json(const Levels& levels);
 /// @throws InputError naming the field; `file` is what messages call the text
 Levels levels_of(const nlohmann::json& json, const std::string& file);

@@ -32,20 +32,19 @@ struct Profile {
     int processors = 1;  // that share one memory
     int ranks = 1;       // memories, each with so many processors; 1: a machine of shared memory
     double memory = 0;   // [byte] of one rank; 0: not known
-    double operation = 0.05e-9;  // [s]; operations run in vectors, so far below a cycle
-    double streamed = 0.12e-9;   // [s/byte]; where there are levels, these go before it
-    double gather = 0.22e-9;     // [s]; likewise
-    double begin = 9e-9;         // [s] to set one thing up before a loop runs over it
-    double local = 0.3e-9;       // [s]
-    double global = 1e-9;        // [s], before congestion
-    double congestion = 1;       // N: how many times that where accesses meet
-    double latency = 0;          // [s] once a message, below the first of `messages`
-    double byte = 0;             // [s/byte] in messages, likewise
-    double start = 20e-6;        // [s] once a run of an edge
-    double serial = 0.05;        // share of a run that further threads do not speed up
-    double spread = 0.35;        // of predicted seconds, at least: standard deviation of the log
-    Levels levels;               // of memory; empty: `streamed` and `gather` hold for all sizes
-    MessageCosts messages;       // by size; empty: `latency` and `byte` hold for all sizes
+    double operation = 0.033e-9;  // [s]; operations run in vectors, so far below a cycle
+    double streamed = 0.045e-9;   // [s/byte]; where there are levels, these go before it
+    double gather = 0.2e-9;       // [s]; likewise
+    double local = 0.3e-9;        // [s]
+    double global = 1e-9;         // [s], before congestion
+    double congestion = 1;        // N: how many times that where accesses meet
+    double latency = 0;           // [s] once a message, below the first of `messages`
+    double byte = 0;              // [s/byte] in messages, likewise
+    double start = 10e-6;         // [s] once a run of an edge
+    double serial = 0.05;         // share of a run that further threads do not speed up
+    double spread = 0.35;         // of predicted seconds, at least: standard deviation of the log
+    Levels levels;                // of memory; empty: `streamed` and `gather` hold for all sizes
+    MessageCosts messages;        // by size; empty: `latency` and `byte` hold for all sizes
     /// Measured over counted seconds of loops, by "EDGE" or "EDGE/key=value..."; the longest name
     /// that fits, else "*".
     std::map<std::string, double> factors;

@@ -109,13 +109,6 @@ void for_shared(std::string_view name, std::string_view other, Each&& each) {
     });
 }
 
-/// Parts of a name that another one has too.
-int shared_parts(std::string_view name, std::string_view other) {
-    int shared = 0;
-    for_shared(name, other, [&](int) { ++shared; });
-    return shared;
-}
-
 /// How much of `name` is in another one of its edge: the number of parts decides, then the earlier,
 /// then that it has no others.
 int likeness(std::string_view name, std::string_view other) {
@@ -146,20 +139,6 @@ void for_most_alike(const Map& named, const std::string& name, Each&& each) {
     for_edge(named, edge, [&](const auto& entry) {
         if (likeness(name, entry.first) == best) each(entry);
     });
-}
-
-bool is_about(double one, double other) { return one <= kAlike * other && other <= kAlike * one; }
-
-/// The largest size of the fewest frames.
-double last_of(const std::vector<Rate>& curve) {
-    double last = 0;
-    for (const Rate& rate : curve)
-        if (rate.frames == curve.front().frames) last = rate.counted;
-    return last;
-}
-
-bool reaches(const std::vector<Rate>& curve, double counted) {
-    return counted >= curve.front().counted / kAlike && counted <= kAlike * last_of(curve);
 }
 
 /// @param curve  sorted by frames, then by size: those of the fewest frames count
@@ -238,7 +217,9 @@ Rate Rates::at(const std::string& name, const Counted& counted, int runs) const 
     rate.counted = counted.seconds;
     rate.apart = counted.apart;
     rate.ratio = seconds / counted.seconds;
-    if (runs > 1 || !measured_.contains(name)) rate.shared = shared_at(name, seconds * runs);
+    const auto own = left_.find(name);
+    if (runs > 1 || own == left_.end() || foreseen * kAlike < own->second.front().counted)
+        rate.shared = shared_at(name, seconds * runs);
     return rate;
 }
 
@@ -252,30 +233,9 @@ double Rates::pace_of(const std::string& name) const {
 
 Rate Rates::alone_at(const std::string& name, double expected) const {
     if (const auto exact = left_.find(name); exact != left_.end())
-        return along_others(*exact, expected);
+        return between(exact->second, expected);
     Rate rate = between(nearest(name), expected);
     rate.spread = std::max(rate.spread, kBorrowed);
-    return rate;
-}
-
-Rate Rates::along_others(const Curves::value_type& own, double expected) const {
-    const std::string& name = own.first;
-    const std::vector<Rate>& curve = own.second;
-    const Rate end = between(curve, std::clamp(expected, curve.front().counted, last_of(curve)));
-    Rate rate = between(curve, expected);
-    if (is_about(end.counted, expected)) return rate;
-    std::vector<double> growth;
-    int best = 0;
-    for_edge(left_, edge_of(name), [&](const Curves::value_type& each) {
-        const int alike = shared_parts(name, each.first);
-        if (&each == &own || alike < best) return;
-        if (!reaches(each.second, expected) || !reaches(each.second, end.counted)) return;
-        if (alike > best) growth.clear();
-        best = alike;
-        growth.push_back(between(each.second, expected).ratio /
-                         between(each.second, end.counted).ratio);
-    });
-    if (!growth.empty()) rate.ratio = end.ratio * median(std::move(growth));
     return rate;
 }
 

@@ -60,13 +60,12 @@ class Rates {
 
     bool empty() const noexcept { return measured_.empty(); }
     /// At so many counted seconds, those apart taken as they are: between sizes by the logarithms
-    /// of both; beyond them as those names of the edge go on, in the median, that are most like it
-    /// and reach so far, or as at the last size, but for the set-up of a run, which is the same for
-    /// all. What several processors bring to a single run under a measured name is the name's own:
-    /// then its seconds on all of them are those that were timed. Else it is a matter of the edge
-    /// and of how long it runs (waking threads takes a fixed time, parts that do not divide a fixed
-    /// share): the median over the edge's parameters, kinds and types at about the seconds of all
-    /// `runs`.
+    /// of both; beyond them as at the last size, but for the set-up of a run, which is the same for
+    /// all. What several processors bring to a single run under a measured name is the name's own,
+    /// where it is no shorter than those timed: then its seconds on all of them are those that were
+    /// timed. Else it is a matter of the edge and of how long it runs (waking threads takes a fixed
+    /// time, parts that do not divide a fixed share): the median over the edge's parameters, kinds
+    /// and types at about the seconds of all `runs`.
     /// @return ratio 0 where nothing was measured under any part of the name
     Rate at(const std::string& name, const Counted& counted, int runs = 1) const;
     /// As measured, by name, sorted by size.
@@ -83,9 +82,6 @@ class Rates {
     /// What follows has for `counted` the seconds that are expected where nothing is left of them.
     Rate alone_at(const std::string& name, double expected) const;
     std::vector<Rate> nearest(const std::string& name) const;
-    /// Beyond the measured sizes of a name: as those of its edge go on, in the median, that share
-    /// the most parts with it of all that reach so far.
-    Rate along_others(const Curves::value_type& own, double expected) const;
     /// Seconds of loops over counted ones: of those names that are most like one.
     double pace_of(const std::string& name) const;
 

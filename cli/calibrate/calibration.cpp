@@ -441,8 +441,6 @@ class Calibration {
                           "{} visits, {} of them disturbed by the host; {} % of runs at the best "
                           "pace, others brought to it",
                           visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
-             {"begin",
-              "guessed: of rays on one core of a server; where kernels differ, rates tell"},
              {"serial", "derived from rates"},
              {"calm", "measured; the least of the looks beside all runs"},
              {"spread",

@@ -26,24 +26,13 @@ Json short_plan(const Plan& plan) {
 
 /// Of one run, the mean over the views.
 Json work_json(const Work& work) {
-    return {{"operations", work.operations},
-            {"streamed", work.streamed},
-            {"gathers", work.gathers},
-            {"lines", work.lines},
-            {"asked", work.asked},
-            {"other_lines", work.other_lines},
-            {"begun", work.begun},
-            {"local", work.local},
-            {"global", work.global},
-            {"congested", work.congested},
-            {"messages", work.messages},
-            {"sent", work.sent},
-            {"scratch", work.scratch},
-            {"workspace", work.workspace},
-            {"span", work.span},
-            {"swept", work.swept},
-            {"others", work.others},
-            {"way", work.way}};
+    return {
+        {"operations", work.operations}, {"masked", work.masked}, {"streamed", work.streamed},
+        {"gathers", work.gathers},       {"lines", work.lines},   {"other_lines", work.other_lines},
+        {"local", work.local},           {"global", work.global}, {"congested", work.congested},
+        {"messages", work.messages},     {"sent", work.sent},     {"scratch", work.scratch},
+        {"workspace", work.workspace},   {"span", work.span},     {"swept", work.swept},
+        {"others", work.others},         {"way", work.way}};
 }
 
 Json measured_json(const Session& session) {

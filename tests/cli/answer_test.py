@@ -135,7 +135,7 @@ class Answer(unittest.TestCase):
         self.assertEqual(set(found[0]), {"--max-error"})
         found = self.check_budgets([*SPHERE, "--max-time", "3us"], 1)
         self.assertEqual(set(found[0]), {"--max-time"})
-        found = self.check_budgets([*SPHERE, "--max-error", 0.002, "--max-time", "100us"], 1)
+        found = self.check_budgets([*SPHERE, "--max-error", 0.002, "--max-time", "40us"], 1)
         self.assertEqual({key for one in found for key in one}, {"--max-error", "--max-time"} if len(found) > 1
                          else set(found[0]))
 

@@ -141,25 +141,6 @@ TEST(Cost, ViewsThatAreWorkedOnDifferentlyArePricedByTheirWays) {
     EXPECT_EQ(mean.way, "rows") << "the first view's";
 }
 
-TEST(Cost, LinesThatAreAskedForCostLess) {
-    const Request want;
-    const Scene scene;
-    Profile profile = one_second_an_operation();
-    profile.levels = {{.bytes = 100, .gather = 1, .line = 1}, {.gather = 3, .line = 9}};
-    const Offer offer{.from = made(1e6, 1), .to = made(1, 1)};
-    const auto seconds = [&](double asked) {
-        Transition edge = graded();
-        edge.work = [&](const Offer&, const Ask&, int) {
-            return Work{.lines = 1000, .asked = asked};
-        };
-        return cost_of(edge, offer, {want, scene}, profile, 1).seconds;
-    };
-    // As far away as before: it is the waiting that is less.
-    EXPECT_DOUBLE_EQ(seconds(0), 1000 * 8);
-    EXPECT_DOUBLE_EQ(seconds(1000), 350 * 8);
-    EXPECT_DOUBLE_EQ(seconds(500), 675 * 8);
-}
-
 TEST(Cost, PartsThatAreMergedAreCounted) {
     const Request want;
     const Scene scene;
@@ -206,10 +187,10 @@ TEST(Cost, LevelsOfMemoryPriceWhatIsRead) {
         return cost_of(edge, offer, {want, scene}, profile, 1).seconds;
     };
     EXPECT_DOUBLE_EQ(seconds(50), 8);
-    // Two lines come from where all the data are.
+    // Two lines come from where all the data are, behind all others.
     EXPECT_DOUBLE_EQ(seconds(200), 8 + 2 * (9 - 1.5));
-    EXPECT_DOUBLE_EQ(seconds(150), 8 + 2 * (cost_in(profile.levels, &Level::line, 150) - 1.5));
-    EXPECT_LT(seconds(150), seconds(200));
+    EXPECT_DOUBLE_EQ(seconds(75), 8 + 2 * line_again(profile.levels, 75));
+    EXPECT_LT(seconds(75), seconds(200));
 }
 
 TEST(Cost, RandomOnesHangOnEdgeParametersAndSeed) {

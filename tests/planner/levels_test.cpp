@@ -135,11 +135,10 @@ TEST(Levels, GoBeforeTheSingleNumbersOfAProfile) {
     EXPECT_EQ(profile.counted(work).apart, 0);
 }
 
-TEST(Levels, LinesAndWhatIsBegunAreApartFromLoops) {
+TEST(Levels, LinesAreApartFromLoops) {
     Profile profile;
     profile.levels = three();
     for (Level& level : profile.levels) level.line = 2.5 * level.gather;
-    profile.begin = 1e-8;
     const double near = profile.levels.front().gather;
     const Work loops{.operations = 5, .gathers = 12};
     Work work = loops;
@@ -147,12 +146,26 @@ TEST(Levels, LinesAndWhatIsBegunAreApartFromLoops) {
     work.span = 500 * kKilo;
     work.other_lines = 10;
     work.others = 16 * kKilo;  // the nearest level holds them
-    work.begun = 7;
-    const double apart = 7 * 1e-8 + 100 * 2.5 * (4e-10 - near);
+    const double apart = 100 * 2.5 * (4e-10 - near);
     EXPECT_DOUBLE_EQ(profile.counted(work).apart, apart);
     EXPECT_DOUBLE_EQ(profile.counted(work).seconds, profile.counted(loops).seconds + apart);
     work.others = 500 * kKilo;
     EXPECT_DOUBLE_EQ(profile.counted(work).apart, apart + 10 * 2.5 * (4e-10 - near));
+}
+
+TEST(Levels, LinesComeBackFromBehindAllOthersOfTheirSet) {
+    Levels levels = three();
+    for (Level& level : levels) level.line = 2 * level.gather;
+    const auto again = [&](double set) { return line_again(levels, set); };
+    EXPECT_EQ(again(16 * kKilo), 0);
+    // As far as what reads anywhere find of a set of twice the size.
+    EXPECT_DOUBLE_EQ(again(32 * kKilo), 2 * (4e-10 - 1e-10));
+    EXPECT_DOUBLE_EQ(again(1024 * kKilo), 2 * (3e-9 - 1e-10));
+    EXPECT_DOUBLE_EQ(again(0), again(1e12));
+    // Where reads wait for nothing levels still have to move what is read.
+    for (Level& level : levels) level.line = 1e-10;
+    EXPECT_DOUBLE_EQ(again(1024 * kKilo), 0.4 * 64 * (1e-10 - 1e-11));
+    EXPECT_EQ(again(16 * kKilo), 0);
 }
 
 TEST(Levels, AFileWithoutThemCountsAsEver) {

@@ -76,37 +76,12 @@ TEST(Rates, FarBeyondTheMeasuredSizesAreLessCertain) {
     EXPECT_GT(rates.at("e mip u8", 1e-2).spread, rates.at("e mip u8", 1e-3).spread);
 }
 
-TEST(Rates, BeyondTheMeasuredSizesGoOnLikeTheMostSimilarThatReachesSoFar) {
-    const auto rate = [](double counted, double ratio) {
-        return Rate{.counted = counted, .ratio = ratio, .shared = 0.5, .runs = 5};
-    };
-    const Rates rates(Rates::Curves{
-        {"e/step=2 mip i16", {rate(8, 3)}},
-        {"e/step=2 mip u8", {rate(1, 3), rate(2, 3)}},  // does not reach 8
-        {"e/step=1 mip f32", {rate(1, 1.5), rate(8, 3), rate(20, 3.3)}},
-        {"f/step=2 mip i16", {rate(1, 70), rate(8, 1)}},
-    });
+TEST(Rates, BeyondTheMeasuredSizesGoOnAsAtTheLastWhateverOthersDo) {
+    const Rates rates = rates_of({{"e/step=2 mip i16", {timed(2, 1.5), timed(8, 3)}},
+                                  {"e/step=2 mip f32", {timed(1, 9), timed(100, 1)}}});
     constexpr double kSmall = 1e-4;  // the 10 us of set-up, over a second, several times
-    EXPECT_NEAR(rates.at("e/step=2 mip i16", 8).ratio, 3, kSmall);
     EXPECT_NEAR(rates.at("e/step=2 mip i16", 1).ratio, 1.5, kSmall);
-    EXPECT_NEAR(rates.at("e/step=2 mip i16", 20).ratio, 3.3, kSmall);
-    EXPECT_GT(rates.at("e/step=2 mip i16", 1).spread, rates.at("e/step=2 mip i16", 8).spread);
-    // Nothing reaches so far.
-    EXPECT_NEAR(rates.at("e/step=2 mip i16", 1e3).ratio, 3, 0.1);
-}
-
-TEST(Rates, OfSeveralAsSimilarTheMedianTellsHowOneGoesOn) {
-    const auto rate = [](double counted, double ratio) {
-        return Rate{.counted = counted, .ratio = ratio, .shared = 0.5, .runs = 5};
-    };
-    const Rates rates(Rates::Curves{
-        {"e/step=2 mip i16", {rate(1, 1)}},
-        {"e/step=2 mip f32", {rate(1, 0.5), rate(8, 5)}},  // of trials of two kinds
-        {"e/step=2 sum i16", {rate(1, 1), rate(2, 1), rate(8, 1.2)}},
-        {"e/step=1 mip i16", {rate(1, 1), rate(2, 1), rate(8, 1.1)}},
-        {"e/step=1 sum f32", {rate(1, 1), rate(2, 1), rate(8, 9)}},  // shares fewer parts
-    });
-    EXPECT_NEAR(rates.at("e/step=2 mip i16", 8).ratio, 1.2, 1e-4) << "but for 10 us of set-up";
+    EXPECT_NEAR(rates.at("e/step=2 mip i16", 1e3).ratio, 3, kSmall);
 }
 
 TEST(Rates, OneOutlierOfAHundredTimesMovesNothing) {
@@ -150,6 +125,14 @@ TEST(Rates, OfSeveralFramesTellWhatThreadsShareAlone) {
     EXPECT_EQ(back.at("e xray u8", 1e-3, 20).shared, rates.at("e xray u8", 1e-3, 20).shared);
     EXPECT_NEAR(rates_of({{"e", {frames}}}).at("e", 1e-3).ratio, 9, 1e-12)
         << "where there are no others";
+}
+
+TEST(Rates, RunsShorterThanANamesOwnShareAsOthersSoShort) {
+    const Rates rates = rates_of({{"e/f=x mip u8", {timed(1e-2, 1, 0.5), timed(2e-2, 1, 0.5)}},
+                                  {"e/f=y mip u8", {timed(1e-4, 1, 0.9), timed(2e-4, 1, 0.9)}}});
+    EXPECT_NEAR(rates.at("e/f=x mip u8", 1e-2).shared, 0.5, 1e-12);
+    EXPECT_NEAR(rates.at("e/f=x mip u8", 9e-3).shared, 0.5, 1e-12) << "about as long";
+    EXPECT_NEAR(rates.at("e/f=x mip u8", 1e-4).shared, 0.9, 1e-12);
 }
 
 TEST(Rates, GoToJsonAndBack) {

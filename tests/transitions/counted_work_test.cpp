@@ -62,13 +62,15 @@ TEST(CountedWork, AShadowHasThePixelsWhoseRaysHit) {
         int hits = 0;
         for (int y = 0; y < 160; ++y)
             for (int x = 0; x < 160; ++x) hits += kernels::ray_path(cast, x, y).length > 0;
-        EXPECT_NEAR(shadow(of.from, of.want, 0), hits, 0.02 * hits) << degrees[1];
+        EXPECT_NEAR(shadow_of(of.from, of.want, 0, 4).rays, hits, 0.02 * hits) << degrees[1];
     }
 }
 
 TEST(CountedWork, AScreenSmallerThanTheShadowIsAllHit) {
     const Turned of(Job::render, {60, 40, 50}, {20, 30, 0}, 1.5, {30, 20, 160});
-    EXPECT_EQ(shadow(of.from, of.want, 0), 600);
+    const Shadow all = shadow_of(of.from, of.want, 0, 4);
+    EXPECT_EQ(all.rays, 600);
+    EXPECT_EQ(all.packets, 600);
 }
 
 /// Output samples in blocks of columns of which one at least sees the input.
@@ -161,31 +163,19 @@ TEST(CountedWork, AShearWarpReadsEveryLineOfTheVolume) {
         const Work work = edge.work(offer, ask, 0);
         EXPECT_EQ(work.lines, double(bytes_of(type)) * 128 * 48 * 44 / 64);
         EXPECT_EQ(work.span, 64 * work.lines);
-        EXPECT_EQ(work.asked, 0);
     }
 }
 
-TEST(CountedWork, CastsOfSparseSamplesAskForAllLinesButThoseOfSplines) {
+TEST(CountedWork, CastsOfSparseSamplesOfLargeVolumesAreTimedByThemselves) {
     const Transition edge = ray_cast();
-    for (const char* filter : {"zoh", "foh", "bspline3"})
-        for (const std::int64_t slices : {48, 400}) {  // 1.5 and 12.5 MiB
-            const bool spline = std::string_view(filter) == "bspline3", large = slices > 48;
-            Turned of(Job::render, {256, 128, slices}, {10, 20, 0}, 0.3, {128, 128, 128});
-            of.want.mode = Mode::xray;  // without bricks
-            if (spline) of.from.content = "coefficients";
-            const Ask ask{of.want, of.scene};
-            const Offer offer = edge.offer(of.from, ask, {{"filter", filter}, {"step", 1.0}});
-            ASSERT_EQ(offer.refused, "");
-            const Work work = edge.work(offer, ask, 0);
-            EXPECT_GT(work.lines, 0);
-            EXPECT_EQ(work.way, large ? "sparse" : "");
-            if (large && !spline)
-                EXPECT_EQ(work.asked, work.lines) << filter;
-            else  // the cosine of rays to rows: turned about x, which keeps them, then about y
-                EXPECT_NEAR(work.asked / work.lines,
-                            std::pow(std::sin(20 * std::numbers::pi / 180), 2), 1e-12)
-                    << filter;
-        }
+    for (const std::int64_t slices : {48, 400}) {  // 1.5 and 12.5 MiB
+        Turned of(Job::render, {256, 128, slices}, {10, 20, 0}, 0.3, {128, 128, 128});
+        of.want.mode = Mode::xray;  // without bricks
+        const Ask ask{of.want, of.scene};
+        const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 1.0}});
+        ASSERT_EQ(offer.refused, "");
+        EXPECT_EQ(edge.work(offer, ask, 0).way, slices > 48 ? "sparse" : "");
+    }
 }
 
 TEST(CountedWork, CastsAlongRowsTouchFewerLinesThanCastsAcross) {
@@ -206,22 +196,17 @@ TEST(CountedWork, CastsAlongRowsTouchFewerLinesThanCastsAcross) {
     EXPECT_NEAR(lines_a_sample({0, 88, 1}, true) / lines_a_sample({0, 88, 1}, false), 1, 1e-3);
 }
 
-TEST(CountedWork, CastsBeginTheRaysThatHitAndComeBackToFewerLinesAlongRows) {
+TEST(CountedWork, PacketsComeBackToFewerLinesAlongRows) {
     const Transition edge = ray_cast();
-    const auto work = [&](std::array<double, 3> degrees, std::int64_t side) {
-        Turned of(Job::render, {128, 128, 128}, degrees, 0.4, {side, side, side});
+    const auto work = [&](std::array<double, 3> degrees) {
+        Turned of(Job::render, {128, 128, 128}, degrees, 0.4, {90, 90, 90});
         of.want.mode = Mode::xray;
         const Ask ask{of.want, of.scene};
         const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 1.0}});
         EXPECT_EQ(offer.refused, "");
-        return std::pair(edge.work(offer, ask, 0), shadow(of.from, of.want, 0));
+        return edge.work(offer, ask, 0);
     };
-    const auto [whole, hits] = work({0, 0, 0}, 90);
-    // Along an axis packets are not ragged: each ray has its own two ends, a tenth of a beginning
-    // each.
-    EXPECT_DOUBLE_EQ(whole.begun, 1.2 * hits);
-    EXPECT_GT(work({20, 40, 10}, 90).first.begun, 1.2 * work({20, 40, 10}, 90).second);
-    const Work across = work({20, 10, 0}, 90).first, along = work({0, 85, 0}, 90).first;
+    const Work across = work({20, 10, 0}), along = work({0, 85, 0});
     EXPECT_LT(along.other_lines / along.gathers, 0.5 * across.other_lines / across.gathers);
     // A tile sees no more than all.
     EXPECT_LT(across.others, 64 * across.lines);
@@ -230,57 +215,100 @@ TEST(CountedWork, CastsBeginTheRaysThatHitAndComeBackToFewerLinesAlongRows) {
 
 /// What packets of 4 x 4 rays walk, worked out ray by ray.
 struct Walked {
-    double hits = 0;
-    double cells = 0;  // from the first that some ray of a packet has to the last, times its rays
-    double ends = 0;   // of these, cells that not all rays have whole
+    double rays = 0;     // that hit
+    double packets = 0;  // rays of packets of which one hits
+    double cells = 0;    // from the first that some ray of a packet has to the last, times its rays
+    double ends = 0;     // of these, cells that not all rays that hit have whole
 
     Walked(const Turned& of, std::int64_t side) {
         kernels::RayCast cast;
         cast.volume.extent = of.from.extent;
         cast.rays = rays_of(of.from, of.want, 0);
-        for (std::int64_t y = 0; y < side; y += 4)
-            for (std::int64_t x = 0; x < side; x += 4) add_packet(cast, x, y);
+        // Means over where packets begin.
+        for (std::int64_t shift = 0; shift < 16; ++shift)
+            for (std::int64_t y = -(shift / 4); y < side; y += 4)
+                for (std::int64_t x = -(shift % 4); x < side; x += 4) add_packet(cast, x, y);
+        for (double* all : {&rays, &packets, &cells, &ends}) *all /= 16;
     }
 
  private:
     void add_packet(const kernels::RayCast& cast, std::int64_t x, std::int64_t y) {
         double first = HUGE_VAL, last = -HUGE_VAL, inner_first = -HUGE_VAL, inner_last = HUGE_VAL;
-        int rays = 0;
+        int hits = 0;
         for (std::int64_t k = 0; k < 16; ++k) {
             const auto path = ray_path(cast, double(x + k % 4), double(y + k / 4));
             if (!path.hit()) continue;
-            ++rays;
+            ++hits;
             first = std::min(first, double(path.first));
             last = std::max(last, double(path.last));
             inner_first = std::max(inner_first, double(path.first) + 1);
             inner_last = std::min(inner_last, double(path.last) - 1);
         }
-        if (rays == 0) return;
-        hits += rays;
+        if (hits == 0) return;
+        rays += hits;
+        packets += 16;
         cells += 16 * (last - first + 1);
         ends += 16 * (last - first + 1 - std::max(0.0, inner_last - inner_first + 1));
     }
 };
 
 TEST(CountedWork, PacketsWalkUntilTheLastOfTheirRaysEnds) {
-    const Transition edge = ray_cast();
     constexpr std::int64_t kSide = 315;
     for (const Extent& extent :
          {Extent{64, 64, 64}, {157, 393, 34}, {128, 128, 44}, {34, 157, 157}})
-        for (const auto& degrees : {std::array<double, 3>{20, 30, 0}, {0, 80, 5}, {45, 45, 45}}) {
-            Turned of(Job::render, extent, degrees, 0.7, {kSide, kSide, kSide});
-            of.want.mode = Mode::xray;  // without bricks
-            const Ask ask{of.want, of.scene};
-            const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 1.0}});
-            ASSERT_EQ(offer.refused, "");
-            const Work work = edge.work(offer, ask, 0);
+        for (const auto& degrees : {std::array<double, 3>{20, 30, 0}, {0, 80, 5}, {45, 45, 45}})
+            for (const double zoom : {0.7, 0.31}) {
+                const Turned of(Job::render, extent, degrees, zoom, {kSide, kSide, kSide});
+                const Shadow shadow = shadow_of(of.from, of.want, 0, 4);
+                const Walked walked(of, kSide);
+                const double length = mean_length(of.from, of.want, 0) * kSide * kSide;
+                const double cells = length + shadow.beyond + shadow.packets;
+                const double ends = 2 * (shadow.ragged + shadow.packets);
+                // Areas and the points of a lattice in them.
+                EXPECT_NEAR(shadow.rays, walked.rays, 0.025 * walked.rays);
+                EXPECT_NEAR(shadow.packets, walked.packets, 0.025 * walked.packets);
+                EXPECT_NEAR(cells, walked.cells, 0.02 * walked.cells);
+                EXPECT_NEAR(ends, walked.ends, 0.2 * walked.ends);
+            }
+}
+
+TEST(CountedWork, PacketsAcrossAFaceSeenFromItsSideWalkForRaysThatMiss) {
+    constexpr std::int64_t kSide = 120;
+    for (const auto& degrees : {std::array<double, 3>{0, 0, 0}, {0, 90, 0}, {3, 0, 0}})
+        for (const double zoom : {0.7, 0.31}) {
+            const Turned of(Job::render, {64, 64, 64}, degrees, zoom, {kSide, kSide, kSide});
+            const Shadow shadow = shadow_of(of.from, of.want, 0, 4);
             const Walked walked(of, kSide);
-            // A gather a cell, 20 a pixel; a tenth of beginning a ray for each cell at an end.
-            // Where a face is seen from its side, packets across its edge walk for rays that miss.
-            EXPECT_NEAR(work.gathers - 20.0 * kSide * kSide, walked.cells, 0.08 * walked.cells);
-            EXPECT_NEAR(10 * (work.begun - walked.hits), walked.ends,
-                        0.05 * walked.ends + 10 * 0.02 * walked.hits);
+            const double length = mean_length(of.from, of.want, 0) * kSide * kSide;
+            const double cells = length + shadow.beyond + shadow.packets;
+            // Edges along the pixels are a pixel off, of 20 to 45.
+            EXPECT_NEAR(shadow.packets, walked.packets, 0.1 * walked.packets);
+            EXPECT_NEAR(cells, walked.cells, 0.15 * walked.cells);
         }
+}
+
+TEST(CountedWork, CastsCountThePacketsThatMeetTheData) {
+    const Transition edge = ray_cast();
+    for (const auto& degrees : {std::array<double, 3>{0, 0, 0}, {20, 30, 0}}) {
+        const auto work = [&](std::int64_t side) {
+            Turned of(Job::render, {64, 64, 64}, degrees, 0.7, {side, side, side});
+            of.want.mode = Mode::xray;
+            const Ask ask{of.want, of.scene};
+            const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 0.5}});
+            EXPECT_EQ(offer.refused, "");
+            return std::pair(edge.work(offer, ask, 0), shadow_of(of.from, of.want, 0, 4));
+        };
+        const auto [near, shadow] = work(90);
+        const double samples = std::pow(64 * 0.7, 3) / 0.5;
+        // Each of its rays: 20 numbers, and a cell more, as both ends are parts of cells.
+        const double cells = samples + 2 * shadow.beyond + shadow.packets;
+        EXPECT_NEAR(near.gathers, cells + 20 * shadow.packets, 1e-9 * cells);
+        // The screen around the data takes no more than its bytes.
+        const Work far = work(180).first;
+        EXPECT_NEAR(far.gathers, near.gathers, 1e-9 * cells);
+        EXPECT_NEAR(far.operations, near.operations, 1e-9 * near.operations);
+        EXPECT_EQ(far.streamed - near.streamed, 4 * (180 * 180 - 90 * 90));
+    }
 }
 
 TEST(CountedWork, FewRaysComeBackToTheirOwnLines) {
@@ -334,10 +362,11 @@ TEST(CountedWork, AWarpFetchesTheLinesThatItWritesAndDrivesThemOut) {
         const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}});
         ASSERT_EQ(offer.refused, "");
         const Work work = edge.work(offer, ask, 0);
-        EXPECT_EQ(work.others, offer.to.bytes());
-        // Those of the larger output are asked for.
-        const double each = side == 150 ? 2 : 1 + kAskedFor;
-        EXPECT_DOUBLE_EQ(work.other_lines, each * work.others / 64);
+        EXPECT_EQ(work.others, of.from.bytes() + offer.to.bytes());
+        EXPECT_EQ(work.span, work.others);
+        // Those of the larger output are asked for, which leaves a third of the wait.
+        const double each = side == 150 ? 2 : 1.35;
+        EXPECT_DOUBLE_EQ(work.other_lines, each * offer.to.bytes() / 64);
     }
 }
 

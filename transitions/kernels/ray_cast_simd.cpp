@@ -386,14 +386,27 @@ void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int6
           std::int64_t width, std::int64_t height, float* out, std::ptrdiff_t row_floats) {
     Packet packet;
     const ParallelRays shared(cast);
+    const Shadow shadow(cast, shared, static_cast<double>(x), static_cast<double>(y),
+                        static_cast<double>(width), static_cast<double>(height));
+    const typename Sum::Lanewise missed{Sum(cast)};
     if constexpr (Sampler::kPrefetches) packet.ahead = is_sparse(cast) ? kAhead : 0;
     for (std::int64_t row = 0; row < height; row += kHeight) {
         const int rows = static_cast<int>(std::min<std::int64_t>(kHeight, height - row));
+        const double top = static_cast<double>(y + row);
+        const Shadow::Columns seen = shadow.columns(top, top + rows - 1);
         for (std::int64_t column = 0; column < width; column += kWidth) {
             const int columns = static_cast<int>(std::min<std::int64_t>(kWidth, width - column));
+            const double left = static_cast<double>(x + column);
+            float* const corner = out + row * row_floats + column * Sum::kChannels;
+            if (left + columns - 1 < seen.first || left > seen.last) {
+                for (int r = 0; r < rows; ++r)
+                    for (int c = 0; c < columns; ++c)
+                        missed.write(cast, 0, false, 0,
+                                     corner + r * row_floats + c * Sum::kChannels);
+                continue;
+            }
             Sum sum(cast);
-            const bool any = packet.prepare(cast, shared, static_cast<double>(x + column),
-                                            static_cast<double>(y + row), columns, rows);
+            const bool any = packet.prepare(cast, shared, left, top, columns, rows);
             if (any) {
                 const int inner = std::min(packet.inner_begin, packet.end);
                 // What the inside has leaves little of the ends.
@@ -408,7 +421,7 @@ void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int6
                     const int lane = r * kWidth + c;
                     const bool hit = any && packet.hit[lane];
                     result.write(cast, lane, hit, hit ? packet.length[lane] : 0,
-                                 out + (row + r) * row_floats + (column + c) * Sum::kChannels);
+                                 corner + r * row_floats + c * Sum::kChannels);
                 }
         }
     }

@@ -1,5 +1,6 @@
 #include "transitions/project/picture.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -92,15 +93,18 @@ kernels::Rays rays_of(const Representation& from, const Request& want, int view,
 
 namespace {
 
-/// Whether parallel rays through all of the screen pass through all of the box.
+/// Whether parallel rays through all of the screen pass through all of the box, but for what maps
+/// are rounded by.
 bool sees_all(const Mat4& map, const Extent& box, const Extent& screen) {
+    constexpr double kRounding = 1e-6;  // pixels
     for (int corner = 0; corner < 8; ++corner) {
         Vec3 p;
         for (int axis = 0; axis < 3; ++axis)
             p[axis] = corner >> axis & 1 ? static_cast<double>(box[axis]) - 0.5 : -0.5;
         p = map.topLeftCorner<3, 3>() * p + map.topRightCorner<3, 1>();
         for (int axis = 0; axis < 2; ++axis)
-            if (!(p[axis] >= -0.5 && p[axis] <= static_cast<double>(screen[axis]) - 0.5))
+            if (!(p[axis] >= -0.5 - kRounding &&
+                  p[axis] <= static_cast<double>(screen[axis]) - 0.5 + kRounding))
                 return false;
     }
     return true;
@@ -130,17 +134,37 @@ double mean_length(const Representation& from, const Request& want, int view) {
     return sum / (kSide * kSide);
 }
 
-double shadow(const Representation& from, const Request& want, int view) {
+Shadow shadow_of(const Representation& from, const Request& want, int view, int side) {
     const double pixels = static_cast<double>(want.screen.x) * static_cast<double>(want.screen.y);
-    if (want.eye) return pixels;
-    const Mat4 map = residual(from, want, view);
-    double area = 0;  // of the three faces that are seen
+    if (want.eye) return {.rays = pixels, .packets = pixels};
+    Eigen::Matrix3d edges = residual(from, want, view).topLeftCorner<3, 3>();
+    for (int axis = 0; axis < 3; ++axis) edges.col(axis) *= static_cast<double>(from.extent[axis]);
+    // A packet goes from the first to the last that one of its rays has of the data: what the sum
+    // of data and packet (Minkowski's), over all places of the packet, has of one ray. Its volume
+    // is that of all parallelepipeds that three of the edges of both span; those of one of the
+    // data's faces and a packet's side belong to rays that begin or end there, but where the face
+    // is seen from its side.
+    const double s = side - 1;  // between a packet's outer rays
+    const Eigen::Array3d width = edges.row(0).cwiseAbs(), height = edges.row(1).cwiseAbs(),
+                         depth = edges.row(2).cwiseAbs();
+    Shadow all{.packets = s * (width.sum() + height.sum()) + s * s, .beyond = s * s * depth.sum()};
     for (int axis = 0; axis < 3; ++axis) {
         const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-        area += std::abs(map(0, b) * map(1, c) - map(0, c) * map(1, b)) *
-                static_cast<double>(from.extent[b]) * static_cast<double>(from.extent[c]);
+        const Eigen::Array3d face = Vec3(edges.col(b)).cross(Vec3(edges.col(c))).cwiseAbs();
+        const double swept = s * (face.x() + face.y());
+        // Part of the packets that the face and its rim meet; a quarter of it fits casts counted
+        // ray by ray.
+        const double rim = s * (width[b] + width[c] + height[b] + height[c]) + s * s;
+        all.rays += face.z();
+        all.beyond += swept;
+        all.ragged += swept * face.z() / std::max(face.z() + rim / 4, 1e-300);
     }
-    return std::min(area, pixels);
+    all.packets += all.rays;
+    const double shown = all.rays > pixels ? pixels / all.rays : 1;
+    return {.rays = shown * all.rays,
+            .packets = std::min(pixels, shown * all.packets),
+            .beyond = shown * all.beyond,
+            .ragged = shown * all.ragged};
 }
 
 void for_tiles(const Region& region, std::int64_t width, std::int64_t height,

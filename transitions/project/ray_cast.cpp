@@ -87,10 +87,11 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
 /// is more than that takes. A nearest sample is read faster than a brick is asked. What voxels and
 /// questions take, in samples of a first-order hold, was measured with 128^3 and 256^3 of u8, 16
 /// bits and f32.
-bool with_bricks(const Offer& offer, const Ask& ask, double samples) {
+bool with_bricks(const Offer& offer, const Ask& ask, int view) {
     const Hold hold = hold_of(offer.with);
     const bool leaves_out = ask.want.mode == Mode::mip || ask.want.mode == Mode::composite;
     if (!leaves_out || hold == Hold::zoh) return false;
+    const double samples = samples_of(offer, ask, view);
     const double sample = hold == Hold::foh ? 1 : 8;  // taps: 8 and 64
     const double voxels = static_cast<double>(offer.from.samples());
     const double made = voxels * (0.02 + 0.02 * static_cast<double>(bytes_of(offer.from.type)));
@@ -128,26 +129,6 @@ Eigen::Matrix3d lattice_of(const kernels::RayCast& cast, const Extent& picture) 
     return lattice;
 }
 
-/// Cells that the first ray of a packet of 4 x 4 pixels has ahead of the last at either end: the
-/// mean over the faces that parallel rays meet, by what each of them shows. Along a grazed face
-/// neighbours meet it far from each other, but at most `most` cells.
-double ragged_cells(const kernels::RayCast& cast, const Ask& ask, double most) {
-    if (ask.want.eye) return 0;
-    const kernels::ParallelRays rays(cast);
-    const Extent& n = cast.volume.extent;
-    double shown = 0, ragged = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const int b = static_cast<int>(axis + 1) % 3, c = static_cast<int>(axis + 2) % 3;
-        const double face =
-            std::abs(rays.along[axis]) * static_cast<double>(n[b]) * static_cast<double>(n[c]);
-        const double across =
-            std::abs(cast.rays.origin.x[axis]) + std::abs(cast.rays.origin.y[axis]);
-        shown += face;
-        ragged += face * std::min(most, 3 * across * std::abs(rays.inverse[axis]));
-    }
-    return ragged / shown;
-}
-
 std::string_view way_of(bool bricks, bool sparse, bool from_eye) {
     if (bricks) return sparse ? "sparse-bricks" : "bricks";
     if (sparse) return "sparse";
@@ -171,43 +152,46 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double filter = hold == Hold::zoh ? 0 : hold == Hold::foh ? 21 : 48 + 147;
     const double taps = hold == Hold::zoh ? 1 : hold == Hold::foh ? 2 : 4;  // along each axis
     const double samples = samples_of(offer, ask, view);
-    const bool bricks = with_bricks(offer, ask, samples);
+    const bool bricks = with_bricks(offer, ask, view);
     const double taken = taken_of(offer, ask, samples, bricks);
     const kernels::Optics optics = optics_of(ask.want, offer.from.values);
     const double pixels = static_cast<double>(offer.to.samples());
-    // The thesis counts 60 to set a ray up, where a rank works rays out one by one. Packets take 60
-    // in f64, of which a vector holds half as many as of f32, to see whether a ray meets the data;
-    // where it does it is begun: the packet keeps 64 bytes a ray, written and read. A lane's result
-    // is worked out by itself: 20 numbers are stored and read again.
+    // The thesis counts 60 to set a ray up, where a rank works rays out one by one. Packets that
+    // may meet the data take 60 a ray in f64, of which a vector holds half as many as of f32, and
+    // keep 64 bytes a ray, written and read. A lane's result is worked out by itself: 20 numbers
+    // are stored and read again.
     const kernels::RayCast cast = cast_of(offer, ask, view);
     const bool sparse = kernels::is_sparse(cast);
     const bool spread = is_spread(offer.from);
-    const double hits = spread ? 0 : shadow(offer.from, ask.want, view);
-    // At the ends of a packet half of its lanes are outside, and cells are masked and weighed,
-    // which takes a tenth of beginning a ray. Both ends of a ray are parts of cells.
-    const double ragged = spread ? 0 : ragged_cells(cast, ask, samples / hits);
-    const double all = taken + (ragged + 1) * hits, ends = (2 * ragged + 2) * hits;
+    const Shadow met =
+        spread ? Shadow{} : shadow_of(offer.from, ask.want, view, kernels::kPacketSide);
+    // Both ends of a ray are parts of cells. At the ends of a packet cells are masked and weighed,
+    // and positions brought into the data: least squares have 60 operations for zero-order and 120
+    // to 180 for first-order holds. Bricks leave out as much of them as of whole cells.
+    const double kept = bricks ? taken / samples : 1;
+    const double all = taken + kept * (met.beyond / cast.step + met.packets);
+    const double ends = kept * 2 * (met.ragged / cast.step + met.packets);
     const double bytes = static_cast<double>(bytes_of(offer.from.type));
     const Eigen::Matrix3d lattice = lattice_of(cast, offer.to.extent);
     const double lines = taken * lines_touched(lattice, bytes, Vec3::Constant(taps));
-    // Along rows lines follow each other in memory: least squares over casts of 64^3 to 190^3 have
-    // 0.15 to 0.6 of what lines cost across slices.
-    const double followed = std::pow(lattice.col(2).normalized().x(), 2);
+    // Of sparse samples they are asked for ahead, which leaves some of the wait: least squares over
+    // casts of 13 to 32 MB have 0.5 to 0.85.
+    const double waits = sparse && hold != Hold::bspline3 ? 0.6 : 1;
     // Few rays come back to their own lines alone, one view after the other.
     const double own = kLineBytes * lines * ask.want.views.different();
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
     Work work{
-        .operations = all * (9 + filter + combining(ask, optics)) + (spread ? 60 : 120) * pixels +
+        .operations = all * (9 + filter + combining(ask, optics)) +
+                      (spread ? 60 * pixels : 120 * met.packets) +
                       kCorrectionOperations * corrected_of(offer, ask, optics, samples, ends) +
                       (bricks ? brick_operations(offer.from) + 2 * samples : 0),
-        .streamed = offer.to.bytes() + 128 * hits + (bricks ? offer.from.bytes() : 0),
-        .gathers = all * taps * taps * taps + (spread ? 0 : 20) * pixels,
-        .lines = lines,
-        .asked = sparse && hold != Hold::bspline3 ? lines : followed * lines,
+        .masked = (50 + 5 * filter) * ends,
+        .streamed = offer.to.bytes() + 128 * met.packets + (bricks ? offer.from.bytes() : 0),
+        .gathers = all * taps * taps * taps + 20 * met.packets,
+        .lines = waits * lines,
         .other_lines = spread ? 0
                               : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
                                                     Vec3::Constant(taps)),
-        .begun = hits + 0.1 * ends,
         .span = spread ? 0 : std::min(offer.from.bytes(), own),
         .others = kLineBytes * lines / std::max(1.0, tiles),
         .workspace = bricks ? brick_bytes(offer.from) : 0,
@@ -238,7 +222,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .optics = &optics,
                           .bound = kTerminated};
     std::unique_ptr<kernels::Bricks> bricks;
-    if (with_bricks(offer, ask, samples_of(offer, ask, context.view)))
+    if (with_bricks(offer, ask, context.view))
         bricks = bricks_of(cast.volume, composite ? &optics : nullptr, context.memory,
                            [&] { return context.stopped(); });
     context.poll();

@@ -169,14 +169,18 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double lines =
         lines_touched(lattice, double(bytes_of(offer.from.type)) * offer.from.channels,
                       {taps, taps, offer.from.axes == 2 ? 1 : taps});
-    const double fetched = offer.to.bytes() > kernels::kNearOutput ? kAskedFor : 1;
+    // What is read and what is written go through the same caches.
+    const double both = offer.from.bytes() + offer.to.bytes();
+    // Those of large outputs are asked for before they are written.
+    const double fetched = offer.to.bytes() > kernels::kNearOutput ? 0.35 : 1;
     return {.operations = seen * (count.place + count.filter * offer.from.channels),
             .streamed = offer.to.bytes(),
             .gathers = seen * count.points * offer.from.channels,
             .lines = seen * lines,
             // A line is fetched before it is written, and driven out by those that follow.
             .other_lines = (fetched + 1) * offer.to.bytes() / kLineBytes,
-            .others = offer.to.bytes()};
+            .span = both,
+            .others = both};
 }
 
 /// What the samples stand for is just what the hold computes.

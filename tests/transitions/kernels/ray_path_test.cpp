@@ -1,0 +1,83 @@
+#include "transitions/kernels/ray_path.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/transitions/kernels/ray_cast_reference.hpp"
+
+namespace edgewise::kernels {
+namespace {
+
+constexpr int kSide = 60;
+
+/// Pixels of a picture that a shadow says may meet the box, row by row or some rows together.
+struct Told {
+    int hits = 0;    // rays that meet the box
+    int hidden = 0;  // of these, outside of the shadow
+    int more = 0;    // pixels within the shadow whose rays miss
+
+    Told(const RayCast& cast, int rows) {
+        const ParallelRays shared(cast);
+        const Shadow shadow(cast, shared, 0, 0, kSide, kSide);
+        for (int y = 0; y < kSide; ++y) {
+            const double top = y / rows * rows;
+            const Shadow::Columns seen = shadow.columns(top, top + rows - 1);
+            for (int x = 0; x < kSide; ++x) {
+                const bool hit = ray_path(cast, x, y).hit(),
+                           told = seen.first <= x && x <= seen.last;
+                hits += hit;
+                hidden += hit && !told;
+                more += told && !hit;
+            }
+        }
+    }
+};
+
+RayCast cast_of(const Extent& n, const Rays& rays) {
+    RayCast cast;
+    cast.rays = rays;
+    cast.volume.extent = n;
+    return cast;
+}
+
+TEST(Shadow, HasAllRaysThatMeetTheBoxAndFewOthers) {
+    for (const Extent& n : {Extent{21, 17, 26}, {1, 30, 9}, {40, 1, 1}})
+        for (const double tilt : {0.0, 1e-9, 0.4, 1.5707963267948966, -2.5})
+            for (const double turn : {0.0, -1e-12, 0.7, 3.1, 4.71238898038469}) {
+                const RayCast cast = cast_of(n, turned(n, tilt, turn, kSide));
+                const Told exactly(cast, 1);
+                EXPECT_EQ(exactly.hidden, 0) << n.x << ' ' << tilt << ' ' << turn;
+                // Rays in a face are on either side of it.
+                EXPECT_LE(exactly.more, 40) << n.x << ' ' << tilt << ' ' << turn;
+                const Told together(cast, 4);
+                EXPECT_EQ(together.hidden, 0) << n.x << ' ' << tilt << ' ' << turn;
+                EXPECT_EQ(together.hits, exactly.hits);
+            }
+}
+
+TEST(Shadow, RaysInAFaceAreInside) {
+    const Extent n{5, 6, 7};
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double zero : {0.0, -0.0, 1e-300}) {
+            Rays rays;
+            rays.direction.base = {zero, zero, zero};
+            rays.direction.base[axis] = -1;
+            rays.origin.base = {-0.5, -0.5, -0.5};
+            rays.origin.x[(axis + 1) % 3] = 0.5;
+            rays.origin.y[(axis + 2) % 3] = 0.25;
+            const Told told(cast_of(n, rays), 1);
+            EXPECT_EQ(told.hidden, 0);
+            EXPECT_EQ(told.more, 0);
+            EXPECT_EQ(told.hits, (2 * n[(axis + 1) % 3] + 1) * (4 * n[(axis + 2) % 3] + 1));
+        }
+}
+
+TEST(Shadow, OfRaysFromAnEyeIsEverywhere) {
+    const Extent n{21, 17, 26};
+    const RayCast cast = cast_of(n, from_eye(n, kSide, 45));
+    const Told told(cast, 1);
+    EXPECT_GT(told.hits, 0);
+    EXPECT_EQ(told.hits + told.more, kSide * kSide);
+}
+
+}  // namespace
+}  // namespace edgewise::kernels
