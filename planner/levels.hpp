@@ -29,9 +29,10 @@ using Levels = std::vector<Level>;
 /// @param set     [byte]; 0: not known, so the last level's
 double cost_in(const Levels& levels, double Level::*cost, double set) noexcept;
 
-/// What a line takes longer that is read again after all others of a set [s]: it was driven out by
-/// as much as the caches hold, where those read anywhere find some of a set of twice the size. No
-/// less than it takes by what levels move in order.
+/// [s] beyond a near one that a line takes where all others of its set are read before it comes
+/// again. A cache that is a little too small keeps none of such a set, but half of one of twice the
+/// size that is read anywhere, as `line` was measured: so it costs what that does. No less than a
+/// part of what the levels take to move it in order.
 /// @param levels  not empty
 /// @param set     [byte]; 0: not known
 double line_again(const Levels& levels, double set) noexcept;

@@ -30,7 +30,8 @@ constexpr Field kFields[] = {
 };
 
 /// Spread where an edge was not timed on this machine: over the requests of
-/// benchmarks/predictions.py predictions of the built-in profile are off by 21 % in the median.
+/// benchmarks/predictions.py predictions of the built-in profile were off by 21 % in the median,
+/// with factors before those below.
 constexpr double kUncalibrated = 0.35;
 
 /// What `edgewise calibrate` measured with one core of a server with AVX-512, over what this

@@ -171,7 +171,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                       {taps, taps, offer.from.axes == 2 ? 1 : taps});
     // What is read and what is written go through the same caches.
     const double both = offer.from.bytes() + offer.to.bytes();
-    // Those of large outputs are asked for before they are written.
+    // Those of large outputs are asked for before they are written, which leaves about a third of
+    // the wait: a guess, from casts that ask ahead.
     const double fetched = offer.to.bytes() > kernels::kNearOutput ? 0.35 : 1;
     return {.operations = seen * (count.place + count.filter * offer.from.channels),
             .streamed = offer.to.bytes(),
