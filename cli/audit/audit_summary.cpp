@@ -83,7 +83,7 @@ void put_times(Json& json, const Requests& requests) {
     json["time_ratio_p90_abs_log"] = of_chosen["p90_abs_log"];
     json["time_ratio"] = of_chosen;
     json["time_ratio_of_paths"] = spread(all);
-    // Predictions are of the machine at its best pace; the others say what a busy one adds.
+    // Predictions are of a calm machine; the others say what a busy one adds.
     json["time_ratio_at_best_pace"] = spread(at_best_pace);
     json["kendall_tau"] = taus.empty() ? Json() : Json(sum / double(taus.size()));
     json["kendall_tau_least"] = taus.empty() ? Json() : Json(quantile(taus, 0));

@@ -12,6 +12,8 @@
 #include <tuple>
 
 #include "cli/calibrate/calibration_trials.hpp"
+#include "cli/calibrate/exam.hpp"
+#include "cli/calibrate/prepared_trial.hpp"
 #include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/machine_probe.hpp"
@@ -20,7 +22,6 @@
 #include "cli/machine/signals.hpp"
 #include "cli/machine/stolen_time.hpp"
 #include "cli/machine/warming.hpp"
-#include "cli/session/session.hpp"
 #include "graph/errors.hpp"
 #include "planner/cost.hpp"
 
@@ -79,10 +80,9 @@ class Calibration {
         }
         for (const Case& each : cases) collect(each);
         fit(kept());
-        if (!quick_)
-            for (const Trial& exam : exams()) judge(exam);
+        if (!quick_) missed_ = missed_in_exams(profile_, phantoms_);
         messages.end_progress();
-        // What is brought to the best pace is less certain than what was timed at it.
+        // What is brought to a calm pace is less certain than what was timed at it.
         if (2 * disturbed_ > visits_ || 20 * calm_ < runs_)
             messages.warning(
                 "the processors were slow or busy nearly all the time, with other programs or "
@@ -99,24 +99,6 @@ class Calibration {
     /// moved them apart brings them together again after seconds, and no run counts before that.
     static constexpr double kWait = 0.5, kWaits = 0.25;  // [s], 1
     static constexpr double kDear = 5;
-
-    /// A session with the phantom's samples in the trial's type.
-    struct Prepared {
-        Prepared(const Trial& trial, Phantoms& phantoms)
-            : options(options_of(trial)), session(options) {
-            session.errors = false;
-            session.given = phantoms.of(trial);
-            take_request(session);
-        }
-        std::vector<Plan> paths(const Profile& profile) {
-            const std::vector<Source> sources{{session.input->data->what}};
-            const TransformGraph spanned = expand(session.edges, session.ask(), sources);
-            return all_paths(spanned, session.edges, session.ask(), sources, profile,
-                             session.plan_options, 1000);
-        }
-        JobOptions options;
-        Session session;
-    };
 
     /// What each step of a path took in runs that are seconds apart: a core that is shared with
     /// others (a hyperthread's sibling, another machine's guest) is slow for tenths of a second and
@@ -136,7 +118,7 @@ class Calibration {
 
     struct Case {
         const char* edge = nullptr;  // of the trial, or null
-        std::unique_ptr<Prepared> prepared;
+        std::unique_ptr<PreparedTrial> prepared;
         std::vector<TimedPath> paths;  // the cheap ones first
     };
 
@@ -187,7 +169,7 @@ class Calibration {
 
     void begin_case(Case& one, const Trial& trial) {
         const Visit visit(*this, one);
-        one.prepared = std::make_unique<Prepared>(trial, phantoms_);
+        one.prepared = std::make_unique<PreparedTrial>(trial, phantoms_);
         one.edge = trial.edge;
         std::vector<Plan> plans = one.prepared->paths(default_profile());
         // The dear ones may find their steps already timed.
@@ -271,7 +253,7 @@ class Calibration {
         const Data& data = *one.prepared->session.input->data;
         Warming warming(path.longest);
         while (warming.goes_on()) {
-            const Outcome warm = once(one.prepared->session, path.plan, threads);
+            const Outcome warm = one.prepared->run(path.plan, threads);
             if (warm.steps != path.plan.texts()) return false;
             warming.ran(warm.seconds, times_as_far(data));
             if (patience == kBriefly) break;
@@ -285,10 +267,10 @@ class Calibration {
 
     bool time_once(Case& one, TimedPath& path, int threads, bool waits) {
         if (stop_flag()) throw Cancelled();
-        Session& session = one.prepared->session;
+        const PreparedTrial& trial = *one.prepared;
         Outcome outcome;
-        const Beside met = beside(threads, *session.input->data, path.plan.predicted.bytes, waits,
-                                  [&] { outcome = once(session, path.plan, threads); });
+        const Beside met = beside(threads, *trial.session.input->data, path.plan.predicted.bytes,
+                                  waits, [&] { outcome = trial.run(path.plan, threads); });
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.
@@ -368,47 +350,6 @@ class Calibration {
         return timed;
     }
 
-    /// How far the fit is from paths that it has not seen, on all processors.
-    void judge(const Trial& exam) {
-        constexpr double kMost = 0.03;
-        constexpr std::size_t kFew = 3, kMany = 7;
-        Prepared prepared(exam, phantoms_);
-        for (const Plan& plan : prepared.paths(profile_)) {
-            double predicted = 0;
-            for (const Step& step : plan.steps)
-                predicted +=
-                    step.runs() * profile_
-                                      .seconds(timing_name(*step.by, step.offer,
-                                                           prepared.session.want(), step.work),
-                                               step.work, profile_.processors)
-                                      .seconds;
-            if (predicted > kMost) continue;
-            if (stop_flag()) throw Cancelled();
-            once(prepared.session, plan, profile_.processors);  // warm
-            PacedRuns runs;
-            Pace best = best_pace(profile_.processors);
-            while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best) < kFew)) {
-                double seconds = 0;
-                const Beside met = beside(
-                    profile_.processors, *prepared.session.input->data, plan.predicted.bytes, true,
-                    [&] { seconds = once(prepared.session, plan, profile_.processors).seconds; });
-                runs.add(seconds, met);
-                best = best_pace(profile_.processors);
-            }
-            missed_.push_back(std::log(median(runs.seconds(best, kFew)) / predicted));
-        }
-    }
-
-    static Outcome once(Session& session, const Plan& plan, int threads) {
-        RunOptions options;
-        options.threads = threads;
-        options.memory = session.memory.get();
-        options.stop = &stop_flag();
-        return run(
-            plan, session.ask(), session.input->data,
-            [](int, const std::shared_ptr<const Data>&) {}, options);
-    }
-
     void fit(const std::map<std::string, std::vector<Timed>>& timed) {
         profile_.rates = rates_of(timed);
         rebase_factors(profile_);
@@ -438,8 +379,8 @@ class Calibration {
         profile_.provenance.insert(
             {{"rates",
               fmt::format("measured; phantoms of 48^3 to 270^3 and 256^2 to 2000^2 samples; "
-                          "{} visits, {} of them disturbed by the host; {} % of runs at the best "
-                          "pace, others brought to it",
+                          "{} visits, {} of them disturbed by the host; {} % of runs calm, "
+                          "others brought to that",
                           visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
              {"serial", "derived from rates"},
              {"calm", "measured; the least of the looks beside all runs"},

@@ -101,17 +101,18 @@ PacedRuns::Counted PacedRuns::counted(const Pace& best, std::size_t least) const
 
 double PacedRuns::undisturbed(const Pace& best) const {
     constexpr std::size_t kEnough = 3;
+    constexpr double kAdded = 0.35;  // chosen on audits
     const double nearest = least_line();
     std::vector<double> all, near, calmed;
     for (const Run& run : runs_) {
         all.push_back(run.seconds);
         const double loop = std::min(run.beside.before.loop, run.beside.after.loop) / best.loop;
         if (loop > kSlowest || is_far(run.pace(), best)) continue;
-        near.push_back(run.seconds / (loop > kCalmLoop ? loop : 1));
+        near.push_back(run.seconds / std::max(1.0, loop / kCalmLoop));
         if (times_as_far(run.beside.line, nearest) <= kNearLines) calmed.push_back(near.back());
     }
     if (calmed.size() < kEnough) calmed = near;
-    return quantile(calmed.size() >= kEnough ? calmed : all, 0.2);
+    return quantile(calmed.size() >= kEnough ? calmed : all, kAdded);
 }
 
 }  // namespace edgewise::cli

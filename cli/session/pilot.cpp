@@ -31,11 +31,13 @@ constexpr int kMoreAgain = 4;            // times as many, while they leave it o
 constexpr std::int64_t kMost = 1 << 17;
 /// A path that would take less of the best one's time is worth it.
 constexpr double kWorth = 0.9;
+/// The reference of up to kMore samples takes a sixth of the time at most: there may be a next.
+constexpr double kReferences = 6;
 constexpr int kFrames = 12;  // run of a long turntable
 /// [s] that rounds go on at least: what other guests read slows some paths for tenths of a second
 /// and more, others not at all.
 constexpr double kLeastSeconds = 0.5;
-constexpr double kTrying = 0.6;  // of the time; what is left goes to the close ones
+constexpr double kTrying = 0.6;  // of the time, references apart; the rest goes to the close ones
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.
 constexpr double kOverestimate = 4;
@@ -63,10 +65,11 @@ Request with_few_frames(const Request& want, int frames) {
 
 class Pilot {
  public:
-    Pilot(Session& session, bool all, double limit)
+    Pilot(Session& session, bool all, double limit, double most)
         : session_(session),
           all_(all),
           limit_(limit),
+          most_seconds_(most),
           want_(with_few_frames(session.want(), kFrames)),
           key_(wisdom_key(session)),
           wisdom_(Wisdom::load()) {
@@ -77,8 +80,8 @@ class Pilot {
     void run_all() {
         for (Contender& each : contenders_) {
             if (each.failed || !each.seconds.empty()) continue;
-            if (!each.is_default && (since(begin_) > kTrying * limit_ || !could_win(each)))
-                continue;
+            const bool late = since(begin_) - referring_ > kTrying * limit_ || out_of_time();
+            if (!each.is_default && (late || !could_win(each))) continue;
             if (!each.known)
                 try_first(each);
             else if (keeps_error(each) || each.is_default)
@@ -117,6 +120,7 @@ class Pilot {
                 if (const auto found = known->find(text); found != known->end()) {
                     contender.known = found->second;
                     contender.seconds = found->second.seconds;
+                    contender.looked_at = kMore;  // or open for want of time
                     contender.failed = found->second.given_up > 0;
                 }
             contender.plan = std::move(plan);
@@ -223,40 +227,45 @@ class Pilot {
         if (!field_)
             field_.emplace(*session_.input->data, want_.field,
                            session_.input->phantom ? &*session_.input->phantom : nullptr);
-        verify(each, verifier_, kSamples);
-        if (each.failed) return;
-        const Contender* best = this->best();
-        if (is_open(each) && !out_of_time() && (!best || could_win(each)))
-            verify(each, careful_, kMore);
+        verify(each);
+        // Those that follow are predicted to be slower: if this one keeps its budget none is run.
+        while (is_worth_a_look(each) && look_closer()) verify(each);
         if (each.failed) return;
         if (keeps_error(each) || each.is_default) run_again(each);
         session_.messages.progress(std::min(1.0, since(begin_) / limit_),
                                    path_text(each.plan.texts()));
     }
 
-    /// More samples, until they tell on which side of its budget the error of a path lies that
-    /// would win. That comes before timing the close ones again.
+    /// Whether more samples may show that a path keeps its budget that would win then.
+    bool is_worth_a_look(const Contender& each) const {
+        if (each.failed || !is_open(each)) return false;
+        const Contender* best = this->best();
+        if (each.looked_at < kMore) return !best || could_win(each);
+        return !keeps_error(each) &&
+               (!best || each.plan.predicted.seconds < kWorth * best->median());
+    }
+
+    /// From now on errors are measured on more samples, if there is time for it.
+    bool look_closer() {
+        const std::int64_t more = samples_ < kMore ? kMore : kMoreAgain * samples_;
+        if (more > room_for_ || double(samples_) >= there()) return false;
+        // One reference does not tell what each further sample takes.
+        const double expected =
+            references_.size() > 1 ? reference_seconds(std::min(double(more), there())) : 0;
+        if (since(begin_) + expected > limit_) return false;
+        samples_ = more;
+        verifier_.reset();
+        return true;
+    }
+
+    /// On which side of its budget the error of a path lies that would win: some became worth it
+    /// when what seemed better was run. That comes before timing the close ones again.
     void settle_open() {
-        const auto is_worth_it = [&](const Contender& each) {
-            const Contender* best = this->best();
-            return !each.failed && is_open(each) && !keeps_error(each) &&
-                   (!best || each.plan.predicted.seconds < kWorth * best->median());
-        };
-        for (std::int64_t samples = kMore; samples <= kMost; samples *= kMoreAgain) {
-            if (samples > kMore) careful_.reset();
-            for (Contender& each : contenders_) {
-                if (!is_worth_it(each)) continue;
-                const double expected =
-                    careful_ ? 0 : reference_seconds(std::min(double(samples), there()));
-                if (since(begin_) + expected > limit_) return;
-                try {
-                    verify(each, careful_, samples);
-                } catch (const std::bad_alloc&) {
-                    return;  // what is known by now must do
-                }
-                if (!each.failed && keeps_error(each)) run_again(each);
-            }
-            if (double(samples) >= there()) return;
+        for (Contender& each : contenders_) {
+            const double before = each.looked_at;
+            while (is_worth_a_look(each) && (each.looked_at < double(samples_) || look_closer()))
+                verify(each);
+            if (each.looked_at > before && !each.failed && keeps_error(each)) run_again(each);
         }
     }
 
@@ -274,25 +283,46 @@ class Pilot {
         return last.seconds + each * (samples - last.samples);
     }
 
-    void verify(Contender& each, std::optional<Verifier>& verifier, std::int64_t samples) {
-        const bool is_new = !verifier;
-        if (is_new) verifier.emplace(want_, *field_, samples, 1, session_.memory.get());
+    /// Runs it once and compares that with the reference.
+    void verify(Contender& each) {
+        const bool is_new = !verifier_;
+        try {
+            if (is_new) verifier_.emplace(want_, *field_, samples_, 1, session_.memory.get());
+            return compare(each, is_new);
+        } catch (const std::bad_alloc&) {
+            if (samples_ == kSamples) throw;
+            verifier_.reset();
+            room_for_ = samples_ = samples_ == kMore ? kSamples : samples_ / kMoreAgain;
+            if (each.known) return;  // what fewer samples told must do
+        }
+        verify(each);
+    }
+
+    void compare(Contender& each, bool is_new) {
         session_.memory->reset_peak();
         const Deliver deliver = [&](int frame, const std::shared_ptr<const Data>& result) {
             // Waiting for its own tiles, this thread must not begin another frame's step.
-            tbb::this_task_arena::isolate([&] { verifier->frame(frame, *result); });
+            tbb::this_task_arena::isolate([&] { verifier_->frame(frame, *result); });
         };
         const auto outcome = run_once(each, true, deliver);
         const double begin = since(begin_);
-        const Verified error = verifier->finish();
+        const Verified error = verifier_->finish();
         if (!outcome) return;
-        if (is_new && double(samples) < there())  // else it was worked out as frames came
-            references_.push_back({double(samples), since(begin_) - begin});
+        if (is_new && double(samples_) < there())  // else it was worked out as frames came
+            took_reference(since(begin_) - begin);
         each.known = Learned{.seconds = {},
                              .error = error.nrmse,
                              .low = error.low,
                              .high = error.high,
                              .bytes = session_.resident + double(outcome->peak)};
+        each.looked_at = double(samples_);
+    }
+
+    void took_reference(double seconds) {
+        references_.push_back({double(samples_), seconds});
+        referring_ += seconds;
+        if (samples_ <= kMore)
+            limit_ = std::max(limit_, std::min(kReferences * seconds, most_seconds_));
     }
 
     /// Where another path ran before, short ones run more often, and the last run counts.
@@ -411,14 +441,17 @@ class Pilot {
     Session& session_;
     bool all_;
     double limit_;
+    const double most_seconds_;
     const Clock::time_point begin_ = Clock::now();
     const Request want_;                   // with few frames
     std::optional<ReferenceField> field_;  // made when something is verified
-    std::optional<Verifier> verifier_, careful_;
+    std::optional<Verifier> verifier_;
+    std::int64_t samples_ = kSamples, room_for_ = kMost;  // that it compares
     struct Look {
         double samples = 0, seconds = 0;
     };
     std::vector<Look> references_;  // that were worked out
+    double referring_ = 0;          // [s] that they took
     std::string key_;
     Wisdom wisdom_;
     std::map<std::string, Plan> few_;  // paths of the request with few frames
@@ -429,8 +462,8 @@ class Pilot {
 
 }  // namespace
 
-void measure_contenders(Session& session, bool all, double limit) {
-    Pilot(session, all, limit).run_all();
+void measure_contenders(Session& session, bool all, double limit, double most) {
+    Pilot(session, all, limit, most).run_all();
     malloc_trim(0);  // what verifying took is no part of the run
 }
 

@@ -17,6 +17,7 @@ struct Session;
 /// by: else that stays.
 /// @param all    every path (exhaustive), else only contenders (pilot)
 /// @param limit  [s] after which the best so far is taken
-void measure_contenders(Session& session, bool all, double limit);
+/// @param most   [s] that it grows to where references of errors take a good part of it
+void measure_contenders(Session& session, bool all, double limit, double most);
 
 }  // namespace edgewise::cli

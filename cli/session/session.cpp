@@ -197,11 +197,12 @@ void pilot(Session& session) {
     // As long as a few dozen runs take, within reason.
     constexpr double kRuns = 40, kLeast = 2.5, kMost = 20;
     const double guess = answer.plan ? answer.plan->predicted.seconds : kMost / kRuns;
-    const double limit =
-        session.wish.planning_time.value_or(std::clamp(kRuns * guess, kLeast, kMost));
+    const std::optional<double> given = session.wish.planning_time;
+    const double limit = given.value_or(std::clamp(kRuns * guess, kLeast, kMost));
     const auto begin = std::chrono::steady_clock::now();
     try {
-        measure_contenders(session, session.wish.planner == Planner::exhaustive, limit);
+        measure_contenders(session, session.wish.planner == Planner::exhaustive, limit,
+                           given.value_or(kMost));
     } catch (const std::bad_alloc&) {
         session.messages.warning("--planner: no memory left to measure with; models decide");
     }

@@ -69,7 +69,7 @@ TEST(Pace, RunsOfDataThatAreFarAreNotCalm) {
     PacedRuns far;
     for (int i = 0; i < 4; ++i) far.add((2 + i) * 1e-3, {kBest, kBest, kFar});
     EXPECT_EQ(far.calm(kBest), 4u);
-    EXPECT_NEAR(far.undisturbed(kBest), 2.6e-3, 1e-12) << "the 0.2 quantile of 2 to 5";
+    EXPECT_NEAR(far.undisturbed(kBest), 3.05e-3, 1e-12) << "the 0.35 quantile of 2 to 5";
     // What is met elsewhere tells.
     far.join(runs);
     EXPECT_EQ(far.calm(kBest), 3u);
@@ -224,7 +224,11 @@ TEST(Pace, SlowRunsAreBroughtToCalmOnes) {
     runs.add(1e-3, {{1}, {1.02}});
     for (int i = 0; i < 19; ++i) runs.add(1.6e-3, {{1.6}, {1.6}});
     runs.add(0.16, {{1.6}, {1.6}});
-    EXPECT_NEAR(runs.undisturbed(kBest), 1e-3, 1e-12);
+    EXPECT_NEAR(runs.undisturbed(kBest), 1.1e-3, 1e-12) << "a loop of 1.1 is calm still";
+    // A brief look that met a slow moment makes no run faster than calm ones.
+    PacedRuns brief;
+    for (int i = 0; i < 20; ++i) brief.add(1e-3, {{i % 2 ? 1.0 : 1.12}, {i % 2 ? 1.0 : 1.15}});
+    EXPECT_NEAR(brief.undisturbed(kBest), 1e-3, 0.02e-3);
     // Runs of unknown pace are left out, unless there is nothing else.
     PacedRuns unknown;
     for (int i = 0; i < 9; ++i) unknown.add(1.6e-3, {{1.7}, {1.7}});

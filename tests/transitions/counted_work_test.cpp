@@ -62,13 +62,13 @@ TEST(CountedWork, AShadowHasThePixelsWhoseRaysHit) {
         int hits = 0;
         for (int y = 0; y < 160; ++y)
             for (int x = 0; x < 160; ++x) hits += kernels::ray_path(cast, x, y).length > 0;
-        EXPECT_NEAR(shadow_of(of.from, of.want, 0, 4).rays, hits, 0.02 * hits) << degrees[1];
+        EXPECT_NEAR(rays_met(of.from, of.want, 0, 4).rays, hits, 0.02 * hits) << degrees[1];
     }
 }
 
 TEST(CountedWork, AScreenSmallerThanTheShadowIsAllHit) {
     const Turned of(Job::render, {60, 40, 50}, {20, 30, 0}, 1.5, {30, 20, 160});
-    const Shadow all = shadow_of(of.from, of.want, 0, 4);
+    const RaysMet all = rays_met(of.from, of.want, 0, 4);
     EXPECT_EQ(all.rays, 600);
     EXPECT_EQ(all.packets, 600);
 }
@@ -259,7 +259,7 @@ TEST(CountedWork, PacketsWalkUntilTheLastOfTheirRaysEnds) {
         for (const auto& degrees : {std::array<double, 3>{20, 30, 0}, {0, 80, 5}, {45, 45, 45}})
             for (const double zoom : {0.7, 0.31}) {
                 const Turned of(Job::render, extent, degrees, zoom, {kSide, kSide, kSide});
-                const Shadow shadow = shadow_of(of.from, of.want, 0, 4);
+                const RaysMet shadow = rays_met(of.from, of.want, 0, 4);
                 const Walked walked(of, kSide);
                 const double length = mean_length(of.from, of.want, 0) * kSide * kSide;
                 const double cells = length + shadow.beyond + shadow.packets;
@@ -277,7 +277,7 @@ TEST(CountedWork, PacketsAcrossAFaceSeenFromItsSideWalkForRaysThatMiss) {
     for (const auto& degrees : {std::array<double, 3>{0, 0, 0}, {0, 90, 0}, {3, 0, 0}})
         for (const double zoom : {0.7, 0.31}) {
             const Turned of(Job::render, {64, 64, 64}, degrees, zoom, {kSide, kSide, kSide});
-            const Shadow shadow = shadow_of(of.from, of.want, 0, 4);
+            const RaysMet shadow = rays_met(of.from, of.want, 0, 4);
             const Walked walked(of, kSide);
             const double length = mean_length(of.from, of.want, 0) * kSide * kSide;
             const double cells = length + shadow.beyond + shadow.packets;
@@ -296,7 +296,7 @@ TEST(CountedWork, CastsCountThePacketsThatMeetTheData) {
             const Ask ask{of.want, of.scene};
             const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 0.5}});
             EXPECT_EQ(offer.refused, "");
-            return std::pair(edge.work(offer, ask, 0), shadow_of(of.from, of.want, 0, 4));
+            return std::pair(edge.work(offer, ask, 0), rays_met(of.from, of.want, 0, 4));
         };
         const auto [near, shadow] = work(90);
         const double samples = std::pow(64 * 0.7, 3) / 0.5;

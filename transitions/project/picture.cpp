@@ -134,7 +134,7 @@ double mean_length(const Representation& from, const Request& want, int view) {
     return sum / (kSide * kSide);
 }
 
-Shadow shadow_of(const Representation& from, const Request& want, int view, int side) {
+RaysMet rays_met(const Representation& from, const Request& want, int view, int side) {
     const double pixels = static_cast<double>(want.screen.x) * static_cast<double>(want.screen.y);
     if (want.eye) return {.rays = pixels, .packets = pixels};
     Eigen::Matrix3d edges = residual(from, want, view).topLeftCorner<3, 3>();
@@ -147,7 +147,7 @@ Shadow shadow_of(const Representation& from, const Request& want, int view, int 
     const double s = side - 1;  // between a packet's outer rays
     const Eigen::Array3d width = edges.row(0).cwiseAbs(), height = edges.row(1).cwiseAbs(),
                          depth = edges.row(2).cwiseAbs();
-    Shadow all{.packets = s * (width.sum() + height.sum()) + s * s, .beyond = s * s * depth.sum()};
+    RaysMet all{.packets = s * (width.sum() + height.sum()) + s * s, .beyond = s * s * depth.sum()};
     for (int axis = 0; axis < 3; ++axis) {
         const int b = (axis + 1) % 3, c = (axis + 2) % 3;
         const Eigen::Array3d face = Vec3(edges.col(b)).cross(Vec3(edges.col(c))).cwiseAbs();

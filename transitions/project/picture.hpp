@@ -27,16 +27,17 @@ kernels::Rays rays_of(const Representation& from, const Request& want, int view,
 double mean_length(const Representation& from, const Request& want, int view);
 
 /// What parallel rays of a view meet of the data: each by itself, and in packets of `side` x `side`
-/// neighbours, of which all go on while one is inside. Means over how packets lie, of convex data on
-/// a screen that shows all of them; of another screen as much less as it has fewer rays that hit.
-struct Shadow {
+/// neighbours, of which all go on while one is inside. Means over how packets lie, of convex data
+/// on a screen that shows all of them; of another screen as much less as it has fewer rays that
+/// hit.
+struct RaysMet {
     double rays = 0;     // pixels whose rays meet data
     double packets = 0;  // pixels of packets that have such rays
     double beyond = 0;   // [t], of all lanes: lengths that packets go, less those of rays in data
     double ragged = 0;   // of these, where some of the rays that meet data begin or end
 };
 /// From an eye at a finite distance all pixels see data, and no packet goes beyond its rays.
-Shadow shadow_of(const Representation& from, const Request& want, int view, int side);
+RaysMet rays_met(const Representation& from, const Request& want, int view, int side);
 
 /// A logarithm and an exponential, for opacities over another length than theirs. Samples that are
 /// transparent or hidden need none, see measure_casting().

@@ -163,8 +163,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const kernels::RayCast cast = cast_of(offer, ask, view);
     const bool sparse = kernels::is_sparse(cast);
     const bool spread = is_spread(offer.from);
-    const Shadow met =
-        spread ? Shadow{} : shadow_of(offer.from, ask.want, view, kernels::kPacketSide);
+    const RaysMet met =
+        spread ? RaysMet{} : rays_met(offer.from, ask.want, view, kernels::kPacketSide);
     // Both ends of a ray are parts of cells. At the ends of a packet cells are masked and weighed,
     // and positions brought into the data: least squares have 60 operations for zero-order and 120
     // to 180 for first-order holds. Bricks leave out as much of them as of whole cells.

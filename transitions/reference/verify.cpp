@@ -29,7 +29,7 @@ OutputSample sample_at(const Extent& n, int view, std::int64_t place) {
 
 /// Samples of a whole output that are remembered at most.
 double most_remembered(const Request& want) noexcept {
-    return want.job == Job::render ? 1 << 16 : 1 << 19;
+    return want.job == Job::render ? 1 << 17 : 1 << 19;
 }
 
 /// All channels of the sample at a place.

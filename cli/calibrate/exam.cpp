@@ -1,0 +1,56 @@
+#include "cli/calibrate/exam.hpp"
+
+#include <cmath>
+
+#include "cli/calibrate/prepared_trial.hpp"
+#include "cli/machine/paced_runs.hpp"
+#include "cli/machine/quantiles.hpp"
+#include "cli/machine/signals.hpp"
+#include "graph/errors.hpp"
+#include "planner/cost.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+double predicted_seconds(const Plan& plan, const Request& want, const Profile& profile) {
+    double sum = 0;
+    for (const Step& step : plan.steps) {
+        const std::string name = timing_name(*step.by, step.offer, want, step.work);
+        sum += step.runs() * profile.seconds(name, step.work, profile.processors).seconds;
+    }
+    return sum;
+}
+
+/// Of a few calm runs, or of a few more.
+double measured_seconds(const PreparedTrial& trial, const Plan& plan, int threads) {
+    constexpr std::size_t kFew = 3, kMany = 7;
+    trial.run(plan, threads);  // warm
+    PacedRuns runs;
+    while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best_pace(threads)) < kFew)) {
+        double seconds = 0;
+        const Beside met = beside(threads, *trial.session.input->data, plan.predicted.bytes, true,
+                                  [&] { seconds = trial.run(plan, threads).seconds; });
+        runs.add(seconds, met);
+    }
+    return median(runs.seconds(best_pace(threads), kFew));
+}
+
+}  // namespace
+
+std::vector<double> missed_in_exams(const Profile& profile, Phantoms& phantoms) {
+    constexpr double kMost = 0.03;
+    std::vector<double> missed;
+    for (const Trial& exam : exams()) {
+        const PreparedTrial trial(exam, phantoms);
+        for (const Plan& plan : trial.paths(profile)) {
+            const double predicted = predicted_seconds(plan, trial.session.want(), profile);
+            if (predicted > kMost) continue;
+            if (stop_flag()) throw Cancelled();
+            missed.push_back(
+                std::log(measured_seconds(trial, plan, profile.processors) / predicted));
+        }
+    }
+    return missed;
+}
+
+}  // namespace edgewise::cli

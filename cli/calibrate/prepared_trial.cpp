@@ -1,0 +1,31 @@
+#include "cli/calibrate/prepared_trial.hpp"
+
+#include "cli/machine/signals.hpp"
+
+namespace edgewise::cli {
+
+PreparedTrial::PreparedTrial(const Trial& trial, Phantoms& phantoms)
+    : options(options_of(trial)), session(options) {
+    session.errors = false;
+    session.given = phantoms.of(trial);
+    take_request(session);
+}
+
+std::vector<Plan> PreparedTrial::paths(const Profile& profile) const {
+    const std::vector<Source> sources{{session.input->data->what}};
+    const TransformGraph spanned = expand(session.edges, session.ask(), sources);
+    return all_paths(spanned, session.edges, session.ask(), sources, profile, session.plan_options,
+                     1000);
+}
+
+Outcome PreparedTrial::run(const Plan& plan, int threads) const {
+    RunOptions how;
+    how.threads = threads;
+    how.memory = session.memory.get();
+    how.stop = &stop_flag();
+    return edgewise::run(
+        plan, session.ask(), session.input->data, [](int, const std::shared_ptr<const Data>&) {},
+        how);
+}
+
+}  // namespace edgewise::cli
