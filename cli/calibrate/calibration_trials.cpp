@@ -85,14 +85,15 @@ std::vector<Trial> trials(bool quick) {
     image("phantom:zone-plate:500", "70", {Type::u8, Type::f32});
     image("phantom:zone-plate:1400", "-35", {Type::u8, Type::f32});
     image("phantom:zone-plate:2000", "20", {Type::u8, Type::f32});
-    // Few pixels of large data: rays lie far apart, across rows or along them.
+    // Few pixels of large data: rays lie far apart, across slices, across rows or along them.
     for (const Type type : {Type::u8, Type::i16, Type::f32})
-        for (const char* turn : {"5,60,10", "-3,84,4"})
+        for (const char* turn : {"15,-30,5", "5,60,10", "-3,84,4"})
             for (const char* mode : {"mip", "xray", "composite"})
                 all.push_back({Job::render, "phantom:gaussians:190", type, turn, mode, "112x112"});
-    for (const char* size : {"112x112", "256x256"})
-        for (const char* mode : {"mip", "xray", "composite"})
-            all.push_back({Job::render, "phantom:gaussians:270", Type::u8, "5,60,10", mode, size});
+    for (const char* turn : {"15,-30,5", "5,60,10"})
+        for (const char* size : {"112x112", "256x256"})
+            for (const char* mode : {"mip", "xray", "composite"})
+                all.push_back({Job::render, "phantom:gaussians:270", Type::u8, turn, mode, size});
     // More pixels than samples: ray casts read such data as they do what caches hold.
     for (const char* mode : {"mip", "xray", "composite"})
         all.push_back(

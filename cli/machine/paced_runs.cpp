@@ -101,7 +101,7 @@ PacedRuns::Counted PacedRuns::counted(const Pace& best, std::size_t least) const
 
 double PacedRuns::undisturbed(const Pace& best) const {
     constexpr std::size_t kEnough = 3;
-    constexpr double kAdded = 0.35;  // chosen on audits
+    constexpr double kAdded = 0.2;  // chosen on audits
     const double nearest = least_line();
     std::vector<double> all, near, calmed;
     for (const Run& run : runs_) {

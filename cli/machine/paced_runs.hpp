@@ -63,7 +63,7 @@ class PacedRuns {
 
     /// Seconds of a run that nothing disturbs: each run's that was not calm divided by how much
     /// slower than still calm the better of the loops beside it was (not than the best: looks are
-    /// brief, and runs beside a slow one are hardly as slow); of these the 0.35 quantile, as other
+    /// brief, and runs beside a slow one are hardly as slow); of these the 0.2 quantile, as other
     /// guests that read the same memory only add, which no pace tells. Runs whose data were far
     /// count only where the others are too few, and so do those of processors far from each other.
     /// @pre size() > 0

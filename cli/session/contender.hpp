@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct Contender {
     std::vector<double> seconds;   // that count
     PacedRuns runs;                // of this process
     std::optional<Learned> known;  // error and bytes
-    double looked_at = 0;          // samples that its error was measured on
+    std::int64_t looked_at = 0;    // samples that its error was measured on
     double calm = 1;               // share of the calm runs that it takes to be sure
     bool is_default = false, failed = false;
 

@@ -16,6 +16,7 @@
 #include "cli/machine/warming.hpp"
 #include "cli/machine/watch.hpp"
 #include "cli/session/contender.hpp"
+#include "cli/session/growing_verifier.hpp"
 #include "cli/session/paths.hpp"
 #include "cli/session/session.hpp"
 #include "cli/session/wisdom.hpp"
@@ -25,13 +26,10 @@ namespace edgewise::cli {
 namespace {
 
 constexpr std::size_t kMostPaths = 200;
-constexpr std::int64_t kSamples = 1024;  // that an error is measured on
-constexpr std::int64_t kMore = 8192;     // where that leaves open whether it keeps its budget
-constexpr int kMoreAgain = 4;            // times as many, while they leave it open
-constexpr std::int64_t kMost = 1 << 17;
 /// A path that would take less of the best one's time is worth it.
 constexpr double kWorth = 0.9;
-/// The reference of up to kMore samples takes a sixth of the time at most: there may be a next.
+/// The reference of the first two numbers of samples takes a sixth of the time at most: there may
+/// be a next.
 constexpr double kReferences = 6;
 constexpr int kFrames = 12;  // run of a long turntable
 /// [s] that rounds go on at least: what other guests read slows some paths for tenths of a second
@@ -80,7 +78,7 @@ class Pilot {
     void run_all() {
         for (Contender& each : contenders_) {
             if (each.failed || !each.seconds.empty()) continue;
-            const bool late = since(begin_) - referring_ > kTrying * limit_ || out_of_time();
+            const bool late = since(begin_) - referring() > kTrying * limit_ || out_of_time();
             if (!each.is_default && (late || !could_win(each))) continue;
             if (!each.known)
                 try_first(each);
@@ -120,7 +118,7 @@ class Pilot {
                 if (const auto found = known->find(text); found != known->end()) {
                     contender.known = found->second;
                     contender.seconds = found->second.seconds;
-                    contender.looked_at = kMore;  // or open for want of time
+                    contender.looked_at = GrowingVerifier::kSecond;  // or open for want of time
                     contender.failed = found->second.given_up > 0;
                 }
             contender.plan = std::move(plan);
@@ -224,9 +222,6 @@ class Pilot {
 
     /// With its error; the time of this run warms up only, and stands alone where it is long.
     void try_first(Contender& each) {
-        if (!field_)
-            field_.emplace(*session_.input->data, want_.field,
-                           session_.input->phantom ? &*session_.input->phantom : nullptr);
         verify(each);
         // Those that follow are predicted to be slower: if this one keeps its budget none is run.
         while (is_worth_a_look(each) && look_closer()) verify(each);
@@ -240,21 +235,16 @@ class Pilot {
     bool is_worth_a_look(const Contender& each) const {
         if (each.failed || !is_open(each)) return false;
         const Contender* best = this->best();
-        if (each.looked_at < kMore) return !best || could_win(each);
+        if (each.looked_at < GrowingVerifier::kSecond) return !best || could_win(each);
         return !keeps_error(each) &&
                (!best || each.plan.predicted.seconds < kWorth * best->median());
     }
 
     /// From now on errors are measured on more samples, if there is time for it.
     bool look_closer() {
-        const std::int64_t more = samples_ < kMore ? kMore : kMoreAgain * samples_;
-        if (more > room_for_ || double(samples_) >= there()) return false;
-        // One reference does not tell what each further sample takes.
-        const double expected =
-            references_.size() > 1 ? reference_seconds(std::min(double(more), there())) : 0;
-        if (since(begin_) + expected > limit_) return false;
-        samples_ = more;
-        verifier_.reset();
+        GrowingVerifier& errors = this->errors();
+        if (!errors.can_grow() || since(begin_) + errors.seconds_to_grow() > limit_) return false;
+        errors.grow();
         return true;
     }
 
@@ -262,67 +252,52 @@ class Pilot {
     /// when what seemed better was run. That comes before timing the close ones again.
     void settle_open() {
         for (Contender& each : contenders_) {
-            const double before = each.looked_at;
-            while (is_worth_a_look(each) && (each.looked_at < double(samples_) || look_closer()))
+            const std::int64_t before = each.looked_at;
+            while (is_worth_a_look(each) && (each.looked_at < errors().samples() || look_closer()))
                 verify(each);
             if (each.looked_at > before && !each.failed && keeps_error(each)) run_again(each);
         }
     }
 
-    /// Samples of all frames.
-    double there() const { return double(want_.output().samples()) * want_.frames; }
-
-    /// What the reference of so many samples may take: what the last one took, and what its last
-    /// samples took for each further one (a few already visit all of the data).
-    double reference_seconds(double samples) const {
-        if (references_.empty()) return 0;
-        const Look before = references_.size() > 1 ? references_.end()[-2] : Look{};
-        const Look& last = references_.back();
-        const double each = std::max(0.0, last.seconds - before.seconds) /
-                            std::max(1.0, last.samples - before.samples);
-        return last.seconds + each * (samples - last.samples);
+    GrowingVerifier& errors() {
+        if (!errors_) {
+            const Input& input = *session_.input;
+            field_.emplace(*input.data, want_.field, input.phantom ? &*input.phantom : nullptr);
+            errors_.emplace(want_, *field_, session_.memory.get());
+        }
+        return *errors_;
     }
+    double referring() const { return errors_ ? errors_->seconds() : 0; }
 
     /// Runs it once and compares that with the reference.
     void verify(Contender& each) {
-        const bool is_new = !verifier_;
         try {
-            if (is_new) verifier_.emplace(want_, *field_, samples_, 1, session_.memory.get());
-            return compare(each, is_new);
+            return compare(each);
         } catch (const std::bad_alloc&) {
-            if (samples_ == kSamples) throw;
-            verifier_.reset();
-            room_for_ = samples_ = samples_ == kMore ? kSamples : samples_ / kMoreAgain;
+            if (!errors().shrink()) throw;
             if (each.known) return;  // what fewer samples told must do
         }
         verify(each);
     }
 
-    void compare(Contender& each, bool is_new) {
+    void compare(Contender& each) {
+        GrowingVerifier& errors = this->errors();
+        errors.begin();
         session_.memory->reset_peak();
         const Deliver deliver = [&](int frame, const std::shared_ptr<const Data>& result) {
             // Waiting for its own tiles, this thread must not begin another frame's step.
-            tbb::this_task_arena::isolate([&] { verifier_->frame(frame, *result); });
+            tbb::this_task_arena::isolate([&] { errors.frame(frame, *result); });
         };
         const auto outcome = run_once(each, true, deliver);
-        const double begin = since(begin_);
-        const Verified error = verifier_->finish();
+        const Verified error = errors.finish();
+        limit_ = std::max(limit_, std::min(kReferences * errors.early_seconds(), most_seconds_));
         if (!outcome) return;
-        if (is_new && double(samples_) < there())  // else it was worked out as frames came
-            took_reference(since(begin_) - begin);
         each.known = Learned{.seconds = {},
                              .error = error.nrmse,
                              .low = error.low,
                              .high = error.high,
                              .bytes = session_.resident + double(outcome->peak)};
-        each.looked_at = double(samples_);
-    }
-
-    void took_reference(double seconds) {
-        references_.push_back({double(samples_), seconds});
-        referring_ += seconds;
-        if (samples_ <= kMore)
-            limit_ = std::max(limit_, std::min(kReferences * seconds, most_seconds_));
+        each.looked_at = errors.samples();
     }
 
     /// Where another path ran before, short ones run more often, and the last run counts.
@@ -445,13 +420,7 @@ class Pilot {
     const Clock::time_point begin_ = Clock::now();
     const Request want_;                   // with few frames
     std::optional<ReferenceField> field_;  // made when something is verified
-    std::optional<Verifier> verifier_;
-    std::int64_t samples_ = kSamples, room_for_ = kMost;  // that it compares
-    struct Look {
-        double samples = 0, seconds = 0;
-    };
-    std::vector<Look> references_;  // that were worked out
-    double referring_ = 0;          // [s] that they took
+    std::optional<GrowingVerifier> errors_;
     std::string key_;
     Wisdom wisdom_;
     std::map<std::string, Plan> few_;  // paths of the request with few frames

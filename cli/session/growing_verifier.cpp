@@ -1,0 +1,52 @@
+#include "cli/session/growing_verifier.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+namespace edgewise::cli {
+
+bool GrowingVerifier::can_grow() const noexcept {
+    return more() <= room_for_ && static_cast<double>(samples_) < there();
+}
+
+double GrowingVerifier::seconds_to_grow() const noexcept {
+    if (before_.samples == 0) return 0;
+    const double each =
+        std::max(0.0, last_.seconds - before_.seconds) / (last_.samples - before_.samples);
+    const double next = std::min(static_cast<double>(more()), there());
+    return last_.seconds + each * (next - last_.samples);
+}
+
+void GrowingVerifier::grow() noexcept {
+    samples_ = more();
+    verifier_.reset();
+}
+
+bool GrowingVerifier::shrink() noexcept {
+    if (samples_ == kFirst) return false;
+    room_for_ = samples_ = samples_ == kSecond ? kFirst : samples_ / kTimes;
+    verifier_.reset();
+    return true;
+}
+
+void GrowingVerifier::begin() {
+    if (verifier_) return;
+    verifier_.emplace(want_, field_, samples_, 1, memory_);
+    is_new_ = true;
+}
+
+Verified GrowingVerifier::finish() {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point begin = Clock::now();
+    const Verified verified = verifier_->finish();
+    if (!is_new_) return verified;
+    is_new_ = false;
+    before_ = last_.samples < static_cast<double>(samples_) ? last_ : Took{};
+    last_ = {static_cast<double>(samples_),
+             std::chrono::duration<double>(Clock::now() - begin).count()};
+    seconds_ += last_.seconds;
+    if (samples_ <= kSecond) early_ = last_.seconds;
+    return verified;
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <optional>
+
+#include "transitions/reference/verify.hpp"
+
+namespace edgewise::cli {
+
+/// Compares results of one request with the reference, on samples that grow in number where they
+/// leave something open. The reference, which takes nearly all the time, is worked out once for
+/// each number, with the first result that is compared.
+class GrowingVerifier {
+ public:
+    static constexpr std::int64_t kFirst = 1024, kSecond = 8192;
+    static constexpr std::int64_t kMost = 1 << 17, kTimes = 4;  // from the second on
+
+    /// All must stay alive.
+    GrowingVerifier(const Request& want, const ReferenceField& field,
+                    std::pmr::memory_resource* memory)
+        : want_(want), field_(field), memory_(memory) {}
+
+    std::int64_t samples() const noexcept { return samples_; }
+    /// Whether there are more samples, and memory for them as far as that is known.
+    bool can_grow() const noexcept;
+    /// [s] that the reference of the next number may take: what the last one took, and what its
+    /// last samples took for each further one (a few already visit all of the data). 0 as long as
+    /// one reference alone was worked out, which does not tell the two apart.
+    double seconds_to_grow() const noexcept;
+    void grow() noexcept;
+    /// Back to fewer samples, of which there are never more again: memory has run out.
+    /// @return false where they are as few as there may be
+    bool shrink() noexcept;
+
+    /// Before the frames of each result. @throws std::bad_alloc
+    void begin();
+    /// Each frame once, as Verifier::frame().
+    void frame(int frame, const Data& result) { verifier_->frame(frame, result); }
+    /// After the last frame. @throws std::bad_alloc
+    Verified finish();
+
+    /// [s] that all references took, and the last one of up to kSecond samples.
+    double seconds() const noexcept { return seconds_; }
+    double early_seconds() const noexcept { return early_; }
+
+ private:
+    struct Took {
+        double samples = 0, seconds = 0;
+    };
+
+    /// Samples of all frames.
+    double there() const { return double(want_.output().samples()) * want_.frames; }
+    std::int64_t more() const noexcept { return samples_ < kSecond ? kSecond : kTimes * samples_; }
+
+    const Request& want_;
+    const ReferenceField& field_;
+    std::pmr::memory_resource* memory_;
+    std::int64_t samples_ = kFirst, room_for_ = kMost;
+    std::optional<Verifier> verifier_;
+    bool is_new_ = true;
+    Took before_, last_;
+    double seconds_ = 0, early_ = 0;
+};
+
+}  // namespace edgewise::cli
