@@ -101,7 +101,7 @@ PacedRuns::Counted PacedRuns::counted(const Pace& best, std::size_t least) const
 
 double PacedRuns::undisturbed(const Pace& best) const {
     constexpr std::size_t kEnough = 3;
-    constexpr double kAdded = 0.2;  // chosen on audits
+    constexpr double kQuantile = 0.2;  // chosen on audits
     const double nearest = least_line();
     std::vector<double> all, near, calmed;
     for (const Run& run : runs_) {
@@ -112,7 +112,7 @@ double PacedRuns::undisturbed(const Pace& best) const {
         if (times_as_far(run.beside.line, nearest) <= kNearLines) calmed.push_back(near.back());
     }
     if (calmed.size() < kEnough) calmed = near;
-    return quantile(calmed.size() >= kEnough ? calmed : all, kAdded);
+    return quantile(calmed.size() >= kEnough ? calmed : all, kQuantile);
 }
 
 }  // namespace edgewise::cli

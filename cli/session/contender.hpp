@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -22,7 +21,6 @@ struct Contender {
     std::vector<double> seconds;   // that count
     PacedRuns runs;                // of this process
     std::optional<Learned> known;  // error and bytes
-    std::int64_t looked_at = 0;    // samples that its error was measured on
     double calm = 1;               // share of the calm runs that it takes to be sure
     bool is_default = false, failed = false;
 

@@ -10,10 +10,12 @@ bool GrowingVerifier::can_grow() const noexcept {
 }
 
 double GrowingVerifier::seconds_to_grow() const noexcept {
-    if (before_.samples == 0) return 0;
+    if (last_.samples < kSecond) return 0;
+    const double next = std::min(static_cast<double>(more()), there());
+    const double in_proportion = last_.seconds * next / last_.samples;
+    if (before_.samples == 0 || want_.frames > 1) return in_proportion;
     const double each =
         std::max(0.0, last_.seconds - before_.seconds) / (last_.samples - before_.samples);
-    const double next = std::min(static_cast<double>(more()), there());
     return last_.seconds + each * (next - last_.samples);
 }
 
@@ -39,13 +41,13 @@ Verified GrowingVerifier::finish() {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point begin = Clock::now();
     const Verified verified = verifier_->finish();
+    const double took = std::chrono::duration<double>(Clock::now() - begin).count();
+    seconds_ += took;
     if (!is_new_) return verified;
     is_new_ = false;
     before_ = last_.samples < static_cast<double>(samples_) ? last_ : Took{};
-    last_ = {static_cast<double>(samples_),
-             std::chrono::duration<double>(Clock::now() - begin).count()};
-    seconds_ += last_.seconds;
-    if (samples_ <= kSecond) early_ = last_.seconds;
+    last_ = {static_cast<double>(samples_), took};
+    if (samples_ <= kSecond) early_ = took;
     return verified;
 }
 

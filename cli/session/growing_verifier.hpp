@@ -21,12 +21,14 @@ class GrowingVerifier {
                     std::pmr::memory_resource* memory)
         : want_(want), field_(field), memory_(memory) {}
 
+    /// So many are drawn, or all where there are fewer.
     std::int64_t samples() const noexcept { return samples_; }
     /// Whether there are more samples, and memory for them as far as that is known.
     bool can_grow() const noexcept;
     /// [s] that the reference of the next number may take: what the last one took, and what its
-    /// last samples took for each further one (a few already visit all of the data). 0 as long as
-    /// one reference alone was worked out, which does not tell the two apart.
+    /// last samples took for each further one (a few already visit all of the data; of several
+    /// views each batch of a reference does). 0 after the first number alone, which does not tell
+    /// the two apart.
     double seconds_to_grow() const noexcept;
     void grow() noexcept;
     /// Back to fewer samples, of which there are never more again: memory has run out.
@@ -40,7 +42,7 @@ class GrowingVerifier {
     /// After the last frame. @throws std::bad_alloc
     Verified finish();
 
-    /// [s] that all references took, and the last one of up to kSecond samples.
+    /// [s] that all comparing took, and the last reference of up to kSecond samples.
     double seconds() const noexcept { return seconds_; }
     double early_seconds() const noexcept { return early_; }
 

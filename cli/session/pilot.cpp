@@ -9,9 +9,7 @@
 #include <tbb/task_arena.h>
 
 #include "cli/machine/data_lines.hpp"
-#include "cli/machine/machine.hpp"
 #include "cli/machine/paced_runs.hpp"
-#include "cli/machine/quantiles.hpp"
 #include "cli/machine/signals.hpp"
 #include "cli/machine/warming.hpp"
 #include "cli/machine/watch.hpp"
@@ -28,9 +26,9 @@ namespace {
 constexpr std::size_t kMostPaths = 200;
 /// A path that would take less of the best one's time is worth it.
 constexpr double kWorth = 0.9;
-/// The reference of the first two numbers of samples takes a sixth of the time at most: there may
-/// be a next.
-constexpr double kReferences = 6;
+/// Where the error of a path is open, the last reference of the first two numbers of samples takes
+/// a seventh of the time at most: there may be a next, which ends in time for runs.
+constexpr double kReferences = 7, kReferring = 0.8;
 constexpr int kFrames = 12;  // run of a long turntable
 /// [s] that rounds go on at least: what other guests read slows some paths for tenths of a second
 /// and more, others not at all.
@@ -118,7 +116,6 @@ class Pilot {
                 if (const auto found = known->find(text); found != known->end()) {
                     contender.known = found->second;
                     contender.seconds = found->second.seconds;
-                    contender.looked_at = GrowingVerifier::kSecond;  // or open for want of time
                     contender.failed = found->second.given_up > 0;
                 }
             contender.plan = std::move(plan);
@@ -155,7 +152,7 @@ class Pilot {
     double cost(const Contender& each) const {
         constexpr double kNever = std::numeric_limits<double>::infinity();
         const Budget& budget = session_.want().budget;
-        if (each.failed || !each.known || !keeps_error(each)) return kNever;
+        if (each.failed || each.seconds.empty() || !keeps_error(each)) return kNever;
         if (budget.seconds && each.belief().seconds > *budget.seconds) return kNever;
         switch (session_.want().minimize) {
             case Minimize::time:
@@ -223,8 +220,12 @@ class Pilot {
     /// With its error; the time of this run warms up only, and stands alone where it is long.
     void try_first(Contender& each) {
         verify(each);
-        // Those that follow are predicted to be slower: if this one keeps its budget none is run.
-        while (is_worth_a_look(each) && look_closer()) verify(each);
+        // Where it keeps its budget few of those that follow need be run. Faster ones may follow
+        // the default.
+        while (is_worth_a_look(each) &&
+               !(each.is_default && each.known->samples >= GrowingVerifier::kSecond) &&
+               look_closer(each)) {
+        }
         if (each.failed) return;
         if (keeps_error(each) || each.is_default) run_again(each);
         session_.messages.progress(std::min(1.0, since(begin_) / limit_),
@@ -235,27 +236,31 @@ class Pilot {
     bool is_worth_a_look(const Contender& each) const {
         if (each.failed || !is_open(each)) return false;
         const Contender* best = this->best();
-        if (each.looked_at < GrowingVerifier::kSecond) return !best || could_win(each);
+        if (each.known->samples < GrowingVerifier::kSecond) return !best || could_win(each);
         return !keeps_error(each) &&
                (!best || each.plan.predicted.seconds < kWorth * best->median());
     }
 
-    /// From now on errors are measured on more samples, if there is time for it.
-    bool look_closer() {
+    /// Measures its error on more samples, and from now on all, if there is time for that.
+    bool look_closer(Contender& each) {
         GrowingVerifier& errors = this->errors();
-        if (!errors.can_grow() || since(begin_) + errors.seconds_to_grow() > limit_) return false;
-        errors.grow();
+        while (static_cast<double>(errors.samples()) <= each.known->samples) {
+            const double then = since(begin_) + errors.seconds_to_grow();
+            if (!errors.can_grow() || then > kReferring * limit_) return false;
+            errors.grow();
+        }
+        verify(each);
         return true;
     }
 
     /// On which side of its budget the error of a path lies that would win: some became worth it
-    /// when what seemed better was run. That comes before timing the close ones again.
+    /// when what seemed better was run, some were known from other budgets. That comes before
+    /// timing the close ones again.
     void settle_open() {
         for (Contender& each : contenders_) {
-            const std::int64_t before = each.looked_at;
-            while (is_worth_a_look(each) && (each.looked_at < errors().samples() || look_closer()))
-                verify(each);
-            if (each.looked_at > before && !each.failed && keeps_error(each)) run_again(each);
+            bool looked = false;
+            while (is_worth_a_look(each) && look_closer(each)) looked = true;
+            if (looked && !each.failed && keeps_error(each)) run_again(each);
         }
     }
 
@@ -290,14 +295,16 @@ class Pilot {
         };
         const auto outcome = run_once(each, true, deliver);
         const Verified error = errors.finish();
-        limit_ = std::max(limit_, std::min(kReferences * errors.early_seconds(), most_seconds_));
         if (!outcome) return;
         each.known = Learned{.seconds = {},
                              .error = error.nrmse,
                              .low = error.low,
                              .high = error.high,
+                             .samples = double(errors.samples()),
                              .bytes = session_.resident + double(outcome->peak)};
-        each.looked_at = errors.samples();
+        if (is_open(each))
+            limit_ =
+                std::max(limit_, std::min(kReferences * errors.early_seconds(), most_seconds_));
     }
 
     /// Where another path ran before, short ones run more often, and the last run counts.
@@ -315,7 +322,9 @@ class Pilot {
         last_ = &each;
         const int threads = session_.profile.processors;
         const Plan& few = few_.at(path_text(each.plan.texts()));
-        for (int left = runs_in_a_row(warming.last()); left > 0 && !out_of_time(); --left) {
+        // Whatever the time, what is known to keep its budgets has a run that counts.
+        for (int left = runs_in_a_row(warming.last());
+             left > 0 && (each.seconds.empty() || !out_of_time()); --left) {
             std::optional<Outcome> outcome;
             const Beside met = beside(threads, data, few.predicted.bytes, true,
                                       [&] { outcome = run_once(each, brief, nothing); });

@@ -54,6 +54,7 @@ std::optional<Learned> learned_of(const Json& json) {
     for (const auto& [key, member] : {std::pair{"error", &Learned::error},
                                       {"low", &Learned::low},
                                       {"high", &Learned::high},
+                                      {"samples", &Learned::samples},
                                       {"bytes", &Learned::bytes},
                                       {"given_up", &Learned::given_up}}) {
         if (!json.contains(key) || !json[key].is_number() || !(json[key].get<double>() >= 0))
@@ -64,8 +65,9 @@ std::optional<Learned> learned_of(const Json& json) {
 }
 
 Json json_of(const Learned& learned) {
-    return {{"seconds", learned.seconds}, {"error", learned.error}, {"low", learned.low},
-            {"high", learned.high},       {"bytes", learned.bytes}, {"given_up", learned.given_up}};
+    return {{"seconds", learned.seconds},  {"error", learned.error},     {"low", learned.low},
+            {"high", learned.high},        {"samples", learned.samples}, {"bytes", learned.bytes},
+            {"given_up", learned.given_up}};
 }
 
 void forget_oldest(Json& requests) {

@@ -71,14 +71,22 @@ class Pilot(unittest.TestCase):
         self.assertIn("wisdom.json", done.stderr)
         self.assertEqual(self.cache.read_text(), '{"schema": 1, "requests": ')
 
-    def test_more_samples_decide_whether_a_budget_is_kept(self):
-        # One sample in a thousand is bright: thousands of draws leave the error of the nearest sample open.
-        side, path = 96, "warp.backward/filter=zoh"
-        volume = self.folder / "sparse.nrrd"
+    def write_stars(self, volume, side):
+        """One sample in a thousand is bright."""
         stars = bytearray(side**3)
         stars[::1009] = b"\xff" * len(stars[::1009])
-        volume.write_bytes(f"NRRD0004\ntype: uint8\ndimension: 3\nsizes: {side} {side} {side}\nencoding: raw\n\n".encode() +
-                           stars)
+        header = f"NRRD0004\ntype: uint8\ndimension: 3\nsizes: {side} {side} {side}\nencoding: raw\n\n"
+        volume.write_bytes(header.encode() + stars)
+
+    def known(self, path):
+        (entry,) = json.loads(self.cache.read_text())["requests"].values()
+        return entry["paths"][path]
+
+    def test_more_samples_decide_whether_a_budget_is_kept(self):
+        # Thousands of draws leave the error of the nearest sample open.
+        side, path = 96, "warp.backward/filter=zoh"
+        volume = self.folder / "sparse.nrrd"
+        self.write_stars(volume, side)
         request = ("warp", volume, "--rotate", "10,20,30", "--via", path, "-o", "null:")
         few = self.report(*request, "--max-error", 1, "--verify=8192")["measured"]["error"]
         true = self.report(*request, "--max-error", 1, "--verify=all")["measured"]["error"]["nrmse"]
@@ -86,8 +94,30 @@ class Pilot(unittest.TestCase):
         self.assertGreater((few["nrmse"] + few["high"]) / 2, budget)
         report = self.report(*request, "--max-error", budget, "--planner", "pilot", "--planning-time", 60)
         self.assertEqual(report["planning"]["planner"], "pilot")
-        known = [paths["paths"][path] for paths in json.loads(self.cache.read_text())["requests"].values()]
-        self.assertLessEqual((known[0]["error"] + known[0]["high"]) / 2, budget)
+        known = self.known(path)
+        self.assertLessEqual((known["error"] + known["high"]) / 2, budget)
+        self.assertGreater(known["samples"], 8192)
+
+    def test_an_error_known_from_another_budget_is_measured_closer_and_the_path_timed(self):
+        side, path = 96, "warp.backward/filter=zoh"
+        volume = self.folder / "sparse.nrrd"
+        self.write_stars(volume, side)
+        request = ("warp", volume, "--rotate", "10,20,30", "--via", path, "-o", "null:")
+        true = self.report(*request, "--max-error", 1, "--verify=all")["measured"]["error"]["nrmse"]
+        pilot = ("--planner", "pilot", "--planning-time", 60)
+        # So far below that a thousand samples tell: the path is not timed.
+        self.assertEqual(self.run_it(*request, "--max-error", 0.3 * true, *pilot).returncode, 3)
+        before = self.known(path)
+        self.assertEqual(before["seconds"], [])
+        self.report(*request, "--max-error", 1.1 * true, *pilot)
+        closer = self.known(path)
+        self.assertGreater(closer["samples"], before["samples"])
+        self.assertLessEqual((closer["error"] + closer["high"]) / 2, 1.1 * true)
+        self.assertTrue(closer["seconds"])
+        # What is settled stays as it is.
+        self.report(*request, "--max-error", 1.1 * true, *pilot)
+        for key in ("error", "low", "high", "samples"):
+            self.assertEqual(self.known(path)[key], closer[key])
 
     def test_exhaustive_measures_every_path(self):
         report = self.report("plan", "render", SPHERE, "--rotate", "20,30,0", "--planner", "exhaustive",
