@@ -116,6 +116,7 @@ class Pilot {
                 if (const auto found = known->find(text); found != known->end()) {
                     contender.known = found->second;
                     contender.seconds = found->second.seconds;
+                    contender.calm = found->second.calm;
                     contender.failed = found->second.given_up > 0;
                 }
             contender.plan = std::move(plan);
@@ -364,6 +365,7 @@ class Pilot {
             if (each.known) {
                 Learned& path = learned[path_text(each.plan.texts())] = *each.known;
                 path.seconds = each.seconds;
+                path.calm = each.calm;
             }
         wisdom_.keep(
             key_,
