@@ -1,12 +1,21 @@
+include(edgewise_precompiled)
+
 # One target a folder. Includes are written from the repository root ("graph/extent.hpp"), but a
 # target sees only its own folder and those that it links: each folder has an include root of its
 # own that holds nothing but a link to it, so that a forbidden include does not compile.
 #
-#   edgewise_folder(NAME [PATH transitions/warp] SOURCES a.cpp ... LINKS edgewise::graph ... [PRIVATE_LINKS ...])
+#   edgewise_folder(NAME [PATH transitions/warp] SOURCES a.cpp ... LINKS edgewise::graph ... [PRIVATE_LINKS ...]
+#                   [PRECOMPILED library|command|none])
 function(edgewise_folder name)
-    cmake_parse_arguments(FOLDER "" "PATH" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+    cmake_parse_arguments(FOLDER "" "PATH;PRECOMPILED" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
     if(NOT FOLDER_PATH)
         set(FOLDER_PATH ${name})
+    endif()
+    if(NOT FOLDER_PRECOMPILED)
+        set(FOLDER_PRECOMPILED library)
+        if(FOLDER_PATH MATCHES "^cli")
+            set(FOLDER_PRECOMPILED command)
+        endif()
     endif()
     set(root ${PROJECT_BINARY_DIR}/roots/${name})
     cmake_path(GET FOLDER_PATH PARENT_PATH parent)
@@ -23,6 +32,9 @@ function(edgewise_folder name)
         $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/edgewise>)
     target_link_libraries(${target} PUBLIC ${FOLDER_LINKS} PRIVATE ${FOLDER_PRIVATE_LINKS})
     edgewise_warnings(${target})
+    if(NOT FOLDER_PRECOMPILED STREQUAL none)
+        edgewise_precompiled(${target} ${FOLDER_PRECOMPILED})
+    endif()
     set_property(GLOBAL APPEND PROPERTY EDGEWISE_TARGETS ${target})
     set_property(GLOBAL APPEND PROPERTY EDGEWISE_FOLDERS ${FOLDER_PATH})
 endfunction()

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,8 @@ namespace edgewise {
 
 /// One edge of a path, with what it is expected to take.
 struct Step {
-    const Transition* by = nullptr;  // in the catalogue that the plan was made with
+    std::shared_ptr<const Transition> by =
+        {};  // shared with the catalogue, so a plan may outlive it
     Offer offer;
     Work work;            // mean over the views
     double seconds = 0;   // all its runs

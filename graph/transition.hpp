@@ -1,8 +1,12 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <functional>
+#include <initializer_list>
+#include <iterator>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -109,6 +113,65 @@ std::vector<Region> regions_of(const Partition& parts, const Offer& offer);
 double part_bytes(const Partition& parts, const Offer& offer);
 
 /// All edges that a planner may use; the order breaks ties, and is the order of preparations.
-using Catalogue = std::vector<Transition>;
+///
+/// A value: copying it shares the edges, and so do plans, which may outlive it. An edge that is
+/// shared never changes: writing to one through operator[] first makes a copy of it.
+class Catalogue {
+ public:
+    Catalogue() = default;
+    Catalogue(std::initializer_list<Transition> edges) {
+        for (const Transition& edge : edges) push_back(edge);
+    }
+
+    void push_back(Transition edge) {
+        edges_.push_back(std::make_shared<Transition>(std::move(edge)));
+    }
+    std::size_t size() const noexcept { return edges_.size(); }
+    bool empty() const noexcept { return edges_.empty(); }
+    const Transition& operator[](std::size_t place) const { return *edges_[place]; }
+    Transition& operator[](std::size_t place) {
+        if (edges_[place].use_count() > 1)
+            edges_[place] = std::make_shared<Transition>(*edges_[place]);
+        return *edges_[place];
+    }
+    const Transition& back() const { return *edges_.back(); }
+    /// For a plan to keep.
+    std::shared_ptr<const Transition> shared(std::size_t place) const { return edges_[place]; }
+
+    /// Walks the edges in order.
+    class Iterator {
+     public:
+        using iterator_category = std::forward_iterator_tag;
+        using value_type = Transition;
+        using difference_type = std::ptrdiff_t;
+        using pointer = const Transition*;
+        using reference = const Transition&;
+
+        Iterator() = default;
+        reference operator*() const { return **at_; }
+        pointer operator->() const { return at_->get(); }
+        Iterator& operator++() {
+            ++at_;
+            return *this;
+        }
+        Iterator operator++(int) {
+            Iterator before = *this;
+            ++at_;
+            return before;
+        }
+        bool operator==(const Iterator& other) const = default;
+
+     private:
+        friend class Catalogue;
+        using Place = std::vector<std::shared_ptr<Transition>>::const_iterator;
+        explicit Iterator(Place at) : at_(at) {}
+        Place at_ = {};
+    };
+    Iterator begin() const { return Iterator(edges_.begin()); }
+    Iterator end() const { return Iterator(edges_.end()); }
+
+ private:
+    std::vector<std::shared_ptr<Transition>> edges_;
+};
 
 }  // namespace edgewise

@@ -90,7 +90,7 @@ Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogu
         const double peak = priced.step(unlimited, arc).peak;
         label = priced.step(label, arc);
         plan.steps.push_back(
-            {&catalogue[what.edge],
+            {catalogue.shared(what.edge),
              what.offer,
              cost.work,
              cost.seconds,

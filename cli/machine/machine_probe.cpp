@@ -9,10 +9,12 @@
 #include <ctime>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <memory>
 #include <mutex>
 #include <numbers>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "cli/machine/machine.hpp"
 #include "cli/machine/probe_fit.hpp"
@@ -224,11 +226,13 @@ class EmptySteps {
         want_.axes = 2;
         want_.job = Job::warp;
         want_.input = want_.screen = what_.extent;
-        nothing_.name = "probe.nothing";
-        nothing_.parts = [](const Offer&, const Ask&) {
+        Transition nothing;
+        nothing.name = "probe.nothing";
+        nothing.parts = [](const Offer&, const Ask&) {
             return Partition{.kind = Partition::output, .leaf = {16, 1, 1}};
         };
-        nothing_.run = [](const Offer&, const Ask&, const Data&, Data&, const Region&, Context&) {};
+        nothing.run = [](const Offer&, const Ask&, const Data&, Data&, const Region&, Context&) {};
+        nothing_ = std::make_shared<const Transition>(std::move(nothing));
         source_ = std::make_shared<Data>(Data::make(what_, &memory_));
     }
 
@@ -242,7 +246,7 @@ class EmptySteps {
  private:
     double run_seconds(int steps) const {
         Step step;
-        step.by = &nothing_;
+        step.by = nothing_;
         step.offer = {.from = what_, .to = what_};
         Plan plan;
         plan.source = what_;
@@ -257,7 +261,7 @@ class EmptySteps {
     Representation what_;
     Request want_;
     Scene scene_;
-    Transition nothing_;
+    std::shared_ptr<const Transition> nothing_;
     std::shared_ptr<const Data> source_;
 };
 

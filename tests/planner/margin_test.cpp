@@ -238,7 +238,7 @@ TEST(Margin, MeasuredPathsGoBeforePredictedOnes) {
     const Candidates paths(planned.catalogue, planned.ask(), planned.sources, unit_profile(), {},
                            known);
     Plan plan = *planned.answer().plan;
-    plan.steps[0].by = &planned.catalogue[1];  // what a pilot would have chosen
+    plan.steps[0].by = planned.catalogue.shared(1);  // what a pilot would have chosen
     const Margin margin = margin_of(paths, plan);
     ASSERT_EQ(margin.steps.size(), 1u);
     EXPECT_DOUBLE_EQ(*margin.steps[0].factor, 2);

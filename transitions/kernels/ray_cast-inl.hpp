@@ -1,4 +1,5 @@
-// Ray casting by packets: neighbouring rays, one a lane, step together.
+// Ray casting by packets: neighbouring rays, one a lane, step together. A unit a rule of combining
+// includes this: ray_cast_max_simd.cpp and those beside it.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -7,9 +8,13 @@
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_path.hpp"
 
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "transitions/kernels/ray_cast_simd.cpp"
-#include "hwy/foreach_target.h"
+#if defined(EDGEWISE_RAY_CAST_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef EDGEWISE_RAY_CAST_INL
+#undef EDGEWISE_RAY_CAST_INL
+#else
+#define EDGEWISE_RAY_CAST_INL
+#endif
+
 #include "hwy/highway.h"
 #include "transitions/kernels/ray_combine-inl.hpp"
 #include "transitions/kernels/ray_samplers-inl.hpp"
@@ -427,59 +432,48 @@ void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int6
     }
 }
 
-/// The call with its types: what is sampled how, and combined how.
-struct Call {
+/// A cast and the part of its picture that is filled.
+struct Tile {
     const RayCast& cast;
     std::int64_t x, y, width, height;
     float* out;
     std::ptrdiff_t row_floats;
 
-    template <class Sampler, bool kFinite>
-    void combined() const {
-        const Sampler sampler(cast.volume);
-        switch (cast.rule) {
-            case Combine::max:
-                return with<Sampler, MaxSum<kFinite>>(sampler);
-            case Combine::sum:
-            case Combine::mean:
-                return with<Sampler, LineSum<kFinite>>(sampler);
-            case Combine::over:
-                return cast.optics->grey ? with<Sampler, OverSum<kFinite, 1>>(sampler)
-                                         : with<Sampler, OverSum<kFinite, 3>>(sampler);
-        }
-    }
-    template <class Sampler, class Sum>
-    void with(const Sampler& sampler) const {
-        fill<Sampler, Sum>(cast, sampler, x, y, width, height, out, row_floats);
-    }
-    template <class Read, bool kFinite>
+    template <class Sum, class Read>
     void held() const {
         switch (cast.hold) {
             case Hold::zoh:
-                return combined<NearestSampler<Read>, kFinite>();
+                return filled<NearestSampler<Read>, Sum>();
             case Hold::foh:
-                return combined<LinearSampler<Read>, kFinite>();
+                return filled<LinearSampler<Read>, Sum>();
             case Hold::bspline3:
                 // Coefficients are f32; of other types they are merely allowed.
                 if constexpr (Read::kFloats)
-                    return combined<SplineSampler<Read>, kFinite>();
+                    return filled<SplineSampler<Read>, Sum>();
                 else
-                    return combined<SplineSampler<Walked>, kFinite>();
+                    return filled<SplineSampler<Walked>, Sum>();
         }
+    }
+
+ private:
+    template <class Sampler, class Sum>
+    void filled() const {
+        fill<Sampler, Sum>(cast, Sampler(cast.volume), x, y, width, height, out, row_floats);
     }
 };
 
-void ray_cast_on(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
-                 std::int64_t height, float* out, std::ptrdiff_t row_floats) {
-    const Call call{cast, x, y, width, height, out, row_floats};
-    const Grid& volume = cast.volume;
+/// Fills the tile by the sum whose kFinite says that every sample is a number.
+template <template <bool> class Sum>
+void cast_tile(const Tile& tile) {
+    const Grid& volume = tile.cast.volume;
     const double bytes =
         static_cast<double>(volume.extent.samples()) * static_cast<double>(bytes_of(volume.type));
     const bool short_offsets = bytes < 2147483648.0;
-    if (!short_offsets || !in_lanes(volume.type)) return call.held<Walked, false>();
+    if (!short_offsets || !in_lanes(volume.type)) return tile.held<Sum<false>, Walked>();
     gathers::HWY_NAMESPACE::with_reads(volume.type, [&](auto reads) {
         using Reads = decltype(reads);
-        call.held<Gathered<Reads>, std::is_integral_v<typename Reads::Sample>>();
+        constexpr bool kFinite = std::is_integral_v<typename Reads::Sample>;
+        tile.held<Sum<kFinite>, Gathered<Reads>>();
     });
 }
 
@@ -487,15 +481,4 @@ void ray_cast_on(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64
 }  // namespace edgewise::kernels::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
-#if HWY_ONCE
-namespace edgewise::kernels {
-
-HWY_EXPORT(ray_cast_on);
-
-void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
-              std::int64_t height, float* out, std::ptrdiff_t row_floats) {
-    HWY_DYNAMIC_DISPATCH(ray_cast_on)(cast, x, y, width, height, out, row_floats);
-}
-
-}  // namespace edgewise::kernels
 #endif

@@ -1,0 +1,4 @@
+// What most tests include.
+#include "library.hpp"
+
+#include <gtest/gtest.h>

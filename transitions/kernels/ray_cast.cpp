@@ -1,0 +1,24 @@
+#include "transitions/kernels/ray_cast.hpp"
+
+#include "transitions/kernels/ray_cast_tiles.hpp"
+
+namespace edgewise::kernels {
+
+void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+              std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    const auto by_rule = [&] {
+        switch (cast.rule) {
+            case Combine::max:
+                return ray_cast_max;
+            case Combine::sum:
+            case Combine::mean:
+                return ray_cast_line;
+            case Combine::over:
+                break;
+        }
+        return cast.optics->grey ? ray_cast_over_grey : ray_cast_over_color;
+    }();
+    by_rule(cast, x, y, width, height, out, row_floats);
+}
+
+}  // namespace edgewise::kernels
