@@ -248,6 +248,7 @@ Transition ray_cast() {
                        {"step", number(0.01, 4, {1, 0.5, 0.25, 2},
                                        "distance of samples, in the smallest spacing")}};
     edge.laws = {Law::constant};
+    edge.plain = Parameters{{"step", 1.0}};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;

@@ -308,6 +308,7 @@ Transition backward_warp() {
     edge.parameters = {{"filter", one_of({"zoh", "foh", "bspline3"},
                                          "reconstruction: nearest, linear, cubic B-spline")}};
     edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
+    edge.plain = Parameters{};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
