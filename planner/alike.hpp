@@ -17,7 +17,8 @@ struct PlainWay {
 
 /// What Budget::like asks of the paths of one graph.
 struct Alike {
-    /// With likely errors in place of upper estimates; arcs that read by a barred filter are barred.
+    /// With likely errors in place of upper estimates; arcs that read by a barred filter are
+    /// barred.
     Priced likely;
     std::optional<PlainWay> plain;
     double most = 0;  // likely RMSE that is as good [values]

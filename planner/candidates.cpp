@@ -39,8 +39,7 @@ Candidates::Candidates(const Catalogue& catalogue, const Ask& ask,
     std::vector<Route> simple = simple_routes(choice_, kMostPaths);
     complete_ = simple.size() < kMostPaths;
     for (Route& route : simple) add(std::move(route), known);
-    for (Route& route : routes_to_choose_from(choice_))
-        add(std::move(route), known).front = true;
+    for (Route& route : routes_to_choose_from(choice_)) add(std::move(route), known).front = true;
     if (!complete_) add_replacements(known);
 }
 

@@ -30,8 +30,8 @@ class JsonFields {
     double number(const nlohmann::json& json, const std::string& field, double low,
                   double high) const {
         if (!json.is_number())
-            reject(field, fmt::format("is {}, expected a number from {:g} to {:g}", json.dump(), low,
-                                      high));
+            reject(field, fmt::format("is {}, expected a number from {:g} to {:g}", json.dump(),
+                                      low, high));
         const double value = json.get<double>();
         if (!(value >= low && value <= high))
             reject(field, fmt::format("is {:g}, expected {:g} to {:g}", value, low, high));

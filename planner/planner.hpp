@@ -39,9 +39,9 @@ struct Answer {
     std::vector<Refusal> refused;
     std::vector<std::string> warnings;
     std::optional<Compared> plain;  // absent: nothing is, or no edge offers one
-    std::string problem;          // why there is no plan
-    int vertices = 0, edges = 0;  // of the transform graph
-    double seconds = 0;           // that planning took
+    std::string problem;            // why there is no plan
+    int vertices = 0, edges = 0;    // of the transform graph
+    double seconds = 0;             // that planning took
 };
 
 /// The cheapest path from any of the sources to the request, within its budget.

@@ -142,7 +142,8 @@ std::optional<Profile> calibrated(const std::string& folder) {
 }  // namespace
 
 double process_seconds() {
-    return kLoading + std::chrono::duration<double>(std::chrono::steady_clock::now() - kLoaded).count();
+    return kLoading +
+           std::chrono::duration<double>(std::chrono::steady_clock::now() - kLoaded).count();
 }
 
 bool is_built_in(const Profile& profile) {

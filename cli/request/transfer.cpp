@@ -94,8 +94,9 @@ Transfer load_transfer(const std::string& file, double unit) {
         const std::string field = fmt::format("points[{}]", i);
         transfer.points.push_back(point_of(json["points"][i], file, field));
         if (i > 0 && transfer.points[i].value < transfer.points[i - 1].value)
-            refuse(file, fmt::format("{}.value is {}, less than {} before it; values must ascend",
-                                     field, transfer.points[i].value, transfer.points[i - 1].value));
+            refuse(file,
+                   fmt::format("{}.value is {}, less than {} before it; values must ascend", field,
+                               transfer.points[i].value, transfer.points[i - 1].value));
     }
     return transfer;
 }

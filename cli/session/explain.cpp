@@ -91,7 +91,7 @@ std::string filters_text(const std::vector<Plan>& plans) {
     for (const auto& [filter, words] : kWords) {
         const auto reads = [filter = filter](const Step& step) {
             const auto& with = step.offer.with;
-            return with.contains("filter") && text_of(with.all().at("filter")) == filter;
+            return with.contains("filter") && with.word("filter") == filter;
         };
         if (std::any_of(plans.begin(), plans.end(), [&](const Plan& plan) {
                 return std::any_of(plan.steps.begin(), plan.steps.end(), reads);
@@ -120,7 +120,8 @@ std::map<std::string, double> seconds_on_all(const Session& session) {
 std::string machine_text(const Session& session) {
     const std::string& name = session.profile.name;
     return is_built_in(session.profile)
-               ? name + " (built in: seconds are guesses, `edgewise calibrate` measures this machine)"
+               ? name +
+                     " (built in: seconds are guesses, `edgewise calibrate` measures this machine)"
                : name;
 }
 
@@ -145,8 +146,7 @@ double median(std::vector<double> values) {
 std::string budget_text(const Request& want) {
     const Budget& budget = want.budget;
     std::vector<std::string> parts;
-    if (budget.error)
-        parts.push_back(fmt::format("error {:.3g}", *budget.error));
+    if (budget.error) parts.push_back(fmt::format("error {:.3g}", *budget.error));
     if (budget.like) parts.push_back(fmt::format("as good as {} (default)", budget.like->name));
     if (budget.seconds) parts.push_back("time " + seconds_text(*budget.seconds));
     if (budget.bytes) parts.push_back("memory " + bytes_text(*budget.bytes));
@@ -239,11 +239,10 @@ std::string explanation_of(const Session& session) {
     for (std::size_t i = 0; i < plans.size() && i < kMostRows; ++i) {
         const std::string path = path_text(plans[i]);
         const bool is_plan = answer.plan && path == path_text(*answer.plan);
-        text +=
-            row(is_plan                ? ">"
-                : front.contains(path) ? "*"
-                                       : "",
-                plans[i].predicted, path, is_plan ? "" : reason(plans[i], path));
+        text += row(is_plan                ? ">"
+                    : front.contains(path) ? "*"
+                                           : "",
+                    plans[i].predicted, path, is_plan ? "" : reason(plans[i], path));
     }
     if (plans.size() > kMostRows) text += fmt::format("  and {} more\n", plans.size() - kMostRows);
     text += filters_text(plans);
@@ -270,7 +269,8 @@ std::string result_of(const Session& session) {
     const Predicted& predicted = session.answer->plan->predicted;
     const auto& like = want.budget.like;
     if (measured.error)
-        parts.push_back(fmt::format("error {} measured", error_text({.error = measured.error->nrmse})));
+        parts.push_back(
+            fmt::format("error {} measured", error_text({.error = measured.error->nrmse})));
     else if (predicted.known)
         parts.push_back(fmt::format("error {} predicted", error_text(predicted)));
     else if (like && predicted.likeness == Likeness::alike)

@@ -60,10 +60,10 @@ bool chooses_unseen(Session& session) {
     Request open = want;
     open.budget.like->times = std::numeric_limits<double>::infinity();
     const std::vector<Source> sources = session.sources();
-    Answer answer = plan(session.edges, {open, session.scene}, sources, session.profile,
-                         session.plan_options);
-    if (!answer.plan || !alike_unseen(*answer.plan, session.edges, session.ask(), sources,
-                                      *want.budget.like))
+    Answer answer =
+        plan(session.edges, {open, session.scene}, sources, session.profile, session.plan_options);
+    if (!answer.plan ||
+        !alike_unseen(*answer.plan, session.edges, session.ask(), sources, *want.budget.like))
         return false;
     answer.plain.reset();  // its error is a guess
     session.answer = std::move(answer);

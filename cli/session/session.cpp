@@ -356,7 +356,6 @@ void forget_errors(Session& session) {
 }
 
 void make_plan(Session& session) {
-
     {
         const EndsAtOnce nothing_to_tidy;
         ask_planner(session);

@@ -52,7 +52,7 @@ struct Session {
     explicit Session(const JobOptions& typed) : options(typed) {}
 
     const JobOptions& options;
-    bool runs = false;   // and is not only planned: on one rank, with data
+    bool runs = false;  // and is not only planned: on one rank, with data
     ErrorsWanted errors = ErrorsWanted::asked;
     Messages messages;
     std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it

@@ -43,15 +43,13 @@ Number fixed(double number) {
 }
 
 Number by_filter(std::map<std::string, double> numbers) {
-    return [numbers](const Offer& offer, const Ask&) {
-        return numbers.at(offer.with.word("filter"));
-    };
+    return
+        [numbers](const Offer& offer, const Ask&) { return numbers.at(offer.with.word("filter")); };
 }
 
 Number fact(const std::string& name, double factor = 1) {
-    return [=](const Offer&, const Ask& ask) {
-        return factor * ask.scene.fact(name).value_or(0.5);
-    };
+    return
+        [=](const Offer&, const Ask& ask) { return factor * ask.scene.fact(name).value_or(0.5); };
 }
 
 /// The plain way of these tests: nearest samples take 1 s and err by 1, linear ones 4 s and by 2.
@@ -127,7 +125,8 @@ TEST(Alike, APathThatABarredOneBeatsOnTheWayIsFound) {
     // To the middle the nearest sample is faster and more accurate, so no front has the other.
     Transition middle = edge("toy.middle", "object", "middle", by_filter({{"zoh", 1}, {"foh", 2}}),
                              by_filter({{"zoh", 0}, {"foh", 1}}), {"zoh", "foh"});
-    const Alikes alikes({plain(), middle, edge("toy.last", "middle", "screen", fixed(1), fixed(0))});
+    const Alikes alikes(
+        {plain(), middle, edge("toy.last", "middle", "screen", fixed(1), fixed(0))});
     EXPECT_EQ(alikes.chosen(), "toy.middle/filter=foh toy.last ");
 }
 
@@ -156,7 +155,8 @@ TEST(Alike, WhatHangsOnTheSameFactNeedsNoLook) {
         Alikes alikes({measured, edge("toy.other", "object", "screen", fixed(3), error)});
         Request open = alikes.want;
         open.budget.like->times = std::numeric_limits<double>::infinity();
-        const Answer answer = plan(alikes.edges, {open, alikes.scene}, alikes.sources, unit_profile());
+        const Answer answer =
+            plan(alikes.edges, {open, alikes.scene}, alikes.sources, unit_profile());
         EXPECT_EQ(answer.plan->texts(), std::vector<std::string>{"toy.other"});
         return alike_unseen(*answer.plan, alikes.edges, alikes.ask(), alikes.sources,
                             *alikes.want.budget.like);
