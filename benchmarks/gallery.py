@@ -24,22 +24,24 @@ SAME = 1.03  # two runs of one path differ by as much
 # Request of each scene, and the ending of the picture that stands in the page.
 SCENES = {
     "ct_head": ("render data/ct_head/quarter.nhdr --orient RPI --mode composite "
-                "--transfer data/ct_head/skin_and_bone.json --rotate 0,30,0 --size 256x256", "png"),
+                "--transfer data/ct_head/skin_and_bone.json --rotate 0,30,0 --size 256x256 "
+                "--max-error 0.03", "png"),
     "mr_head": ("render data/mr_brain/MR.nii.gz --mode xray --view left --rotate 0,20,0 --max-error 0.005", "png"),
     "carotid": ("render data/carotid/carotid.vtk --mode mip --rotate 30,40,0 --size 192x192 --max-error 0.02", "png"),
-    "neuron": ("render data/neuron/neuron.tif --mode mip --rotate 0,20,0 --size 256x256", "png"),
+    "neuron": ("render data/neuron/neuron.tif --mode mip --rotate 0,20,0 --size 256x256 --max-error 0.03", "png"),
     "hydrogen": ("render data/hydrogen/hydrogen.vti --mode xray --rotate 20,30,0 --size 192x192 --max-error 0.002",
                  "png"),
     "coffee": ("warp data/coffee/coffee.png --rotate 30 --max-error 0.015", "jpg"),
 }
 SWEEPS = {
     "ct_head_turned": "render data/ct_head/quarter.nhdr --orient RPI --mode xray --size 128x128 --rotate 0,0,0 "
-                      "--sweep rotate.y=0:90:7.5 --without store --without warp.backward --limit 8",
+                      "--sweep rotate.y=0:90:7.5 --without store --without warp.backward --limit 8 "
+                      "--max-error 0.03",
     "hydrogen_frames": "render data/hydrogen/hydrogen.vti --mode xray --size 96x96 --turntable 36 --max-error 0.002 "
                        "--without store --without warp --without project.shear_warp "
                        "--without project.ray_cast/filter=zoh --sweep turntable=1:61:10 --limit 9",
     "ct_head_size": "render data/ct_head/quarter.nhdr --orient RPI --mode mip --rotate 0,30,0 --size 64x64 "
-                    "--without store --sweep size=64:448:64 --limit 10",
+                    "--without store --sweep size=64:448:64 --limit 10 --max-error 0.03",
 }
 
 

@@ -112,6 +112,8 @@ def cases():
     files = ramps()
     for name, text in REQUESTS:
         words = text.format(**files).split()
+        if "--max-error" not in words:
+            words += ["--max-error", "0.03"]
         planned = report("plan", *words)
         steps = [step_words(step) for step in planned["plan"]["steps"]]
         stored = planned["plan"]["steps"][0]["from"].split("/")[2]

@@ -73,7 +73,7 @@ def thin_transfer():
         axis.loglog(steps, np.maximum(measured, 1e-6), color=color, marker="o", label=f"{label}: measured")
         axis.loglog(steps, np.maximum(predicted, 1e-6), color=color, linestyle=":", label="predicted")
     axis.axhline(0.03, color="black", linewidth=0.8)
-    axis.annotate("default budget", (2, 0.03), (1.9, 0.034), fontsize=9)
+    axis.annotate("an error of 0.03", (2, 0.03), (1.9, 0.034), fontsize=9)
     axis.set(xlabel="step of project.ray_cast [voxel]", ylabel="error of the picture", ylim=(1e-4, 1))
     axis.set_xticks([2, 1, 0.5, 0.25], ["2", "1", "1/2", "1/4"])
     axis.set_xticks([], minor=True)

@@ -30,13 +30,16 @@ void report(const Session& session, bool with_run, const std::optional<Failure>&
 /// @param runs  else it is only planned, and explained
 int do_job(const JobOptions& options, bool runs) {
     Session session(options);
-    session.runs = runs;
+    session.runs = session.announces = runs;
+    if (runs && !options.explain && !options.verify && !options.report)
+        session.errors = ErrorsWanted::for_choice;
     bool explained = false;
     return guarded(
         [&] {
             take_request(session);
             make_plan(session);
             if (options.explain || options.json || options.report || !runs) weigh(session);
+            forget_errors(session);
             if (options.explain || (!runs && options.json != "-")) {
                 explain(session, explanation_of(session));
                 explained = true;
@@ -44,12 +47,15 @@ int do_job(const JobOptions& options, bool runs) {
             if (runs) perform(session);
             if (runs && (options.explain || (options.verify && options.json != "-")))
                 explain(session, measurement_of(session));
+            if (runs) session.messages.result(result_of(session));
             if (options.report) write_run_page(session);
             report(session, runs, {});
             return 0;
         },
         [&](int code, const std::string& message) {
+            session.planning.reset();
             session.messages.end_progress();
+            forget_errors(session);
             if (session.answer && (options.explain || !runs) && !explained)
                 explain(session, explanation_of(session));
             report(session, runs, Failure{code, message});

@@ -55,7 +55,7 @@ Json edges() {
 Json filters() {
     Json list = Json::array();
     for (const auto& [name, meaning] : {std::pair{"zoh", "zero-order hold: the nearest sample"},
-                                        {"foh", "first-order hold: bilinear or trilinear"},
+                                        {"foh", "first-order hold: linear interpolation"},
                                         {"bspline3", "the cubic B-spline through the samples"}})
         list.push_back({{"name", name}, {"meaning", meaning}});
     return list;

@@ -61,6 +61,10 @@ struct Label {
     double error() const noexcept { return std::hypot(bias, noise); }
 };
 
+/// Whether a path is as good as Budget::like asks: yes; it reads by a filter that is barred; its
+/// error is larger than that of the plain way, or not known.
+enum class Likeness { alike, barred, worse };
+
 /// What a plan or a step is expected to take.
 struct Predicted {
     double seconds = 0;  // all frames
@@ -70,6 +74,7 @@ struct Predicted {
     bool known = true;   // of error
     /// The peak that is expected: with frames side by side, without reserves. 0: as `bytes`.
     double expected = 0;
+    Likeness likeness = Likeness::alike;  // of a plan; where nothing is asked for, alike
 
     double expected_bytes() const noexcept { return expected > 0 ? expected : bytes; }
 };

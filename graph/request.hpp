@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,12 +40,25 @@ struct Eye {
     double plane = 0;
 };
 
+/// A wish in place of a limit of the error: a result as good as a filter makes of the same data,
+/// whatever its error is there. What it is compared with is the plain way (Transition::plain).
+struct Like {
+    std::string name = "linear";  // what it is called
+    std::string filter = "foh";
+    /// Filters that a path must not read by, however small its error: what a root mean square does
+    /// not tell of them is seen.
+    std::set<std::string> barred = {"zoh", "me"};
+    double times = 1.05;  // as much likely error at most, on the same draws; infinite: any error
+};
+/// What every other program gives: linear interpolation; of labels the nearest one.
+Like like_linear(Field field);
+
 /// Upper limits; absent: none.
 struct Budget {
     std::optional<double> error = {};    // NRMSE
     std::optional<double> seconds = {};  // all frames, from samples in memory to results in memory
     std::optional<double> bytes = {};    // peak resident memory of the process
-    bool error_is_default = false;       // then it is a wish, not a demand
+    std::optional<Like> like = {};       // where no plan has it, the most accurate one does
 };
 
 /// What someone wants: a job, its views, size and mode, and what it may cost.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -39,10 +40,13 @@ struct Scene {
     std::map<std::string, double> likely{};
     std::int64_t draws = 0;  // clusters of samples that they were measured on; 0: they are guesses
     bool exhausted = false;  // no more is drawn, whatever is asked for
+    /// Facts that are missing are made up, each from this number and its name: what holds for many
+    /// such scenes does not hang on them.
+    std::optional<std::uint64_t> supposed = {};
 
     std::optional<double> fact(const std::string& name) const {
-        const auto found = facts.find(name);
-        return found == facts.end() ? std::nullopt : std::optional(found->second);
+        if (const auto found = facts.find(name); found != facts.end()) return found->second;
+        return supposed ? std::optional(made_up(name)) : std::nullopt;
     }
     /// The same with likely errors in place of upper estimates.
     Scene as_likely() const {
@@ -50,6 +54,9 @@ struct Scene {
         for (const auto& [name, error] : likely) scene.facts[name] = error;
         return scene;
     }
+
+ private:
+    double made_up(const std::string& name) const;
 };
 
 }  // namespace edgewise

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -84,6 +85,9 @@ struct Transition {
     std::vector<std::pair<std::string, std::string>> joins = {};
     std::map<std::string, Domain> parameters = {};
     std::vector<Law> laws = {};
+    /// With these, and with a filter as its only other parameter, the edge alone is the plain way
+    /// to the screen, which budgets may compare with (Budget::like).
+    std::optional<Parameters> plain = {};
 
     /// Where it leads, or why not. Cheap: decide before copying.
     std::function<Offer(const Representation& from, const Ask&, const Parameters& with)> offer = {};

@@ -70,8 +70,7 @@ class Adviser {
           want_(paths.ask().want),
           budget_(want_.budget) {
         budget_.seconds.reset();
-        if (budget_.error_is_default && !accurate_enough(plan.predicted, budget_))
-            budget_.error.reset();
+        if (budget_.like && !accurate_enough(plan.predicted, budget_)) budget_.like.reset();
         chosen_ = paths.find(plan.texts());
         if (!chosen_) return;
         name_arcs();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include "planner/alike.hpp"
+
 namespace edgewise {
 namespace {
 
@@ -26,6 +28,8 @@ Candidates::Candidates(const Catalogue& catalogue, const Ask& ask,
     real_.costs = ask.want.threads == profile.processors
                       ? choice_.costs
                       : price(spanned_, catalogue, ask, profile, ask.want.threads, options);
+    if (const auto& like = ask.want.budget.like)
+        choice_.alike = real_.alike = alike_of(choice_, catalogue, ask, *like);
     texts_.resize(choice_.costs.size());
     for (const auto arc : boost::make_iterator_range(boost::edges(spanned_.graph))) {
         const Arc& what = spanned_.graph[arc];
@@ -35,7 +39,7 @@ Candidates::Candidates(const Catalogue& catalogue, const Ask& ask,
     std::vector<Route> simple = simple_routes(choice_, kMostPaths);
     complete_ = simple.size() < kMostPaths;
     for (Route& route : simple) add(std::move(route), known);
-    for (Route& route : pareto_routes(choice_)) add(std::move(route), known).front = true;
+    for (Route& route : routes_to_choose_from(choice_)) add(std::move(route), known).front = true;
     if (!complete_) add_replacements(known);
 }
 
@@ -55,8 +59,10 @@ Candidate& Candidates::add(Route route, const Known& known) {
         const double slower = path.choice.seconds > 0 ? path.real.seconds / path.choice.seconds : 1;
         path.scale = ratio;
         const double expected = path.real.expected;
+        const Likeness likeness = path.real.likeness;
         path.choice = path.real = found->second;
         path.choice.expected = path.real.expected = expected;
+        path.choice.likeness = path.real.likeness = likeness;
         path.real.seconds *= slower;
     }
     path.route = std::move(route);
@@ -66,7 +72,7 @@ Candidate& Candidates::add(Route route, const Known& known) {
 
 void Candidates::add_replacements(const Known& known) {
     std::set<std::string> steps;
-    for (const Route& route : pareto_routes(choice_))
+    for (const Route& route : routes_to_choose_from(choice_))
         for (const auto arc : route.arcs) steps.insert(texts_[spanned_.graph[arc].index]);
     for (const std::string& step : steps) {
         Priced slower = choice_;

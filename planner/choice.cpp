@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "planner/alike.hpp"
+
 namespace edgewise {
 namespace {
 
@@ -73,7 +75,8 @@ Predicted predicted_of(const Route& route, const Priced& priced, const Ask& ask,
             .bytes = bytes,
             .error = label.error() / ask.scene.range,
             .known = label.known,
-            .expected = expected_bytes(bytes, side_by_side, ask, options)};
+            .expected = expected_bytes(bytes, side_by_side, ask, options),
+            .likeness = likeness_of(route, priced)};
 }
 
 Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogue, const Ask& ask,
@@ -105,6 +108,7 @@ Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogu
 }
 
 bool accurate_enough(const Predicted& predicted, const Budget& budget) {
+    if (budget.like && predicted.likeness != Likeness::alike) return false;
     if (!budget.error) return true;
     return predicted.known && predicted.error <= *budget.error;
 }

@@ -17,6 +17,7 @@ struct StepCost {
     double scratch = 0;                   // bytes beside input and output, of one rank
     double from_ranks = 1, to_ranks = 1;  // that input and output are spread over
     Error error;
+    bool barred = false;  // no path that is looked for takes it
 };
 
 /// "EDGE/key=value.../WAY KIND TYPE": what decides how an edge's kernels run, beside the size. WAY

@@ -12,7 +12,7 @@ constexpr double kRounding = 1e-12;
 
 double normal_tail(double z) { return 0.5 * std::erfc(z / std::sqrt(2.0)); }
 
-/// Budgets and aim by which a plan was chosen: a default error that nothing keeps is no budget.
+/// Budgets and aim by which a plan was chosen: a likeness that nothing has is no budget.
 struct Rules {
     Budget budget;
     Minimize aim;
@@ -20,8 +20,8 @@ struct Rules {
 
 Rules rules_of(const Request& want, const Predicted& plan) {
     Rules rules{want.budget, want.minimize};
-    if (rules.budget.error_is_default && !accurate_enough(plan, rules.budget)) {
-        rules.budget.error.reset();
+    if (rules.budget.like && !accurate_enough(plan, rules.budget)) {
+        rules.budget.like.reset();
         rules.aim = Minimize::error;
     }
     return rules;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <tuple>
 
+#include "planner/alike.hpp"
 #include "planner/choice.hpp"
 
 namespace edgewise {
@@ -88,8 +89,7 @@ std::vector<Plan> nearest_plans(const std::vector<Plan>& plans, const Budget& bu
 
 std::string missed(const Budget& budget) {
     std::vector<std::string> set;
-    if (budget.error && !budget.error_is_default)
-        set.push_back(fmt::format("an error of {:.3g}", *budget.error));
+    if (budget.error) set.push_back(fmt::format("an error of {:.3g}", *budget.error));
     if (budget.seconds) set.push_back(fmt::format("{:.3g} s", *budget.seconds));
     if (budget.bytes) set.push_back(fmt::format("{:.0f} MiB", *budget.bytes / 0x1p20));
     return fmt::format("no plan keeps to {}", fmt::join(set, " and "));
@@ -111,15 +111,16 @@ void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<P
         return chosen ? &real[static_cast<std::size_t>(chosen - choice.data())] : nullptr;
     };
     const Plan* chosen = pick(budget, want.minimize);
-    if (!chosen && budget.error_is_default) {
-        budget.error.reset();
+    if (!chosen && budget.like) {
+        budget.like.reset();
         chosen = pick(budget, Minimize::error);
         if (chosen)
             answer.warnings.push_back(fmt::format(
-                "no plan is expected to reach the default error of {:.3g}; taking the most "
-                "accurate one{}",
-                *want.budget.error,
-                chosen->predicted.known ? fmt::format(" ({:.3g})", chosen->predicted.error) : ""));
+                "no path that may be taken is as good as {}; taking the most accurate one{}",
+                want.budget.like->name,
+                chosen->predicted.known
+                    ? fmt::format(", with an error of {:.3g}", chosen->predicted.error)
+                    : ""));
     }
     if (chosen) {
         answer.plan = *chosen;
@@ -144,8 +145,9 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
     Priced priced{spanned, sources, {}, options.pinned};
     priced.costs = price(spanned, catalogue, ask, profile, profile.processors, options);
     const Budget& budget = ask.want.budget;
-    const bool unbounded = !budget.error && !budget.seconds && !budget.bytes;
-    std::vector<Route> routes = pareto_routes(priced);
+    const bool unbounded = !budget.error && !budget.like && !budget.seconds && !budget.bytes;
+    if (budget.like) priced.alike = alike_of(priced, catalogue, ask, *budget.like);
+    std::vector<Route> routes = routes_to_choose_from(priced);
     if (unbounded && ask.want.minimize == Minimize::time) {
         // Without a budget the least time is a plain shortest path, found first and alone decisive.
         std::vector<Route> fastest = fastest_route(priced);
@@ -164,6 +166,8 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
         real = plans();
     }
     choose(answer, choice, real, ask.want);
+    if (priced.alike && priced.alike->plain)
+        answer.plain = {priced.alike->plain->step, priced.alike->plain->likely / ask.scene.range};
     answer.front = reported_front(real);
     answer.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -175,6 +179,8 @@ std::vector<Plan> all_paths(const TransformGraph& spanned, const Catalogue& cata
                             const Profile& profile, const PlanOptions& options, std::size_t limit) {
     Priced priced{spanned, sources, {}, options.pinned};
     priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
+    if (const auto& like = ask.want.budget.like)
+        priced.alike = alike_of(priced, catalogue, ask, *like);
     std::vector<Plan> plans;
     for (const Route& route : simple_routes(priced, limit))
         plans.push_back(plan_of(route, priced, catalogue, ask, options));

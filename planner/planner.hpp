@@ -25,6 +25,12 @@ struct PlanOptions {
     std::optional<std::uint64_t> random_costs = {};
 };
 
+/// What a plan is compared with where Budget::like is set: the plain way.
+struct Compared {
+    std::string step;  // as `--via` takes it
+    double error = 0;  // NRMSE that it is likely to have
+};
+
 /// What a planner answers: a plan or none, and why.
 struct Answer {
     std::optional<Plan> plan;
@@ -32,9 +38,10 @@ struct Answer {
     std::vector<Plan> nearest;  // where no plan fits: the closest on either side of the budget
     std::vector<Refusal> refused;
     std::vector<std::string> warnings;
-    std::string problem;          // why there is no plan
-    int vertices = 0, edges = 0;  // of the transform graph
-    double seconds = 0;           // that planning took
+    std::optional<Compared> plain;  // absent: nothing is, or no edge offers one
+    std::string problem;            // why there is no plan
+    int vertices = 0, edges = 0;    // of the transform graph
+    double seconds = 0;             // that planning took
 };
 
 /// The cheapest path from any of the sources to the request, within its budget.

@@ -87,6 +87,16 @@ nlohmann::json calm_json(const std::map<int, CalmLooks>& calm) {
     return json;
 }
 
+/// A mistyped field would leave the built-in number in its place without a word.
+void expect_known(const nlohmann::json& json, const JsonFields& fields) {
+    const nlohmann::json known = to_json(Profile{});
+    std::string names;
+    for (const auto& item : known.items()) names += (names.empty() ? "" : ", ") + item.key();
+    for (const auto& item : json.items())
+        if (!known.contains(item.key()) && item.key() != "comment")
+            fields.reject(item.key(), "no such field; there are comment, " + names);
+}
+
 }  // namespace
 
 Counted Profile::counted(const Work& work) const noexcept {
@@ -147,10 +157,12 @@ Profile load_profile(const std::string& file) {
 }
 
 Profile parse_profile(const std::string& text, const std::string& file) {
-    const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
     const JsonFields fields(file);
-    if (!json.is_object()) fields.reject("(whole file)", "not a JSON object");
-    if (json.value("schema", nlohmann::json()) != 1) fields.reject("schema", "expected 1");
+    const nlohmann::json json = fields.parsed(text);
+    if (json.value("schema", nlohmann::json()) != 1)
+        fields.reject("schema",
+                      "expected \"schema\": 1, as `edgewise calibrate -o FILE` writes it");
+    expect_known(json, fields);
     Profile profile;
     const auto word = [&](const char* field) {
         return fields.text(json.value(field, nlohmann::json("")), field);

@@ -21,8 +21,7 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 Three three_of(const Predicted& p) { return {p.known ? p.error : kNone, p.seconds, p.bytes}; }
 
 Three three_of(const Budget& budget) {
-    const bool wish = budget.error_is_default;
-    return {wish ? kNone : budget.error.value_or(kNone), budget.seconds.value_or(kNone),
+    return {budget.error.value_or(kNone), budget.seconds.value_or(kNone),
             budget.bytes.value_or(kNone)};
 }
 

@@ -41,11 +41,13 @@ class LabelSetting {
             open_.pop();
             if (reached_[place].beaten) continue;
             for (const ArcOf arc :
-                 boost::make_iterator_range(boost::out_edges(reached_[place].at, graph)))
+                 boost::make_iterator_range(boost::out_edges(reached_[place].at, graph))) {
+                if (priced_.cost(arc).barred) continue;
                 reach({.label = priced_.step(reached_[place].label, arc),
                        .at = boost::target(arc, graph),
                        .before = static_cast<std::ptrdiff_t>(place),
                        .arc = arc});
+            }
         }
         return found();
     }

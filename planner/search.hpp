@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "graph/transform_graph.hpp"
@@ -14,12 +15,15 @@ struct Route {
     Label label;
 };
 
+struct Alike;
+
 /// The transform graph with a cost on every arc: what searches walk.
 struct Priced {
     const TransformGraph& spanned;
     const std::vector<Source>& sources;
     std::vector<StepCost> costs;  // by edge_index
     double pinned = 0;
+    std::shared_ptr<const Alike> alike = {};  // where Budget::like is set
 
     const StepCost& cost(Graph::edge_descriptor arc) const;
     Label start(Graph::vertex_descriptor source) const;
@@ -27,6 +31,7 @@ struct Priced {
 };
 
 /// All routes that no other dominates, in the order of `before`; of those with equal labels one.
+/// None takes an arc that is barred.
 std::vector<Route> pareto_routes(const Priced& priced);
 
 /// The route of least seconds (Dijkstra), or none. Peak and error are no sums along edges, so it

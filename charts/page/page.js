@@ -92,7 +92,8 @@ function showSelection() {
     .attr("aria-pressed", function () { return Number(this.dataset.index) === state.selected; });
   d3.selectAll("#table tbody tr").classed("selected", function () { return Number(this.dataset.index) === state.selected; });
   if (isSweep) showCourse();
-  showDetail(state.selected === null ? null : points[state.selected]);
+  const shown = state.selected === null ? points.find((p) => p.chosen) : points[state.selected];
+  showDetail(shown || null);
 }
 
 function takeHash() {
@@ -178,10 +179,16 @@ function makeFamilies(redraw) {
 /** Colours: as the system has them, or one of the two. */
 function makeTheme() {
   const names = ["auto", "dark", "light"];
-  d3.select("#theme").on("click", function () {
-    const next = names[(names.indexOf(this.textContent) + 1) % names.length];
-    this.textContent = next;
-    this.setAttribute("aria-label", next === "auto" ? "colours: as the system has them" : `colours: ${next}`);
+  const words = { auto: "as the system", dark: "dark", light: "light" };
+  const button = d3.select("#theme");
+  const say = (name) => button.text(`Colours: ${words[name]}`)
+    .attr("title", `switch to ${words[names[(names.indexOf(name) + 1) % names.length]]}`);
+  let now = "auto";
+  say(now);
+  button.on("click", () => {
+    const next = names[(names.indexOf(now) + 1) % names.length];
+    now = next;
+    say(next);
     if (next === "auto") delete document.documentElement.dataset.theme;
     else document.documentElement.dataset.theme = next;
   });

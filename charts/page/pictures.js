@@ -113,7 +113,7 @@ async function addPictures(where, point) {
   const chosen = points.find((p) => p.chosen && pictures.differences[p.index]);
   const [plane, own, of_chosen] = await Promise.all([
     base(), differenceOf(point.index), chosen ? differenceOf(chosen.index) : null]);
-  if (state.selected !== point.index) return;  // another one was selected meanwhile
+  if (shownIndex !== point.index) return;  // another one was selected meanwhile
   const grid = where.append("div").attr("class", "pictures");
   paintValues(addFigure(grid, "picture", "this path").canvas, own.map((d, i) => plane[i] + d));
   paintValues(addFigure(grid, "reference", pictures.base_is).canvas, plane);
@@ -123,12 +123,16 @@ async function addPictures(where, point) {
   where.append("p").attr("class", "soft").text(pictures.note);
 }
 
+let shownIndex = null;
+
+/** Of the selected path; where none is, of the chosen one, so that the place is not empty. */
 function showDetail(point) {
-  const where = d3.select("#detail").html("").classed("open", point !== null);
-  if (!point) {
-    where.append("p").attr("class", "soft").text("Select a mark or a row of the table: its steps, numbers and pictures appear here.");
-    return;
-  }
+  const selected = point !== null && state.selected === point.index;
+  const where = d3.select("#detail").html("").classed("open", selected);
+  shownIndex = point && point.index;
+  const hint = "Select a mark or a row of the table: its steps, numbers and pictures appear here.";
+  if (!selected) where.append("p").attr("class", "soft").text(hint);
+  if (!point) return;
   const roles = [point.chosen ? "chosen by the planner" : "", point.front ? "on the front" : ""].filter(Boolean);
   where.append("h2").text(`Path ${point.index}${roles.length ? `: ${roles.join(", ")}` : ""}`);
   if (point.at !== undefined) where.append("p").text(`${doc.sweep.option} = ${point.at}`);

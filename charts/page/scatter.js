@@ -1,6 +1,9 @@
 // Time against error: one mark a path.
 
-const kFrame = { width: 900, height: 560, left: 66, right: 18, top: 14, bottom: 46 };
+const kFrame = { width: 900, height: 560, right: 18, top: 14, bottom: 46 };
+
+/** Room for the texts of the ticks of these axes, 7 a character at most, and for the title beside them. */
+const leftOf = (...axes) => 38 + 7 * d3.max(axes.flatMap((axis) => axis.ticks.map((tick) => tick.text.length)).concat(2));
 
 function budgetLine(svg, kind, x1, y1, x2, y2, text) {
   svg.append("line").attr("class", `budget ${kind}`).attr("x1", x1).attr("y1", y1).attr("x2", x2).attr("y2", y2);
@@ -77,7 +80,7 @@ function drawMarks(svg, x, y) {
 
 function drawScatter() {
   const { width, height } = kFrame;
-  const box = { left: kFrame.left, right: width - kFrame.right, top: kFrame.top, bottom: height - kFrame.bottom };
+  const box = { left: leftOf(layout.axes.error), right: width - kFrame.right, top: kFrame.top, bottom: height - kFrame.bottom };
   const x = logScale(layout.axes.seconds, [box.left, box.right]);
   const y = logScale(layout.axes.error, [box.bottom, box.top]);
   const svg = d3.select("#plot").html("").append("svg").attr("viewBox", `0 0 ${width} ${height}`)

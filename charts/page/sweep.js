@@ -133,7 +133,7 @@ function showCourse() {
 function makeCourses() {
   const items = d3.select("#courses").attr("hidden", null).selectAll("li").data(courses.filter((c) => c.number)).enter()
     .append("li").attr("value", (course) => course.number);
-  const buttons = items.append("button").attr("type", "button")
+  const buttons = items.append("button").attr("type", "button").attr("title", "show this path")
     .on("click", (course) => select((course.points.find((p) => p.chosen) || course.points[0]).index));
   const sample = buttons.append("svg").attr("width", 44).attr("height", 12).attr("viewBox", "-22 -6 44 12").attr("aria-hidden", true);
   const colour = (course) => families.get(course.family).colour;
@@ -148,7 +148,7 @@ function drawSweep() {
   const height = kFrame.top + 2 * panel + gap + kFrame.bottom;
   const svg = d3.select("#plot").html("").append("svg").attr("viewBox", `0 0 ${width} ${height}`)
     .attr("role", "group").attr("aria-label", `time and error against ${doc.sweep.option}`);
-  const box = { left: kFrame.left, right: width - 70, top: kFrame.top, bottom: kFrame.top + panel };  // numbers are beside
+  const box = { left: leftOf(layout.axes.seconds, layout.axes.error), right: width - 70, top: kFrame.top, bottom: kFrame.top + panel };  // numbers are beside
   const x = d3.scaleLinear().domain(d3.extent(doc.sweep.values)).range([box.left + 12, box.right - 12]);
   drawPanel(svg, x, box, "seconds", "time");
   drawPanel(svg, x, { ...box, top: box.bottom + gap, bottom: box.bottom + gap + panel }, "error", "error (NRMSE)");

@@ -29,6 +29,7 @@ function drawTable() {
   const heads = table.append("thead").append("tr").selectAll("th").data(columns).enter().append("th").attr("scope", "col")
     .attr("aria-sort", (_, i) => (i === sorting.column ? (sorting.down ? "descending" : "ascending") : "none"));
   heads.append("button").attr("type", "button").attr("data-column", (column) => column.name)
+    .attr("title", (column) => `sort by ${column.name}`)
     .text((column, i) => column.name + (i === sorting.column ? (sorting.down ? " ▾" : " ▴") : ""))
     .on("click", (column, i) => {
       sorting.down = i === sorting.column && !sorting.down;
@@ -43,7 +44,7 @@ function drawTable() {
     .on("click", function (p) { select(p.index, this.querySelector("button")); });
   for (const column of columns) {
     const cells = rows.append("td");
-    (column.button ? cells.append("button").attr("type", "button") : cells).text(column.text);
+    (column.button ? cells.append("button").attr("type", "button").attr("title", "show this path") : cells).text(column.text);
     if (column.more) cells.append("span").attr("class", "decibel").text(column.more);
   }
   makeRowsAnswer(rows);

@@ -35,7 +35,8 @@ Json path_json(const MeasuredPath& path, bool all) {
     Json json = {{"steps", path.steps},
                  {"predicted", to_json(path.predicted)},
                  {"measured", measured},
-                 {"front", path.front}};
+                 {"front", path.front},
+                 {"as_good", path.predicted.likeness == Likeness::alike}};
     if (path.chosen) json["chosen"] = true;
     if (path.given_up) {
         json["cancelled"] = true;
@@ -68,7 +69,7 @@ Json audit_entry(const AuditedRequest& request) {
     json["frames"] = request.frames;
     json["minimize"] = name_of(request.minimize);
     json["budget"] = {{"error", or_null(request.budget.error)},
-                      {"error_is_default", request.budget.error_is_default},
+                      {"default", request.budget.like ? Json(request.budget.like->name) : Json()},
                       {"seconds", or_null(request.budget.seconds)},
                       {"bytes", request.bytes_given ? or_null(request.budget.bytes) : Json()}};
     json["chosen"] = path_json(chosen, true);

@@ -10,6 +10,8 @@ namespace {
 constexpr double kLeastError = 1e-6;
 
 bool accurate(const MeasuredPath& path, const AuditedRequest& request) {
+    // What it is compared with is drawn by the preview, not measured here.
+    if (request.budget.like && path.predicted.likeness != Likeness::alike) return false;
     if (!request.budget.error) return true;
     if (!path.error) return false;
     // Without sampling the interval is the error itself.
@@ -83,10 +85,8 @@ Verdict judge(const AuditedRequest& request) {
                                      });
     verdict.regret = objective(chosen, request) / objective(*verdict.best, request);
     const Budget& budget = request.budget;
-    // A default that no plan was expected to reach is a wish: the most accurate plan was taken.
-    const bool wish = budget.error_is_default && budget.error &&
-                      (!chosen.predicted.known || chosen.predicted.error > *budget.error);
-    verdict.error_kept = wish || accurate(chosen, request);
+    // A likeness is a wish: where no plan has it the most accurate one was taken.
+    verdict.error_kept = budget.like || accurate(chosen, request);
     verdict.bytes_kept = small(chosen, request);
     verdict.seconds_kept = in_time(chosen, request);
     return verdict;

@@ -6,7 +6,7 @@ namespace edgewise::cli {
 
 PreparedTrial::PreparedTrial(const Trial& trial, Phantoms& phantoms)
     : options(options_of(trial)), session(options) {
-    session.errors = false;
+    session.errors = ErrorsWanted::never;
     session.given = phantoms.of(trial);
     take_request(session);
 }

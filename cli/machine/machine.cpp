@@ -1,8 +1,10 @@
 #include "cli/machine/machine.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -18,6 +20,15 @@ namespace edgewise::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+double processor_seconds() {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+const std::chrono::steady_clock::time_point kLoaded = std::chrono::steady_clock::now();
+const double kLoading = processor_seconds();
 
 std::string first_line(const std::string& file) {
     std::ifstream stream(file);
@@ -129,6 +140,15 @@ std::optional<Profile> calibrated(const std::string& folder) {
 }
 
 }  // namespace
+
+double process_seconds() {
+    return kLoading +
+           std::chrono::duration<double>(std::chrono::steady_clock::now() - kLoaded).count();
+}
+
+bool is_built_in(const Profile& profile) {
+    return profile.cpu.empty() && profile.name == default_profile().name;
+}
 
 int usable_cores() {
     cpu_set_t set;

@@ -16,6 +16,8 @@ double free_memory();
 /// Resident bytes now, and the most so far.
 double resident_now();
 double resident_peak();
+/// Since the process began: what loading took of the processor, and the time from then on.
+double process_seconds();
 /// The processor's name, "" where the system does not say.
 std::string cpu_name();
 
@@ -32,6 +34,9 @@ std::string cache_folder();
 /// processor, else the built-in one.
 /// @throws InputError for a file, RequestError for a name that is not there
 Profile chosen_profile(const std::optional<std::string>& machine);
+
+/// Whether a profile is the built-in one: nobody measured this machine.
+bool is_built_in(const Profile& profile);
 
 /// From now on the process cannot allocate beyond `bytes` of data more than it has: libraries get
 /// std::bad_alloc where they would break a memory budget.

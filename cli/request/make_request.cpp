@@ -12,7 +12,7 @@
 namespace edgewise::cli {
 namespace {
 
-constexpr double kWarpError = 0.01, kRenderError = 0.03;  // default budgets [NRMSE]
+constexpr const char* kLinear = "linear";  // of --max-error: its default
 constexpr std::int64_t kMostThreads = 1024;
 
 /// The place of a word in a list. @throws RequestError naming all of them
@@ -35,12 +35,11 @@ void take_budgets(Wish& wish, const JobOptions& o) {
     const bool best_in_time = o.max_time && !o.max_error;
     want.minimize = static_cast<Minimize>(
         chosen("--minimize", o.minimize, {"time", "error", "memory"}, best_in_time ? 1 : 0));
-    if (o.max_error) {
+    const bool by_default = !o.max_error && !o.max_time && want.minimize != Minimize::error;
+    if (by_default || o.max_error == kLinear)
+        budget.like.emplace();  // which one hangs on what the samples are
+    else if (o.max_error)
         budget.error = error_budget(*o.max_error);
-    } else if (!o.max_time && want.minimize != Minimize::error) {
-        budget.error = want.job == Job::warp ? kWarpError : kRenderError;
-        budget.error_is_default = true;
-    }
     if (o.range) {
         want.range = number_of("--range", *o.range);
         if (!(*want.range > 0))
@@ -129,6 +128,7 @@ Geometry take_geometry(Request& want, const JobOptions& o, const Input& input) {
         want.field = Field::formula;
     else
         want.field = input.header.labels ? Field::nearest : Field::spline;
+    if (want.budget.like) want.budget.like = like_linear(want.field);
     return geometry;
 }
 

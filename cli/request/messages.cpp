@@ -76,6 +76,19 @@ void Messages::step_done(const std::string& step, double seconds) {
     fmt::print(stderr, "edgewise: {}: {:.3g} s\n", step, seconds);
 }
 
+void Messages::step_begun(const std::string& step) {
+    if (quiet_ || progress_ == Progress::never) return;
+    fmt::print(stderr, "edgewise: {} ...\n", step);
+}
+
+void Messages::result(const std::string& text) {
+    if (log_ > Log::error) say("", text);
+}
+
+void Messages::notice(const std::string& text) {
+    if (log_ >= Log::warning) say("", text);
+}
+
 void Messages::end_progress() {
     if (!bar_) return;
     bar_ = false;

@@ -25,6 +25,12 @@ class Messages {
     void progress(double share, const std::string& step);
     /// A step is done: one line where there is no bar.
     void step_done(const std::string& step, double seconds);
+    /// A step goes on for long; may be called by another thread while there is no bar.
+    void step_begun(const std::string& step);
+    /// What a run ends with.
+    void result(const std::string& text);
+    /// Worth knowing, and nothing is wrong with the result.
+    void notice(const std::string& text);
     /// Takes the bar away.
     void end_progress();
 

@@ -69,7 +69,8 @@ void add_mode(CLI::App& app, JobOptions& o) {
         add_text(app, "--mode", o.mode, "mip (default), xray, mean, composite")->type_name("MODE");
         add_text(app, "--zero", o.zero, "xray: the value that adds nothing")->type_name("V");
         add_text(app, "--background", o.background, "composite: default 0,0,0")->type_name("R,G,B");
-        add_text(app, "--transfer", o.transfer, "composite: opacity and colour")->type_name("FILE");
+        add_text(app, "--transfer", o.transfer, "composite: opacity and colour (docs/files.md)")
+            ->type_name("FILE");
     }
     add_text(app, "--window", o.window, "what is black and white, values or percentiles")
         ->type_name("LO,HI");
@@ -80,7 +81,9 @@ void add_budgets(CLI::App& app, JobOptions& o) {
                           const char* help) {
         add_text(app, name, into, help)->type_name(value)->group("Budgets");
     };
-    text("--max-error", o.max_error, "E", "NRMSE as 0.01, or PSNR as 40dB");
+    text("--max-error", o.max_error, "E",
+         "NRMSE as 0.01, or PSNR as 40dB; default linear: as good as linear "
+         "interpolation");
     text("--range", o.range, "R", "the difference in values that counts as an error of 1");
     text("--reference", o.reference, "FIELD", "what the samples mean: spline, linear or nearest");
     text("--max-time", o.max_time, "T", "50ms, 2s, 1min");
@@ -88,14 +91,15 @@ void add_budgets(CLI::App& app, JobOptions& o) {
     text("--minimize", o.minimize, "WHAT", "time, error or memory");
     text("--threads", o.threads, "N", "default: the cores this process may use");
     text("--ranks", o.ranks, "N", "plan: memories that samples lie in; default: the machine's");
-    text("--machine", o.machine, "FILE|NAME", "profile to predict with");
+    text("--machine", o.machine, "FILE|NAME", "profile to predict with (docs/files.md)");
     text("--planner", o.planner, "estimate|pilot|exhaustive",
          "models alone, contenders measured, or all paths");
     text("--planning-time", o.planning_time, "T", "pilot, exhaustive: then the best so far");
     app.add_flag("--strict", o.strict, "a measured budget that is broken: exit 1, no output")
         ->group("Budgets");
     const char* value = "NAME[/key=value]...";
-    add_list(app, "--via", o.via, "an edge or a family that must be on the path")
+    add_list(app, "--via", o.via,
+             "an edge or a family that must be on the path; filters: zoh nearest, foh linear")
         ->type_name(value)
         ->group("Budgets");
     add_list(app, "--without", o.without, "an edge or a family that must not")

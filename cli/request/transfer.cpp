@@ -1,7 +1,10 @@
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "cli/request/options.hpp"
 #include "graph/errors.hpp"
@@ -11,6 +14,8 @@ namespace {
 
 constexpr std::streamoff kLargestFile = 16 << 20;
 
+constexpr const char* kPoint = "{\"value\": 300, \"opacity\": 0.05, \"color\": [1, 0.9, 0.8]}";
+
 [[noreturn]] void refuse(const std::string& file, const std::string& what) {
     throw RequestError(fmt::format("--transfer {}: {}", file, what));
 }
@@ -19,24 +24,39 @@ double number_in(const nlohmann::json& value, const std::string& file, const std
                  double low, double high) {
     const double number = value.is_number() ? value.get<double>() : NAN;
     if (!(number >= low && number <= high))
-        refuse(file, fmt::format("{} must be a number from {} to {}", field, low, high));
+        refuse(file, fmt::format("{} is {}; expected a number from {} to {}", field, value.dump(),
+                                 low, high));
     return number;
+}
+
+/// A mistyped key would be left out without a word.
+void expect_known(const nlohmann::json& json, const std::string& file, const std::string& within,
+                  std::vector<std::string> keys) {
+    keys.insert(keys.end(), {"name", "comment"});
+    for (const auto& item : json.items())
+        if (std::find(keys.begin(), keys.end(), item.key()) == keys.end())
+            refuse(file, fmt::format("{}{} is not known; there are {}", within, item.key(),
+                                     fmt::join(keys, ", ")));
 }
 
 Transfer::Point point_of(const nlohmann::json& json, const std::string& file,
                          const std::string& field) {
-    if (!json.is_object()) refuse(file, field + " must be an object");
+    if (!json.is_object())
+        refuse(file, fmt::format("{} is no point; a point is {}", field, kPoint));
+    expect_known(json, file, field + ".", {"value", "opacity", "color"});
     Transfer::Point point;
     const auto member = [&](const char* key) -> const nlohmann::json& {
         const auto found = json.find(key);
-        if (found == json.end()) refuse(file, fmt::format("{} has no '{}'", field, key));
+        if (found == json.end())
+            refuse(file, fmt::format("{} has no '{}'; a point is {}", field, key, kPoint));
         return *found;
     };
     point.value = number_in(member("value"), file, field + ".value", -1e300, 1e300);
     point.opacity = number_in(member("opacity"), file, field + ".opacity", 0, 1);
     const nlohmann::json& color = member("color");
     if (!color.is_array() || color.size() != 3)
-        refuse(file, field + ".color must be three numbers from 0 to 1");
+        refuse(file, fmt::format("{}.color is {}; expected three numbers from 0 to 1, as in {}",
+                                 field, color.dump(), kPoint));
     for (std::size_t c = 0; c < 3; ++c)
         point.color[c] = number_in(color[c], file, fmt::format("{}.color[{}]", field, c), 0, 1);
     return point;
@@ -52,9 +72,11 @@ nlohmann::json parsed(const std::string& file) {
         if (depth > 16) refuse(file, "is nested too deeply");
         return true;
     };
-    const nlohmann::json json = nlohmann::json::parse(stream, shallow, false);
-    if (json.is_discarded()) refuse(file, "is not JSON");
-    return json;
+    try {
+        return nlohmann::json::parse(stream, shallow);
+    } catch (const nlohmann::json::parse_error& error) {
+        refuse(file, fmt::format("is not JSON: {}", error.what()));
+    }
 }
 
 }  // namespace
@@ -63,8 +85,8 @@ Transfer load_transfer(const std::string& file, double unit) {
     const nlohmann::json json = parsed(file);
     if (!json.is_object() || !json.contains("points") || !json["points"].is_array() ||
         json["points"].empty())
-        refuse(file,
-               "expected {\"points\": [{\"value\": v, \"opacity\": a, \"color\": [r, g, b]}]}");
+        refuse(file, fmt::format("points is missing; expected {{\"points\": [{}]}}", kPoint));
+    expect_known(json, file, "", {"points", "unit"});
     Transfer transfer;
     transfer.unit = unit;
     if (json.contains("unit")) transfer.unit = number_in(json["unit"], file, "unit", 1e-12, 1e12);
@@ -72,7 +94,9 @@ Transfer load_transfer(const std::string& file, double unit) {
         const std::string field = fmt::format("points[{}]", i);
         transfer.points.push_back(point_of(json["points"][i], file, field));
         if (i > 0 && transfer.points[i].value < transfer.points[i - 1].value)
-            refuse(file, field + ".value is less than the one before it");
+            refuse(file,
+                   fmt::format("{}.value is {}, less than {} before it; values must ascend", field,
+                               transfer.points[i].value, transfer.points[i - 1].value));
     }
     return transfer;
 }

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
 #include <set>
+#include <utility>
 
+#include "cli/machine/machine.hpp"
 #include "cli/request/quantities.hpp"
 #include "cli/session/rivals.hpp"
 #include "cli/session/session.hpp"
@@ -12,6 +15,7 @@
 namespace edgewise::cli {
 namespace {
 
+constexpr const char* kNoBetter = "no better";
 constexpr std::size_t kMostPaths = 2000, kMostRows = 40;
 
 std::string path_text(const Plan& plan) {
@@ -31,6 +35,10 @@ std::string row(const std::string& mark, const Predicted& predicted, const std::
 std::string why_not(const Predicted& other, const std::optional<Predicted>& chosen,
                     const Request& want) {
     const Budget& budget = want.budget;
+    if (budget.like && other.likeness == Likeness::barred)
+        return fmt::format("no filter of {}", budget.like->name);
+    if (budget.like && other.likeness == Likeness::worse)
+        return fmt::format("less accurate than {}", budget.like->name);
     if (budget.error && !other.known) return "its error is unknown";
     if (budget.error && other.error > *budget.error)
         return fmt::format("error above {:.3g}", *budget.error);
@@ -42,7 +50,7 @@ std::string why_not(const Predicted& other, const std::optional<Predicted>& chos
     switch (want.minimize) {
         case Minimize::time:
             if (other.seconds > chosen->seconds)
-                return fmt::format("{:.2f} times as slow", other.seconds / chosen->seconds);
+                return fmt::format("takes {:.2f} times as long", other.seconds / chosen->seconds);
             break;
         case Minimize::error:
             if (other.error > chosen->error) return "less accurate";
@@ -51,7 +59,7 @@ std::string why_not(const Predicted& other, const std::optional<Predicted>& chos
             if (other.bytes > chosen->bytes) return "takes more memory";
             break;
     }
-    return "no better";
+    return kNoBetter;
 }
 
 namespace {
@@ -70,6 +78,51 @@ std::vector<Plan> paths_of(const Session& session) {
     std::stable_partition(plans.begin(), plans.end(),
                           [&](const Plan& plan) { return front.contains(path_text(plan)); });
     return plans;
+}
+
+/// Filters of these paths, in words that who does not know the names knows.
+std::string filters_text(const std::vector<Plan>& plans) {
+    constexpr std::pair<const char*, const char*> kWords[] = {
+        {"zoh", "the nearest sample"},
+        {"foh", "linear interpolation"},
+        {"bspline3", "the cubic B-spline through the samples"},
+        {"me", "samples sent on as they are"}};
+    std::vector<std::string> said;
+    for (const auto& [filter, words] : kWords) {
+        const auto reads = [filter = filter](const Step& step) {
+            const auto& with = step.offer.with;
+            return with.contains("filter") && with.word("filter") == filter;
+        };
+        if (std::any_of(plans.begin(), plans.end(), [&](const Plan& plan) {
+                return std::any_of(plan.steps.begin(), plan.steps.end(), reads);
+            }))
+            said.push_back(fmt::format("{} is {}", filter, words));
+    }
+    return said.empty() ? "" : fmt::format("filters: {}\n", fmt::join(said, ", "));
+}
+
+/// What paths take on all processors of the profile, by which a plan is chosen, where the threads
+/// given are others; by their texts.
+std::map<std::string, double> seconds_on_all(const Session& session) {
+    std::map<std::string, double> seconds;
+    Request want = session.want();
+    if (want.threads == session.profile.processors) return seconds;
+    want.threads = session.profile.processors;
+    const Ask ask{want, session.scene};
+    const std::vector<Source> sources = session.sources();
+    const TransformGraph spanned = expand(session.edges, ask, sources, session.demands);
+    for (const Plan& plan : all_paths(spanned, session.edges, ask, sources, session.profile,
+                                      session.plan_options, kMostPaths))
+        seconds.emplace(path_text(plan), plan.predicted.seconds);
+    return seconds;
+}
+
+std::string machine_text(const Session& session) {
+    const std::string& name = session.profile.name;
+    return is_built_in(session.profile)
+               ? name +
+                     " (built in: seconds are guesses, `edgewise calibrate` measures this machine)"
+               : name;
 }
 
 std::string steps_text(const Plan& plan) {
@@ -93,9 +146,8 @@ double median(std::vector<double> values) {
 std::string budget_text(const Request& want) {
     const Budget& budget = want.budget;
     std::vector<std::string> parts;
-    if (budget.error)
-        parts.push_back(fmt::format("error {:.3g}{}", *budget.error,
-                                    budget.error_is_default ? " (default)" : ""));
+    if (budget.error) parts.push_back(fmt::format("error {:.3g}", *budget.error));
+    if (budget.like) parts.push_back(fmt::format("as good as {} (default)", budget.like->name));
     if (budget.seconds) parts.push_back("time " + seconds_text(*budget.seconds));
     if (budget.bytes) parts.push_back("memory " + bytes_text(*budget.bytes));
     if (parts.empty()) parts.push_back("none");
@@ -146,11 +198,22 @@ std::string explanation_of(const Session& session) {
         "edges\n",
         name_of(want.job), session.options.input, want.frames, want.frames > 1 ? "s" : "",
         want.threads, want.ranks > 1 ? fmt::format(" on each of {} ranks", want.ranks) : "",
-        session.profile.name, budget_text(want), seconds_text(answer.seconds), answer.vertices,
+        machine_text(session), budget_text(want), seconds_text(answer.seconds), answer.vertices,
         answer.edges);
+    const std::map<std::string, double> on_all = seconds_on_all(session);
+    if (!on_all.empty())
+        text += fmt::format(
+            "chosen for the {} processors of machine {}, so that threads do not change the result; "
+            "seconds are those of {} thread{}\n",
+            session.profile.processors, session.profile.name, want.threads,
+            want.threads > 1 ? "s" : "");
     if (session.drawn > 1)
         text += fmt::format("errors from {} clusters of samples, {} times the usual draws\n",
                             session.scene.draws, session.drawn);
+    if (answer.plain)
+        text += fmt::format("{} on these data: error {} by {}, and up to {:.3g} is as good\n",
+                            want.budget.like->name, error_text({.error = answer.plain->error}),
+                            answer.plain->step, want.budget.like->times * answer.plain->error);
     std::optional<Predicted> chosen;
     if (answer.plan) {
         chosen = answer.plan->predicted;
@@ -164,20 +227,55 @@ std::string explanation_of(const Session& session) {
                         plans.size() == kMostPaths ? " and more" : "");
     std::set<std::string> front;
     for (const Plan& plan : answer.front) front.insert(path_text(plan));
+    const auto reason = [&](const Plan& plan, const std::string& path) {
+        const std::string why = why_not(plan.predicted, chosen, want);
+        const auto its = on_all.find(path);
+        if (why != kNoBetter || its == on_all.end() || want.minimize != Minimize::time) return why;
+        const auto mine = on_all.find(path_text(*answer.plan));
+        if (mine == on_all.end() || its->second <= mine->second) return why;
+        return fmt::format("takes {:.2f} times as long on {} processors",
+                           its->second / mine->second, session.profile.processors);
+    };
     for (std::size_t i = 0; i < plans.size() && i < kMostRows; ++i) {
         const std::string path = path_text(plans[i]);
         const bool is_plan = answer.plan && path == path_text(*answer.plan);
-        text +=
-            row(is_plan                ? ">"
-                : front.contains(path) ? "*"
-                                       : "",
-                plans[i].predicted, path, is_plan ? "" : why_not(plans[i].predicted, chosen, want));
+        text += row(is_plan                ? ">"
+                    : front.contains(path) ? "*"
+                                           : "",
+                    plans[i].predicted, path, is_plan ? "" : reason(plans[i], path));
     }
     if (plans.size() > kMostRows) text += fmt::format("  and {} more\n", plans.size() - kMostRows);
+    text += filters_text(plans);
     if (!answer.refused.empty()) text += "\nrefused\n";
     for (const Refusal& refusal : answer.refused)
         text += fmt::format("  {}: {}\n", refusal.transition, refusal.reason);
     return text;
+}
+
+std::string result_of(const Session& session) {
+    const Measured& measured = *session.measured;
+    const Request& want = session.want();
+    const auto& files = session.files;
+    std::vector<std::string> parts{files.empty() ? "nothing written"
+                                   : files.size() == 1
+                                       ? files[0]
+                                       : fmt::format("{} to {}", files.front(), files.back())};
+    const Extent out = want.output();
+    parts.push_back((want.frames > 1 ? fmt::format("{} of ", want.frames) : "") +
+                    text_of(out, want.job == Job::warp ? want.axes : 2));
+    parts.push_back(measured.steps.empty() ? "the input itself"
+                                           : fmt::format("{}", fmt::join(measured.steps, " > ")));
+    parts.push_back(seconds_text(median(measured.seconds)));
+    const Predicted& predicted = session.answer->plan->predicted;
+    const auto& like = want.budget.like;
+    if (measured.error)
+        parts.push_back(
+            fmt::format("error {} measured", error_text({.error = measured.error->nrmse})));
+    else if (predicted.known)
+        parts.push_back(fmt::format("error {} predicted", error_text(predicted)));
+    else if (like && predicted.likeness == Likeness::alike)
+        parts.push_back(fmt::format("as good as {}", like->name));
+    return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 std::string measurement_of(const Session& session) {

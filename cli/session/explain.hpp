@@ -12,7 +12,7 @@ namespace edgewise::cli {
 std::string why_not(const Predicted& other, const std::optional<Predicted>& chosen,
                     const Request& want);
 
-/// "error 0.01 (default), memory 512.0 MiB; least time"
+/// "as good as linear (default), memory 512.0 MiB; least time"
 std::string budget_text(const Request& want);
 
 }  // namespace edgewise::cli

@@ -19,21 +19,42 @@ constexpr double kWorthKeeping = 4 << 20;  // [byte]
 
 /// @param of  what the fact depends on beside the data
 template <class Fact>
+std::optional<Fact> kept(const Input& input, const std::string& name, const std::string& of) {
+    const auto json = KnownFacts(input.identity).find(name, of);
+    if (!json) return std::nullopt;
+    try {
+        Fact fact;
+        read(*json, fact);
+        return fact;
+    } catch (const std::exception&) {
+        return std::nullopt;  // somebody else's file: measured anew, and replaced
+    }
+}
+
+template <class Fact>
 Fact known(const Input& input, const std::string& name, const std::string& of,
            const std::function<Fact()>& measure) {
-    const KnownFacts facts(input.identity);
-    if (const auto json = facts.find(name, of)) {
-        try {
-            Fact fact;
-            read(*json, fact);
-            return fact;
-        } catch (const std::exception&) {
-            // Somebody else's file: measured anew, and replaced.
-        }
-    }
+    if (auto fact = kept<Fact>(input, name, of)) return std::move(*fact);
     const Fact fact = measure();
-    facts.keep(name, json_of(fact), of);
+    KnownFacts(input.identity).keep(name, json_of(fact), of);
     return fact;
+}
+
+constexpr const char* kView = "view";
+
+/// Each by itself: whether more is drawn depends on budgets, which are no part of the request.
+std::string name_of_view(const Request& want, int times) {
+    return request_text(want) + (times > 1 ? fmt::format(" draws {}", times) : "");
+}
+
+Scene scene_of(const Statistics& statistics, const Seen& seen) {
+    Scene scene = unseen_scene(statistics);
+    scene.range = seen.range;
+    scene.facts = seen.facts;
+    scene.likely = seen.likely;
+    scene.draws = seen.draws;
+    scene.exhausted = seen.exhausted;
+    return scene;
 }
 
 }  // namespace
@@ -58,22 +79,20 @@ RadialPower known_spectrum(const Input& input, const Statistics& statistics,
 
 Scene known_scene(const Input& input, const Statistics& statistics, const Request& want,
                   std::pmr::memory_resource* memory, int times) {
-    // Each by itself: whether more is drawn depends on budgets, which are no part of the request.
-    const std::string of = request_text(want) + (times > 1 ? fmt::format(" draws {}", times) : "");
-    const Seen seen = known<Seen>(input, "view", of, [&] {
-        const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
-        Scene scene = measure_scene(*input.data, statistics, want, formula, memory, times);
-        measure_casting(*input.data, want, scene.facts, memory);
-        return Seen{scene.range, std::move(scene.facts), std::move(scene.likely), scene.draws,
-                    scene.exhausted};
-    });
-    Scene scene = unseen_scene(statistics);
-    scene.range = seen.range;
-    scene.facts = seen.facts;
-    scene.likely = seen.likely;
-    scene.draws = seen.draws;
-    scene.exhausted = seen.exhausted;
-    return scene;
+    return scene_of(statistics, known<Seen>(input, kView, name_of_view(want, times), [&] {
+                        const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
+                        Scene scene =
+                            measure_scene(*input.data, statistics, want, formula, memory, times);
+                        measure_casting(*input.data, want, scene.facts, memory);
+                        return Seen{scene.range, std::move(scene.facts), std::move(scene.likely),
+                                    scene.draws, scene.exhausted};
+                    }));
+}
+
+std::optional<Scene> kept_scene(const Input& input, const Statistics& statistics,
+                                const Request& want) {
+    const auto seen = kept<Seen>(input, kView, name_of_view(want, 1));
+    return seen ? std::optional(scene_of(statistics, *seen)) : std::nullopt;
 }
 
 }  // namespace edgewise::cli

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory_resource>
+#include <optional>
 
 #include "cli/request/input.hpp"
 #include "graph/request.hpp"
@@ -23,5 +24,8 @@ RadialPower known_spectrum(const Input& input, const Statistics& statistics,
 /// @param times  so many times the usual draws of a preview
 Scene known_scene(const Input& input, const Statistics& statistics, const Request& want,
                   std::pmr::memory_resource* memory, int times = 1);
+/// The same where an earlier run has left it, else nothing.
+std::optional<Scene> kept_scene(const Input& input, const Statistics& statistics,
+                                const Request& want);
 
 }  // namespace edgewise::cli

@@ -86,8 +86,6 @@ class Performance {
         measured.step_seconds = outcome.step_seconds;
         for (const std::string& warning : outcome.warnings) session_.messages.warning(warning);
         if (!last_) return;
-        for (std::size_t i = 0; i < outcome.steps.size() && i < outcome.step_seconds.size(); ++i)
-            session_.messages.step_done(outcome.steps[i], outcome.step_seconds[i]);
         if (session_.options.trace)
             write_text(*session_.options.trace,
                        chrome_trace(*session_.answer->plan, outcome.trace));
@@ -195,7 +193,7 @@ class Performance {
         if (budget.seconds) broken("time:", seconds[seconds.size() / 2], *budget.seconds, " s");
         if (session_.wish.memory_given)
             broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, " MiB");
-        if (measured.error && budget.error && !budget.error_is_default) judge_error(*budget.error);
+        if (measured.error && budget.error) judge_error(*budget.error);
         return measured.kept != false;
     }
 

@@ -129,6 +129,7 @@ class Pilot {
     bool may_fit(const Plan& plan) const {
         const Budget& budget = session_.want().budget;
         if (budget.bytes && plan.predicted.bytes > *budget.bytes) return false;
+        if (!all_ && budget.like && plan.predicted.likeness != Likeness::alike) return false;
         if (all_ || !budget.error || !plan.predicted.known) return true;
         return plan.predicted.error <= kOverestimate * *budget.error;
     }
@@ -137,6 +138,7 @@ class Pilot {
 
     bool keeps_error(const Contender& each) const {
         const Budget& budget = session_.want().budget;
+        if (budget.like && each.plan.predicted.likeness != Likeness::alike) return false;
         if (!budget.error) return true;
         // Half of the way to the end of the interval: a sample may flatter.
         return each.known && 0.5 * (each.known->error + each.known->high) <= *budget.error;
@@ -406,7 +408,7 @@ class Pilot {
         return plan;
     }
 
-    /// A default budget is a wish: the most accurate measured path. A demand is not met.
+    /// A likeness is a wish: the most accurate measured path. A demand is not met.
     void nothing_keeps() {
         Answer& answer = *session_.answer;
         const Contender* accurate = nullptr;
@@ -415,7 +417,7 @@ class Pilot {
                 (!accurate || each.known->error < accurate->known->error))
                 accurate = &each;
         if (!accurate) return;  // out of time before anything was known: as the models have it
-        if (session_.want().budget.error_is_default) {
+        if (session_.want().budget.like) {
             answer.plan = measured_plan(*accurate);
             return;
         }

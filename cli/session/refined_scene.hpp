@@ -21,6 +21,8 @@ struct Session;
 /// budget. Of one the chance that an error above the budget passes is 0.13 % (3 standard errors,
 /// light tails), thus of three it is at most 0.4 %.
 ///
+/// Nothing is drawn where a choice by likeness does not hang on it.
+///
 /// A pilot measures errors itself, and scenes without draws are left as they are. Afterwards
 /// `answer`, `scene` and `drawn` are those of the last preview.
 void ask_planner(Session& session);

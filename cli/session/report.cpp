@@ -93,7 +93,14 @@ void add_answer(Json& report, const Session& session) {
         report["rivals"] = rivals_json(*session.margin);
     }
     report["scene"] = scene_json(session);
+    const Spent& spent = session.spent;
     report["planning"] = {{"seconds", answer.seconds},
+                          {"parts",
+                           {{"statistics", spent.statistics},
+                            {"preview", spent.preview},
+                            {"search", spent.search},
+                            {"pilot", spent.pilot}}},
+                          {"startup_seconds", session.startup_seconds},
                           {"planner", session.options.planner.value_or("estimate")},
                           {"machine", session.profile.name},
                           {"vertices", answer.vertices},
@@ -119,6 +126,7 @@ Json request_json(const Session& session) {
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
     const Budget& budget = want.budget;
     json["budget"] = {{"error", or_null(budget.error)},
+                      {"default", budget.like ? Json(budget.like->name) : Json()},
                       {"seconds", or_null(budget.seconds)},
                       {"bytes", session.wish.memory_given ? or_null(budget.bytes) : Json()}};
     json["minimize"] = name_of(want.minimize);

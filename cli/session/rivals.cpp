@@ -61,7 +61,7 @@ std::string step_text(const StepMargin& step) {
                                  ? "no plan is left"
                                  : fmt::format("{} is chosen", path_text(step.instead));
     return fmt::format(
-        "  {}: {:.3g} times as slow, and {}{}\n", step.step, *step.factor, then,
+        "  {}: were it to take {:.3g} times as long, {}{}\n", step.step, *step.factor, then,
         step.inside ? fmt::format("; within its spread of {:.2f}: a toss-up", std::exp(step.spread))
                     : "");
 }
@@ -98,7 +98,8 @@ std::unique_ptr<Candidates> candidates_of(const Session& session) {
 }
 
 void weigh(Session& session) {
-    if (session.answer && session.answer->plan)
+    // What another path would have to be is not known where errors were not looked at.
+    if (session.answer && session.answer->plan && session.errors == ErrorsWanted::asked)
         session.margin = margin_of(*candidates_of(session), *session.answer->plan);
 }
 

@@ -29,6 +29,12 @@ constexpr double kReserve = 12 << 20, kReserveAThread = 1 << 20;
 /// What it takes of that as a rule: the code of kernels, and what threads touch of their stacks.
 constexpr double kGrowth = 1 << 20, kGrowthAThread = 1 << 18;
 
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
 /// Everything that is to be written can be, before any work.
 void check_outputs(Session& session) {
     const JobOptions& o = session.options;
@@ -59,6 +65,7 @@ void take_ranks(Session& session) {
 }
 
 void take_edges(Session& session) {
+    const JobOptions& o = session.options;
     session.edges = catalogue();
     for (const std::string& text : session.options.via)
         session.demands.via.push_back(demand_of(text, session.edges));
@@ -69,6 +76,10 @@ void take_edges(Session& session) {
     if (session.profile.cpu == cpu_name() && session.profile.build == EDGEWISE_VERSION)
         for (const auto& [processors, looks] : session.profile.calm)
             know_pace(processors, {looks.loop, looks.hop});
+    if (o.max_time && !o.explain && session.runs && is_built_in(session.profile))
+        session.messages.notice(
+            "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "
+            "measures this machine");
     if (session.want().ranks == 1 && !session.profile.cpu.empty() &&
         session.profile.cpu != cpu_name())
         session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",
@@ -139,19 +150,18 @@ void read_input(Session& session) {
     else
         for (const std::string& warning : read_data(input, session.memory.get()))
             session.messages.warning(warning);
+    if (session.announces)
+        session.planning = std::make_unique<Announced>(session.messages, "planning");
+    const auto begin = Clock::now();
     const Statistics& statistics = session.statistics =
         session.given ? statistics_of(*input.data, session.memory.get())
                       : known_statistics(input, session.memory.get());
+    session.spent.statistics += since(begin);
     if (statistics.non_finite > 0)
         session.messages.warning(
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
     take_values(session.wish, session.options, *input.data, statistics);
-    if (session.errors) {
-        session.scene = known_scene(input, statistics, session.want(), session.memory.get());
-    } else {
-        session.scene = unseen_scene(statistics);
-        measure_casting(*input.data, session.want(), session.scene.facts, session.memory.get());
-    }
+    look_at_data(session, session.errors == ErrorsWanted::asked);
     take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
 }
@@ -199,15 +209,14 @@ void pilot(Session& session) {
     const double guess = answer.plan ? answer.plan->predicted.seconds : kMost / kRuns;
     const std::optional<double> given = session.wish.planning_time;
     const double limit = given.value_or(std::clamp(kRuns * guess, kLeast, kMost));
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     try {
         measure_contenders(session, session.wish.planner == Planner::exhaustive, limit,
                            given.value_or(kMost));
     } catch (const std::bad_alloc&) {
         session.messages.warning("--planner: no memory left to measure with; models decide");
     }
-    session.answer->seconds +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    session.spent.pilot += since(begin);
 }
 
 /// Before samples are read. Where there is no room for them, how much would do is planned as if
@@ -265,11 +274,36 @@ std::vector<Source> Session::sources() const {
     return {{on_disk}, {what, Label{.peak = bytes, .held = bytes}}};
 }
 
+void look_at_data(Session& session, bool draw) {
+    const auto begin = Clock::now();
+    const Input& input = *session.input;
+    const Statistics& statistics = session.statistics;
+    std::pmr::memory_resource* memory = session.memory.get();
+    session.drawn = 1;
+    if (draw) {
+        session.scene = known_scene(input, statistics, session.want(), memory);
+    } else if (auto kept = kept_scene(input, statistics, session.want())) {
+        session.scene = std::move(*kept);
+    } else {
+        session.drawn = 0;
+        session.scene = unseen_scene(statistics);
+        measure_casting(*input.data, session.want(), session.scene.facts, memory);
+    }
+    session.spent.preview += since(begin);
+}
+
 void take_request(Session& session) {
     const JobOptions& o = session.options;
+    session.startup_seconds = process_seconds();
     session.messages.configure(o.log.value_or("warning"), o.progress.value_or("auto"), o.quiet);
     check_outputs(session);
     session.wish = wish_of(o);
+    const Request& want = session.want();
+    // Where the choice hangs on errors as such they are wanted, whoever asks.
+    if (session.errors == ErrorsWanted::for_choice &&
+        (want.budget.error || want.minimize == Minimize::error ||
+         session.wish.planner != Planner::estimate))
+        session.errors = ErrorsWanted::asked;
     if (o.transfer) load_transfer(*o.transfer, 1);
     take_edges(session);
     open_memory(session);
@@ -309,12 +343,26 @@ void prepare_planning(Session& session) {
                                 kGrowth + kGrowthAThread * session.want().threads;
 }
 
+void forget_errors(Session& session) {
+    if (session.errors == ErrorsWanted::asked || !session.answer) return;
+    Answer& answer = *session.answer;
+    const auto forget = [](Plan& plan) {
+        plan.predicted.known = false;
+        for (Step& step : plan.steps) step.predicted.known = false;
+    };
+    if (answer.plan) forget(*answer.plan);
+    for (std::vector<Plan>* plans : {&answer.front, &answer.nearest})
+        for (Plan& plan : *plans) forget(plan);
+}
+
 void make_plan(Session& session) {
     {
         const EndsAtOnce nothing_to_tidy;
         ask_planner(session);
     }
     if (session.wish.planner != Planner::estimate) pilot(session);
+    session.answer->seconds = session.spent.all();
+    session.planning.reset();
     for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);
     if (session.answer->plan) return;
     const std::string refused = refused_demand(session);

@@ -8,6 +8,7 @@
 #include "cli/request/make_request.hpp"
 #include "cli/request/messages.hpp"
 #include "cli/request/outputs.hpp"
+#include "cli/session/announced.hpp"
 #include "cli/session/way_out.hpp"
 #include "cli/session/written.hpp"
 #include "planner/margin.hpp"
@@ -34,14 +35,25 @@ struct Shown {
     std::string no_difference;    // why there is none
 };
 
+/// When errors are measured on a preview: never, so that they are guessed; where a choice hangs on
+/// them; or because somebody wants to know them.
+enum class ErrorsWanted { never, for_choice, asked };
+
+/// What choosing took [s].
+struct Spent {
+    double statistics = 0, preview = 0, search = 0, pilot = 0;
+
+    double all() const noexcept { return statistics + preview + search + pilot; }
+};
+
 /// One request on its way from the command line to files and report. What is not there yet when
 /// something fails is missing from the report.
 struct Session {
     explicit Session(const JobOptions& typed) : options(typed) {}
 
     const JobOptions& options;
-    bool runs = false;   // and is not only planned: on one rank, with data
-    bool errors = true;  // are asked for; else they are guessed, which saves the preview
+    bool runs = false;  // and is not only planned: on one rank, with data
+    ErrorsWanted errors = ErrorsWanted::asked;
     Messages messages;
     std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
     double resident = 0;                   // bytes of the process beside `memory`
@@ -55,7 +67,11 @@ struct Session {
     Geometry geometry;
     Statistics statistics;  // of the input's samples, where there are any
     Scene scene;
-    int drawn = 1;  // so many times the usual draws of its preview
+    int drawn = 1;  // so many times the usual draws of its preview; 0: none, errors are guesses
+    Spent spent;
+    bool announces = false;               // that it plans, where that takes long
+    std::unique_ptr<Announced> planning;  // while it does
+    double startup_seconds = 0;           // of the process, before it took the request
     Written written;
     PlanOptions plan_options;
     std::optional<Answer> answer;
@@ -75,6 +91,9 @@ struct Session {
     std::vector<Source> sources() const;
 };
 
+/// Measures what errors and ray casts depend on; only the casts where `drawn` is to stay 0.
+void look_at_data(Session& session, bool draw);
+
 /// Checks what is to be written, reads the options and the input, and measures its scene.
 /// @throws RequestError, InputError, NoPlan
 void take_request(Session& session);
@@ -85,11 +104,16 @@ void prepare_planning(Session& session);
 /// Asks the planner. @throws RequestError, NoPlan
 void make_plan(Session& session);
 
+/// Takes the errors out of the answer where nobody asked for them: some may be guesses.
+void forget_errors(Session& session);
+
 /// Runs the plan, verifies and writes. @throws Cancelled, RunError, std::bad_alloc
 void perform(Session& session);
 
 /// The plan and its alternatives as a table.
 std::string explanation_of(const Session& session);
+/// The result of a run in one line: files, size, path, seconds, error.
+std::string result_of(const Session& session);
 /// What the run took beside what was predicted, step by step; and, where it was verified, its
 /// error.
 std::string measurement_of(const Session& session);

@@ -55,14 +55,22 @@ TEST(Audit, ASampledErrorBreaksABudgetOnlyWithItsWholeInterval) {
 
 TEST(Audit, WhereNothingKeepsTheBudgetTheMostAccurateIsComparedWith) {
     AuditedRequest asked = request({path(1, 0.5), path(2, 0.1), path(3, 0.099)}, 2, 0.02);
-    asked.budget.error_is_default = true;
     const Verdict verdict = judge(asked);
     // 0.1 * 0.9 is within the interval of 0.099: as accurate, and faster.
     EXPECT_EQ(verdict.best, &asked.paths[1]);
     EXPECT_DOUBLE_EQ(verdict.regret, 1.5);
-    EXPECT_TRUE(verdict.error_kept);  // a default that nobody was expected to reach is a wish
-    asked.budget.error_is_default = false;
-    EXPECT_FALSE(judge(asked).error_kept);
+    EXPECT_FALSE(verdict.error_kept);
+}
+
+TEST(Audit, RivalsAreAlikeWhereALikenessIsWishedFor) {
+    AuditedRequest asked = request({path(1, 0.1), path(2, 0.1), path(3, 0.1)}, 2, 0.02);
+    asked.budget.error.reset();
+    asked.budget.like.emplace();
+    asked.paths[0].predicted.likeness = Likeness::barred;
+    EXPECT_EQ(judge(asked).best, &asked.paths[1]);
+    EXPECT_DOUBLE_EQ(judge(asked).regret, 1.5);
+    asked.paths[2].predicted.likeness = Likeness::worse;
+    EXPECT_TRUE(judge(asked).error_kept);  // no demand
 }
 
 TEST(Audit, MemoryBudgetsTakeRivalsAwayAndCanBeBroken) {

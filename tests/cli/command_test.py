@@ -122,7 +122,7 @@ class Reports(Command):
         self.assertEqual(report["request"]["job"], "render")
         self.assertEqual(report["request"]["mode"], "mip")
         self.assertEqual(report["request"]["budget"],
-                         {"error": 0.5, "seconds": None, "bytes": None})
+                         {"error": 0.5, "default": None, "seconds": None, "bytes": None})
         self.assertEqual(report["request"]["frames"], 1)
         for step in report["plan"]["steps"]:
             self.assertLessEqual({"transition", "from", "to", "parameters", "predicted"}, set(step))
@@ -190,10 +190,10 @@ class Reports(Command):
         self.assertEqual(report["request"]["minimize"], "error")
         self.assertIsNone(report["request"]["budget"]["error"])
 
-    def test_default_errors(self):
-        for job, error in (("warp", 0.01), ("render", 0.03)):
-            report = self.report("plan", job, "phantom:noise:16")
-            self.assertEqual(report["request"]["budget"]["error"], error)
+    def test_the_default_budget(self):
+        for job in ("warp", "render"):
+            budget = self.report("plan", job, "phantom:noise:16")["request"]["budget"]
+            self.assertEqual(budget, {"error": None, "default": "linear", "seconds": None, "bytes": None})
 
     def test_the_variables_stand_for_the_options(self):
         words = ["plan", "render", "phantom:noise:16", "--json", "-"]

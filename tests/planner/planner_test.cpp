@@ -229,29 +229,6 @@ TEST(Planner, NearestPlansLieOnEitherSideOfTheBudget) {
     EXPECT_EQ(names, (std::set<std::string>{"toy.e0", "toy.e1"}));
 }
 
-TEST(Planner, DefaultErrorIsAWish) {
-    Planned planned(two_ways());
-    planned.want.budget.error = 0.5;
-    planned.want.budget.error_is_default = true;
-    Answer answer = planned.answer();
-    ASSERT_TRUE(answer.plan);
-    EXPECT_EQ(answer.plan->steps[0].by->name, "toy.e0");  // the most accurate
-    ASSERT_EQ(answer.warnings.size(), 1u);
-    EXPECT_NE(answer.warnings[0].find("default error of 0.5"), std::string::npos);
-    planned.want.budget.seconds = 5;  // a demand stays one
-    answer = planned.answer();
-    ASSERT_TRUE(answer.plan);
-    EXPECT_EQ(answer.plan->steps[0].by->name, "toy.e1");
-    planned.want.budget.seconds = 1;
-    answer = planned.answer();
-    EXPECT_FALSE(answer.plan);
-    EXPECT_EQ(answer.problem, "no plan keeps to 1 s");
-    planned.want.budget = {.error = 1.5, .error_is_default = true};
-    answer = planned.answer();
-    EXPECT_EQ(answer.plan->steps[0].by->name, "toy.e0");  // reached: a bound like another
-    EXPECT_TRUE(answer.warnings.empty());
-}
-
 TEST(Planner, NoPathIsSaid) {
     ToyGraph toy = two_ways();
     toy.edges.clear();

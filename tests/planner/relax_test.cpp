@@ -106,12 +106,12 @@ TEST(Relax, FewerBudgetsWouldNotDo) {
     }
 }
 
-TEST(Relax, ADefaultErrorIsNoObstacle) {
+TEST(Relax, AWishIsNoObstacle) {
     ToyGraph toy;
     toy.vertices = {{1}, {1, true}};
     toy.edges = {{0, 1, {{.operations = 2, .error = {.bias = 9}}}}};
     Planned planned(toy);
-    planned.want.budget = {.error = 0.1, .seconds = 4, .error_is_default = true};
+    planned.want.budget = {.seconds = 4, .like = Like{.times = 0.5}};
     const auto exact = [](double value) { return value; };
     const Candidates paths(planned.catalogue, planned.ask(), planned.sources, unit_profile(), {});
     const auto all = relaxed_budgets(paths, planned.want.budget, {exact, exact, exact});

@@ -243,11 +243,13 @@ Transition ray_cast() {
     edge.name = "project.ray_cast";
     edge.source = "Wittenbrink 1993, 4.1.4, EQ 62 and 63, TABLE 6 and 37";
     edge.joins = {{"object/scalar", "screen/picture"}, {"object/coefficients", "screen/picture"}};
-    edge.parameters = {{"filter", one_of({"zoh", "foh", "bspline3"},
-                                         "reconstruction: nearest, linear, cubic B-spline")},
-                       {"step", number(0.01, 4, {1, 0.5, 0.25, 2},
-                                       "distance of samples, in the smallest spacing")}};
+    edge.parameters = {
+        {"filter", one_of({"zoh", "foh", "bspline3"},
+                          "reconstruction: zoh nearest, foh linear, bspline3 cubic B-spline")},
+        {"step",
+         number(0.01, 4, {1, 0.5, 0.25, 2}, "distance of samples, in the smallest spacing")}};
     edge.laws = {Law::constant};
+    edge.plain = Parameters{{"step", 1.0}};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;

@@ -284,7 +284,8 @@ Transition shear_warp() {
     edge.name = "project.shear_warp";
     edge.source = "Lacroute and Levoy 1994; Wittenbrink 1993, FIGURE 27";
     edge.joins = {{"aligned/scalar", "screen/picture"}, {"object/scalar", "screen/picture"}};
-    edge.parameters = {{"filter", one_of({"zoh", "foh"}, "reconstruction: nearest, linear")}};
+    edge.parameters = {
+        {"filter", one_of({"zoh", "foh"}, "reconstruction: zoh nearest, foh linear")}};
     edge.laws = {Law::constant};
     edge.offer = offer;
     edge.work = work;

@@ -305,9 +305,11 @@ Transition backward_warp() {
     edge.name = "warp.backward";
     edge.source = "Wittenbrink 1993, FIGURE 26 and 27, TABLE 6";
     edge.joins = {{"object/scalar", "screen/scalar"}, {"object/coefficients", "screen/scalar"}};
-    edge.parameters = {{"filter", one_of({"zoh", "foh", "bspline3"},
-                                         "reconstruction: nearest, linear, cubic B-spline")}};
+    edge.parameters = {
+        {"filter", one_of({"zoh", "foh", "bspline3"},
+                          "reconstruction: zoh nearest, foh linear, bspline3 cubic B-spline")}};
     edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
+    edge.plain = Parameters{};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;

@@ -163,9 +163,10 @@ Transition permutation_warp() {
     edge.name = "warp.permutation";
     edge.source = "Wittenbrink 1993, EQ 22, FIGURE 28 to 30, TABLE 6, Theorem 3.1";
     edge.joins = {{"object/scalar", "screen/scalar"}};
-    edge.parameters = {{"filter", one_of({"me", "zoh", "foh"},
-                                         "what a sample sends: itself, the nearest sample to the "
-                                         "screen site's point, or its linear reconstruction")}};
+    edge.parameters = {
+        {"filter", one_of({"me", "zoh", "foh"},
+                          "what a sample sends: me itself, zoh the nearest sample to "
+                          "the screen site's point, foh linear reconstruction there")}};
     edge.laws = {Law::identity,    Law::constant,     Law::linear,
                  Law::whole_shift, Law::quarter_turn, Law::bijection};
     edge.offer = offer;

@@ -240,8 +240,8 @@ Transition shear_warp_passes() {
     edge.source = "Wittenbrink 1993, 3.6.6, EQ 10 to 12, TABLE 6";
     edge.joins = {{"object/scalar", "screen/scalar"}};
     edge.parameters = {{"filter", one_of({"foh", "bspline3"},
-                                         "reconstruction along the lines of each pass: linear, "
-                                         "cubic B-spline")}};
+                                         "reconstruction along the lines of each pass: foh "
+                                         "linear, bspline3 cubic B-spline")}};
     edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
     edge.offer = offer;
     edge.work = work;

@@ -1,0 +1,149 @@
+#include "planner/alike.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <variant>
+
+#include "graph/plan.hpp"
+
+namespace edgewise {
+namespace {
+
+/// Scenes with made-up facts that a comparison must hold in. Two facts that have nothing to do with
+/// each other are in the same order in all of them with a chance of 2^-24.
+constexpr std::uint64_t kSupposed = 24;
+
+Label after(const Label& label, const Error& error) {
+    Label next = label;
+    next.bias = error.gain * label.bias + error.bias;
+    next.noise = std::hypot(error.noise_gain * label.noise, error.noise);
+    next.known = label.known && error.known;
+    return next;
+}
+
+bool reads_by(const Parameters& with, const std::set<std::string>& filters) {
+    const auto found = with.all().find("filter");
+    if (found == with.all().end()) return false;
+    const std::string* word = std::get_if<std::string>(&found->second);
+    return word && filters.contains(*word);
+}
+
+/// The parameters with which an edge is the plain way, or nothing where it is none by this filter.
+std::optional<Parameters> plain_parameters(const Transition& edge, const std::string& filter) {
+    if (!edge.plain) return std::nullopt;
+    const auto domain = edge.parameters.find("filter");
+    if (domain == edge.parameters.end()) return std::nullopt;
+    const auto& words = domain->second.words;
+    if (std::find(words.begin(), words.end(), filter) == words.end()) return std::nullopt;
+    Parameters with = *edge.plain;
+    with.set("filter", filter);
+    return with;
+}
+
+}  // namespace
+
+std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
+                                  const std::vector<Source>& sources, const std::string& filter) {
+    std::optional<PlainWay> best;
+    for (const Transition& edge : catalogue) {
+        const auto with = plain_parameters(edge, filter);
+        if (!with) continue;
+        for (const Source& source : sources) {
+            const std::string kind = source.what.kind();
+            const bool fits = std::any_of(edge.joins.begin(), edge.joins.end(),
+                                          [&](const auto& join) { return join.first == kind; });
+            if (!fits) continue;
+            const Offer offer = edge.offer(source.what, ask, *with);
+            if (!offer.refused.empty() || !is_target(offer.to, ask.want)) continue;
+            const Error error = edge.error(offer, ask);
+            const Label label = after(source.label, error);
+            if (label.known && (!best || label.error() < best->likely))
+                best = PlainWay{edge.name + with->text(), error, label.error()};
+        }
+    }
+    return best;
+}
+
+std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& catalogue,
+                                      const Ask& ask, const Like& like) {
+    const Scene scene = ask.scene.as_likely();
+    const Ask likely{ask.want, scene};
+    auto alike = std::make_shared<Alike>(
+        Alike{{priced.spanned, priced.sources, priced.costs, priced.pinned}, {}, 0});
+    const Graph& graph = priced.spanned.graph;
+    for (const auto arc : boost::make_iterator_range(boost::edges(graph))) {
+        const Arc& what = graph[arc];
+        StepCost& cost = alike->likely.costs[what.index];
+        cost.barred = reads_by(what.offer.with, like.barred);
+        if (!cost.barred)
+            cost.error = catalogue[static_cast<std::size_t>(what.edge)].error(what.offer, likely);
+    }
+    alike->plain = plain_way(catalogue, likely, priced.sources, like.filter);
+    if (std::isinf(like.times)) {
+        alike->most = like.times;
+        return alike;
+    }
+    if (alike->plain) {
+        alike->most = like.times * alike->plain->likely;
+        return alike;
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (const Route& route : pareto_routes(alike->likely))
+        if (route.label.known) least = std::min(least, route.label.error());
+    alike->most = like.times * least;
+    return alike;
+}
+
+Likeness likeness_of(const Route& route, const Priced& priced) {
+    if (!priced.alike) return Likeness::alike;
+    const Priced& likely = priced.alike->likely;
+    Label label = likely.start(route.source);
+    for (const auto arc : route.arcs) {
+        if (likely.cost(arc).barred) return Likeness::barred;
+        label = likely.step(label, arc);
+    }
+    return label.known && label.error() <= priced.alike->most ? Likeness::alike : Likeness::worse;
+}
+
+std::vector<Route> routes_to_choose_from(const Priced& priced) {
+    std::vector<Route> routes = pareto_routes(priced);
+    if (!priced.alike) return routes;
+    const auto number = [&](Graph::edge_descriptor arc) { return priced.spanned.graph[arc].index; };
+    const auto same = [&](const Route& a, const Route& b) {
+        return a.source == b.source &&
+               std::equal(a.arcs.begin(), a.arcs.end(), b.arcs.begin(), b.arcs.end(),
+                          [&](const auto& x, const auto& y) { return number(x) == number(y); });
+    };
+    const std::size_t front = routes.size();
+    for (Route& route : pareto_routes(priced.alike->likely))
+        if (std::none_of(routes.begin(), routes.begin() + static_cast<std::ptrdiff_t>(front),
+                         [&](const Route& other) { return same(other, route); }))
+            routes.push_back(std::move(route));
+    return routes;
+}
+
+bool alike_unseen(const Plan& plan, const Catalogue& catalogue, const Ask& ask,
+                  const std::vector<Source>& sources, const Like& like) {
+    const auto from = std::find_if(sources.begin(), sources.end(), [&](const Source& source) {
+        return source.what.key() == plan.source.key();
+    });
+    if (from == sources.end()) return false;
+    for (const Step& step : plan.steps)
+        if (reads_by(step.offer.with, like.barred)) return false;
+    Scene scene = ask.scene;
+    for (std::uint64_t seed = 1; seed <= kSupposed; ++seed) {
+        scene.supposed = seed;
+        const Ask supposed{ask.want, scene};
+        const auto plain = plain_way(catalogue, supposed, sources, like.filter);
+        if (!plain) return false;
+        Label label = from->label;
+        for (const Step& step : plan.steps)
+            label = after(label, step.by->error(step.offer, supposed));
+        if (!label.known || !(label.error() <= like.times * plain->likely)) return false;
+    }
+    return true;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "planner/search.hpp"
+
+namespace edgewise {
+
+/// The plain way of a request: one edge with a filter and its plain parameters.
+struct PlainWay {
+    std::string step;  // as `--via` takes it
+    Error error;
+    double likely = 0;  // RMSE of its result [values]
+};
+
+/// What Budget::like asks of the paths of one graph.
+struct Alike {
+    /// With likely errors in place of upper estimates; arcs that read by a barred filter are
+    /// barred.
+    Priced likely;
+    std::optional<PlainWay> plain;
+    double most = 0;  // likely RMSE that is as good [values]
+};
+
+/// The plain way by a filter from any of the sources, or nothing where no edge offers one.
+std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
+                                  const std::vector<Source>& sources, const std::string& filter);
+
+/// Where no edge offers the plain way, the paths that are not barred are compared with the most
+/// accurate one of them.
+std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& catalogue,
+                                      const Ask& ask, const Like& like);
+
+/// How a route is compared; alike where nothing is asked for.
+Likeness likeness_of(const Route& route, const Priced& priced);
+
+/// Routes that no other dominates, and, where something is asked for, those that none dominates
+/// among the paths that are not barred: a path by nearest samples may beat all of these.
+std::vector<Route> routes_to_choose_from(const Priced& priced);
+
+/// Whether a plan is as good as `like` asks whatever the facts are that the scene has not: then
+/// they need not be measured. Tried on scenes with facts made up.
+bool alike_unseen(const Plan& plan, const Catalogue& catalogue, const Ask& ask,
+                  const std::vector<Source>& sources, const Like& like);
+
+}  // namespace edgewise
