@@ -71,6 +71,8 @@ void add_mode(CLI::App& app, JobOptions& o) {
         add_text(app, "--background", o.background, "composite: default 0,0,0")->type_name("R,G,B");
         add_text(app, "--transfer", o.transfer, "composite: opacity and colour")->type_name("FILE");
     }
+    app.add_flag("--labels", o.labels,
+                 "the samples are labels: nearest, no new value, values bit for bit");
     add_text(app, "--window", o.window, "what is black and white, values or percentiles")
         ->type_name("LO,HI");
 }

@@ -32,14 +32,34 @@ double most_remembered(const Request& want) noexcept {
     return want.job == Job::render ? 1 << 17 : 1 << 19;
 }
 
-/// All channels of the sample at a place.
-void copy_values(const Data& result, std::int64_t place, float* values) {
-    for (int c = 0; c < result.what.channels; ++c)
-        values[c] = static_cast<float>(value_at(result, place * result.what.channels + c));
-}
+/// All channels of the samples at some places, as the file will say them.
+class Delivered {
+ public:
+    Delivered(const Data& result, const Request& want)
+        : result_(result),
+          written_(want.written),
+          values_(static_cast<std::size_t>(result.what.channels)) {}
 
-/// A label differs where f32 cannot tell the difference from rounding.
-bool differs(double a, double b) { return !(std::abs(a - b) <= 1e-6 * std::max(1.0, std::abs(b))); }
+    void copy(std::int64_t place, float* to) {
+        const auto channels = static_cast<std::int64_t>(values_.size());
+        for (std::int64_t c = 0; c < channels; ++c)
+            values_[static_cast<std::size_t>(c)] = value_at(result_, place * channels + c);
+        if (written_) as_written(*written_, values_);
+        for (std::int64_t c = 0; c < channels; ++c)
+            to[c] = static_cast<float>(values_[static_cast<std::size_t>(c)]);
+    }
+
+ private:
+    const Data& result_;
+    const std::optional<Written>& written_;
+    std::vector<double> values_;
+};
+
+/// Labels are copied as they are; where values are slope x stored + offset, f32 rounds that.
+bool differs(float a, double b, const ValueMap& map) {
+    if (map.identity()) return a != static_cast<float>(b);
+    return !(std::abs(a - b) <= 1e-6 * std::max(1.0, std::abs(b)));
+}
 
 }  // namespace
 
@@ -128,10 +148,11 @@ void Verifier::frame(int frame, const Data& result) {
     }
     if (!all_ && !labels_) find_extremes(frame, result);
     const auto channels = static_cast<std::size_t>(reference_.channels());
+    Delivered values(result, want_);
     const auto before = [](const OutputSample& at, int view) { return at.view < view; };
     const auto begin = std::lower_bound(drawn_.begin(), drawn_.end(), frame, before);
     for (auto at = begin; at != drawn_.end() && at->view == frame; ++at)
-        copy_values(result, place_in(result.what.extent, *at),
+        values.copy(place_in(result.what.extent, *at),
                     delivered_.data() + static_cast<std::size_t>(at - drawn_.begin()) * channels);
 }
 
@@ -192,6 +213,7 @@ void Verifier::compare_all(int frame, const Data& result) {
     const Extent box = n.z > 1 ? Extent{kBox, kBox, kBox} : Extent{n.x, 64, 1};
     std::vector<OutputSample> samples;
     std::vector<float> delivered;
+    Delivered values(result, want_);
     for (std::int64_t z0 = 0; z0 < n.z; z0 += box.z)
         for (std::int64_t y0 = 0; y0 < n.y; y0 += box.y)
             for (std::int64_t x0 = 0; x0 < n.x; x0 += box.x) {
@@ -204,7 +226,7 @@ void Verifier::compare_all(int frame, const Data& result) {
                             if (!reference_.sees_input(at)) continue;
                             samples.push_back(at);
                             delivered.resize(delivered.size() + channels);
-                            copy_values(result, place_in(n, at),
+                            values.copy(place_in(n, at),
                                         delivered.data() + delivered.size() - channels);
                         }
                 compare(samples, delivered, reference_.values(samples));
@@ -236,7 +258,8 @@ void Verifier::compare(std::span<const OutputSample> samples, std::span<const fl
             const double counted = std::isfinite(difference) ? difference : kInfinity;
             largest_difference_ = std::max(largest_difference_, counted);
             square += counted * counted / static_cast<double>(channels);
-            other = other || differs(delivered[i * channels + c], expected[c]);
+            other = other || differs(delivered[i * channels + c], expected[c],
+                                     reference_.field().samples().what.values);
         }
         if (labels_) square = other ? 1 : 0;
         sum_ += square;
