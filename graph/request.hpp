@@ -72,7 +72,7 @@ struct Request {
     std::optional<double> range;  // --range
     /// How a warp is stored, where that changes values: the error is that of the file. Absent: as
     /// it comes.
-    std::optional<Written> written;
+    std::optional<WrittenAs> written;
     Budget budget;
     Minimize minimize = Minimize::time;
     int threads = 1;

@@ -42,9 +42,9 @@ T stored_as(double value) noexcept {
 }
 
 /// How the results of a warp are stored in a file.
-struct Written {
+struct WrittenAs {
     Type type = Type::f32;
-    ValueMap values;
+    ValueMap values = {};
     /// The last channel is the alpha that colours are multiplied by in memory and not in the file.
     bool straight = false;
     double opaque = 1;  // the stored alpha that is opaque
@@ -53,11 +53,11 @@ struct Written {
     bool rounds() const noexcept { return is_integer(type) || type == Type::f16; }
     /// Between neighbouring values of an integer type [value].
     double step() const noexcept { return std::abs(values.slope); }
-    friend bool operator==(const Written&, const Written&) = default;
+    friend bool operator==(const WrittenAs&, const WrittenAs&) = default;
 };
 
 /// Turns one sample of a result (all its channels, as values) into what the file says of it:
 /// rounded and clipped. What is promised of an error is promised of this.
-void as_written(const Written& how, std::span<double> values) noexcept;
+void as_written(const WrittenAs& how, std::span<double> values) noexcept;
 
 }  // namespace edgewise

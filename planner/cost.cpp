@@ -125,7 +125,7 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
 }
 
 double rounding_of(const Ask& ask) {
-    const std::optional<Written>& written = ask.want.written;
+    const std::optional<WrittenAs>& written = ask.want.written;
     if (!written || !written->rounds()) return 0;
     // Bennett, Spectra of quantized signals, Bell Syst. Tech. J. 27, 1948: step^2 / 12.
     const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));

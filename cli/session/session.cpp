@@ -126,8 +126,8 @@ void take_written(Session& session, double low, double high) {
     const Tail& tail = session.written.tail;
     want.written.reset();
     if (want.job != Job::warp || tail.view || session.outputs->none()) return;
-    const Written written{tail.type, tail.values, tail.alpha == store::Alpha::straight,
-                          tail.alpha_unit};
+    const WrittenAs written{tail.type, tail.values, tail.alpha == store::Alpha::straight,
+                            tail.alpha_unit};
     // Places in a table are whole numbers, and none is written.
     if (written.rounds() && !tail.table) want.written = written;
 }

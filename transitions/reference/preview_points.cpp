@@ -259,7 +259,7 @@ bool on_a_sample(const Vec3& p, int axes) {
 /// @param written  as the request has it
 /// @param whole    of all the input, or null: one is prepared here
 void measure(const Reference& reference, const Extent& n, bool labels,
-             const std::optional<Written>& written, Cluster& cluster, const PreviewBlock* whole,
+             const std::optional<WrittenAs>& written, Cluster& cluster, const PreviewBlock* whole,
              std::pmr::memory_resource* memory) {
     const ReferenceField& field = reference.field();
     Region cells{{field.extent().x, field.extent().y, field.extent().z}, {0, 0, 0}};

@@ -51,7 +51,7 @@ class Delivered {
 
  private:
     const Data& result_;
-    const std::optional<Written>& written_;
+    const std::optional<WrittenAs>& written_;
     std::vector<double> values_;
 };
 
