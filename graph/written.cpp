@@ -58,7 +58,7 @@ float float_of(Half half) noexcept {
     return std::bit_cast<float>(sign | wide << 23 | mantissa << 13);
 }
 
-void as_written(const WrittenAs& how, std::span<double> values) noexcept {
+void round_as(const WrittenAs& how, std::span<double> values) noexcept {
     if (!how.rounds()) return;
     const auto kept = [&](double value) {
         return how.values(stored_number(how.type, (value - how.values.offset) / how.values.slope));

@@ -58,6 +58,6 @@ struct WrittenAs {
 
 /// Turns one sample of a result (all its channels, as values) into what the file says of it:
 /// rounded and clipped. What is promised of an error is promised of this.
-void as_written(const WrittenAs& how, std::span<double> values) noexcept;
+void round_as(const WrittenAs& how, std::span<double> values) noexcept;
 
 }  // namespace edgewise

@@ -47,16 +47,16 @@ TEST(Written, HalvesAreTheNearestAndTheEven) {
 
 TEST(Written, AFileSaysWhatItsTypeCan) {
     std::vector<double> values{0.4, 7.5, -3, 900};
-    as_written({.type = Type::u8}, values);
+    round_as({.type = Type::u8}, values);
     EXPECT_EQ(values, (std::vector<double>{0, 8, 0, 255}));
     values = {-1000.2, 24.3};
-    as_written({.type = Type::i16, .values = {0.5, -1000}}, values);
+    round_as({.type = Type::i16, .values = {0.5, -1000}}, values);
     EXPECT_EQ(values, (std::vector<double>{-1000, 24.5}));
     values = {0.1, 1e30};
-    as_written({.type = Type::f32}, values);
+    round_as({.type = Type::f32}, values);
     EXPECT_EQ(values, (std::vector<double>{0.1, 1e30}));  // f32 rounds no more than results are
     values = {1 + 0x1p-12};
-    as_written({.type = Type::f16}, values);
+    round_as({.type = Type::f16}, values);
     EXPECT_EQ(values[0], 1);
 }
 
@@ -64,11 +64,11 @@ TEST(Written, AFileSaysWhatItsTypeCan) {
 TEST(Written, StraightColourIsRoundedAsItIsStored) {
     const WrittenAs how{.type = Type::u8, .straight = true, .opaque = 255};
     std::vector<double> values{0.5 * 100.4, 0.5};  // grey 100.4, half opaque
-    as_written(how, values);
+    round_as(how, values);
     EXPECT_DOUBLE_EQ(values[1], 128.0 / 255);  // 127.5 goes to the even number
     EXPECT_DOUBLE_EQ(values[0], 100 * (128.0 / 255));
     values = {12, 0};
-    as_written(how, values);
+    round_as(how, values);
     EXPECT_EQ(values, (std::vector<double>{0, 0}));
 }
 

@@ -309,7 +309,7 @@ void measure(const Reference& reference, const Extent& n, bool labels,
         if (labels) continue;
         if (written) {
             std::copy(expected.begin(), expected.end(), got.begin());
-            as_written(*written, got);
+            round_as(*written, got);
             for (std::size_t c = 0; c < channels; ++c) {
                 const double d = got[c] - expected[c];
                 if (std::isfinite(d))

@@ -44,7 +44,7 @@ class Delivered {
         const auto channels = static_cast<std::int64_t>(values_.size());
         for (std::int64_t c = 0; c < channels; ++c)
             values_[static_cast<std::size_t>(c)] = value_at(result_, place * channels + c);
-        if (written_) as_written(*written_, values_);
+        if (written_) round_as(*written_, values_);
         for (std::int64_t c = 0; c < channels; ++c)
             to[c] = static_cast<float>(values_[static_cast<std::size_t>(c)]);
     }
