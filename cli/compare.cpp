@@ -96,7 +96,8 @@ int do_compare(const CompareOptions& options) {
         Input a = inspected(options.a, {}), b = inspected(options.b, {});
         expect_alike(a, b);
         // Stored numbers are compared, so colour is not to be multiplied by alpha.
-        a.header.alpha = b.header.alpha = store::Alpha::none;
+        take_keep(a, Keep::bits);
+        take_keep(b, Keep::bits);
         read_data(a, &memory);
         read_data(b, &memory);
         const Comparison c = compared(*a.data, *b.data, range);

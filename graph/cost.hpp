@@ -44,6 +44,9 @@ struct Error {
     double bias = 0;        // blur, truncation, ghosts: of one sign, so they add
     double noise = 0;       // rounding, quantisation: independent, so squares add
     bool known = true;      // false: no finite estimate exists, until it is measured
+    /// No new value appears: every sample is one of the input's, or the value outside, as exactly
+    /// as f32 holds it. Also where the samples can be had again so from what is made of them.
+    bool copies = false;
 
     static Error unknown() noexcept { return {.known = false}; }
 };
@@ -56,6 +59,7 @@ struct Label {
     double bias = 0;   // values
     double noise = 0;  // values
     bool known = true;
+    bool copied = true;  // every edge so far copies: rounding to the input's type changes nothing
 
     /// RMSE, in values.
     double error() const noexcept { return std::hypot(bias, noise); }

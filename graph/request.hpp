@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "graph/representation.hpp"
+#include "graph/written.hpp"
 
 namespace edgewise {
 
@@ -83,6 +84,9 @@ struct Request {
     double miss = 0;     // mip: value of a ray that misses (least value of the data)
     Field field = Field::spline;
     std::optional<double> range;  // --range
+    /// How a warp is stored, where that changes values: the error is that of the file. Absent: as
+    /// it comes.
+    std::optional<WrittenAs> written;
     Budget budget;
     Minimize minimize = Minimize::time;
     int threads = 1;

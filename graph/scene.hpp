@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -21,6 +22,7 @@ struct Scene {
     /// Facts by name, measured on a preview against the reference; absolute, in values of the
     /// result:
     ///  - "field/FILTER": RMS error of the samples reconstructed by zoh, foh, bspline3, me;
+    ///  - "written": RMS of what writing changes of the reference (Request::written);
     ///  - "combined/FILTER": the same as far as a picture combined of warped samples shows it;
     ///  - "sheared/FILTER": RMS error of one pass of shears along slanted lines (foh, bspline3);
     ///  - "picture/FILTER/STEP": RMS error of a picture cast with that hold and step (1, 0.5,
@@ -47,6 +49,15 @@ struct Scene {
     std::optional<double> fact(const std::string& name) const {
         if (const auto found = facts.find(name); found != facts.end()) return found->second;
         return supposed ? std::optional(made_up(name)) : std::nullopt;
+    }
+    /// Whether f32 holds every stored number of samples that were looked at.
+    bool fits_f32(Type type, const ValueMap& values) const noexcept {
+        if (type == Type::f32 || bytes_of(type) <= 2) return true;
+        if (!is_integer(type)) return false;
+        constexpr double kWhole = 0x1p24;
+        const double a = (low - values.offset) / values.slope;
+        const double b = (high - values.offset) / values.slope;
+        return std::abs(a) <= kWhole && std::abs(b) <= kWhole;
     }
     /// The same with likely errors in place of upper estimates.
     Scene as_likely() const {

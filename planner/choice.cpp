@@ -51,6 +51,10 @@ std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& cata
         const Arc& what = spanned.graph[arc];
         StepCost& cost = costs[what.index];
         cost = cost_of(catalogue[what.edge], what.offer, ask, profile, threads);
+        // Where it makes no difference to the file, it must make none to what beats what.
+        if (!ask.want.written) cost.error.copies = true;
+        if (spanned.graph[boost::target(arc, spanned.graph)].target)
+            cost.rounding = rounding_of(ask);
         if (options.random_costs)
             randomise(cost, catalogue[what.edge], what.offer, *options.random_costs);
     }

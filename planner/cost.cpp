@@ -124,6 +124,16 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
     return cost;
 }
 
+double rounding_of(const Ask& ask) {
+    const std::optional<WrittenAs>& written = ask.want.written;
+    if (!written || !written->rounds()) return 0;
+    // Bennett, Spectra of quantized signals, Bell Syst. Tech. J. 27, 1948: step^2 / 12.
+    const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
+    const double guess = is_integer(written->type) ? written->step() / std::sqrt(12.0)
+                                                   : largest * 0x1p-10 / std::sqrt(12.0);
+    return ask.scene.fact("written").value_or(guess);
+}
+
 void randomise(StepCost& cost, const Transition& edge, const Offer& offer, std::uint64_t seed) {
     std::uint64_t hash = 1469598103934665603u ^ seed;  // FNV-1a
     for (unsigned char c : edge.name + offer.with.text() + offer.to.text())
@@ -141,8 +151,10 @@ Label extend(const Label& label, const Offer& offer, const StepCost& cost, bool 
     next.peak = std::max(label.peak, pinned + next.held + (kept ? 0 : input) +
                                          offer.to.bytes() / cost.to_ranks + cost.scratch);
     next.bias = cost.error.gain * label.bias + cost.error.bias;
-    next.noise = std::hypot(cost.error.noise_gain * label.noise, cost.error.noise);
     next.known = label.known && cost.error.known;
+    next.copied = label.copied && cost.error.copies;
+    next.noise = std::hypot(cost.error.noise_gain * label.noise, cost.error.noise);
+    if (!next.copied && cost.rounding > 0) next.noise = std::hypot(next.noise, cost.rounding);
     return next;
 }
 
@@ -152,13 +164,13 @@ bool dominates(const Label& a, const Label& b) noexcept {
     // error that decides. An unknown error never beats a known one, but is beaten by one that is
     // no larger than what is known of it: if the two were not compared at all, going round a cycle
     // through an edge of unknown error would make a path that nothing dominates.
-    return a.known >= b.known && a.seconds <= b.seconds && a.peak <= b.peak && a.held <= b.held &&
-           a.bias <= b.bias && a.noise <= b.noise;
+    return a.known >= b.known && a.copied >= b.copied && a.seconds <= b.seconds &&
+           a.peak <= b.peak && a.held <= b.held && a.bias <= b.bias && a.noise <= b.noise;
 }
 
 bool before(const Label& a, const Label& b) noexcept {
-    return std::tie(a.seconds, a.peak, a.held, a.bias, a.noise, b.known) <
-           std::tie(b.seconds, b.peak, b.held, b.bias, b.noise, a.known);
+    return std::tie(a.seconds, a.peak, a.held, a.bias, a.noise, b.known, b.copied) <
+           std::tie(b.seconds, b.peak, b.held, b.bias, b.noise, a.known, a.copied);
 }
 
 }  // namespace edgewise

@@ -18,7 +18,13 @@ struct StepCost {
     double from_ranks = 1, to_ranks = 1;  // that input and output are spread over
     Error error;
     bool barred = false;  // no path that is looked for takes it
+    double rounding = 0;  // of writing what the edge makes, unless it is copied [value]
 };
+
+/// What rounding and clipping to the type of the file add to results that are not copies of
+/// samples: as measured on the scene, else that of values spread evenly between neighbouring
+/// numbers [value].
+double rounding_of(const Ask& ask);
 
 /// "EDGE/key=value.../WAY KIND TYPE": what decides how an edge's kernels run, beside the size. WAY
 /// is that of the work, if it has one; KIND the mode of a picture, view for a volume warped to be

@@ -62,10 +62,14 @@ std::shared_ptr<const Data> premultiplied_data(const Data& straight, double opaq
     return data;
 }
 
+Type loaded_type(const Input& input) noexcept {
+    return store::loaded_type(input.header.type, input.selection.as_stored);
+}
+
 }  // namespace
 
 bool Input::premultiplied() const noexcept {
-    return header.alpha == store::Alpha::straight && channels() > 1;
+    return keep == Keep::values && header.alpha == store::Alpha::straight && channels() > 1;
 }
 
 double Input::opaque() const noexcept {
@@ -73,10 +77,11 @@ double Input::opaque() const noexcept {
 }
 
 double Input::bytes() const {
+    if (data && data->samples.data()) return static_cast<double>(data->samples.bytes());
     if (phantom) return static_cast<double>(header.extent.samples()) * sizeof(float);
     const auto stored = static_cast<double>(store::loaded_bytes(header, selection));
     if (!premultiplied()) return stored;
-    return stored / static_cast<double>(bytes_of(store::loaded_type(header.type))) * sizeof(float);
+    return stored / static_cast<double>(bytes_of(loaded_type(*this))) * sizeof(float);
 }
 
 store::Selection selection_of(const std::optional<std::string>& series,
@@ -108,6 +113,7 @@ Input inspected(const std::string& name, const store::Selection& selection) {
         input.header = header_of(name, *input.described);
     } else {
         input.header = store::inspect(name, selection);
+        take_keep(input, Keep::values);
     }
     const int channels = input.header.channels;
     if (selection.channel && *selection.channel >= channels)
@@ -125,12 +131,43 @@ Representation loaded_as(const Input& input) {
     what.axes = header.volume ? 3 : 2;
     what.extent = header.extent;
     what.channels = input.channels();
-    what.type = store::loaded_type(header.type);
+    what.type = loaded_type(input);
     what.values = header.values;
     return what;
 }
 
+/// Brings what was read as it is stored to f32, which kernels are written for, where that keeps
+/// what has to be kept.
+void narrow(Input& input, Data& data, std::pmr::memory_resource* memory,
+            std::vector<std::string>& warnings) {
+    const Type type = data.what.type;
+    if (input.keep == Keep::bits || !input.selection.as_stored || bytes_of(type) < 4) return;
+    if (type == Type::f32) return;
+    const std::int64_t rounded = rounded_by_f32(data);
+    if (rounded == 0) return to_f32(data, memory);
+    if (input.keep == Keep::labels) {
+        input.table = code_labels(data, input.outside, memory);
+        return;
+    }
+    warnings.push_back(
+        fmt::format("{}: {} values of type {} are rounded where they are computed "
+                    "in f32",
+                    input.name, rounded, name_of(type)));
+}
+
 }  // namespace
+
+Representation stored_as(const Input& input) {
+    Representation what = loaded_as(input);
+    what.type = store::loaded_type(input.header.type, true);
+    return what;
+}
+
+void take_keep(Input& input, Keep keep) {
+    input.keep = keep;
+    // 32-bit integers take no more memory as they are; f64 does.
+    input.selection.as_stored = keep != Keep::values || input.header.type != Type::f64;
+}
 
 std::shared_ptr<const Data> described_data(const Input& input) {
     auto data = std::make_shared<Data>();
@@ -153,6 +190,7 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
         for (std::string& warning : store::read_samples(
                  header, input.selection, data->samples.data(), data->samples.bytes()))
             warnings.push_back(std::move(warning));
+        narrow(input, *data, memory, warnings);
         input.data = std::move(data);
         if (input.premultiplied())
             input.data = premultiplied_data(*input.data, input.opaque(), memory);

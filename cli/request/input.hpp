@@ -9,9 +9,17 @@
 #include "cli/request/input_identity.hpp"
 #include "graph/data.hpp"
 #include "transitions/reference/phantoms.hpp"
+#include "transitions/store/labels.hpp"
 #include "transitions/store/store.hpp"
 
 namespace edgewise::cli {
+
+/// What of the samples has to outlive the way into memory and out again.
+enum class Keep {
+    values,  // as far as f32 has digits; straight colour is multiplied by its alpha
+    labels,  // which is which: what f32 cannot hold is coded by a table
+    bits,    // everything: samples are only moved
+};
 
 /// What FILE stands for: first its description, then its samples.
 struct Input {
@@ -20,6 +28,9 @@ struct Input {
     store::Selection selection;
     std::optional<Phantom> phantom;
     std::optional<Described> described;
+    Keep keep = Keep::values;
+    double outside = 0;                       // labels: the value beyond the input
+    std::shared_ptr<const LabelTable> table;  // that samples are places in; absent: they are values
     std::shared_ptr<const Data> data;
     double read_seconds = 0;
     std::chrono::system_clock::time_point inspected_at{};
@@ -42,6 +53,10 @@ store::Selection selection_of(const std::optional<std::string>& series,
 
 /// Reads the description. @throws InputError, RequestError
 Input inspected(const std::string& name, const store::Selection& selection);
+/// What memory holds before anything is read: the stored type where bits are kept.
+Representation stored_as(const Input& input);
+/// How the samples are to be read.
+void take_keep(Input& input, Keep keep);
 /// Reads the samples. @throws InputError, RequestError, std::bad_alloc
 /// @return warnings
 std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory);

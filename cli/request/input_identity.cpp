@@ -43,10 +43,11 @@ std::string absolute(const std::string& path) {
 /// How files become samples.
 std::string decoding_of(const Input& input) {
     const store::Header& header = input.header;
-    return fmt::format("{} {} {} {} {}|{} {}|{} {}|{}", header.format, header.volume,
+    return fmt::format("{} {} {} {} {}|{} {}|{} {}|{}|{} {:a}", header.format, header.volume,
                        header.extent.x, header.extent.y, header.extent.z, input.channels(),
                        static_cast<int>(header.type), header.values.slope, header.values.offset,
-                       input.premultiplied());
+                       input.premultiplied(), static_cast<int>(input.keep),
+                       input.keep == Keep::labels ? input.outside : 0.0);
 }
 
 std::string selection_text(const store::Selection& pick) {

@@ -23,7 +23,7 @@ struct JobOptions {
     std::optional<std::string> progress, log;
     std::optional<std::string> report;
     std::vector<std::string> words;  // of the command line, as it was typed
-    bool explain = false, quiet = false, strict = false;
+    bool explain = false, quiet = false, strict = false, labels = false;
 };
 
 }  // namespace edgewise::cli

@@ -122,7 +122,14 @@ Geometry take_geometry(Request& want, const JobOptions& o, const Input& input) {
     want.unit = geometry.unit;
     want.eye = geometry.eye;
     const int named = chosen("--reference", o.reference, {"spline", "linear", "nearest"}, -1);
-    if (named >= 0)
+    if (o.labels && named >= 0 && static_cast<Field>(named) != Field::nearest)
+        throw RequestError(
+            fmt::format("--labels: of labels the reference is nearest, not {}; "
+                        "leave out one of the two",
+                        *o.reference));
+    if (o.labels)
+        want.field = Field::nearest;
+    else if (named >= 0)
         want.field = static_cast<Field>(named);
     else if (input.phantom)
         want.field = Field::formula;

@@ -72,6 +72,8 @@ void add_mode(CLI::App& app, JobOptions& o) {
         add_text(app, "--transfer", o.transfer, "composite: opacity and colour (docs/files.md)")
             ->type_name("FILE");
     }
+    app.add_flag("--labels", o.labels,
+                 "the samples are labels: nearest, no new value, values bit for bit");
     add_text(app, "--window", o.window, "what is black and white, values or percentiles")
         ->type_name("LO,HI");
 }

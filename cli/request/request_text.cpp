@@ -18,6 +18,10 @@ std::string request_text(const Request& want) {
     if (want.eye)
         text += fmt::format("eye {:a} {:a} {:a} {:a}", want.eye->at[0], want.eye->at[1],
                             want.eye->at[2], want.eye->plane);
+    if (want.written)
+        text += fmt::format("written {} {:a} {:a} {} {:a}", name_of(want.written->type),
+                            want.written->values.slope, want.written->values.offset,
+                            want.written->straight, want.written->opaque);
     if (want.range) text += fmt::format("range {:a}", *want.range);
     text += fmt::format("{:a}", want.transfer.unit);
     for (const auto& point : want.transfer.points)

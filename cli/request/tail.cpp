@@ -3,36 +3,45 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <type_traits>
 
 #include "graph/with_type.hpp"
+#include "graph/written.hpp"
 
 namespace edgewise::cli {
 namespace {
 
 constexpr std::size_t kLeaf = 1 << 16;  // samples
 
-/// Rounded to the nearest number of the type, halves to even, clipped at its ends; NaN becomes the
-/// number nearest to 0.
-template <class T>
-T stored_as(double value) noexcept {
-    if constexpr (std::is_floating_point_v<T>) {
-        return static_cast<T>(value);
-    } else {
-        // Adding it pushes the fraction out of a double, which rounds halves to even; a call of
-        // nearbyint would be ten times as slow.
-        constexpr double kPush = 6755399441055744.0;  // 1.5 * 2^52
-        constexpr double kLow = std::numeric_limits<T>::min();
-        constexpr double kHigh = std::numeric_limits<T>::max();
-        if (std::isnan(value)) value = 0;
-        value = value < kLow ? kLow : value > kHigh ? kHigh : value;
-        return static_cast<T>((value + kPush) - kPush);
-    }
+/// Calls body with a value of the C++ type that samples of a type are written as.
+template <class Body>
+void with_written_type(Type type, Body&& body) {
+    if (type == Type::f16)
+        body(Half{});
+    else
+        with_type(type, body);
+}
+
+/// Whether f32 may not hold the values of these samples.
+bool is_wide(const Data& result, const Tail& tail) {
+    const Type type = result.what.type;
+    return tail.table || type == Type::i32 || type == Type::u32 || type == Type::f64;
+}
+
+/// Whether the samples are written as they lie in memory.
+bool is_copied(const Data& result, const Tail& tail) {
+    return !tail.view && !tail.table && !tail.over_background &&
+           tail.alpha != store::Alpha::straight && result.what.type == tail.type &&
+           result.what.values == tail.values && result.what.channels == tail.channels;
 }
 
 /// Premultiplied colour over the background; the alpha channel goes.
-std::array<double, 4> over(const float* in, const std::array<double, 3>& background) noexcept {
+template <class F>
+std::array<double, 4> over(const F* in, const std::array<double, 3>& background) noexcept {
     const double through = 1 - in[3];
     return {in[0] + through * background[0], in[1] + through * background[1],
             in[2] + through * background[2], 1};
@@ -43,7 +52,8 @@ struct Colours {
     const Tail& tail;
     int in_channels;
 
-    std::array<double, 4> operator()(const float* in) const noexcept {
+    template <class F>
+    std::array<double, 4> operator()(const F* in) const noexcept {
         if (tail.over_background) return over(in, tail.background);
         std::array<double, 4> out{};
         for (int c = 0; c < std::min(in_channels, 4); ++c) out[c] = in[c];
@@ -60,41 +70,52 @@ struct Colours {
 };
 
 /// Stored numbers of a result as values, part by part: f32 where they lie, others converted.
+/// @tparam F  double where f32 may not hold them
+template <class F>
 class Values {
  public:
-    explicit Values(const Data& result) : result_(result) {}
+    Values(const Data& result, const Tail& tail) : result_(result), table_(tail.table.get()) {}
 
     /// The values from `begin` to `end`, counted over channels; good until the next call.
-    const float* between(std::size_t begin, std::size_t end) {
+    const F* between(std::size_t begin, std::size_t end) {
         const ValueMap& map = result_.what.values;
-        if (result_.what.type == Type::f32 && map.identity()) return result_.as<float>() + begin;
+        if constexpr (std::is_same_v<F, float>)
+            if (result_.what.type == Type::f32 && map.identity())
+                return result_.as<float>() + begin;
         converted_.resize(end - begin);
         with_type(result_.what.type, [&](auto zero) {
             const auto* stored = result_.as<decltype(zero)>() + begin;
             for (std::size_t i = 0; i < converted_.size(); ++i)
-                converted_[i] = static_cast<float>(map(static_cast<double>(stored[i])));
+                converted_[i] = static_cast<F>(value_of(map(static_cast<double>(stored[i]))));
         });
         return converted_.data();
     }
 
  private:
+    double value_of(double number) const noexcept {
+        return table_ && number >= 0 ? (*table_)[static_cast<std::size_t>(number)] : number;
+    }
+
     const Data& result_;
-    std::vector<float> converted_;
+    const LabelTable* table_;
+    std::vector<F> converted_;
 };
 
-template <class T>
+template <class F, class T>
 void convert(const Data& result, const Tail& tail, const Levels& levels, T* out) {
     const auto channels = static_cast<std::size_t>(result.what.channels);
     const Colours colours{tail, result.what.channels};
     const bool view = tail.view;
-    const double full = view ? static_cast<double>(std::numeric_limits<T>::max()) : 1;
+    double full = 1;
+    if constexpr (!std::is_same_v<T, Half>)
+        if (view) full = static_cast<double>(std::numeric_limits<T>::max());
     const double unit = view ? levels.white - levels.black : tail.values.slope;
     const double zero = view ? levels.black : tail.values.offset;
     const double opaque = view ? full : tail.alpha_unit;
     const auto samples = static_cast<std::size_t>(result.what.samples());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples, kLeaf), [&](const auto& part) {
-        Values values(result);
-        const float* in = values.between(part.begin() * channels, part.end() * channels);
+        Values<F> values(result, tail);
+        const F* in = values.between(part.begin() * channels, part.end() * channels);
         if (channels == 1 && tail.values.slope == 1 && !view) {
             for (std::size_t i = part.begin(); i != part.end(); ++i, ++in)
                 out[i] = stored_as<T>(*in - zero);
@@ -119,12 +140,12 @@ void for_each_value(std::span<const std::shared_ptr<const Data>> frames, const T
                     Body body) {
     for (const auto& frame : frames) {
         const Colours colours{tail, frame->what.channels};
-        Values values(*frame);
+        Values<double> values(*frame, tail);
         const auto samples = static_cast<std::size_t>(frame->what.samples());
         const auto channels = static_cast<std::size_t>(frame->what.channels);
         for (std::size_t begin = 0; begin < samples; begin += kLeaf) {
             const std::size_t end = std::min(samples, begin + kLeaf);
-            const float* in = values.between(begin * channels, end * channels);
+            const double* in = values.between(begin * channels, end * channels);
             for (std::size_t i = begin; i < end; ++i, in += channels) {
                 const auto colour = colours(in);
                 for (int c = 0; c < tail.channels; ++c)
@@ -192,8 +213,16 @@ Array finished(const Data& result, const Tail& tail, const Levels& levels,
     Array out(static_cast<std::size_t>(result.what.samples()) *
                   static_cast<std::size_t>(tail.channels) * bytes_of(tail.type),
               memory);
-    with_type(tail.type, [&](auto zero) {
-        convert(result, tail, levels, static_cast<decltype(zero)*>(out.data()));
+    if (is_copied(result, tail)) {
+        std::memcpy(out.data(), result.samples.data(), out.bytes());
+        return out;
+    }
+    with_written_type(tail.type, [&](auto zero) {
+        auto* to = static_cast<decltype(zero)*>(out.data());
+        if (is_wide(result, tail))
+            convert<double>(result, tail, levels, to);
+        else
+            convert<float>(result, tail, levels, to);
     });
     return out;
 }

@@ -7,6 +7,7 @@
 
 #include "cli/request/options.hpp"
 #include "graph/data.hpp"
+#include "transitions/store/labels.hpp"
 #include "transitions/store/store.hpp"
 
 namespace edgewise::cli {
@@ -14,6 +15,8 @@ namespace edgewise::cli {
 /// What becomes of results before they are written: no choice of the planner's, no counted error.
 struct Tail {
     bool view = false;  // through the window into 8 or 16 bits; else values
+    /// Results are places in this table of values (see coded_labels); absent: values.
+    std::shared_ptr<const LabelTable> table;
     Type type = Type::f32;
     ValueMap values;               // of values: value = slope * stored + offset
     int channels = 1;              // written

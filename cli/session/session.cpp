@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>
 #include <malloc.h>
@@ -16,9 +17,11 @@
 #include "cli/session/refined_scene.hpp"
 #include "cli/session/shown.hpp"
 #include "graph/errors.hpp"
+#include "planner/cost.hpp"
 #include "transitions/catalogue.hpp"
 #include "transitions/project/casting.hpp"
 #include "transitions/reference/scene.hpp"
+#include "transitions/warp/axis_permutation.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -123,9 +126,54 @@ std::string lack_of_room(const Session& session) {
 
 /// @param low,high  of the input's values
 void take_written(Session& session, double low, double high) {
-    if (session.outputs)
-        session.written =
-            written_of(session.wish, session.geometry, *session.input, *session.outputs, low, high);
+    Request& want = session.wish.want;
+    const Input& input = *session.input;
+    if (!session.outputs) {
+        session.written.tail.table = input.table;
+        return;
+    }
+    session.written =
+        written_of(session.wish, session.geometry, input, *session.outputs, low, high);
+    const Tail& tail = session.written.tail;
+    want.written.reset();
+    if (want.job != Job::warp || tail.view || session.outputs->none()) return;
+    const WrittenAs written{tail.type, tail.values, tail.alpha == store::Alpha::straight,
+                            tail.alpha_unit};
+    // Places in a table are whole numbers, and none is written.
+    if (written.rounds() && !tail.table) want.written = written;
+}
+
+/// What the samples have to keep: labels stay apart, and what only moves comes out bit for bit.
+void take_exactness(Session& session) {
+    Input& input = *session.input;
+    const Request& want = session.want();
+    const JobOptions& o = session.options;
+    if (o.labels) input.header.labels = true;
+    if (want.job != Job::warp || input.described || input.phantom || session.given) return;
+    const Representation stored = stored_as(input);
+    const bool labels = want.field == Field::nearest;
+    if (o.labels && o.outside && is_integer(stored.type) && !can_store(stored, want.outside))
+        throw RequestError(fmt::format("--outside {}: labels of type {} cannot say it", *o.outside,
+                                       name_of(stored.type)));
+    const bool wide = bytes_of(stored.type) >= 4 && stored.type != Type::f32;
+    const Tail& tail = session.written.tail;
+    const bool kept_by_writing =
+        !tail.view && (!input.premultiplied() || tail.alpha == store::Alpha::straight);
+    const bool free = session.demands.via.empty() && session.demands.without.empty();
+    if (free && kept_by_writing && (wide || input.premultiplied()) &&
+        copies_samples(stored, want)) {
+        take_keep(input, Keep::bits);
+    } else if (labels) {
+        input.outside = want.outside;
+        take_keep(input, Keep::labels);
+    }
+    // f64 as it is takes twice the memory of f32.
+    if (input.bytes() > static_cast<double>(session.memory->limit()))
+        take_keep(input, Keep::values);
+    if (input.keep != Keep::bits) return;
+    // The one path that changes no bit; it is also the fastest.
+    session.demands.via.push_back(demand_of("warp.axis_permutation/to=screen", session.edges));
+    take_written(session, 0, 0);
 }
 
 /// What there is no data of: guesses take the place of measurements.
@@ -161,8 +209,14 @@ void read_input(Session& session) {
         session.messages.warning(
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
     take_values(session.wish, session.options, *input.data, statistics);
+    if (input.table) session.wish.want.outside = place_in(*input.table, input.outside);
+    // What is written decides about errors.
+    if (!input.table) take_written(session, statistics.low, statistics.high);
     look_at_data(session, session.errors == ErrorsWanted::asked);
-    take_written(session, statistics.low, statistics.high);
+    if (input.table)
+        take_written(session, input.table->front(), input.table->back());
+    else
+        take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
 }
 
@@ -247,6 +301,37 @@ std::string refused_demand(const Session& session) {
     return {};
 }
 
+/// That rounding to the file's type is what breaks an error budget, or "".
+std::string rounding_text(const Session& session) {
+    const Request& want = session.want();
+    if (!want.written || !want.budget.error || want.budget.error_is_default) return {};
+    const double error = rounding_of(session.ask()) / session.scene.range;
+    if (error <= *want.budget.error) return {};
+    return fmt::format(
+        "; rounding to {} alone makes an error of {:.3g}: write f32 (--bits 32 and a format that "
+        "holds it, as .nrrd or .tif)",
+        name_of(want.written->type), error);
+}
+
+/// Labels that nobody called so: a plan that computes between them makes new ones.
+void hint_at_labels(Session& session) {
+    const Request& want = session.want();
+    const Input& input = *session.input;
+    if (want.job != Job::warp || want.field != Field::spline || session.options.reference ||
+        input.phantom || !input.data->samples.data())
+        return;
+    const auto copies = [&](const Step& step) {
+        return step.by->error(step.offer, session.ask()).copies;
+    };
+    const std::vector<Step>& steps = session.answer->plan->steps;
+    if (std::all_of(steps.begin(), steps.end(), copies)) return;
+    if (looks_like_labels(*input.data, session.scene.commonest))
+        session.messages.warning(fmt::format(
+            "{} may hold labels (few different values): values between them appear; --labels "
+            "makes none",
+            input.name));
+}
+
 std::string nearest_text(const std::vector<Plan>& nearest) {
     std::string text;
     for (const Plan& plan : nearest)
@@ -259,6 +344,20 @@ std::string nearest_text(const std::vector<Plan>& nearest) {
 
 }  // namespace
 
+namespace {
+
+/// What f32 takes from f64 on the way into memory, as if all values were as large as the largest.
+double lost_in_reading(const Session& session) {
+    const Input& input = *session.input;
+    if (input.header.type != Type::f64 || input.data->what.type != Type::f32 || input.table ||
+        session.given || session.want().field == Field::nearest)
+        return 0;
+    const Scene& scene = session.scene;
+    return std::max(std::abs(scene.low), std::abs(scene.high)) * 0x1p-24 / std::sqrt(3.0);
+}
+
+}  // namespace
+
 bool Session::writes_at_once() const noexcept {
     if (want().frames == 1 || wish.strict) return false;
     const bool writes = outputs && !outputs->none();
@@ -267,7 +366,7 @@ bool Session::writes_at_once() const noexcept {
 
 std::vector<Source> Session::sources() const {
     const Representation& what = input->data->what;
-    if (want().ranks == 1) return {{what}};
+    if (want().ranks == 1) return {{what, Label{.noise = lost_in_reading(*this)}}};
     Representation on_disk = what;
     on_disk.place = Place::disk;
     const double bytes = what.bytes();
@@ -326,6 +425,7 @@ void take_request(Session& session) {
             session.geometry.condition));
     if (session.outputs) session.outputs->expect_frames(session.want().frames);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
+    take_exactness(session);
     expect_room(session);
     read_input(session);
 }
@@ -364,10 +464,13 @@ void make_plan(Session& session) {
     session.answer->seconds = session.spent.all();
     session.planning.reset();
     for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);
-    if (session.answer->plan) return;
+    if (session.answer->plan) {
+        hint_at_labels(session);
+        return;
+    }
     const std::string refused = refused_demand(session);
     session.way_out = way_out_of(session);
-    throw NoPlan((refused.empty() ? session.answer->problem : refused) +
+    throw NoPlan((refused.empty() ? session.answer->problem : refused) + rounding_text(session) +
                  nearest_text(session.answer->nearest) + text_of(*session.way_out));
 }
 

@@ -1,5 +1,6 @@
 #include "cli/session/written.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -62,9 +63,11 @@ Tail values_tail(const store::Header& header, const Input& input) {
     tail.type = header.type;
     tail.values = header.values;
     tail.channels = header.channels;
+    tail.table = input.table;
     if (input.premultiplied()) {
-        tail.alpha = store::Alpha::straight;
-        tail.alpha_unit = input.opaque();
+        // What computes light keeps it multiplied; so the format has it, as memory does.
+        tail.alpha = header.format == "EXR" ? store::Alpha::premultiplied : store::Alpha::straight;
+        tail.alpha_unit = is_integer(header.type) ? input.opaque() : 1;
     }
     return tail;
 }
@@ -74,28 +77,62 @@ Tail view_tail(Type type, int channels, const Input& input, Job job) {
     tail.view = true;
     tail.type = type;
     tail.channels = channels;
-    if (job == Job::warp && input.premultiplied()) tail.alpha = store::Alpha::straight;
+    tail.table = input.table;
+    // Light that a file keeps multiplied (EXR) is divided as well: pictures of 8 bits are straight.
+    const bool light = input.header.alpha == store::Alpha::premultiplied &&
+                       !is_integer(input.header.type) && channels == input.header.channels;
+    if (job == Job::warp && (input.premultiplied() || light)) tail.alpha = store::Alpha::straight;
     return tail;
 }
 
-[[noreturn]] void refuse(const Outputs& outputs, const std::string& why) {
-    throw RequestError(fmt::format("-o {}: {}", outputs.file(0), why));
+/// Endings of formats that hold this, for who asked for another.
+std::string instead(store::Header header) {
+    header.values = {};
+    std::vector<std::string> endings;
+    for (const store::Format& format : store::formats())
+        if (format.writes && store::cannot_write("x" + format.endings[0], header).empty())
+            endings.push_back(format.endings[0]);
+    return endings.empty() ? "" : fmt::format("; {} can", fmt::join(endings, ", "));
 }
 
-/// Values of a warp in the input's type, or nothing where the format cannot hold it.
-bool take_input_type(Written& written, const Input& input, const Outputs& outputs, double low,
+[[noreturn]] void refuse(const Outputs& outputs, const store::Header& header) {
+    std::string why = store::cannot_write(outputs.file(0), header);
+    if (why.empty())
+        why = fmt::format("{} cannot say that values are {} x stored + {}", outputs.format().name,
+                          header.values.slope, header.values.offset);
+    throw RequestError(fmt::format("-o {}: {}{}", outputs.file(0), why, instead(header)));
+}
+
+/// Whether f32 has fewer digits than values of this type may need.
+bool f32_may_round(Type type, double low, double high) {
+    constexpr double kWhole = 0x1p24;
+    return type == Type::f64 ||
+           (bytes_of(type) == 4 && is_integer(type) && (low < -kWhole || high > kWhole));
+}
+
+/// Values of a warp in the input's type, where the format cannot hold that in the smallest type
+/// that means the same, or else f32; or nothing where the format holds pictures alone.
+bool take_value_type(Written& written, const Input& input, const Outputs& outputs, double low,
                      double high) {
     store::Header& header = written.header;
     header.type = input.header.type;
     header.channels = input.channels();
     if (fits(outputs, header)) return true;
-    if (!header.values.identity()) {
-        header.type = plain_type(header, low, high);
-        header.values = {};
+    header.values = {};
+    if (!input.header.values.identity()) {
+        header.type = plain_type(input.header, low, high);
         if (fits(outputs, header)) return true;
-        header.values = input.header.values;
-        header.type = input.header.type;
     }
+    header.type = Type::f32;
+    if (fits(outputs, header)) {
+        if (f32_may_round(input.header.type, low, high))
+            written.warnings.push_back(
+                fmt::format("{} cannot hold {}: values are written as f32, which rounds them",
+                            outputs.format().name, name_of(input.header.type)));
+        return true;
+    }
+    header.values = input.header.values;
+    header.type = input.header.type;
     return false;
 }
 
@@ -106,23 +143,32 @@ Written written_of(const Wish& wish, const Geometry& geometry, const Input& inpu
     const Request& want = wish.want;
     Written written;
     written.header = described(want, geometry, input);
+    written.header.format = outputs.none() ? "" : outputs.format().name;
     store::Header& header = written.header;
     const bool composite = want.job == Job::render && want.mode == Mode::composite;
     const int channels = composite ? 3 : want.job == Job::render ? 1 : input.channels();
     const auto finish = [&]() -> Written& {
         written.tail.over_background = composite;
         written.tail.background = want.background;
-        header.alpha = written.tail.alpha;
+        // What was not multiplied on the way in, or not divided on the way out, is as it was.
+        const bool as_it_was = want.job == Job::warp && written.tail.alpha == store::Alpha::none &&
+                               header.channels == input.header.channels;
+        header.alpha = as_it_was ? input.header.alpha : written.tail.alpha;
         return written;
     };
     if (outputs.none()) {
         written.tail.channels = channels;
         return finish();
     }
-    if (!wish.bits && want.job == Job::warp &&
-        take_input_type(written, input, outputs, low, high)) {
-        written.tail = values_tail(header, input);
-        return finish();
+    if (!wish.bits && want.job == Job::warp) {
+        if (take_value_type(written, input, outputs, low, high)) {
+            written.tail = values_tail(header, input);
+            return finish();
+        }
+        // A view is of pictures; who asks for a format of values must not get 8 bits.
+        const std::vector<Type>& types = outputs.format().types;
+        if (std::find(types.begin(), types.end(), Type::f32) != types.end())
+            refuse(outputs, header);
     }
     header.values = {};
     header.channels = channels;
@@ -130,18 +176,19 @@ Written written_of(const Wish& wish, const Geometry& geometry, const Input& inpu
         header.type = Type::f32;
         if (fits(outputs, header)) {
             written.tail = values_tail(header, input);
-            written.tail.alpha_unit = 1;
             return finish();
         }
-        if (wish.bits) refuse(outputs, store::cannot_write(outputs.file(0), header));
+        if (wish.bits) refuse(outputs, header);
     }
     header.type = wish.bits == 16 ? Type::u16 : Type::u8;
-    if (!fits(outputs, header) && input.premultiplied() && want.job == Job::warp) {
+    const bool has_alpha =
+        input.header.alpha != store::Alpha::none && channels == input.header.channels;
+    if (!fits(outputs, header) && has_alpha && want.job == Job::warp) {
         written.warnings.push_back(fmt::format("{} keeps no alpha: transparent parts become black",
                                                outputs.format().name));
         header.channels = channels - 1;
     }
-    if (!fits(outputs, header)) refuse(outputs, store::cannot_write(outputs.file(0), header));
+    if (!fits(outputs, header)) refuse(outputs, header);
     written.tail = view_tail(header.type, header.channels, input, want.job);
     if (header.channels < channels) written.tail.alpha = store::Alpha::none;
     return finish();

@@ -51,6 +51,27 @@ TEST(Label, BiasAddsAndNoiseAddsInSquares) {
     EXPECT_FALSE(extend({}, {.from = made(1, 1), .to = made(1, 1)}, cost, false, 0).known);
 }
 
+TEST(Label, RoundingCountsWhereSamplesAreNoCopies) {
+    StepCost cost;
+    cost.error = {.noise = 3, .copies = true};
+    cost.rounding = 4;
+    const Offer offer{.from = made(1, 1), .to = made(1, 1)};
+    EXPECT_EQ(extend({}, offer, cost, false, 0).noise, 3);
+    EXPECT_EQ(extend({.copied = false}, offer, cost, false, 0).noise, 5);
+    cost.error.copies = false;
+    const Label computed = extend({}, offer, cost, false, 0);
+    EXPECT_EQ(computed.noise, 5);
+    EXPECT_FALSE(computed.copied);
+
+    Request want;
+    Scene scene{.low = -100, .high = 50};
+    EXPECT_EQ(rounding_of({want, scene}), 0);
+    want.written = WrittenAs{.type = Type::i16, .values = {6, 0}};
+    EXPECT_DOUBLE_EQ(rounding_of({want, scene}), 6 / std::sqrt(12.0));
+    scene.facts["written"] = 2.5;  // measured
+    EXPECT_EQ(rounding_of({want, scene}), 2.5);
+}
+
 TEST(Label, DominanceIsWeakAndInAllResources) {
     const Label a{.seconds = 1, .peak = 1, .held = 1, .bias = 1, .noise = 1};
     EXPECT_TRUE(dominates(a, a));
@@ -63,6 +84,11 @@ TEST(Label, DominanceIsWeakAndInAllResources) {
         EXPECT_TRUE(before(a, worse));
         EXPECT_FALSE(before(worse, a));
     }
+    Label computed = a;
+    computed.copied = false;
+    EXPECT_FALSE(dominates(computed, a));
+    EXPECT_TRUE(dominates(a, computed));
+    EXPECT_TRUE(before(a, computed));
     Label unknown = a;
     unknown.known = false;
     EXPECT_FALSE(dominates(unknown, a));

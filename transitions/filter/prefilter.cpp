@@ -50,7 +50,7 @@ Error error(const Offer&, const Ask& ask) {
     // Gains are those of the samples that the coefficients stand for. 2^-24 is half a unit in the
     // last place; the recursions amplify it by less than the sum of |pole|^k, 1.4, an axis.
     const double greatest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
-    return {.noise = 2 * 0x1p-24 * greatest};
+    return {.noise = 2 * 0x1p-24 * greatest, .copies = true};
 }
 
 /// Stored numbers to mapped values in f32.

@@ -31,9 +31,11 @@ constexpr std::size_t kExtremes = 16, kStarts = 64;
 constexpr int kClimb = 64;
 constexpr double kShell = 2;  // samples
 constexpr int kHolds = 4;     // with the assignment ("me")
-constexpr int kMethods = 6;   // with passes of shears
+constexpr int kWritten = 6;   // behind the passes of shears: what the file's type changes
+constexpr int kMethods = 7;
 constexpr std::array<const char*, kMethods> kNames = {
-    "field/zoh", "field/foh", "field/bspline3", "field/me", "sheared/foh", "sheared/bspline3"};
+    "field/zoh",   "field/foh",        "field/bspline3", "field/me",
+    "sheared/foh", "sheared/bspline3", "written"};
 
 /// The hold, 0 (zoh) or 1 (foh), whose error goes best with that of a method.
 std::size_t hold_like(int method) { return method == 0 || method == 3 ? 0 : 1; }
@@ -254,9 +256,11 @@ bool on_a_sample(const Vec3& p, int axes) {
     return true;
 }
 
-/// @param whole  of all the input, or null: one is prepared here
-void measure(const Reference& reference, const Extent& n, bool labels, Cluster& cluster,
-             const PreviewBlock* whole, std::pmr::memory_resource* memory) {
+/// @param written  as the request has it
+/// @param whole    of all the input, or null: one is prepared here
+void measure(const Reference& reference, const Extent& n, bool labels,
+             const std::optional<WrittenAs>& written, Cluster& cluster, const PreviewBlock* whole,
+             std::pmr::memory_resource* memory) {
     const ReferenceField& field = reference.field();
     Region cells{{field.extent().x, field.extent().y, field.extent().z}, {0, 0, 0}};
     std::vector<Vec3> places;
@@ -303,6 +307,15 @@ void measure(const Reference& reference, const Extent& n, bool labels, Cluster& 
             cluster.squares[method] += square;
         }
         if (labels) continue;
+        if (written) {
+            std::copy(expected.begin(), expected.end(), got.begin());
+            round_as(*written, got);
+            for (std::size_t c = 0; c < channels; ++c) {
+                const double d = got[c] - expected[c];
+                if (std::isfinite(d))
+                    cluster.squares[kWritten] += d * d / static_cast<double>(channels);
+            }
+        }
         const std::array<double, 2> sheared =
             block.sheared(p, static_cast<std::uint64_t>(std::abs(1e3 * p.sum())));
         for (int i = 0; i < 2; ++i)
@@ -331,7 +344,8 @@ Preview preview_points(const Request& want, const ReferenceField& field,
     if (field.extent().samples() <= kSmallInput)
         whole.emplace(field, Region::all(field.extent()), memory);
     tbb::parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t i) {
-        measure(reference, want.output(), labels, clusters[i], whole ? &*whole : nullptr, memory);
+        measure(reference, want.output(), labels, want.written, clusters[i],
+                whole ? &*whole : nullptr, memory);
     });
 
     std::array<std::array<ErrorTally, kMethods>, 2> tallies;  // inner, outer
@@ -353,6 +367,7 @@ Preview preview_points(const Request& want, const ReferenceField& field,
         }
     }
     for (int method = 0; method < kMethods; ++method) {
+        if (method == kWritten && !want.written) continue;
         const ErrorEstimate error =
             estimate_of(std::array{Stratum{.share = 1 - drawn.outer_share,
                                            .tally = tallies[0][method],

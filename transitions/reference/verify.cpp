@@ -51,8 +51,26 @@ bool is_worth_all(const Request& want, std::int64_t there, std::int64_t samples)
            (there <= Verifier::kWorthAll * samples && there <= most_remembered(want));
 }
 
-/// A label differs where f32 cannot tell the difference from rounding.
-bool differs(double a, double b) { return !(std::abs(a - b) <= 1e-6 * std::max(1.0, std::abs(b))); }
+    void copy(std::int64_t place, float* to) {
+        const auto channels = static_cast<std::int64_t>(values_.size());
+        for (std::int64_t c = 0; c < channels; ++c)
+            values_[static_cast<std::size_t>(c)] = value_at(result_, place * channels + c);
+        if (written_) round_as(*written_, values_);
+        for (std::int64_t c = 0; c < channels; ++c)
+            to[c] = static_cast<float>(values_[static_cast<std::size_t>(c)]);
+    }
+
+ private:
+    const Data& result_;
+    const std::optional<WrittenAs>& written_;
+    std::vector<double> values_;
+};
+
+/// Labels are copied as they are; where values are slope x stored + offset, f32 rounds that.
+bool differs(float a, double b, const ValueMap& map) {
+    if (map.identity()) return a != static_cast<float>(b);
+    return !(std::abs(a - b) <= 1e-6 * std::max(1.0, std::abs(b)));
+}
 
 }  // namespace
 

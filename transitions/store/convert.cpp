@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
 #include <limits>
 
+#include "graph/written.hpp"
 #include "transitions/store/reader.hpp"
 
 namespace edgewise::store {
@@ -45,33 +45,9 @@ void convert_halves(const std::byte* source, std::int64_t count, std::byte* into
 
 }  // namespace
 
-float half_to_float(std::uint16_t half) noexcept {
-    const std::uint32_t sign = static_cast<std::uint32_t>(half & 0x8000) << 16;
-    const int exponent = (half >> 10) & 31;
-    const std::uint32_t mantissa = half & 0x3ff;
-    if (exponent == 0) {
-        const float tiny = std::ldexp(static_cast<float>(mantissa), -24);
-        return sign ? -tiny : tiny;
-    }
-    const auto wide = static_cast<std::uint32_t>(exponent == 31 ? 255 : exponent + 112);
-    return std::bit_cast<float>(sign | wide << 23 | mantissa << 13);
-}
+float half_to_float(std::uint16_t half) noexcept { return float_of(Half{half}); }
 
-std::uint16_t float_to_half(float value) noexcept {
-    const auto bits = std::bit_cast<std::uint32_t>(value);
-    const auto sign = static_cast<std::uint16_t>(bits >> 16 & 0x8000);
-    const float size = std::abs(value);
-    if (std::isnan(value)) return static_cast<std::uint16_t>(sign | 0x7e00);
-    if (size >= 65520) return static_cast<std::uint16_t>(sign | 0x7c00);
-    if (size < 0x1p-14F)  // denormal: multiples of 2^-24, nearbyint rounds halves to even
-        return static_cast<std::uint16_t>(
-            sign | static_cast<std::uint16_t>(std::nearbyint(std::ldexp(size, 24))));
-    // Rounding to nearest even by adding half of the last kept place; a carry moves the exponent.
-    const std::uint32_t magnitude = bits & 0x7fffffff;
-    const std::uint32_t rounded = magnitude + 0xfff + (magnitude >> 13 & 1);
-    return static_cast<std::uint16_t>(sign |
-                                      static_cast<std::uint16_t>((rounded >> 13) - (112 << 10)));
-}
+std::uint16_t float_to_half(float value) noexcept { return half_of(value).bits; }
 
 void swap_bytes(std::byte* data, std::size_t width, std::int64_t count) noexcept {
     const auto swap = [&]<class T>(T) {

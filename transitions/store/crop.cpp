@@ -97,6 +97,7 @@ Transition crop() {
         .work = [](const Offer& made, const Ask&, int) -> Work {
             return {.streamed = 2 * made.to.bytes()};
         },
+        .error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; },
         .parts = [](const Offer& made, const Ask&) -> Partition {
             const Extent n = made.to.extent;
             return {.kind = Partition::output,

@@ -71,7 +71,7 @@ class ModuleReader : public Reader {
               std::vector<std::string>& warnings) const override {
         const Type type = static_cast<Type>(image_.type);
         const auto count = header.extent.samples() * image_.channels;
-        if (loaded_type(type) == type &&
+        if (loaded_type(type, pick.as_stored) == type &&
             into.size() == static_cast<std::size_t>(count) * edgewise::bytes_of(type))
             return module_read(library_, path_, image_, into);
         // One channel of several, or another type: through a copy.

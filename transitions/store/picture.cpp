@@ -61,7 +61,8 @@ Rows::Rows(std::int64_t width, std::int64_t height, int channels, Type type, int
       kept_(pick.channel ? 1 : channels),
       type_(type),
       size_in_(bytes_of(type)),
-      size_out_(bytes_of(loaded_type(type))),
+      converts_(loaded_type(type, pick.as_stored) != type),
+      size_out_(bytes_of(loaded_type(type, pick.as_stored))),
       into_(into) {
     // EXIF 2.3, tag 274: where row 0 and column 0 of the file lie: 2 top right, 3 bottom right,
     // 4 bottom left, 5 left top, 6 right top, 7 right bottom, 8 left bottom.
@@ -79,9 +80,8 @@ Rows::Rows(std::int64_t width, std::int64_t height, int channels, Type type, int
 }
 
 void Rows::put(std::int64_t y, const std::byte* row) {
-    const bool converts = loaded_type(type_) != type_;
     std::int64_t pixel = origin_ + y * down_;
-    if (!converts && kept_ == channels_ && along_ == 1) {
+    if (!converts_ && kept_ == channels_ && along_ == 1) {
         std::memcpy(into_.data() + static_cast<std::size_t>(pixel * kept_) * size_out_, row,
                     static_cast<std::size_t>(width_ * kept_) * size_in_);
         return;
@@ -89,7 +89,7 @@ void Rows::put(std::int64_t y, const std::byte* row) {
     for (std::int64_t x = 0; x < width_; ++x, pixel += along_) {
         const std::byte* from = row + static_cast<std::size_t>(x * channels_ + first_) * size_in_;
         std::byte* to = into_.data() + static_cast<std::size_t>(pixel * kept_) * size_out_;
-        if (converts)
+        if (converts_)
             rounding_.convert(type_, from, kept_, to, 1);
         else
             std::memcpy(to, from, static_cast<std::size_t>(kept_) * size_in_);

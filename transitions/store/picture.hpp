@@ -28,7 +28,9 @@ class Rows {
  private:
     std::int64_t width_, channels_, first_, kept_;
     Type type_;
-    std::size_t size_in_, size_out_;
+    std::size_t size_in_;
+    bool converts_;
+    std::size_t size_out_;
     std::int64_t origin_ = 0, along_ = 1, down_ = 1;  // in pixels of the output
     std::span<std::byte> into_;
     Rounding rounding_;

@@ -61,14 +61,17 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     Offer made{.from = from, .to = from, .with = with};
     made.to.type = type;
     made.to.values = map_for(from, ask.scene, type);
-    if (ask.want.field == Field::nearest && !is_kept(made))
+    const bool kept =
+        type == Type::f32 ? ask.scene.fits_f32(from.type, from.values) : is_kept(made);
+    if (ask.want.field == Field::nearest && !kept)
         return Offer::no(fmt::format("{} cannot hold the labels as they are", name_of(type)));
     return made;
 }
 
 Error error(const Offer& offer, const Ask& ask) {
-    if (is_kept(offer)) return {};
+    if (is_kept(offer)) return {.copies = true};
     if (offer.to.type == Type::f32) {
+        if (ask.scene.fits_f32(offer.from.type, offer.from.values)) return {.copies = true};
         const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
         return {.noise = largest * 0x1p-24 / std::sqrt(3.0)};
     }

@@ -118,10 +118,9 @@ Header inspect(const std::string& source, const Selection& pick) {
     return header;
 }
 
-Type loaded_type(Type stored) noexcept {
-    const bool kept =
-        stored != Type::f64 && stored != Type::f16 && stored != Type::i32 && stored != Type::u32;
-    return kept ? stored : Type::f32;
+Type loaded_type(Type stored, bool as_stored) noexcept {
+    const bool wide = stored == Type::f64 || stored == Type::i32 || stored == Type::u32;
+    return stored == Type::f16 || (wide && !as_stored) ? Type::f32 : stored;
 }
 
 int loaded_channels(const Header& header, const Selection& pick) noexcept {
@@ -132,7 +131,7 @@ std::size_t loaded_bytes(const Header& header, const Selection& pick) {
     check_times(header, pick);
     const std::size_t bytes = static_cast<std::size_t>(header.extent.samples()) *
                               static_cast<std::size_t>(loaded_channels(header, pick)) *
-                              bytes_of(loaded_type(header.type));
+                              bytes_of(loaded_type(header.type, pick.as_stored));
     if (pick.memory_limit > 0 &&
         (bytes > pick.memory_limit || header.reading_bytes > pick.memory_limit - bytes))
         refuse(header.file, fmt::format("needs {} bytes for {} x {} x {} samples and {} for "
@@ -166,7 +165,7 @@ Loaded load(const std::string& source, const Selection& pick, std::pmr::memory_r
          read_samples(header, pick, loaded.samples.data(), loaded.samples.bytes()))
         header.warnings.push_back(std::move(warning));
     header.channels = loaded_channels(header, pick);
-    header.type = loaded_type(header.type);
+    header.type = loaded_type(header.type, pick.as_stored);
     header.times = 1;
     if (pick.channel) header.alpha = Alpha::none;
     return loaded;

@@ -56,6 +56,7 @@ struct Selection {
     std::optional<int> time, channel;   // from 0
     std::string orient;                 // "RAS" ...: overrides what the file says
     std::size_t memory_limit = 0;       // for samples and reading, bytes; 0: no limit
+    bool as_stored = false;             // 32-bit integers and f64 too
 };
 
 /// One DICOM series of a folder.
@@ -73,8 +74,9 @@ Header inspect(const std::string& source, const Selection& = {});
 /// The series of a folder in the order of `--series N`; empty where it holds no DICOM.
 std::vector<Series> list_series(const std::string& source);
 
-/// Type of the samples in memory: f64, 32-bit integers and f16 are computed in f32.
-Type loaded_type(Type stored) noexcept;
+/// Type of the samples in memory: f64, 32-bit integers and f16 are computed in f32. As stored, f16
+/// alone is, which loses nothing.
+Type loaded_type(Type stored, bool as_stored = false) noexcept;
 /// Channels in memory: 1 where the selection names one.
 int loaded_channels(const Header&, const Selection&) noexcept;
 /// Bytes that `read_samples` fills.
@@ -83,7 +85,7 @@ int loaded_channels(const Header&, const Selection&) noexcept;
 std::size_t loaded_bytes(const Header&, const Selection&);
 
 /// Reads the samples: x fastest, then y, then z, channels of one sample together, native byte
-/// order, loaded_type(header.type), values not applied.
+/// order, loaded_type(header.type, selection.as_stored), values not applied.
 /// @param bytes   loaded_bytes(header, selection)
 /// @return warnings (values that f32 cannot hold, data behind the end)
 /// @throws InputError

@@ -47,14 +47,15 @@ std::vector<Walk> walk_of(const Stored& stored, const Selection& pick, const Ext
 
 class Scatter {
  public:
-    Scatter(const Stored& stored, Stream& stream, const std::string& file,
+    Scatter(const Stored& stored, bool as_stored, Stream& stream, const std::string& file,
             std::span<std::byte> into)
         : stored_(stored),
           stream_(stream),
           file_(file),
           into_(into),
           width_(bytes_of(stored.type)),
-          out_width_(bytes_of(loaded_type(stored.type))),
+          out_type_(loaded_type(stored.type, as_stored)),
+          out_width_(bytes_of(out_type_)),
           swaps_(stored.big_endian && width_ > 1) {}
 
     void run(const std::vector<Walk>& walk) { axis(walk, walk.size() - 1, 0); }
@@ -88,7 +89,7 @@ class Scatter {
     /// One run of numbers; where nothing changes it goes straight to its place.
     void numbers(const Walk& run, std::int64_t to) {
         std::byte* place = into_.data() + static_cast<std::size_t>(to) * out_width_;
-        const bool converts = loaded_type(stored_.type) != stored_.type;
+        const bool converts = out_type_ != stored_.type;
         if (run.stride == 1 && !converts) {
             read_all(stream_, {place, static_cast<std::size_t>(run.size) * width_}, file_);
             if (swaps_) swap_bytes(place, width_, run.size);
@@ -112,7 +113,9 @@ class Scatter {
     Stream& stream_;
     const std::string& file_;
     std::span<std::byte> into_;
-    std::size_t width_, out_width_;
+    std::size_t width_;
+    Type out_type_;
+    std::size_t out_width_;
     bool swaps_;
     Rounding rounding_;
     std::vector<std::byte> chunk_ = std::vector<std::byte>(kChunkNumbers * 8);
@@ -362,7 +365,7 @@ void scatter(const Stored& stored, const Selection& pick, Stream& stream, const 
     Header shape;
     shape.file = file;
     take_axes(shape, stored);
-    Scatter scatter(stored, stream, file, into);
+    Scatter scatter(stored, pick.as_stored, stream, file, into);
     scatter.run(walk_of(stored, pick, shape.extent, loaded_channels(shape, pick)));
     scatter.tell(warnings);
 }

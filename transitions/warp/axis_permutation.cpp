@@ -103,20 +103,26 @@ std::optional<AxisPermutation> permutation_to_screen(const Representation& from,
     return kernels::axis_permutation(kernels::affine_of(map));
 }
 
-Offer offer_screen(const Representation& from, const Ask& ask, const Parameters& with) {
-    const Placement& views = ask.want.views;
+/// Why the samples cannot be copied to the screen, or "".
+std::string no_copy(const Representation& from, const Request& want) {
     bool covered = true;
-    for (int variant = 0; variant < views.different(); ++variant) {
-        const int view = views.first_view(variant);
-        const auto permutation = permutation_to_screen(from, ask.want, view);
+    for (int variant = 0; variant < want.views.different(); ++variant) {
+        const int view = want.views.first_view(variant);
+        const auto permutation = permutation_to_screen(from, want, view);
         if (!permutation)
-            return Offer::no(fmt::format(
-                "view {}: its map is no signed permutation of the axes with a whole shift", view));
-        covered = covered && covers(*permutation, from.extent, ask.want.screen);
+            return fmt::format(
+                "view {}: its map is no signed permutation of the axes with a whole shift", view);
+        covered = covered && covers(*permutation, from.extent, want.screen);
     }
-    if (!covered && !stored(from, ask.want.outside))
-        return Offer::no(fmt::format("the value {} outside the input cannot be stored as {}",
-                                     ask.want.outside, name_of(from.type)));
+    if (!covered && !stored(from, want.outside))
+        return fmt::format("the value {} outside the input cannot be stored as {}", want.outside,
+                           name_of(from.type));
+    return {};
+}
+
+Offer offer_screen(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (std::string reason = no_copy(from, ask.want); !reason.empty())
+        return Offer::no(std::move(reason));
     Representation to = screen_scalar(from, ask.want);
     to.type = from.type;
     to.values = from.values;
@@ -229,6 +235,12 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 
 }  // namespace
 
+bool copies_samples(const Representation& from, const Request& want) {
+    return want.job == Job::warp && from.type != Type::c64 && no_copy(from, want).empty();
+}
+
+bool can_store(const Representation& as, double value) { return stored(as, value).has_value(); }
+
 Transition axis_permutation_warp() {
     Transition edge;
     edge.name = "warp.axis_permutation";
@@ -239,6 +251,7 @@ Transition axis_permutation_warp() {
     edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
     edge.offer = offer;
     edge.work = work;
+    edge.error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; };
     edge.run = run;
     return edge;
 }

@@ -272,6 +272,34 @@ TEST(Verifier, CountsLabelsThatDiffer) {
     EXPECT_GE(some.high, all.nrmse);
 }
 
+/// What is compared is what a file of integers says, clipped at the ends of its type.
+TEST(Verifier, RoundsResultsAsTheyAreWritten) {
+    const Data data = make_phantom("gaussians", 40, heap());
+    Request want = turned(data, Job::warp, 1);
+    const ReferenceField field(data, Field::linear);
+    const std::vector<Data> frames = results(want, field);
+    ASSERT_LT(verified(want, field, frames, 0, 1).nrmse, 1e-6);  // f32 rounds
+    // 0.25 is a step of quarters; the last of 0, 0.25 ... 0.75 that i8 has here is 0.5.
+    want.written = WrittenAs{.type = Type::i8, .values = {0.25, -31.25}};
+    const Reference reference(want, field, heap());
+    double squares = 0, most = 0;
+    std::int64_t seen = 0;
+    for (std::int64_t i = 0; i < want.output().samples(); ++i) {
+        const OutputSample at{0, i % 80, i / 80 % 70, i / 5600};
+        if (!reference.sees_input(at)) continue;
+        const double value = frames[0].as<float>()[i];
+        const double written = std::min(0.5, 0.25 * std::nearbyint(value / 0.25));
+        squares += (written - value) * (written - value);
+        most = std::max(most, std::abs(written - value));
+        ++seen;
+    }
+    const Verified found = verified(want, field, frames, 0, 1);
+    const double rms = std::sqrt(squares / static_cast<double>(seen));
+    ASSERT_GT(rms, 0.05);
+    EXPECT_NEAR(found.nrmse * found.range, rms, 1e-6);
+    EXPECT_NEAR(found.max, most, 1e-6);
+}
+
 TEST(Verifier, NoticesResultsThatAreNotFinite) {
     const Data data = make_phantom("gaussians", 40, heap());
     const Request want = turned(data, Job::render, 1);
