@@ -51,21 +51,6 @@ bool is_worth_all(const Request& want, std::int64_t there, std::int64_t samples)
            (there <= Verifier::kWorthAll * samples && there <= most_remembered(want));
 }
 
-    void copy(std::int64_t place, float* to) {
-        const auto channels = static_cast<std::int64_t>(values_.size());
-        for (std::int64_t c = 0; c < channels; ++c)
-            values_[static_cast<std::size_t>(c)] = value_at(result_, place * channels + c);
-        if (written_) round_as(*written_, values_);
-        for (std::int64_t c = 0; c < channels; ++c)
-            to[c] = static_cast<float>(values_[static_cast<std::size_t>(c)]);
-    }
-
- private:
-    const Data& result_;
-    const std::optional<WrittenAs>& written_;
-    std::vector<double> values_;
-};
-
 /// Labels are copied as they are; where values are slope x stored + offset, f32 rounds that.
 bool differs(float a, double b, const ValueMap& map) {
     if (map.identity()) return a != static_cast<float>(b);
@@ -339,12 +324,11 @@ void Verifier::take_looked(int frame, const Data& result) {
 
 /// All written channels of the sample at a place.
 void Verifier::copy_written(const Data& result, std::int64_t place, float* values) const {
-    const auto value = [&](int c) { return value_at(result, place * result.what.channels + c); };
-    if (static_cast<int>(channels_) == result.what.channels) {
-        for (int c = 0; c < result.what.channels; ++c) values[c] = static_cast<float>(value(c));
-        return;
-    }
-    std::array<double, 4> delivered{value(0), value(1), value(2), value(3)};
+    std::array<double, 4> delivered{};
+    const auto channels = static_cast<std::size_t>(result.what.channels);
+    for (std::size_t c = 0; c < channels; ++c)
+        delivered[c] = value_at(result, place * result.what.channels + static_cast<int>(c));
+    if (want_.written) round_as(*want_.written, {delivered.data(), channels});
     as_written(want_, delivered.data());
     for (std::size_t c = 0; c < channels_; ++c) values[c] = static_cast<float>(delivered[c]);
 }
@@ -490,7 +474,8 @@ void Verifier::compare(const float* delivered, const double* expected, const Dra
         const double counted = std::isfinite(difference) ? difference : kInfinity;
         compared_.largest_difference = std::max(compared_.largest_difference, counted);
         square += counted * counted / static_cast<double>(channels_);
-        other = other || differs(delivered[c], expected[c]);
+        other =
+            other || differs(delivered[c], expected[c], reference_.field().samples().what.values);
     }
     ++compared_.samples;
     compared_.differ += other;
