@@ -40,7 +40,7 @@ Vec3 held_point(const GeometryWords& words, const InputGrid& input) {
                                        input.axes == 2 ? "X,Y" : "X,Y,Z"));
     Vec3 sample = centre_of(input.extent);
     for (int k = 0; k < input.axes; ++k) sample[k] = at[k];
-    return (sample - centre_of(input.extent)).cwiseProduct(input.spacing);
+    return input.lean * (sample - centre_of(input.extent)).cwiseProduct(input.spacing);
 }
 
 /// Centred object space -> centred screen space, without the steps.
