@@ -136,7 +136,7 @@ std::vector<JobOptions> usual_requests() {
         add(Job::render, "describe:256x256x256:u8", "20,30,0").mode = mode;
         JobOptions& table = add(Job::render, "describe:128x128x128:u16", "10,0,0");
         table.mode = mode;
-        table.geometry.turntable = "36";
+        table.geometry.steps.emplace_back("turntable", "36");
     }
     add(Job::warp, "describe:256x256x256:u16", "10,20,30");
     add(Job::warp, "describe:128x128x128:f32", "60,5,0");
@@ -149,8 +149,6 @@ std::string request_text(const JobOptions& options) {
     std::string text = fmt::format("{} {}", name_of(options.job), options.input);
     for (const auto& [step, value] : options.geometry.steps)
         text += fmt::format(" --{} {}", step, value);
-    if (options.geometry.turntable)
-        text += fmt::format(" --turntable {}", *options.geometry.turntable);
     if (options.mode) text += " --mode " + *options.mode;
     return text;
 }

@@ -15,9 +15,12 @@
 namespace edgewise::cli {
 namespace {
 
-/// Writes a part of the explanation; beside a report on standard output it goes to standard error.
+/// Writes a part of the explanation; beside what was asked for on standard output it goes to
+/// standard error.
 void explain(const Session& session, const std::string& text) {
-    std::FILE* out = session.options.json == "-" ? stderr : stdout;
+    const JobOptions& o = session.options;
+    const bool taken = o.json == "-" || o.out == "-" || o.trace == "-" || o.flow == "-";
+    std::FILE* out = taken ? stderr : stdout;
     std::fputs(text.c_str(), out);
     std::fflush(out);  // before what comes from the run on standard error
 }

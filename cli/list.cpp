@@ -12,6 +12,7 @@
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 #include "planner/machines.hpp"
 #include "transitions/catalogue.hpp"
 #include "transitions/reference/phantoms.hpp"
@@ -208,12 +209,15 @@ int do_list(const std::string& what, const std::optional<std::string>& json) {
     return guarded_with_json(json, [&] {
         if (json && *json != "-") expect_writable("--json", *json);
         const auto kind = std::find_if(std::begin(kKinds), std::end(kKinds),
-                                       [&](const Kind& k) { return what == k.name; });
-        if (kind == std::end(kKinds))
-            throw RequestError(fmt::format(
-                "list: '{}' is none of edges, filters, modes, formats, phantoms, machines", what));
+                                       [&](const Kind& k) { return same_word(what, k.name); });
+        if (kind == std::end(kKinds)) {
+            std::vector<std::string> names;
+            for (const Kind& each : kKinds) names.emplace_back(each.name);
+            throw RequestError(
+                fmt::format("list: there are no '{}'; {}", what, instead_of(what, names)));
+        }
         const Json entries = kind->entries();
-        if (json) write_text(*json, text_of(Json{{"schema", 1}, {what, entries}}));
+        if (json) write_text(*json, text_of(Json{{"schema", 1}, {kind->name, entries}}));
         if (json == "-") return static_cast<int>(kDone);
         std::string text;
         for (const Json& entry : entries) text += line_of(entry);

@@ -11,6 +11,7 @@
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 #include "runtime/one_thread_a_core.hpp"
 
 namespace edgewise::cli {
@@ -22,32 +23,50 @@ const CLI::App& innermost(const CLI::App& app) {
     return inner.empty() ? app : innermost(*inner.back());
 }
 
-std::string known_options(const CLI::App& app) {
+std::vector<std::string> option_names(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::Option* option : app.get_options())
         if (!option->get_positional()) names.push_back(option->get_name());
-    return fmt::format("{}", fmt::join(names, " "));
+    return names;
 }
 
-std::string known_verbs(const CLI::App& app) {
+std::vector<std::string> verb_names(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::App* verb : app.get_subcommands({})) names.push_back(verb->get_name());
-    return fmt::format("{}", fmt::join(names, ", "));
+    return names;
 }
 
-/// What is wrong with the command line, and what there is instead.
+/// The other verbs beside this one that do have an option, or "".
+std::string verbs_with(const CLI::App& app, const std::string& option) {
+    std::vector<std::string> others;
+    if (const CLI::App* parent = app.get_parent())
+        for (const CLI::App* verb : parent->get_subcommands({}))
+            if (verb != &app && verb->get_option_no_throw(option))
+                others.push_back(verb->get_name());
+    return fmt::format("{}", fmt::join(others, " and "));
+}
+
+/// What to say of an option that a verb does not have.
+std::string no_option(const CLI::App& app, const std::string& typed) {
+    const std::string option = typed.substr(0, typed.find('='));
+    const std::string help = fmt::format("`edgewise {} --help` shows all", app.get_name());
+    const std::string others = verbs_with(app, option);
+    return fmt::format(
+        "there is no option {}; {}", option,
+        others.empty() ? instead_of(option, option_names(app), help) : "it is one of " + others);
+}
+
+/// What is wrong with the command line, and what was meant or there is instead.
 std::string problem_of(const CLI::App& main, const CLI::ParseError& error) {
     const CLI::App& app = innermost(main);
     const std::string where = &app == &main ? "" : app.get_name() + ": ";
     const std::vector<std::string> extra = app.remaining();
     if (extra.empty()) return where + error.what();
-    const bool option = extra[0].starts_with("-");
-    if (!option && !app.get_subcommands({}).empty())
-        return fmt::format("{}there is no verb '{}'; there are {}", where, extra[0],
-                           known_verbs(app));
-    return option ? fmt::format("{}there is no option {}; there are {}", where, extra[0],
-                                known_options(app))
-                  : fmt::format("{}'{}' is one argument too many", where, extra[0]);
+    if (extra[0].starts_with("-")) return where + no_option(app, extra[0]);
+    if (!app.get_subcommands({}).empty())
+        return fmt::format("{}there is no verb '{}'; {}", where, extra[0],
+                           instead_of(extra[0], verb_names(app)));
+    return fmt::format("{}'{}' is one argument too many", where, extra[0]);
 }
 
 /// A command line that cannot be read may still say where its report goes.
@@ -71,6 +90,7 @@ int run(int count, char** words) {
                   "edgewise");
     main.set_version_flag("--version", "edgewise " EDGEWISE_VERSION);
     main.require_subcommand(1);
+    main.ignore_case();  // of verbs
     const Verb verbs[] = {add_info(main),  add_warp(main),   add_render(main),    add_plan(main),
                           add_graph(main), add_list(main),   add_calibrate(main), add_compare(main),
                           add_audit(main), add_advise(main), add_chart(main)};

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise {
 
@@ -23,9 +24,11 @@ std::string Parameters::text() const {
 Value Domain::parse(const std::string& edge, const std::string& key,
                     const std::string& text) const {
     if (!words.empty()) {
-        if (std::find(words.begin(), words.end(), text) != words.end()) return text;
-        throw RequestError(
-            fmt::format("{}/{}={}: one of {}", edge, key, text, fmt::join(words, ", ")));
+        const auto found = std::find_if(words.begin(), words.end(), [&](const std::string& word) {
+            return same_word(word, text);
+        });
+        if (found != words.end()) return *found;
+        throw RequestError(fmt::format("{}/{}={}: {}", edge, key, text, instead_of(text, words)));
     }
     double number = 0;
     const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), number);

@@ -2,8 +2,10 @@
 
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise {
 namespace {
@@ -53,13 +55,13 @@ bool is_integer(Type type) noexcept { return row(type).integer; }
 std::array<double, 2> limits_of(Type type) noexcept { return {row(type).low, row(type).high}; }
 
 Type type_named(std::string_view name) {
-    std::string known;
+    std::vector<std::string> names;
     for (const Row& candidate : kTypes) {
-        if (candidate.name == name) return candidate.type;
-        known += known.empty() ? "" : ", ";
-        known += candidate.name;
+        if (same_word(candidate.name, name)) return candidate.type;
+        names.emplace_back(candidate.name);
     }
-    throw RequestError("unknown sample type '" + std::string(name) + "'; known: " + known);
+    throw RequestError("there is no sample type '" + std::string(name) + "'; " +
+                       instead_of(name, names));
 }
 
 }  // namespace edgewise

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <deque>
 #include <fmt/format.h>
+#include <set>
 #include <string_view>
 #include <unordered_map>
 
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise {
 namespace {
@@ -207,16 +209,38 @@ bool Demand::fits(const Transition& edge, const Parameters& chosen) const {
     });
 }
 
+namespace {
+
+/// The edge or family that a word means: its name in any case, or the end of it behind the family
+/// where only one edge ends so. @throws RequestError
+std::string full_name(const std::string& typed, const Catalogue& catalogue) {
+    std::vector<std::string> names, ends;
+    std::set<std::string> alike;
+    for (const Transition& edge : catalogue) {
+        if (same_word(typed, edge.name)) return edge.name;
+        if (same_word(typed, edge.family())) return edge.family();
+        names.push_back(edge.name);
+        ends.push_back(edge.name.substr(edge.name.find('.') + 1));
+        if (same_word(typed, ends.back())) alike.insert(edge.name);
+    }
+    if (alike.size() == 1) return *alike.begin();
+    if (!alike.empty())
+        throw RequestError(
+            fmt::format("'{}' may be {}; say which", typed, fmt::join(alike, " or ")));
+    for (const Transition& edge : catalogue) ends.push_back(edge.family());
+    const std::string all = "`edgewise list edges` shows all";
+    const bool whole = typed.find('.') != std::string::npos;
+    throw RequestError(fmt::format("no edge is called '{}'; {}", typed,
+                                   instead_of(typed, whole ? names : ends, all)));
+}
+
+}  // namespace
+
 Demand demand_of(const std::string& text, const Catalogue& catalogue) {
-    Demand demand{.name = text.substr(0, text.find('/'))};
+    const std::string typed = text.substr(0, text.find('/'));
+    Demand demand{.name = full_name(typed, catalogue)};
     const auto named = std::find_if(catalogue.begin(), catalogue.end(),
                                     [&](const Transition& edge) { return demand.names(edge); });
-    if (named == catalogue.end()) {
-        std::vector<std::string> names;
-        for (const Transition& edge : catalogue) names.push_back(edge.name);
-        throw RequestError(
-            fmt::format("no edge is called '{}'; known: {}", demand.name, fmt::join(names, ", ")));
-    }
     for (std::size_t slash = text.find('/'); slash != std::string::npos;) {
         const std::size_t next = text.find('/', slash + 1);
         const std::string pair = text.substr(slash + 1, next - slash - 1);
@@ -224,13 +248,17 @@ Demand demand_of(const std::string& text, const Catalogue& catalogue) {
         const std::size_t equals = pair.find('=');
         if (equals == std::string::npos)
             throw RequestError(fmt::format("'{}' in '{}': expected key=value", pair, text));
-        const std::string key = pair.substr(0, equals);
+        const std::string key = lower(pair.substr(0, equals));
         const auto domain = named->parameters.find(key);
-        if (demand.name != named->name || domain == named->parameters.end()) {
+        if (demand.name != named->name)
+            throw RequestError(
+                fmt::format("'{}' is a family, and parameters are of one edge, as {}/{}",
+                            demand.name, named->name, pair));
+        if (domain == named->parameters.end()) {
             std::vector<std::string> keys;
             for (const auto& entry : named->parameters) keys.push_back(entry.first);
-            throw RequestError(fmt::format("'{}' has no parameter '{}'; known: {}", demand.name,
-                                           key, fmt::join(keys, ", ")));
+            throw RequestError(fmt::format("'{}' has no parameter '{}'; {}", demand.name, key,
+                                           keys.empty() ? "it has none" : instead_of(key, keys)));
         }
         demand.with.set(key, domain->second.parse(demand.name, key, pair.substr(equals + 1)));
     }

@@ -19,8 +19,8 @@ struct Demand {
     bool fits(const Transition& edge, const Parameters& chosen) const;
 };
 
-/// Reads "NAME[/key=value]...". @throws RequestError for what the catalogue does not know, with
-/// what it does
+/// Reads "NAME[/key=value]...", in any case; of a name its end will do ("ray_cast") where only one
+/// edge ends so. @throws RequestError for what the catalogue does not know, with what is nearest
 Demand demand_of(const std::string& text, const Catalogue& catalogue);
 
 /// Which paths count.

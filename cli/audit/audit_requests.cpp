@@ -8,6 +8,7 @@
 
 #include "cli/request/request_options.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -96,9 +97,12 @@ JobOptions job_options_of(const AuditRequest& request) {
         throw RequestError("args: help is no request");
     } catch (const CLI::ParseError& error) {
         const std::vector<std::string> extra = app.remaining();
-        throw RequestError(extra.empty()
-                               ? fmt::format("args: {}: {}", verb, error.what())
-                               : fmt::format("args: {}: there is no '{}'", verb, extra[0]));
+        if (extra.empty()) throw RequestError(fmt::format("args: {}: {}", verb, error.what()));
+        std::vector<std::string> names;
+        for (const CLI::Option* option : app.get_options()) names.push_back(option->get_name());
+        throw RequestError(fmt::format("args: {}: there is no '{}'; {}", verb, extra[0],
+                                       instead_of(extra[0].substr(0, extra[0].find('=')), names,
+                                                  "`--help` shows all options")));
     }
     order_geometry(app, options);
     options.verify.reset();

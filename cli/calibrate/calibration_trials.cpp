@@ -163,7 +163,7 @@ JobOptions options_of(const Trial& trial) {
     options.geometry.steps = {{"rotate", trial.turn}};
     if (trial.mode) options.mode = trial.mode;
     if (trial.size) options.geometry.size = trial.size;
-    if (trial.frames) options.geometry.turntable = trial.frames;
+    if (trial.frames) options.geometry.steps.emplace_back("turntable", trial.frames);
     if (trial.perspective) options.geometry.perspective = trial.perspective;
     options.machine = "default";
     options.threads = "1";

@@ -17,16 +17,18 @@ constexpr double kMostValues = 1000;
 
 using Words = std::vector<std::string>;
 
-/// Options that are one number: of the request, of its geometry.
+/// Options that are one number: of the request, of its geometry, a step of that.
 using OfRequest = std::optional<std::string> JobOptions::*;
 using OfGeometry = std::optional<std::string> GeometryWords::*;
-using Plain = std::variant<OfRequest, OfGeometry>;
+using Step = const char*;
+using Plain = std::variant<OfRequest, OfGeometry, Step>;
 
 const std::map<std::string, Plain>& plain_options() {
     static const std::map<std::string, Plain> options = {
-        {"frames", &GeometryWords::turntable},
-        {"turntable", &GeometryWords::turntable},
+        {"frames", Step("turntable")},
+        {"turntable", Step("turntable")},
         {"perspective", &GeometryWords::perspective},
+        {"zoom", &GeometryWords::zoom},
         {"threads", &JobOptions::threads},
         {"max-error", &JobOptions::max_error},
         {"max-time", &JobOptions::max_time},
@@ -37,13 +39,6 @@ const std::map<std::string, Plain>& plain_options() {
         {"time", &JobOptions::time},
         {"channel", &JobOptions::channel}};
     return options;
-}
-
-void put(JobOptions& options, const Plain& option, const std::string& text) {
-    if (const auto* request = std::get_if<OfRequest>(&option))
-        options.*(*request) = text;
-    else
-        options.geometry.*std::get<OfGeometry>(option) = text;
 }
 
 /// Options of one number an axis, and what the others are where nobody says.
@@ -116,6 +111,19 @@ std::string part_text(const JobOptions& options, const std::string& name, std::s
             "--sweep {}: the other axes are not known; give --{} for all of them too", name, name));
     parts[axis] = value;
     return fmt::format("{}", fmt::join(parts, std::string(1, separator)));
+}
+
+}  // namespace
+
+namespace {
+
+void put(JobOptions& options, const Plain& option, const std::string& text) {
+    if (const auto* request = std::get_if<OfRequest>(&option))
+        options.*(*request) = text;
+    else if (const auto* geometry = std::get_if<OfGeometry>(&option))
+        options.geometry.*(*geometry) = text;
+    else
+        put(options, std::string(std::get<Step>(option)), text);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "cli/request/numbers.hpp"
 #include "cli/request/screen.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -39,21 +40,73 @@ Vec3 held_point(const GeometryWords& words, const InputGrid& input) {
                                        input.axes == 2 ? "X,Y" : "X,Y,Z"));
     Vec3 sample = centre_of(input.extent);
     for (int k = 0; k < input.axes; ++k) sample[k] = at[k];
-    return (sample - centre_of(input.extent)).cwiseProduct(input.spacing);
+    return input.lean * (sample - centre_of(input.extent)).cwiseProduct(input.spacing);
 }
 
-/// Centred object space -> centred screen space, without a turntable.
-Mat4 chosen_map(const GeometryWords& words, const InputGrid& input, Job job) {
+/// Centred object space -> centred screen space, without the steps.
+Mat4 viewed(const GeometryWords& words, const InputGrid& input, Job job) {
     const bool front = job == Job::render && input.anatomical;
     const std::string name = words.view.value_or(front ? "front" : "z");
-    if (input.axes == 2 && name != "z")
+    const Mat3 view = view_of(name, input.direction);
+    if (input.axes == 2 && view != Mat3::Identity())
         throw RequestError(fmt::format("--view {}: an image has only the view z", name));
-    const Mat4 view = linear(view_of(name, input.direction));
-    Mat4 steps = Mat4::Identity();
-    for (const auto& [option, value] : words.steps) steps = step_of(option, value, input) * steps;
+    return linear(view);
+}
+
+/// How many views there are, and which step makes them. @throws RequestError
+std::int64_t count_views(const GeometryWords& words, Job job) {
+    std::optional<std::int64_t> views;
+    for (const auto& [option, value] : words.steps) {
+        if (option != "turntable") continue;
+        if (job == Job::warp) throw RequestError("--turntable: only render makes several views");
+        if (views) throw RequestError("--turntable: given twice; one turn makes the views");
+        views = whole_of("--turntable", value, 1, 100000);
+    }
+    return views.value_or(1);
+}
+
+/// Centred object space -> centred screen space, one map a view.
+std::vector<Mat4> all_views(const GeometryWords& words, const InputGrid& input, const Mat4& view,
+                            Job job) {
+    const std::int64_t count = count_views(words, job);
     const Vec3 held = view.topLeftCorner<3, 3>() * held_point(words, input);
-    if (!held.isZero(0)) steps = shift_by(held) * steps * shift_by(-held);
-    return steps * view;
+    // What --about holds is held by each step, so also by several after one another; a turntable
+    // among them goes about the middle of its pictures.
+    Mat4 before = Mat4::Identity(), after = Mat4::Identity();
+    const auto held_fast = [&](const Mat4& steps) -> Mat4 {
+        return held.isZero(0) ? steps : Mat4(shift_by(held) * steps * shift_by(-held));
+    };
+    bool turned = false;
+    for (const auto& [option, value] : words.steps) {
+        if (option == "turntable") {
+            turned = true;
+            continue;
+        }
+        Mat4& side = turned ? after : before;
+        side = step_of(option, value, input) * side;
+    }
+    before = held_fast(before) * view;
+    after = held_fast(after);
+    std::vector<Mat4> maps;
+    for (std::int64_t i = 0; i < count; ++i) {
+        const double angle = 360.0 * static_cast<double>(i) / static_cast<double>(count);
+        maps.push_back(turned ? Mat4(after * linear(rotation_of(0, angle, 0)) * before) : before);
+    }
+    return maps;
+}
+
+/// The input as --view turns it: axes change places and ends.
+InputGrid turned_grid(const InputGrid& input, const Mat4& view) {
+    const Mat3 turn = view.topLeftCorner<3, 3>();
+    InputGrid grid = input;
+    for (int to = 0; to < 3; ++to)
+        for (int from = 0; from < 3; ++from)
+            if (turn(to, from) != 0) {
+                grid.extent[to] = input.extent[from];
+                grid.spacing[to] = input.spacing[from];
+            }
+    grid.lean = turn * input.lean * turn.transpose();
+    return grid;
 }
 
 /// Entries within rounding of a whole number become it: a quarter turn or a shift by whole samples
@@ -96,16 +149,6 @@ Mat4 on_grid(const Mat4& map, const InputGrid& input, const ScreenGrid& grid) {
     return result;
 }
 
-std::vector<Mat4> turned(const Mat4& map, const GeometryWords& words, Job job) {
-    if (!words.turntable) return {map};
-    if (job == Job::warp) throw RequestError("--turntable: only render makes several views");
-    const std::int64_t views = whole_of("--turntable", *words.turntable, 1, 100000);
-    std::vector<Mat4> maps;
-    for (std::int64_t i = 0; i < views; ++i)
-        maps.push_back(linear(rotation_of(0, 360.0 * static_cast<double>(i) / views, 0)) * map);
-    return maps;
-}
-
 /// How much more an affine map stretches one direction than another. Steps that are fine one by one
 /// may flatten the input together, which the determinant of none of them shows.
 /// @throws RequestError where no f64 inverse of it would hold
@@ -142,24 +185,119 @@ std::optional<Vec3> sent(const Mat4& map, const Vec3& point) {
     return Vec3(to.head<3>() / to[3]);
 }
 
+namespace {
+
+/// Entries that are half a sample but for rounding: what a grid's samples lie at when its axes only
+/// change places.
+double tidy(double at) {
+    const double near = std::round(2 * at) / 2;
+    return std::abs(at - near) <= 1e-9 ? near + 0.0 : at;
+}
+
+/// Where the output's samples lie: by the views themselves where the grid is what they turn, else
+/// by --view alone. Output index -> input index.
+Mat4 place_of(const Mat4& turning) {
+    if (turning == Mat4::Identity()) return turning;
+    Mat4 lies = turning.inverse();
+    for (int row = 0; row < 3; ++row) lies(row, 3) = tidy(lies(row, 3));
+    return lies;
+}
+
+/// Whether the grid moves, instead of the content. @throws RequestError
+bool moves_grid(const GeometryWords& words) {
+    const std::string what = lower(words.move.value_or("content"));
+    if (what != "grid" && what != "content")
+        throw RequestError(fmt::format("--move: '{}' is neither content nor grid", *words.move));
+    return what == "grid";
+}
+
+/// How deep the moved volume is, and how much of that is not in the output.
+void measure_depth(Geometry& geometry, const Mat4& map, const std::vector<Vec3>& corners) {
+    double low = 1e300, high = -1e300;
+    for (const Vec3& corner : corners) {
+        const std::optional<Vec3> at = sent(map, corner);
+        if (!at) return;
+        low = std::min(low, at->z());
+        high = std::max(high, at->z());
+    }
+    const ScreenGrid& grid = geometry.grid;
+    const double half = double(grid.extent.z) * grid.spacing.z() / 2;
+    const double beyond =
+        std::max(grid.centre.z() - half - low, high - grid.centre.z() - half) / grid.spacing.z();
+    geometry.depth = (high - low) / grid.spacing.z();
+    geometry.cut = std::max(0.0, beyond);
+}
+
+}  // namespace
+
+void take_axes(InputGrid& grid, const Mat3& points) {
+    constexpr double kUnseen = 0.1;  // sample
+    grid.direction = points;
+    grid.lean = Mat3::Identity();
+    // Gram and Schmidt, in the order of the axes: slices stay as they were acquired.
+    Mat3 own = points;
+    for (int k = 0; k < grid.axes; ++k) {
+        for (int j = 0; j < k; ++j) {
+            const double along = own.col(j).dot(points.col(k));
+            grid.lean(j, k) = along;
+            own.col(k) -= along * own.col(j);
+        }
+        const double across = own.col(k).norm();
+        grid.lean(k, k) = across;
+        own.col(k) /= across;
+    }
+    bool seen = false;
+    for (int k = 0; k < grid.axes; ++k)
+        for (int j = 0; j < k; ++j)
+            seen |= std::abs(grid.lean(j, k)) * double(grid.extent[k]) * grid.spacing[k] >
+                    kUnseen * grid.spacing[j];
+    if (seen)
+        grid.direction = own;
+    else
+        grid.lean = Mat3::Identity();
+}
+
 Geometry geometry_of(const GeometryWords& words, const InputGrid& input, Job job) {
-    const std::vector<Mat4> maps = turned(chosen_map(words, input, job), words, job);
+    const Mat4 view = viewed(words, input, job);
+    std::vector<Mat4> maps = all_views(words, input, view, job);
+    const InputGrid turned = turned_grid(input, view);
+    Mat4 turning = view;
+    if (input.leans()) {
+        // From along the axes of the grid to perpendicular ones and, in a warp, back.
+        Mat4 back = Mat4::Identity();
+        if (job == Job::warp && !words.upright) back = linear(turned.lean.inverse());
+        const Mat4 lean = linear(input.lean);
+        for (Mat4& map : maps) map = back * map * lean;
+        turning = back * turning * lean;
+    }
     std::vector<Vec3> corners = corners_of(input);
     for (Vec3& corner : corners)
         corner = (corner - centre_of(input.extent)).cwiseProduct(input.spacing);
 
     Geometry geometry;
     geometry.condition = condition_of(maps[0], input.axes);
-    geometry.grid = job == Job::warp ? warp_grid(words, input, maps[0], corners)
+    geometry.grid = job == Job::warp ? warp_grid(words, turned, maps[0], corners)
                                      : picture_grid(words, input, maps, corners);
+    if (words.perspective) {
+        if (job == Job::warp) throw RequestError("--perspective: only render has an eye");
+        // The eye sees the whole scene, of which a zoom shows the middle.
+        geometry.eye = eye_of(*words.perspective, geometry.grid, maps, corners);
+    }
+    if (words.zoom) zoom(geometry.grid, *words.zoom, job);
     if (job == Job::render) geometry.unit = geometry.grid.spacing.z();
     for (const Mat4& map : maps) geometry.views.push_back(on_grid(map, input, geometry.grid));
     for (const Mat4& map : geometry.views)
         if (!map.allFinite()) throw RequestError("the geometry options overflow when combined");
-    if (words.perspective) {
-        if (job == Job::warp) throw RequestError("--perspective: only render has an eye");
-        geometry.eye = eye_of(*words.perspective, geometry.grid, maps, corners);
+    if (job == Job::render) {
+        if (words.move) throw RequestError("--move: of warp; a picture has no grid to turn");
+        return geometry;
     }
+    const bool grid_moves = moves_grid(words);
+    if (grid_moves && maps[0].row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+        throw RequestError("--move grid: a homography leaves no grid of equal steps");
+    geometry.lies =
+        place_of(grid_moves ? geometry.views[0] : on_grid(turning, input, geometry.grid));
+    if (input.axes == 3) measure_depth(geometry, maps[0], corners);
     return geometry;
 }
 

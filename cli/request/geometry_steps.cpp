@@ -7,6 +7,7 @@
 #include "cli/request/geometry.hpp"
 #include "cli/request/numbers.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -79,7 +80,7 @@ int axis_named(char letter, int axes) {
 
 Mat4 shear_step(const std::string& value, const InputGrid& input) {
     Mat4 map = Mat4::Identity();
-    for (const std::string& pair : split(value, ',')) {
+    for (const std::string& pair : split(lower(value), ',')) {
         const int to = pair.size() > 3 ? axis_named(pair[0], input.axes) : -1;
         const int by = pair.size() > 3 ? axis_named(pair[1], input.axes) : -1;
         if (to < 0 || by < 0 || to == by || pair[2] != '=')
@@ -135,7 +136,7 @@ Mat4 volume_matrix(const std::vector<double>& v) {
 }
 
 Mat4 matrix_step(const std::string& value, const InputGrid& input) {
-    const bool list = value.find_first_not_of("0123456789+-.,eEinfaINFA") == std::string::npos &&
+    const bool list = value.find_first_not_of("0123456789+-.,eEinfaINFA ") == std::string::npos &&
                       value.find(',') != std::string::npos;
     const std::vector<double> v = list ? numbers_of("--matrix", value) : numbers_in_file(value);
     return input.axes == 2 ? image_matrix(v) : volume_matrix(v);

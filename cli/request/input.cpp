@@ -209,11 +209,13 @@ InputGrid grid_of(const Input& input) {
     grid.extent = header.extent;
     grid.spacing = Vec3(header.spacing.data());
     grid.anatomical = header.anatomical;
-    // What does not say how it lies in the body is taken as LPS.
-    if (header.anatomical)
-        for (int k = 0; k < 3; ++k)
-            grid.direction.col(k) = Vec3(header.direction[static_cast<std::size_t>(k)].data());
     if (grid.axes == 2) grid.spacing.z() = 1;
+    Mat3 points;
+    for (int k = 0; k < 3; ++k)
+        points.col(k) = Vec3(header.direction[static_cast<std::size_t>(k)].data());
+    take_axes(grid, points);
+    // What does not say how it lies in the body is taken as LPS.
+    if (!header.anatomical) grid.direction.setIdentity();
     return grid;
 }
 

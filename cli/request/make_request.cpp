@@ -8,6 +8,7 @@
 #include "cli/request/numbers.hpp"
 #include "cli/request/percentile.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -15,14 +16,15 @@ namespace {
 constexpr const char* kLinear = "linear";  // of --max-error: its default
 constexpr std::int64_t kMostThreads = 1024;
 
-/// The place of a word in a list. @throws RequestError naming all of them
+/// The place of a word, in any case, in a list. @throws RequestError naming the nearest
 int chosen(const char* option, const std::optional<std::string>& word,
            std::initializer_list<const char*> words, int otherwise) {
     if (!word) return otherwise;
-    const auto found = std::find(words.begin(), words.end(), *word);
+    const auto found = std::find_if(words.begin(), words.end(),
+                                    [&](const char* name) { return same_word(*word, name); });
     if (found != words.end()) return static_cast<int>(found - words.begin());
-    throw RequestError(
-        fmt::format("{}: '{}' is none of {}", option, *word, fmt::join(words, ", ")));
+    throw RequestError(fmt::format("{}: '{}' is not known; {}", option, *word,
+                                   instead_of(*word, {words.begin(), words.end()})));
 }
 
 void take_budgets(Wish& wish, const JobOptions& o) {
@@ -99,7 +101,8 @@ Wish wish_of(const JobOptions& o) {
     return wish;
 }
 
-Geometry take_geometry(Request& want, const JobOptions& o, const Input& input) {
+Geometry take_geometry(Request& want, const JobOptions& o, const Input& input,
+                       const std::optional<Outputs>& outputs) {
     const InputGrid grid = grid_of(input);
     if (want.job == Job::render && grid.axes == 2)
         throw RequestError(fmt::format(
@@ -111,7 +114,10 @@ Geometry take_geometry(Request& want, const JobOptions& o, const Input& input) {
         throw RequestError(fmt::format(
             "warp: {} has {} channels, from 0, and at most 4 are kept; say which by --channel",
             input.name, input.channels()));
-    const Geometry geometry = geometry_of(o.geometry, grid, want.job);
+    GeometryWords words = o.geometry;
+    // A picture of a plane through a grid that leans must not lean.
+    words.upright = outputs && !outputs->none() && !outputs->format().volumes;
+    const Geometry geometry = geometry_of(words, grid, want.job);
     want.axes = grid.axes;
     want.input = grid.extent;
     want.spacing = grid.spacing;

@@ -3,6 +3,7 @@
 #include "cli/request/input.hpp"
 #include "cli/request/job_options.hpp"
 #include "cli/request/options.hpp"
+#include "cli/request/outputs.hpp"
 #include "cli/request/tail.hpp"
 #include "transitions/reference/statistics.hpp"
 
@@ -28,7 +29,8 @@ struct Wish {
 Wish wish_of(const JobOptions& options);
 
 /// Puts the geometry into the request. @throws RequestError, NoPlan
-Geometry take_geometry(Request& want, const JobOptions& options, const Input& input);
+Geometry take_geometry(Request& want, const JobOptions& options, const Input& input,
+                       const std::optional<Outputs>& outputs);
 
 /// Puts in what hangs on values: what a MIP's misses show, an X-ray's zero, a composite's ramp.
 /// A window of values or percentiles that became the ramp is taken from `wish`.

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -17,8 +18,9 @@ constexpr std::chrono::milliseconds kBarPause{100};
 template <std::size_t N>
 int index_of(const char* option, const std::string& word, const char* const (&names)[N]) {
     for (std::size_t i = 0; i < N; ++i)
-        if (word == names[i]) return static_cast<int>(i);
-    throw RequestError(fmt::format("{}: '{}' is none of {}", option, word, fmt::join(names, ", ")));
+        if (same_word(word, names[i])) return static_cast<int>(i);
+    throw RequestError(fmt::format("{}: '{}' is not known; {}", option, word,
+                                   instead_of(word, {std::begin(names), std::end(names)})));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "cli/request/numbers.hpp"
 #include "graph/errors.hpp"
 #include "graph/range.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -20,7 +21,6 @@ constexpr Unit kTimes[] = {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1}, {"min", 60}, {"
 constexpr Unit kSizes[] = {{"", 1},
                            {"B", 1},
                            {"kB", 1e3},
-                           {"KB", 1e3},
                            {"MB", 1e6},
                            {"GB", 1e9},
                            {"TB", 1e12},
@@ -36,7 +36,7 @@ double with_unit(const char* option, const std::string& text, const Unit (&units
     // The unit is what follows the last character that a number may end with.
     const std::size_t digits = text.find_last_of("0123456789.") + 1;
     for (const Unit& unit : units) {
-        if (text.compare(digits, std::string::npos, unit.name) != 0 || digits == 0) continue;
+        if (!same_word(text.substr(digits), unit.name) || digits == 0) continue;
         const double value = number_of(option, text.substr(0, digits)) * unit.factor;
         if (value < 0) throw RequestError(fmt::format("{}: {} is negative", option, text));
         return value;
@@ -55,12 +55,16 @@ WindowEnd window_end(const std::string& text) {
 }  // namespace
 
 double error_budget(const std::string& text) {
-    if (text.size() > 2 && text.ends_with("dB"))
+    if (text.size() > 2 && lower(text).ends_with("db"))
         return std::pow(10.0, -number_of("--max-error", text.substr(0, text.size() - 2)) / 20);
-    const double error = number_of("--max-error", text);
+    const bool percent = text.size() > 1 && text.ends_with('%');
+    const double error =
+        number_of("--max-error", percent ? text.substr(0, text.size() - 1) : text) /
+        (percent ? 100 : 1);
     if (error < 0)
         throw RequestError(fmt::format(
-            "--max-error: {} is negative; expected an NRMSE as 0.01 or a PSNR as 40dB", text));
+            "--max-error: {} is negative; expected an NRMSE as 0.01 or 1%, or a PSNR as 40dB",
+            text));
     return error;
 }
 
@@ -102,7 +106,7 @@ Transfer grey_ramp(double low, double high, double unit) {
 }
 
 std::size_t verify_count(const std::string& text) {
-    if (text == "all") return 0;
+    if (same_word(text, "all")) return 0;
     return static_cast<std::size_t>(whole_of("--verify", text, 1, 1'000'000'000));
 }
 

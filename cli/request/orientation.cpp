@@ -3,9 +3,13 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "cli/request/geometry.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -39,6 +43,10 @@ constexpr View kViews[] = {
     {"top", {0, 1, 0}, {0, 0, -1}},   {"bottom", {0, 1, 0}, {0, 0, 1}},
 };
 
+/// Planes by the names that radiology has for them.
+constexpr std::pair<const char*, const char*> kPlanes[] = {
+    {"coronal", "front"}, {"sagittal", "left"}, {"axial", "bottom"}};
+
 Mat3 rows(const Vec3& right, const Vec3& down, const Vec3& away) {
     Mat3 matrix;
     matrix << right.transpose(), down.transpose(), away.transpose();
@@ -71,7 +79,10 @@ std::string letters_of(const Mat3& direction) {
     return letters;
 }
 
-Mat3 view_of(const std::string& name, const Mat3& direction) {
+Mat3 view_of(const std::string& typed, const Mat3& direction) {
+    std::string name = lower(typed);
+    for (const auto& [plane, side] : kPlanes)
+        if (name == plane) name = side;
     const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
     if (name == "z") return Mat3::Identity();
     if (name == "x") return rows(y, z, x);
@@ -84,8 +95,11 @@ Mat3 view_of(const std::string& name, const Mat3& direction) {
                          down.x() * away.y() - down.y() * away.x());
         return rows(right, down, away) * nearest_axes(direction);
     }
-    throw RequestError(fmt::format(
-        "--view: '{}' is none of front, back, left, right, top, bottom, x, y, z", name));
+    std::vector<std::string> names = {"x", "y", "z"};
+    for (const View& view : kViews) names.emplace_back(view.name);
+    for (const auto& [plane, side] : kPlanes) names.emplace_back(plane);
+    throw RequestError(
+        fmt::format("--view: there is no side '{}'; {}", typed, instead_of(name, names)));
 }
 
 }  // namespace edgewise::cli

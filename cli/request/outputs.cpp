@@ -9,6 +9,7 @@
 
 #include "cli/request/numbers.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 #include "transitions/store/file.hpp"
 
 namespace edgewise::cli {
@@ -43,7 +44,12 @@ void expect_writable(const std::string& option, const std::string& file) {
 }
 
 Outputs::Outputs(const std::string& pattern) : pattern_(pattern) {
-    if (pattern == "null:") return;
+    if (lower(pattern) == "null:") return;
+    if (pattern == "-") {
+        before_ = pattern;
+        format_ = store::format_of(pattern);
+        return;
+    }
     std::string* part = &before_;
     for (std::size_t i = 0; i < pattern.size(); ++i) {
         if (pattern[i] != '%') {
@@ -87,6 +93,8 @@ std::string Outputs::file(int frame) const {
 }
 
 void Outputs::expect_frames(int frames) const {
+    if (frames > 1 && pattern_ == "-")
+        refuse("-o", pattern_, "standard output takes one picture, and there are several frames");
     if (frames > 1 && !none() && !numbered_)
         refuse(
             "-o", pattern_,

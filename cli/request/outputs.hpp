@@ -7,7 +7,7 @@
 
 namespace edgewise::cli {
 
-/// -o OUT: one file, one file a frame, or nothing ("null:").
+/// -o OUT: one file, one file a frame, standard output ("-", a PNG), or nothing ("null:").
 class Outputs {
  public:
     /// @throws RequestError a folder that is not there or cannot be written, an ending that no

@@ -8,7 +8,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-constexpr const char* kSteps[] = {"rotate", "matrix", "scale", "translate", "shear"};
+constexpr const char* kSteps[] = {"rotate", "matrix", "scale", "translate", "shear", "turntable"};
 
 CLI::Option* add_list(CLI::App& app, const std::string& name, Words& into,
                       const std::string& help) {
@@ -35,7 +35,8 @@ void add_geometry(CLI::App& app, JobOptions& o) {
             ->group(group);
     };
     text("--view", o.geometry.view, "SIDE",
-         "front, back, left, right, top, bottom, or x, y, z: along the file's axis");
+         "front, back, left, right, top, bottom (or coronal, sagittal, axial), or x, y, z: along "
+         "the file's axis");
     step("--rotate", "A|X,Y,Z", "degrees about z (2D), or about x, then y, then z");
     step("--matrix", "NUMBERS|FILE", "object -> screen, row by row");
     step("--scale", "S[,S[,S]]", "more than 1 enlarges");
@@ -45,10 +46,15 @@ void add_geometry(CLI::App& app, JobOptions& o) {
     if (o.job == Job::render) {
         text("--perspective", o.geometry.perspective, "FOV",
              "vertical angle; default parallel rays");
-        text("--turntable", o.geometry.turntable, "N", "N views about screen y");
+        step("--turntable", "N", "N views about screen y, at its place among the others");
+        text("--zoom", o.geometry.zoom, "Z", "more than 1 shows less of the scene, larger");
+    } else {
+        text("--move", o.geometry.move, "content|grid",
+             "what all but --view turns: what is seen (default), or where it is sampled (MPR)");
     }
     text("--spacing", o.geometry.spacing, "S[,S[,S]]", "distance of output samples");
-    text("--size", o.geometry.size, o.job == Job::warp ? "WxH[xD]|fit" : "WxH", "output samples");
+    text("--size", o.geometry.size, o.job == Job::warp ? "WxH[xD]|N|fit" : "WxH|N",
+         "output samples; N: of the longer side");
 }
 
 void add_input(CLI::App& app, JobOptions& o) {
@@ -84,7 +90,7 @@ void add_budgets(CLI::App& app, JobOptions& o) {
         add_text(app, name, into, help)->type_name(value)->group("Budgets");
     };
     text("--max-error", o.max_error, "E",
-         "NRMSE as 0.01, or PSNR as 40dB; default linear: as good as linear "
+         "NRMSE as 0.01 or 1%, or PSNR as 40dB; default linear: as good as linear "
          "interpolation");
     text("--range", o.range, "R", "the difference in values that counts as an error of 1");
     text("--reference", o.reference, "FIELD", "what the samples mean: spline, linear or nearest");
@@ -116,7 +122,7 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
     };
     if (out != OutNeeded::absent) {
         CLI::Option* option =
-            text("-o", o.out, "OUT", "file, by its ending; %d is the frame; null:");
+            text("-o", o.out, "OUT", "file, by its ending; %d is the frame; - (PNG); null:");
         option->required(out == OutNeeded::yes);
     }
     text("--bits", o.bits, "8|16|32", "8, 16: a view; 32: values");

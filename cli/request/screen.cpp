@@ -7,15 +7,17 @@
 #include "cli/request/errors.hpp"
 #include "cli/request/numbers.hpp"
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise::cli {
 namespace {
 
 constexpr double kMostSamplesAnAxis = 2147483647;
 constexpr double kMostSamples = 1e18;  // further on, counts of bytes would leave 64 bits
-/// Lengths that should be whole numbers of samples are so to this: 1e-9 of a sample is no reason
-/// for one more.
-constexpr double kSlack = 1e-9;
+/// Lengths that should be whole numbers of samples are so to this part of them: spacings and steps
+/// that come from f32 are off by a few units of 2^-24 (store::without_noise), and both the length
+/// and the spacing that it is divided by may be.
+constexpr double kSlack = 0x1p-20;
 
 struct Box {
     Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
@@ -41,7 +43,7 @@ Box box_of(const std::vector<Mat4>& maps, const std::vector<Vec3>& corners) {
 }
 
 std::int64_t whole_samples(double length, double spacing, const char* what) {
-    const double count = std::max(1.0, std::ceil(length / spacing - kSlack));
+    const double count = std::max(1.0, std::ceil(length / spacing * (1 - kSlack)));
     if (!(count <= kMostSamplesAnAxis))
         throw RequestError(fmt::format("{}: makes {:.4g} samples along an axis; at most {}", what,
                                        count, kMostSamplesAnAxis));
@@ -55,15 +57,24 @@ void expect_countable(const Extent& extent) {
                                  extent.x, extent.y, extent.z));
 }
 
-/// --size WxH or WxHxD.
-Extent size_of(const std::string& text, std::size_t axes, const char* expected) {
-    const std::vector<std::string> words = split(text, 'x');
-    if (words.size() != axes)
-        throw RequestError(fmt::format("--size: '{}' given; expected {}", text, expected));
+/// --size WxH or WxHxD, or N: the longer side, the others in proportion to `field`.
+Extent size_of(const std::string& text, const Extent& field, int axes, const char* expected) {
+    constexpr auto kMost = static_cast<std::int64_t>(kMostSamplesAnAxis);
+    const std::vector<std::string> words = split(lower(text), 'x');
     Extent extent;
-    for (std::size_t k = 0; k < axes; ++k)
-        extent[static_cast<int>(k)] =
-            whole_of("--size", words[k], 1, static_cast<std::int64_t>(kMostSamplesAnAxis));
+    if (words.size() == 1) {
+        std::int64_t longest = 1;
+        for (int k = 0; k < axes; ++k) longest = std::max(longest, field[k]);
+        const std::int64_t side = whole_of("--size", words[0], 1, kMost);
+        const double factor = double(side) / double(longest);
+        for (int k = 0; k < axes; ++k)
+            extent[k] = whole_samples(double(field[k]) * factor, 1, "--size");
+        return extent;
+    }
+    if (static_cast<int>(words.size()) != axes)
+        throw RequestError(fmt::format("--size: '{}' given; expected {}", text, expected));
+    for (int k = 0; k < axes; ++k)
+        extent[k] = whole_of("--size", words[static_cast<std::size_t>(k)], 1, kMost);
     return extent;
 }
 
@@ -83,15 +94,17 @@ Vec3 spacing_of(const std::string& text, int axes, const Vec3& otherwise) {
     return spacing;
 }
 
-/// The one factor by which `field` (samples) is shrunk or enlarged so that it fits into `size`.
+/// The one factor by which `field` (samples) is shrunk or enlarged so that it fits into `size`. A
+/// single plane is chosen out of a volume, not a volume made as thin.
 double one_factor(const Extent& field, const Extent& size, int axes) {
+    if (axes == 3 && size.z == 1) axes = 2;
     double factor = 1e300;
     for (int k = 0; k < axes; ++k) factor = std::min(factor, double(size[k]) / double(field[k]));
     return factor;
 }
 
 void take_size(ScreenGrid& grid, const GeometryWords& words, int axes, const char* expected) {
-    const Extent size = size_of(*words.size, static_cast<std::size_t>(axes), expected);
+    const Extent size = size_of(*words.size, grid.extent, axes, expected);
     if (!words.spacing) {
         const double factor = one_factor(grid.extent, size, axes);
         for (int k = 0; k < axes; ++k) grid.spacing[k] /= factor;
@@ -99,26 +112,30 @@ void take_size(ScreenGrid& grid, const GeometryWords& words, int axes, const cha
     for (int k = 0; k < axes; ++k) grid.extent[k] = size[k];
 }
 
+bool says_fit(const GeometryWords& words) { return words.size && lower(*words.size) == "fit"; }
+
 }  // namespace
 
 ScreenGrid warp_grid(const GeometryWords& words, const InputGrid& input, const Mat4& map,
                      const std::vector<Vec3>& corners) {
     ScreenGrid grid{input.extent, input.spacing};
     if (words.spacing) grid.spacing = spacing_of(*words.spacing, input.axes, input.spacing);
-    if (words.size == "fit") {
+    if (says_fit(words)) {
         const Box box = box_of({map}, corners);
         for (int k = 0; k < input.axes; ++k)
             grid.extent[k] = whole_samples(box.high[k] - box.low[k], grid.spacing[k], "--size fit");
         grid.centre = (box.low + box.high) / 2;
         if (input.axes == 2) grid.centre.z() = 0;
-    } else if (words.size) {
-        take_size(grid, words, input.axes,
-                  input.axes == 2 ? "WxH or fit" : "WxHxD or fit for a volume");
-    } else if (words.spacing) {
+        expect_countable(grid.extent);
+        return grid;
+    }
+    if (words.spacing)
         for (int k = 0; k < input.axes; ++k)
             grid.extent[k] = whole_samples(double(input.extent[k]) * input.spacing[k],
                                            grid.spacing[k], "--spacing");
-    }
+    if (words.size)
+        take_size(grid, words, input.axes,
+                  input.axes == 2 ? "WxH, N or fit" : "WxHxD, N or fit for a volume");
     expect_countable(grid.extent);
     return grid;
 }
@@ -132,13 +149,20 @@ ScreenGrid picture_grid(const GeometryWords& words, const InputGrid& input,
     for (int k = 0; k < 2; ++k)
         grid.extent[k] = whole_samples(2 * std::max(box.high[k], -box.low[k]), grid.spacing[k],
                                        words.spacing ? "--spacing" : "the geometry");
-    if (words.size == "fit") throw RequestError("--size fit: of warp; a picture is never cut off");
-    if (words.size) take_size(grid, words, 2, "WxH for a picture");
+    if (says_fit(words)) throw RequestError("--size fit: of warp; a picture is never cut off");
+    if (words.size) take_size(grid, words, 2, "WxH or N for a picture");
     grid.spacing.z() = unit;
     grid.extent.z = whole_samples(box.high.z() - box.low.z(), unit, "the geometry");
     grid.centre = Vec3(0, 0, (box.low.z() + box.high.z()) / 2);
     expect_countable(grid.extent);
     return grid;
+}
+
+void zoom(ScreenGrid& grid, const std::string& by, Job job) {
+    if (job == Job::warp) throw RequestError("--zoom: of render; --scale and --spacing do so here");
+    const double factor = number_of("--zoom", by);
+    if (!(factor > 0)) throw RequestError(fmt::format("--zoom: {} is not greater than 0", by));
+    grid.spacing.head<2>() /= factor;
 }
 
 Eye eye_of(const std::string& degrees, const ScreenGrid& grid, const std::vector<Mat4>& maps,

@@ -5,6 +5,7 @@
 namespace edgewise::cli {
 
 /// Samples that a warp makes: --spacing and --size, else those of the input.
+/// @param input    as --view turns it
 /// @param map      centred object -> centred screen space [file unit]
 /// @param corners  of the input, centred object space [file unit]
 /// @throws RequestError
@@ -16,6 +17,9 @@ ScreenGrid warp_grid(const GeometryWords& words, const InputGrid& input, const M
 /// @throws RequestError
 ScreenGrid picture_grid(const GeometryWords& words, const InputGrid& input,
                         const std::vector<Mat4>& maps, const std::vector<Vec3>& corners);
+
+/// Shows less of the scene, larger: --zoom. @throws RequestError
+void zoom(ScreenGrid& grid, const std::string& by, Job job);
 
 /// The eye that sees all corners of all views under the vertical angle `degrees`.
 /// @throws RequestError

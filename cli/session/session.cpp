@@ -45,11 +45,22 @@ void check_outputs(Session& session) {
     if (o.report && !o.report->ends_with(".html"))
         throw RequestError(
             fmt::format("--report {}: expected a name that ends in .html", *o.report));
-    for (const auto& [option, file] : {std::pair{"--json", &o.json},
+    std::string printed;  // the option whose words go to standard output
+    for (const auto& [option, file] : {std::pair{"-o", &o.out},
+                                       {"--json", &o.json},
                                        {"--trace", &o.trace},
                                        {"--flow", &o.flow},
-                                       {"--report", &o.report}})
-        if (*file && **file != "-") expect_writable(option, **file);
+                                       {"--report", &o.report}}) {
+        if (!*file) continue;
+        if (**file != "-") {
+            if (file != &o.out) expect_writable(option, **file);
+            continue;
+        }
+        if (!printed.empty())
+            throw RequestError(
+                fmt::format("{} and {}: only one goes to standard output", printed, option));
+        printed = option;
+    }
 }
 
 /// How many memories there are, and who shares one: by default as the machine has them.
@@ -342,6 +353,31 @@ std::string nearest_text(const std::vector<Plan>& nearest) {
     return text.empty() ? text : "; the nearest are" + text;
 }
 
+/// Depth is what a viewer does not show to be missing.
+void say_what_is_cut_off(Session& session) {
+    const Geometry& geometry = session.geometry;
+    constexpr double kSeen = 0.5;  // sample
+    if (session.want().job != Job::warp || geometry.cut <= kSeen) return;
+    session.messages.warning(fmt::format(
+        "depth: the moved volume is {:.4g} samples deep, the output {}, so up to {:.4g} at an end "
+        "are cut off; --size fit keeps all",
+        geometry.depth, geometry.grid.extent.z, geometry.cut));
+}
+
+/// Pictures have no spacing that a viewer would heed.
+void say_what_is_squeezed(Session& session) {
+    const Vec3& spacing = session.geometry.grid.spacing;
+    constexpr double kSeen = 1e-3;  // a pixel in a thousand
+    if (session.want().job != Job::warp || session.want().axes != 3 || !session.outputs ||
+        session.outputs->none() || session.outputs->format().volumes ||
+        std::abs(spacing.x() / spacing.y() - 1) <= kSeen)
+        return;
+    session.messages.warning(fmt::format(
+        "the picture's pixels are {:.4g} x {:.4g} {}, and most viewers show them square; "
+        "--spacing {:.4g} makes them so",
+        spacing.x(), spacing.y(), session.input->header.unit, std::min(spacing.x(), spacing.y())));
+}
+
 }  // namespace
 
 namespace {
@@ -415,7 +451,7 @@ void take_request(Session& session) {
             fmt::format("{}: a description has no samples to run on; "
                         "`edgewise plan` and `edgewise graph` take it",
                         o.input));
-    session.geometry = take_geometry(session.wish.want, o, *session.input);
+    session.geometry = take_geometry(session.wish.want, o, *session.input, session.outputs);
     // Places of 512 samples are then off by 2^-53 512 times that, 2^-22 of a sample.
     constexpr double kIllConditioned = 4e6;
     if (session.geometry.condition > kIllConditioned)
@@ -423,6 +459,8 @@ void take_request(Session& session) {
             "the geometry options make a map of condition {:.3g}: nearly singular, places are "
             "uncertain",
             session.geometry.condition));
+    say_what_is_cut_off(session);
+    say_what_is_squeezed(session);
     if (session.outputs) session.outputs->expect_frames(session.want().frames);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
     take_exactness(session);

@@ -5,36 +5,70 @@
 #include <fmt/format.h>
 
 #include "graph/errors.hpp"
+#include "transitions/store/geometry.hpp"
 
 namespace edgewise::cli {
 namespace {
 
-/// The description of an output, without type and channels.
-store::Header described(const Request& want, const Geometry& geometry, const Input& input) {
-    store::Header header = input.header;
-    header.reader.reset();
-    header.warnings.clear();
-    header.times = 1;
-    header.extent = want.output();
-    const ScreenGrid& grid = geometry.grid;
-    if (want.job == Job::render) {
-        header = {};
-        header.volume = false;
-        header.unit = input.header.unit;
-        header.extent = want.output();
-    }
-    for (int k = 0; k < 3; ++k) header.spacing[static_cast<std::size_t>(k)] = grid.spacing[k];
-    if (want.job == Job::render) return header;
-    // The grid keeps its directions; its first sample moves so that its centre stays, since the
-    // geometry holds about the centre.
-    for (int k = 0; k < want.axes; ++k) {
-        const auto at = static_cast<std::size_t>(k);
-        const double moved = grid.centre[k] +
-                             (double(input.header.extent[k]) - 1) / 2 * input.header.spacing[at] -
-                             (double(grid.extent[k]) - 1) / 2 * grid.spacing[k];
+/// Lengths that differ by rounding only are one.
+double told(double length, double known) {
+    return std::abs(length - known) <= 1e-12 * known ? known : length;
+}
+
+/// Where the output lies: its samples are where those of the input at Geometry::lies are.
+void take_place(store::Header& header, const store::Header& input, const Geometry& geometry) {
+    const Mat4& lies = geometry.lies;
+    for (int axis = 0; axis < (header.volume ? 3 : 2); ++axis) {
+        const auto k = static_cast<std::size_t>(axis);
+        const Vec3 along = lies.col(axis).head<3>();
+        store::Vector step{};
+        int axes = 0, only = 0;
+        for (int from = 0; from < 3; ++from) {
+            if (along[from] != 0) ++axes, only = from;
+            for (std::size_t row = 0; row < 3; ++row)
+                step[row] += input.direction[static_cast<std::size_t>(from)][row] *
+                             input.spacing[static_cast<std::size_t>(from)] * along[from];
+        }
+        header.spacing[k] = told(store::length(step), geometry.grid.spacing[axis]);
         for (std::size_t row = 0; row < 3; ++row)
-            header.origin[row] += moved * input.header.direction[at][row];
+            header.direction[k][row] = step[row] / store::length(step);
+        if (axes != 1) continue;
+        // Along one axis of the input it points exactly as that one does, or the other way.
+        header.spacing[k] = geometry.grid.spacing[axis];
+        header.direction[k] = input.direction[static_cast<std::size_t>(only)];
+        if (along[only] < 0)
+            for (double& entry : header.direction[k]) entry = 0 - entry;
     }
+    for (std::size_t from = 0; from < 3; ++from)
+        for (std::size_t row = 0; row < 3; ++row)
+            header.origin[row] +=
+                input.direction[from][row] * input.spacing[from] * lies(static_cast<int>(from), 3);
+    if (header.anatomical) {
+        Mat3 points;
+        for (int k = 0; k < 3; ++k)
+            points.col(k) = Vec3(header.direction[static_cast<std::size_t>(k)].data());
+        header.orientation = letters_of(points);
+    }
+}
+
+/// The description of an output, without type and channels.
+store::Header described(const Request& want, const Geometry& geometry, const Input& input,
+                        const Outputs& outputs) {
+    store::Header header;
+    header.volume = false;
+    header.unit = input.header.unit;
+    if (want.job == Job::warp) {
+        header = input.header;
+        header.reader.reset();
+        header.warnings.clear();
+        header.times = 1;
+    }
+    header.extent = want.output();
+    for (int k = 0; k < 3; ++k)
+        header.spacing[static_cast<std::size_t>(k)] = geometry.grid.spacing[k];
+    if (want.job == Job::warp) take_place(header, input.header, geometry);
+    // One plane may become a picture.
+    if (header.extent.z == 1 && !outputs.none() && !outputs.format().volumes) header.volume = false;
     return header;
 }
 
@@ -142,7 +176,7 @@ Written written_of(const Wish& wish, const Geometry& geometry, const Input& inpu
                    const Outputs& outputs, double low, double high) {
     const Request& want = wish.want;
     Written written;
-    written.header = described(want, geometry, input);
+    written.header = described(want, geometry, input, outputs);
     written.header.format = outputs.none() ? "" : outputs.format().name;
     store::Header& header = written.header;
     const bool composite = want.job == Job::render && want.mode == Mode::composite;

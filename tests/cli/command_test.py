@@ -81,12 +81,12 @@ class Basics(Command):
         # 30 ms on an idle machine; starting a process from Python takes some of it.
         self.assertLess(min(seconds), 0.1)
 
-    def test_unknown_words_are_answered_with_the_known(self):
+    def test_unknown_words_are_answered(self):
         self.assertIn(b"render", self.run_it("filter", "x", code=2).stderr)
         done = self.run_it("warp", "phantom:cube:8", "-o", "null:", "--antialias", code=2)
         self.assertIn(b"--antialias", done.stderr)
-        self.assertIn(b"--rotate", done.stderr)
-        done = self.run_it("render", "phantom:cube:8", "-o", "null:", "--mode", "minip", code=2)
+        self.assertIn(b"warp --help", done.stderr)
+        done = self.run_it("render", "phantom:cube:8", "-o", "null:", "--mode", "surface", code=2)
         self.assertIn(b"mip, xray, mean, composite", done.stderr)
 
     def test_lists(self):

@@ -1,6 +1,7 @@
 #include "cli/request/geometry.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <cmath>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -172,6 +173,13 @@ TEST(Views, ObliqueScansTakeTheNearestAxis) {
     EXPECT_EQ(letters_of(directions_of("SRA")), "SRA");
 }
 
+TEST(Views, HaveTheNamesOfPlanesAndAnyCase) {
+    const Mat3 direction = directions_of("RAS");
+    EXPECT_EQ(view_of("Coronal", direction), view_of("front", direction));
+    EXPECT_EQ(view_of("sagittal", direction), view_of("LEFT", direction));
+    EXPECT_EQ(view_of("axial", direction), view_of("bottom", direction));
+}
+
 TEST(Views, AlongTheFilesAxesSlicesLieAsStored) {
     const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
     EXPECT_EQ(view_of("z", Mat3::Identity()), Mat3::Identity());
@@ -198,7 +206,7 @@ TEST(Pictures, TakeTheSmallestSpacingAndCutNothingOff) {
 
 TEST(Pictures, AllFramesOfATurntableAreCovered) {
     GeometryWords words = with("rotate", "20,0,5");
-    words.turntable = "7";
+    words.steps.emplace_back("turntable", "7");
     const auto grid = volume({30, 40, 50}, {1, 0.7, 1.3});
     const Geometry geometry = geometry_of(words, grid, Job::render);
     ASSERT_EQ(geometry.views.size(), 7u);
@@ -218,7 +226,7 @@ TEST(Pictures, AllFramesOfATurntableAreCovered) {
 TEST(Pictures, FrameHalfWayRoundIsTheBack) {
     GeometryWords turned, back;
     turned.view = "front";
-    turned.turntable = "4";
+    turned.steps = {{"turntable", "4"}};
     back.view = "back";
     turned.size = back.size = "80x80";  // else each is as wide as its own frames
     const auto grid = volume({30, 40, 50});
@@ -259,7 +267,7 @@ TEST(Sizes, FitHoldsTheTurnedImage) {
 TEST(Perspective, TheEyeSeesEveryCornerAtTheAngle) {
     GeometryWords words = with("rotate", "20,30,0");
     words.perspective = "40";
-    words.turntable = "5";
+    words.steps.emplace_back("turntable", "5");
     const auto grid = volume({30, 40, 50}, {1, 0.7, 1.3});
     const Geometry geometry = geometry_of(words, grid, Job::render);
     const Eye eye = geometry.eye.value();
@@ -277,6 +285,150 @@ TEST(Perspective, TheEyeSeesEveryCornerAtTheAngle) {
             widest = std::max({widest, x, y});
         }
     EXPECT_NEAR(widest, 1, 1e-9);  // one corner touches the frame, none leaves it
+}
+
+TEST(Zoom, ShowsTheMiddleLarger) {
+    GeometryWords words = with("rotate", "20,30,0");
+    words.perspective = "40";
+    words.size = "60x50";
+    const auto grid = volume({30, 40, 50}, {1, 0.7, 1.3});
+    const Geometry all = geometry_of(words, grid, Job::render);
+    words.zoom = "2";
+    const Geometry middle = geometry_of(words, grid, Job::render);
+    EXPECT_EQ(middle.grid.extent, all.grid.extent);
+    // The same eye, and every point twice as far from the middle of the picture.
+    EXPECT_EQ(middle.eye->at, all.eye->at);
+    EXPECT_EQ(middle.eye->plane, all.eye->plane);
+    const Vec3 at(3, 4, 5), centre_of_picture(29.5, 24.5, 0);
+    const Vec3 once = moved(all, at) - centre_of_picture,
+               twice = moved(middle, at) - centre_of_picture;
+    EXPECT_NEAR(twice.x(), 2 * once.x(), 1e-12);
+    EXPECT_NEAR(twice.y(), 2 * once.y(), 1e-12);
+    EXPECT_NEAR(twice.z(), once.z(), 1e-12);
+}
+
+TEST(Turntable, TurnsAtItsPlaceAmongTheSteps) {
+    const auto grid = volume({30, 40, 50});
+    GeometryWords from_above, tilted;
+    from_above.steps = {{"turntable", "6"}, {"rotate", "15,0,0"}};
+    tilted.steps = {{"rotate", "15,0,0"}, {"turntable", "6"}};
+    from_above.spacing = tilted.spacing = "1";
+    const Mat3 about_y = rotation_of(0, 60, 0), about_x = rotation_of(15, 0, 0);
+    const auto turn = [&](const GeometryWords& words, int view) -> Mat3 {
+        return geometry_of(words, grid, Job::render)
+            .views.at(std::size_t(view))
+            .topLeftCorner<3, 3>();
+    };
+    // The first view of each is tilted alike; the next one is turned before it or after it. Pixels
+    // are as large as units of depth, so turns are compared but for one factor.
+    const auto same = [](const Mat3& a, const Mat3& b) {
+        return (a / a.norm() - b / b.norm()).cwiseAbs().maxCoeff() < 1e-12;
+    };
+    EXPECT_TRUE(same(turn(from_above, 0), about_x));
+    EXPECT_TRUE(same(turn(from_above, 1), about_x * about_y));
+    EXPECT_TRUE(same(turn(tilted, 1), about_y * about_x));
+}
+
+TEST(Sizes, OneNumberIsTheLongerSide) {
+    GeometryWords words;
+    words.size = "50";
+    const Geometry photo = geometry_of(words, image(100, 61), Job::warp);
+    EXPECT_EQ(photo.grid.extent, (Extent{50, 31, 1}));  // 30.5: nothing is cut off
+    EXPECT_DOUBLE_EQ(photo.grid.spacing.x(), 2);
+    EXPECT_DOUBLE_EQ(photo.grid.spacing.y(), 2);
+    const Geometry picture = geometry_of(words, volume({100, 30, 40}), Job::render);
+    EXPECT_EQ(picture.grid.extent.x, 50);
+    EXPECT_EQ(picture.grid.extent.y, 15);
+    words.spacing = "1";  // then it crops
+    EXPECT_EQ(geometry_of(words, image(100, 60), Job::warp).grid.spacing.x(), 1);
+}
+
+TEST(Sizes, OnePlaneIsCutOutOfAVolumeAndNotAVolumeMadeThin) {
+    GeometryWords words;
+    words.size = "80x60x1";
+    const Geometry geometry = geometry_of(words, volume({40, 40, 20}, {1, 1, 2}), Job::warp);
+    EXPECT_EQ(geometry.grid.extent, (Extent{80, 60, 1}));
+    EXPECT_DOUBLE_EQ(geometry.grid.spacing.x(), 40.0 / 60);
+    EXPECT_DOUBLE_EQ(geometry.depth, 20 * 1.5);
+}
+
+/// The largest difference between where a header and a geometry say that output samples lie.
+double misplaced(const Geometry& geometry, const InputGrid& grid, const Mat4& turn) {
+    double worst = 0;
+    const Extent& e = geometry.grid.extent;
+    for (const Vec3& at :
+         {Vec3(0, 0, 0), Vec3(double(e.x), 0, 3), Vec3(2, double(e.y), double(e.z))}) {
+        // Where the sample lies, moved, is where its value comes from.
+        const Vec3 lies = sent(geometry.lies, at).value();
+        const Vec3 shows = sent(Mat4(geometry.views[0].inverse()), at).value();
+        const auto place = [&](const Vec3& index) -> Vec3 {
+            return grid.lean * (index - centre(grid.extent)).cwiseProduct(grid.spacing);
+        };
+        worst = std::max(worst, (sent(turn, place(shows)).value() - place(lies)).norm());
+    }
+    return worst;
+}
+
+TEST(Headers, ViewsTurnTheGridAndStepsTheContent) {
+    InputGrid grid = volume({20, 30, 12}, {1, 0.7, 2.5});
+    Mat3 points = rotation_of(20, 10, -30);
+    points.col(2) = (points.col(2) + 0.3 * points.col(0)).normalized();
+    take_axes(grid, points);
+    ASSERT_TRUE(grid.leans());
+    GeometryWords words;
+    words.view = "x";
+    EXPECT_LT(misplaced(geometry_of(words, grid, Job::warp), grid, Mat4::Identity()), 1e-12);
+    EXPECT_EQ(geometry_of(words, grid, Job::warp).grid.extent, (Extent{30, 12, 20}));
+    words.steps = {{"rotate", "5,6,7"}};
+    for (const char* size : {"", "15x14x13", "9", "fit"}) {
+        if (*size) words.size = size;
+        // The content turns about the view's axes, which are the grid's own perpendicular ones.
+        const Mat3 view = view_of("x", Mat3::Identity());
+        Mat4 turn = Mat4::Identity();
+        turn.topLeftCorner<3, 3>() = view.transpose() * rotation_of(5, 6, 7) * view;
+        words.move.reset();
+        EXPECT_LT(misplaced(geometry_of(words, grid, Job::warp), grid, turn), 1e-12) << size;
+        words.move = "Grid";
+        EXPECT_LT(misplaced(geometry_of(words, grid, Job::warp), grid, Mat4::Identity()), 1e-12);
+    }
+}
+
+TEST(Headers, AViewOfALeaningGridIsACopy) {
+    InputGrid grid = volume({20, 30, 12}, {1, 0.7, 2.5});
+    Mat3 points = Mat3::Identity();
+    points.col(2) = Vec3(0.1, 0.4, 1).normalized();
+    take_axes(grid, points);
+    for (const char* view : {"front", "left", "bottom", "y", "z"}) {
+        GeometryWords words;
+        words.view = view;
+        const Mat3 map = geometry_of(words, grid, Job::warp).views[0].topLeftCorner<3, 3>();
+        EXPECT_EQ(map, view_of(view, grid.direction)) << view;
+    }
+}
+
+TEST(Leaning, PicturesOfALeaningGridAreInMillimetres) {
+    InputGrid grid = volume({40, 40, 40}, {1, 1, 1.118});
+    Mat3 points = Mat3::Identity();
+    points.col(2) = Vec3(0, 0.5, 1).normalized();
+    take_axes(grid, points);
+    GeometryWords words;
+    words.view = "x";  // right y, down z
+    const Geometry geometry = geometry_of(words, grid, Job::render);
+    const double unit = geometry.unit;
+    const Vec3 step = (moved(geometry, {5, 5, 6}) - moved(geometry, {5, 5, 5})) * unit;
+    EXPECT_NEAR(step.x(), 0.5, 1e-4);  // 1.118 x (0.5, 1) / sqrt(1.25)
+    EXPECT_NEAR(step.y(), 1, 1e-4);
+}
+
+TEST(Leaning, NoiseOfDirectionsIsNoLean) {
+    InputGrid grid = volume({512, 512, 300}, {0.7, 0.7, 1});
+    Mat3 points = rotation_of(11, -7, 3).cast<float>().cast<double>();
+    points.col(1) += 1e-4 * points.col(0);  // 0.05 samples at the end of the grid
+    take_axes(grid, points);
+    EXPECT_FALSE(grid.leans());
+    points.col(1) += 1e-3 * points.col(0);
+    take_axes(grid, points);
+    EXPECT_TRUE(grid.leans());
 }
 
 class Refused : public testing::TestWithParam<std::pair<const char*, const char*>> {};
@@ -311,7 +463,7 @@ TEST(Geometry, RefusesSizesAndViewsThatMakeNoSense) {
         EXPECT_THROW(geometry_of(words, grid, job), RequestError);
     };
     const auto cube = volume({9, 9, 9});
-    for (const char* size : {"0x0", "5", "5x5", "5x5x5x5", "-5x5x5", "ax5x5", "5x5x"})
+    for (const char* size : {"0x0", "0", "5x5", "5x5x5x5", "-5x5x5", "ax5x5", "5x5x", "-5"})
         refused([&](auto& w) { w.size = size; }, Job::warp, cube);
     for (const char* spacing : {"0", "-1", "1,2", "nan"})
         refused([&](auto& w) { w.spacing = spacing; }, Job::warp, cube);
@@ -319,8 +471,14 @@ TEST(Geometry, RefusesSizesAndViewsThatMakeNoSense) {
         refused([&](auto& w) { w.perspective = fov; }, Job::render, cube);
     refused([](auto& w) { w.view = "above"; }, Job::render, cube);
     refused([](auto& w) { w.view = "front"; }, Job::warp, image(9, 9));
-    refused([](auto& w) { w.turntable = "0"; }, Job::render, cube);
-    refused([](auto& w) { w.turntable = "4"; }, Job::warp, cube);
+    refused([](auto& w) { w.steps = {{"turntable", "0"}}; }, Job::render, cube);
+    refused([](auto& w) { w.steps = {{"turntable", "4"}}; }, Job::warp, cube);
+    refused([](auto& w) { w.steps = {{"turntable", "4"}, {"turntable", "4"}}; }, Job::render, cube);
+    for (const char* by : {"0", "-1", "nan", "x"})
+        refused([&](auto& w) { w.zoom = by; }, Job::render, cube);
+    refused([](auto& w) { w.zoom = "2"; }, Job::warp, cube);
+    refused([](auto& w) { w.move = "grid"; }, Job::render, cube);
+    refused([](auto& w) { w.move = "both"; }, Job::warp, cube);
     refused([](auto& w) { w.about = "1,2"; }, Job::warp, cube);
     refused([](auto& w) { w.size = "fit"; }, Job::render, cube);
     EXPECT_THROW(directions_of("RRS"), RequestError);

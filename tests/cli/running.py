@@ -23,3 +23,33 @@ class Running(unittest.TestCase):
         done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, timeout=200, env=env or self.env)
         self.assertEqual(done.returncode, code, f"{words}: {done.stderr.decode(errors='replace')}")
         return done
+
+
+def png(data):
+    """The samples of a grey PNG of 8 bits."""
+    import struct
+    import zlib
+
+    import numpy as np
+
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, idat = 8, b""
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + length]
+        if kind == b"IHDR":
+            width, height, bits, colour = struct.unpack(">IIBB", body[:10])
+            assert (bits, colour) == (8, 0)
+        if kind == b"IDAT":
+            idat += body
+        at += 12 + length
+    rows = np.frombuffer(zlib.decompress(idat), "u1").reshape(height, width + 1).astype(int)
+    picture = np.zeros((height, width), int)
+    for y, (filtered, row) in enumerate(zip(rows[:, 0], rows[:, 1:])):
+        up = picture[y - 1] if y else np.zeros(width, int)
+        for x in range(width):
+            left, above, corner = (picture[y, x - 1] if x else 0), up[x], (up[x - 1] if x else 0)
+            guess = left + above - corner
+            paeth = min((abs(guess - left), 0, left), (abs(guess - above), 1, above), (abs(guess - corner), 2, corner))[2]
+            picture[y, x] = (row[x] + [0, left, above, (left + above) // 2, paeth][filtered]) % 256
+    return picture

@@ -49,7 +49,10 @@ TEST(Domain, TellsWhatIsAllowed) {
     EXPECT_EQ(std::get<double>(numbers.parse("e", "k", "0.25")), 0.25);
     EXPECT_EQ(std::get<double>(numbers.parse("e", "k", "4")), 4);
     EXPECT_EQ(message_of([&] { words.parse("warp.toy", "filter", "cubic"); }),
-              "warp.toy/filter=cubic: one of zoh, foh");
+              "warp.toy/filter=cubic: expected one of zoh, foh");
+    EXPECT_EQ(std::get<std::string>(words.parse("e", "k", "FOH")), "foh");
+    EXPECT_EQ(message_of([&] { words.parse("warp.toy", "filter", "fho"); }),
+              "warp.toy/filter=fho: did you mean foh?");
     for (const char* bad : {"0.2", "4.1", "", "one", "1x", "nan", "inf", " 1"})
         EXPECT_EQ(message_of([&] { numbers.parse("warp.toy", "step", bad); }),
                   std::string("warp.toy/step=") + bad + ": a number from 0.25 to 4");
@@ -69,13 +72,26 @@ TEST(Demand, ReadsEdgesFamiliesAndValues) {
     EXPECT_FALSE(family.names(edges[2]));
 }
 
+TEST(Demand, TakesNamesInAnyCaseAndByTheirEndWhereItIsOne) {
+    const Catalogue edges = catalogue();
+    EXPECT_EQ(demand_of("Warp.Toy/Filter=ZOH", edges).with.text(), "/filter=zoh");
+    EXPECT_EQ(demand_of("other", edges).name, "warp.other");
+    EXPECT_EQ(demand_of("PROJECT", edges).name, "project");
+}
+
 TEST(Demand, RejectsWhatTheCatalogueDoesNotKnow) {
     const Catalogue edges = catalogue();
     const auto why = [&](const char* text) { return message_of([&] { demand_of(text, edges); }); };
-    EXPECT_EQ(why("warp.none"),
-              "no edge is called 'warp.none'; known: warp.toy, warp.other, project.toy");
-    EXPECT_EQ(why("warp.toy/width=3"), "'warp.toy' has no parameter 'width'; known: filter, step");
-    EXPECT_EQ(why("warp/filter=foh"), "'warp' has no parameter 'filter'; known: filter, step");
+    EXPECT_EQ(why("shade.phong"), "no edge is called 'shade.phong'; `edgewise list edges` shows all");
+    EXPECT_EQ(why("wrap.other"), "no edge is called 'wrap.other'; did you mean warp.other?");
+    EXPECT_EQ(why("otehr"), "no edge is called 'otehr'; did you mean other?");
+    EXPECT_EQ(why("toy"), "'toy' may be project.toy or warp.toy; say which");
+    EXPECT_EQ(why("warp.toy/width=3"),
+              "'warp.toy' has no parameter 'width'; expected one of filter, step");
+    EXPECT_EQ(why("warp.toy/fitler=foh"),
+              "'warp.toy' has no parameter 'fitler'; did you mean filter?");
+    EXPECT_EQ(why("warp/filter=foh"),
+              "'warp' is a family, and parameters are of one edge, as warp.toy/filter=foh");
     EXPECT_EQ(why("warp.toy/filter"), "'filter' in 'warp.toy/filter': expected key=value");
     EXPECT_EQ(why("warp.toy/"), "'' in 'warp.toy/': expected key=value");
     EXPECT_EQ(why("warp.toy/step=9"), "warp.toy/step=9: a number from 0.25 to 4");

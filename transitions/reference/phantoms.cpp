@@ -11,6 +11,7 @@
 #include <tbb/parallel_for.h>
 
 #include "graph/errors.hpp"
+#include "graph/words.hpp"
 
 namespace edgewise {
 namespace {
@@ -159,11 +160,12 @@ constexpr std::array<Named, 8> kPhantoms = {{{"sphere", 3, sphere},
                                              {"checker", 2, checker}}};
 
 const Named& named(const std::string& name) {
-    const auto found = std::find_if(kPhantoms.begin(), kPhantoms.end(),
-                                    [&](const Named& phantom) { return name == phantom.name; });
+    const auto found = std::find_if(kPhantoms.begin(), kPhantoms.end(), [&](const Named& phantom) {
+        return same_word(name, phantom.name);
+    });
     if (found == kPhantoms.end())
-        throw RequestError(fmt::format("no phantom is called '{}'; there are {}", name,
-                                       fmt::join(phantom_names(), ", ")));
+        throw RequestError(
+            fmt::format("no phantom is called '{}'; {}", name, instead_of(name, phantom_names())));
     return *found;
 }
 

@@ -77,7 +77,8 @@ inline constexpr std::int64_t kDeflateRatio = 1032;
 std::string beside(const std::string& header, std::string_view name);
 std::string folder_of(const std::string& path);
 
-/// Opens a missing file under a name of its own beside `path`; commit() renames it there.
+/// Opens a missing file under a name of its own beside `path`; commit() renames it there. "-" is
+/// standard output.
 class Replacement {
  public:
     explicit Replacement(std::string path);

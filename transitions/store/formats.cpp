@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "transitions/store/geometry.hpp"
 #include "transitions/store/reader.hpp"
 #include "transitions/store/store.hpp"
 #include "transitions/store/text.hpp"
@@ -113,6 +114,23 @@ std::vector<Format> table() {
 
 }  // namespace
 
+namespace {
+
+/// Whether axes are no right angle apart, by a tenth of a sample at the end of one.
+bool leans(const Header& what) {
+    constexpr double kSeen = 0.1;
+    const int axes = what.volume ? 3 : 2;
+    for (int a = 0; a < axes; ++a)
+        for (int b = 0; b < axes; ++b)
+            if (a != b && std::abs(dot(what.direction[a], what.direction[b])) *
+                                  static_cast<double>(what.extent[b]) * what.spacing[b] >
+                              kSeen * what.spacing[a])
+                return true;
+    return false;
+}
+
+}  // namespace
+
 const std::vector<Format>& formats() {
     static const std::vector<Format> kFormats = table();
     return kFormats;
@@ -121,7 +139,7 @@ const std::vector<Format>& formats() {
 const Format* format_of(std::string_view path) {
     const Format* best = nullptr;
     std::size_t longest = 0;
-    const std::string low = lower(path);
+    const std::string low = lower(path == "-" ? ".png" : path);
     for (const Format& format : formats())
         for (const std::string& ending : format.endings)
             if (low.ends_with(ending) && ending.size() > longest)
@@ -157,6 +175,12 @@ std::string cannot_write(std::string_view path, const Header& what) {
     if (!format.values && !what.values.identity())
         return fmt::format("{} cannot say that values are {} x stored + {}", format.name,
                            what.values.slope, what.values.offset);
+    if (leans(what) && format.name != "NIfTI" && format.name != "NRRD" &&
+        format.name != "MetaImage")
+        return fmt::format(
+            "{} cannot say that the axes of the grid lean (a tilted gantry); NIfTI, NRRD and "
+            "MetaImage can",
+            format.name);
     return {};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <fmt/format.h>
 
 #include "transitions/store/text.hpp"
@@ -13,7 +14,20 @@ namespace {
 // a mistake, not a geometry.
 constexpr double kLeastDeterminant = 1e-3;
 constexpr double kOneAxis = 1e-6;
+// What a spacing may be off by when it comes from f32: an entry of a column is rounded by 2^-24 of
+// itself where it is stored, so is the length of the column, and entries that were products of a
+// rotation and a spacing in f32 have been rounded three times more.
+constexpr double kNoise = 4 * 0x1p-24;
+
+bool alike(double a, double b) { return std::abs(a - b) <= 2 * kNoise * std::max(a, b); }
 }  // namespace
+
+double without_noise(double length) noexcept {
+    if (!(length > 0) || !std::isfinite(length)) return length;
+    // The digits that f32 keeps of any decimal number (FLT_DIG).
+    const double decimal = std::strtod(fmt::format("{:.6g}", length).c_str(), nullptr);
+    return std::abs(decimal - length) <= kNoise * length ? decimal : length;
+}
 
 double dot(const Vector& a, const Vector& b) noexcept {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -47,6 +61,14 @@ void take_steps(Header& header, const std::array<Vector, 3>& steps, const std::s
                                             header.spacing[axis]));
         for (int row = 0; row < 3; ++row)
             header.direction[axis][row] = steps[axis][row] / header.spacing[axis];
+    }
+    // What f32 cannot tell apart is one spacing: else a turn by 90 degrees is no copy of samples,
+    // and lengths need a sample more.
+    for (int axis = 0; axis < 3; ++axis) {
+        header.spacing[axis] = without_noise(header.spacing[axis]);
+        for (int other = axis - 1; other >= 0; --other)
+            if (alike(header.spacing[axis], header.spacing[other]))
+                header.spacing[axis] = header.spacing[other];
     }
     if (std::abs(determinant(header.direction)) < kLeastDeterminant)
         refuse(header.file,

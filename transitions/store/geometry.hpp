@@ -11,9 +11,13 @@ double length(const Vector& v) noexcept;
 Vector cross(const Vector& a, const Vector& b) noexcept;
 double dot(const Vector& a, const Vector& b) noexcept;
 
-/// Takes steps between samples (columns: spacing times direction) apart into both.
+/// Takes steps between samples (columns: spacing times direction) apart into both. Spacings lose
+/// what f32 cannot tell apart.
 /// @throws InputError not finite, zero, or without a volume (determinant 0), naming the field
 void take_steps(Header&, const std::array<Vector, 3>& steps, const std::string& field);
+/// The decimal number of at most six digits that a length stands for which has been through f32, or
+/// the length itself where none is as near as that rounding.
+double without_noise(double length) noexcept;
 /// @throws InputError not finite or not positive, naming the field
 void check_spacing(const Header&, const std::string& field);
 /// Flips the first two coordinates of directions and origin: RAS to LPS and back.

@@ -197,7 +197,7 @@ void take_pixdim(Header& header, const Fields& f) {
         if (step < 0 && std::isfinite(step))
             header.warnings.push_back(fmt::format("{}: field 'pixdim[{}]' is {}; taken as positive",
                                                   header.file, axis + 1, step));
-        header.spacing[axis] = std::abs(step);
+        header.spacing[axis] = without_noise(std::abs(step));
     }
     check_spacing(header, "pixdim");
 }

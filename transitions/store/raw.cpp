@@ -48,7 +48,8 @@ Header described(const std::string& file, const Description& what) {
 
 std::vector<std::int64_t> sizes_of(const std::string& source, std::string_view text) {
     std::vector<std::int64_t> sizes;
-    for (std::string_view word : split(text, 'x')) {
+    const std::string low = lower(text);
+    for (std::string_view word : split(low, 'x')) {
         const auto size = to_integer(word);
         if (!size || *size < 1) bad_raw(source, in_quotes(text) + " is no extent");
         sizes.push_back(*size);

@@ -26,6 +26,12 @@ std::string temporary_name(const std::string& path) {
 }  // namespace
 
 Replacement::Replacement(std::string path) : path_(std::move(path)) {
+    if (path_ == "-") {
+        direct_ = true;
+        descriptor_ = ::dup(STDOUT_FILENO);
+        if (descriptor_ < 0) fail("standard output cannot be written");
+        return;
+    }
     struct stat status {};
     const bool there = ::stat(path_.c_str(), &status) == 0;
     if (there && S_ISDIR(status.st_mode)) {

@@ -127,7 +127,7 @@ struct Format {
     std::string note;
 };
 const std::vector<Format>& formats();
-/// The format of a path's ending (the longest that fits), or none.
+/// The format of a path's ending (the longest that fits), or none. "-", standard output, is PNG.
 const Format* format_of(std::string_view path);
 /// Why a file of this name cannot hold this (by its ending, type, axes, channels), or "".
 std::string cannot_write(std::string_view path, const Header& what);

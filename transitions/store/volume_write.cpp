@@ -184,17 +184,26 @@ void nifti_fields(Fields& f, const Header& ras, bool two) {
     }
 }
 
+/// Space directions where they say more than spacings do.
+bool needs_directions(const Header& what) {
+    return what.anatomical || !is_identity(what.direction) || what.origin != Vector{0, 0, 0};
+}
+
 Fields nifti_header(const Header& what) {
     const bool two = std::max({what.extent.x, what.extent.y, what.extent.z}) > 32767;
     Header ras = what;
-    if (what.anatomical) flip_xy(ras);
+    // Where a grid lies is said in NIfTI by the patient's axes or not at all; what does not name
+    // its axes is taken as LPS, as everywhere.
+    const bool placed = needs_directions(what);
+    if (placed) flip_xy(ras);
     Fields f(two ? 544 : 352);
     const int code = nifti_code(what), intent = what.labels ? 1002 : 0;
     const int bits = static_cast<int>(8 * bytes_of(what.type)) * (code == 128    ? 3
                                                                   : code == 2304 ? 4
                                                                                  : 1);
-    const int qform = what.anatomical && is_orthogonal(what) ? 1 : 0,
-              sform = what.anatomical ? 1 : 0;
+    constexpr int kScanner = 1, kAligned = 2;  // NIFTI_XFORM
+    const int sform = what.anatomical ? kScanner : placed ? kAligned : 0;
+    const int qform = is_orthogonal(what) ? sform : 0;
     const int units = what.unit == "mm" ? 2 : 0;
     f.put(0, std::int32_t{two ? 540 : 348});
     f.put(two ? 12 : 70, static_cast<std::int16_t>(code));
@@ -260,11 +269,6 @@ std::string_view metaimage_type(Type type) {
         default:
             return "MET_FLOAT";
     }
-}
-
-/// Space directions where they say more than spacings do.
-bool needs_directions(const Header& what) {
-    return what.anatomical || !is_identity(what.direction) || what.origin != Vector{0, 0, 0};
 }
 
 std::string nrrd_geometry(const Header& what) {
