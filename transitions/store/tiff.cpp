@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <fmt/format.h>
 #include <tiffio.h>
+#include <utility>
 
 #include "transitions/store/geometry.hpp"
 #include "transitions/store/picture.hpp"
@@ -376,7 +378,8 @@ class Fields {
         for (const Field& field : fields_) {
             put(directory, field.tag, 2);
             put(directory, field.type, 2);
-            put(directory, field.values.size(), wide_ ? 8 : 4);
+            // A fraction is two numbers.
+            put(directory, field.values.size() / (field.type == 5 ? 2 : 1), wide_ ? 8 : 4);
             std::string values;
             for (std::uint64_t value : field.values) put(values, value, width(field));
             if (values.size() > inside()) {
@@ -408,7 +411,10 @@ class Fields {
         std::vector<std::uint64_t> values;
     };
     static std::size_t width(const Field& field) {
-        return field.type == 16 ? 8 : field.type == 4 ? 4 : field.type == 3 ? 2 : 1;
+        return field.type == 16                     ? 8
+               : field.type == 4 || field.type == 5 ? 4
+               : field.type == 3                    ? 2
+                                                    : 1;
     }
     static std::size_t size(const Field& field) { return width(field) * field.values.size(); }
     std::size_t inside() const { return wide_ ? 8 : 4; }
@@ -416,7 +422,45 @@ class Fields {
     std::vector<Field> fields_;
 };
 
-Fields fields_of(const Header& what, bool wide, std::uint64_t strip, std::uint64_t strip_bytes) {
+/// The fraction of 32-bit numbers next to a positive value, by its continued fraction.
+std::vector<std::uint64_t> fraction_of(double value) {
+    constexpr double kMost = 4294967295.0;
+    double above[2] = {0, 1}, below[2] = {1, 0}, rest = value;
+    for (int i = 0; i < 40; ++i) {
+        const double whole = std::floor(rest);
+        const double next_above = whole * above[1] + above[0];
+        const double next_below = whole * below[1] + below[0];
+        if (!(next_above <= kMost && next_below <= kMost)) break;
+        above[0] = std::exchange(above[1], next_above);
+        below[0] = std::exchange(below[1], next_below);
+        if (rest == whole) break;
+        rest = 1 / (rest - whole);
+    }
+    return {static_cast<std::uint64_t>(above[1]), static_cast<std::uint64_t>(below[1])};
+}
+
+/// Lengths as ImageJ says them, which readers of microscopy and the one above know: in micrometres.
+struct Lengths {
+    std::string text;  // of the first page
+    std::vector<std::uint64_t> resolution[2];
+};
+std::optional<Lengths> lengths_of(const Header& what) {
+    if (what.unit.empty() && what.spacing == Vector{1, 1, 1}) return std::nullopt;
+    const double factor = what.unit.empty() ? 1 : 1e3;
+    Lengths lengths;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        lengths.resolution[axis] = fraction_of(1 / (what.spacing[axis] * factor));
+        const auto& pair = lengths.resolution[axis];
+        if (pair[0] == 0 || pair[1] == 0) return std::nullopt;  // beyond what fractions hold
+    }
+    lengths.text =
+        fmt::format("ImageJ=1.53t\nimages={0}\nslices={0}\nunit={1}\nspacing={2}\n", what.extent.z,
+                    what.unit.empty() ? "pixel" : "micron", what.spacing[2] * factor);
+    return lengths;
+}
+
+Fields fields_of(const Header& what, const std::optional<Lengths>& lengths, bool first, bool wide,
+                 std::uint64_t strip, std::uint64_t strip_bytes) {
     const auto channels = static_cast<std::size_t>(what.channels);
     const std::uint64_t format = is_integer(what.type) ? (limits_of(what.type)[0] < 0 ? 2 : 1) : 3;
     const unsigned place = wide ? 16 : 4;
@@ -426,11 +470,21 @@ Fields fields_of(const Header& what, bool wide, std::uint64_t strip, std::uint64
     fields.add(258, 3, std::vector<std::uint64_t>(channels, 8 * bytes_of(what.type)));
     fields.add(259, 3, {1});
     fields.add(262, 3, {channels >= 3 ? 2u : 1u});
+    if (lengths && first) {
+        std::vector<std::uint64_t> text(lengths->text.begin(), lengths->text.end());
+        text.push_back(0);
+        fields.add(270, 2, std::move(text));
+    }
     fields.add(273, place, {strip});
     fields.add(277, 3, {channels});
     fields.add(278, 4, {static_cast<std::uint64_t>(what.extent.y)});
     fields.add(279, place, {strip_bytes});
+    if (lengths) {
+        fields.add(282, 5, lengths->resolution[0]);
+        fields.add(283, 5, lengths->resolution[1]);
+    }
     fields.add(284, 3, {1});
+    if (lengths) fields.add(296, 3, {1});
     if (channels % 2 == 0)
         fields.add(338, 3,
                    {what.alpha == Alpha::premultiplied ? 1u
@@ -546,12 +600,14 @@ void write_tiff(Replacement& out, const Header& what, const void* samples) {
     std::uint64_t at = wide ? 16 : 8;
     Fields::put(head, at, wide ? 8 : 4);
     out.write(std::as_bytes(std::span(head)));
+    const auto lengths = lengths_of(what);
     // Directory, then its samples, page after page: written in one go, never revised.
     for (std::uint64_t page = 0; page < pages; ++page) {
-        const std::size_t directory = fields_of(what, wide, 0, strip).bytes();
-        const std::uint64_t samples_at = at + directory, next = samples_at + padded;
-        const std::string text =
-            fields_of(what, wide, samples_at, strip).text(at, page + 1 < pages ? next : 0);
+        const auto fields = [&](std::uint64_t strip_at) {
+            return fields_of(what, lengths, page == 0, wide, strip_at, strip);
+        };
+        const std::uint64_t samples_at = at + fields(0).bytes(), next = samples_at + padded;
+        const std::string text = fields(samples_at).text(at, page + 1 < pages ? next : 0);
         out.write(std::as_bytes(std::span(text)));
         out.write(all.subspan(page * strip, strip));
         const std::byte zeros[8] = {};

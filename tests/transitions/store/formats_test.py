@@ -611,6 +611,19 @@ class TiffSpacing(Formats):
         self.check("a.tif", data, v[0], (.1, .2))
 
 
+    def test_what_is_written_is_read_again(self):
+        v = w.ramp(5, 4, 6, dtype="<u2")
+        for spacing in ("0.1,0.2,1.5", "0.00038,0.00038,0.00112345", "0.78125,0.78125,7", "1.1e-7,1.2e-7,1e-6"):
+            for unit in ((), ("--input-unit", "mm")):
+                raw = f"raw:{self.put('a.raw', v.tobytes())}:6x4x5:u16"
+                self.run_it("warp", raw, "-o", self.folder / "o.tif", "--input-spacing", spacing, *unit)
+                said = self.info(self.folder / "o.tif")
+                # Fractions of two 32-bit numbers hold nine digits, of which ours are all.
+                np.testing.assert_allclose(said["spacing"], [float(s) for s in spacing.split(",")], rtol=1e-8)
+                self.assertEqual(said["unit"], "mm" if unit else None)
+                np.testing.assert_array_equal(self.values(self.folder / "o.tif"), v)
+
+
 class InputSpacing(Formats):
     def test_where_a_file_is_silent(self):
         v = w.ramp(3, 4, 5)
