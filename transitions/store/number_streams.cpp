@@ -157,58 +157,31 @@ class HexStream : public Stream {
 };
 
 /// Native 64-bit numbers, a chunk at a time.
-template <class T>
 class WideNumbers {
  public:
     WideNumbers(bool swaps, const std::string& file) : swaps_(swaps), file_(file) {}
-    std::span<const T> next(Stream& from, std::size_t count) {
-        const auto part = std::span(numbers_).first(std::min(count, numbers_.size()));
-        read_all(from, std::as_writable_bytes(part), file_);
-        if (swaps_)
-            swap_bytes(std::as_writable_bytes(part).data(), sizeof(T),
-                       static_cast<std::int64_t>(part.size()));
-        return part;
+    /// @return how many there are, at data()
+    std::size_t next(Stream& from, std::size_t count) {
+        count = std::min(count, kChunkNumbers);
+        const auto part = std::span(bytes_).first(8 * count);
+        read_all(from, part, file_);
+        if (swaps_) swap_bytes(part.data(), 8, static_cast<std::int64_t>(count));
+        return count;
     }
+    const std::byte* data() const { return bytes_.data(); }
 
  private:
     bool swaps_;
     const std::string& file_;
-    std::array<T, kChunkNumbers> numbers_;
+    Bytes bytes_ = Bytes(8 * kChunkNumbers);
 };
 
-template <class T>
-Narrowed narrowest_of(Stream& from, std::int64_t count, bool big_endian, const std::string& file) {
-    constexpr double kBeyond = std::is_signed_v<T> ? 0x1p63 : 0x1p64;
-    WideNumbers<T> numbers(big_endian, file);
-    T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::min();
-    bool exact = true;
-    for (std::int64_t left = count; left > 0;) {
-        const auto part = numbers.next(from, static_cast<std::size_t>(left));
-        for (const T value : part) {
-            low = std::min(low, value);
-            high = std::max(high, value);
-            // What rounds up to 2^63 or 2^64 must not be cast back.
-            const double rounded = static_cast<double>(value);
-            exact = exact && rounded < kBeyond && static_cast<T>(rounded) == value;
-        }
-        left -= static_cast<std::int64_t>(part.size());
-    }
-    Narrowed narrowed{Type::f64, fmt::format("{} to {}", low, high), exact};
-    for (const Type type : {Type::u8, Type::i8, Type::i16, Type::u16, Type::i32, Type::u32}) {
-        // Doubles hold the limits of these types; a bound that rounds stays beyond them.
-        const auto [least, greatest] = limits_of(type);
-        if (static_cast<double>(low) < least || static_cast<double>(high) > greatest) continue;
-        narrowed.type = type;
-        break;
-    }
-    return narrowed;
-}
-
-template <class T>
 class NarrowStream : public Stream {
  public:
-    NarrowStream(std::unique_ptr<Stream> from, bool big_endian, Type type, std::string file)
+    NarrowStream(std::unique_ptr<Stream> from, Wide wide, bool big_endian, Type type,
+                 std::string file)
         : from_(std::move(from)),
+          wide_(wide),
           type_(type),
           file_(std::move(file)),
           numbers_(big_endian, file_) {}
@@ -217,35 +190,31 @@ class NarrowStream : public Stream {
         const std::size_t width = bytes_of(type_);
         std::size_t done = 0;
         while (done + width <= into.size()) {
-            const auto part = numbers_.next(*from_, (into.size() - done) / width);
-            for (const T value : part) {
-                put(value, into.data() + done);
-                done += width;
-            }
+            const std::size_t count = numbers_.next(*from_, (into.size() - done) / width);
+            narrow_numbers(numbers_.data(), count, wide_, type_, into.data() + done);
+            done += count * width;
         }
         return done;
     }
     bool skip(std::uint64_t bytes) override { return from_->skip(bytes / bytes_of(type_) * 8); }
 
  private:
-    /// The value fits: its range was looked at when the file was described.
-    void put(T value, std::byte* to) const {
-        if (type_ == Type::f64) {
-            const double number = static_cast<double>(value);
-            std::memcpy(to, &number, sizeof number);
-            return;
-        }
-        const std::size_t width = bytes_of(type_);
-        const bool little = std::endian::native == std::endian::little;
-        std::memcpy(to, reinterpret_cast<const std::byte*>(&value) + (little ? 0 : 8 - width),
-                    width);
-    }
-
     std::unique_ptr<Stream> from_;
+    Wide wide_;
     Type type_;
     std::string file_;
-    WideNumbers<T> numbers_;
+    WideNumbers numbers_;
 };
+
+template <class T>
+void to_doubles(const std::byte* from, std::size_t count, std::byte* to) {
+    for (std::size_t i = 0; i < count; ++i) {
+        T value;
+        std::memcpy(&value, from + 8 * i, 8);
+        const double number = static_cast<double>(value);
+        std::memcpy(to + 8 * i, &number, 8);
+    }
+}
 
 }  // namespace
 
@@ -258,19 +227,80 @@ std::unique_ptr<Stream> hex_stream(std::unique_ptr<Stream> from, std::string fil
     return std::make_unique<HexStream>(std::move(from), std::move(file));
 }
 
+template <class T>
+void WideRange::Range<T>::take(T value) {
+    constexpr double kBeyond = std::is_signed_v<T> ? 0x1p63 : 0x1p64;
+    low = std::min(low, value);
+    high = std::max(high, value);
+    // What rounds up to 2^63 or 2^64 must not be cast back.
+    const double rounded = static_cast<double>(value);
+    exact = exact && rounded < kBeyond && static_cast<T>(rounded) == value;
+}
+
+template <class T>
+Narrowed WideRange::Range<T>::narrowed() const {
+    Narrowed narrowed{Type::f64, fmt::format("{} to {}", low, high), exact};
+    for (const Type type : {Type::u8, Type::i8, Type::i16, Type::u16, Type::i32, Type::u32}) {
+        // Doubles hold the limits of these types; a bound that rounds stays beyond them.
+        const auto [least, greatest] = limits_of(type);
+        if (static_cast<double>(low) < least || static_cast<double>(high) > greatest) continue;
+        narrowed.type = type;
+        break;
+    }
+    return narrowed;
+}
+
+void WideRange::take(const std::byte* numbers, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+        std::uint64_t value;
+        std::memcpy(&value, numbers + 8 * i, 8);
+        if (wide_ == Wide::with_sign)
+            with_sign_.take(static_cast<std::int64_t>(value));
+        else
+            without_sign_.take(value);
+    }
+}
+
+Narrowed WideRange::narrowed() const {
+    return wide_ == Wide::with_sign ? with_sign_.narrowed() : without_sign_.narrowed();
+}
+
 Narrowed narrowest(Stream& from, std::int64_t count, Wide wide, bool big_endian,
                    const std::string& file) {
-    return wide == Wide::with_sign ? narrowest_of<std::int64_t>(from, count, big_endian, file)
-                                   : narrowest_of<std::uint64_t>(from, count, big_endian, file);
+    WideNumbers numbers(big_endian, file);
+    WideRange range(wide);
+    for (std::int64_t left = count; left > 0;) {
+        const std::size_t part = numbers.next(from, static_cast<std::size_t>(left));
+        range.take(numbers.data(), part);
+        left -= static_cast<std::int64_t>(part);
+    }
+    return range.narrowed();
+}
+
+void take_narrowed(Header& header, const Narrowed& found) {
+    if (found.type == Type::f64 && header.labels)
+        refuse(header.file, fmt::format("labels of {}: 64-bit integers, which fit into no type of "
+                                        "at most 32 bits; number them anew",
+                                        found.range));
+    header.type = found.type;
+    header.warnings.push_back(fmt::format("{}: its 64-bit integers of {} are read as {}{}",
+                                          header.file, found.range, name_of(found.type),
+                                          found.exact ? "" : ", which rounds some of them"));
+}
+
+void narrow_numbers(const std::byte* from, std::size_t count, Wide wide, Type type, std::byte* to) {
+    if (type == Type::f64)
+        return wide == Wide::with_sign ? to_doubles<std::int64_t>(from, count, to)
+                                       : to_doubles<std::uint64_t>(from, count, to);
+    // They fit, as their range said: the low bytes are the number.
+    const std::size_t width = bytes_of(type);
+    const std::size_t low = std::endian::native == std::endian::little ? 0 : 8 - width;
+    for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * width, from + 8 * i + low, width);
 }
 
 std::unique_ptr<Stream> narrow_stream(std::unique_ptr<Stream> from, Wide wide, bool big_endian,
                                       Type type, std::string file) {
-    if (wide == Wide::with_sign)
-        return std::make_unique<NarrowStream<std::int64_t>>(std::move(from), big_endian, type,
-                                                            std::move(file));
-    return std::make_unique<NarrowStream<std::uint64_t>>(std::move(from), big_endian, type,
-                                                         std::move(file));
+    return std::make_unique<NarrowStream>(std::move(from), wide, big_endian, type, std::move(file));
 }
 
 }  // namespace edgewise::store

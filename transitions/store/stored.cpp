@@ -304,16 +304,9 @@ std::shared_ptr<const Reader> stored_reader(Stored stored) {
 }
 
 void narrow(Header& header, Stored& stored, Stream& from) {
-    const Narrowed found =
-        narrowest(from, stored.numbers(), stored.wide, swaps(stored), header.file);
-    if (found.type == Type::f64 && header.labels)
-        refuse(header.file, fmt::format("labels of {}: 64-bit integers, which fit into no type of "
-                                        "at most 32 bits; number them anew",
-                                        found.range));
-    header.type = stored.type = found.type;
-    header.warnings.push_back(fmt::format("{}: its 64-bit integers of {} are read as {}{}",
-                                          header.file, found.range, name_of(found.type),
-                                          found.exact ? "" : ", which rounds some of them"));
+    take_narrowed(header,
+                  narrowest(from, stored.numbers(), stored.wide, swaps(stored), header.file));
+    stored.type = header.type;
 }
 
 void take_reader(Header& header, Stored stored) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "transitions/store/geometry.hpp"
+#include "transitions/store/number_streams.hpp"
 #include "transitions/store/picture.hpp"
 #include "transitions/store/text.hpp"
 #include "transitions/store/tiff_layout.hpp"
@@ -61,12 +62,18 @@ std::optional<Type> type_of(const TiffPage& page) {
     };
     constexpr Row kTypes[] = {{8, 1, Type::u8},   {8, 2, Type::i8},   {16, 1, Type::u16},
                               {16, 2, Type::i16}, {32, 1, Type::u32}, {32, 2, Type::i32},
-                              {16, 3, Type::f16}, {32, 3, Type::f32}, {64, 3, Type::f64}};
-    const int format = page.format == 4 ? 1 : page.format;  // 4: not said
+                              {16, 3, Type::f16}, {32, 3, Type::f32}, {64, 3, Type::f64},
+                              {64, 1, Type::f64}, {64, 2, Type::f64}};  // as in Stored
+    const int format = page.format == 4 ? 1 : page.format;              // 4: not said
     if (format == 1 && page.bits < 16) return page.bits <= 8 ? Type::u8 : Type::u16;
     for (const Row& row : kTypes)
         if (row.bits == page.bits && row.format == format) return row.type;
     return std::nullopt;
+}
+
+Wide wide_of(const TiffPage& page) {
+    if (page.bits != 64 || page.format == 3) return Wide::no;
+    return page.format == 2 ? Wide::with_sign : Wide::without_sign;
 }
 
 bool is_plain(const TiffPage& page) {
@@ -318,7 +325,14 @@ class TiffReader : public Reader {
         const TiffPage& page = pages_[index];
         const int channels = colours_ == Colours::rgb ? 3 : page.samples;
         Rows rows(page.width, page.height, channels, header.type, page.orientation, pick, into);
-        if (colours_ == Colours::none) {
+        if (const Wide wide = wide_of(page); wide != Wide::no) {
+            const std::size_t count = static_cast<std::size_t>(page.width * page.samples);
+            Bytes narrow(count * bytes_of(header.type));
+            decoder.rows(page, false, [&](std::int64_t y, const std::byte* row) {
+                narrow_numbers(row, count, wide, header.type, narrow.data());
+                rows.put(y, narrow.data());
+            });
+        } else if (colours_ == Colours::none) {
             decoder.rows(page, page.photometric != kPalette,
                          [&](std::int64_t y, const std::byte* row) { rows.put(y, row); });
         } else {
@@ -499,6 +513,21 @@ Fields fields_of(const Header& what, const std::optional<Lengths>& lengths, bool
     return fields;
 }
 
+/// 64-bit integers are looked at once to know what they fit into.
+void take_wide(Header& header, const File& file, const std::vector<TiffPage>& pages,
+               const TiffLayout& layout) {
+    const Wide wide = wide_of(pages[layout.pages[0]]);
+    WideRange range(wide);
+    Decoder decoder(file);
+    for (const std::size_t index : layout.pages) {
+        const TiffPage& page = pages[index];
+        decoder.rows(page, false, [&](std::int64_t, const std::byte* row) {
+            range.take(row, static_cast<std::size_t>(page.width * page.samples));
+        });
+    }
+    take_narrowed(header, range.narrowed());
+}
+
 /// ImageJ writes stacks of more than 4 GB with one directory: all samples follow its own.
 void take_one_directory(Header& header, const TiffPage& page, const TiffLayout& layout) {
     if (page.compression != 1 || !page.in_one_piece || page.orientation != 1 ||
@@ -510,6 +539,7 @@ void take_one_directory(Header& header, const TiffPage& page, const TiffLayout& 
                            layout.pages.size()));
     Stored stored;
     stored.type = header.type;
+    stored.wide = wide_of(page);
     stored.big_endian = page.big_endian;
     stored.pieces = {{header.file, page.first}};
     stored.axes = {{Axis::channel, page.samples}, {Axis::x, page.width},
@@ -534,8 +564,6 @@ Header inspect_tiff(const std::string& path, const Selection& pick) {
     for (const std::size_t index : layout.pages) {
         const TiffPage& page = pages[index];
         if (page.format > 4) refuse(path, "complex samples are not supported");
-        if (page.bits == 64 && page.format != 3)
-            refuse(path, "integers of 64 bits are not supported in TIFF");
         if (!is_plain(page) && pages.size() == 1) return inspect_by_oiio(path);
         if (!is_plain(page))
             refuse(path,
@@ -543,8 +571,8 @@ Header inspect_tiff(const std::string& path, const Selection& pick) {
                                page.bits, page.photometric, page.compression));
         if (page.width != first.width || page.height != first.height ||
             page.samples != first.samples || page.bits != first.bits ||
-            type_of(page) != type_of(first) || page.orientation != first.orientation ||
-            colours_of(page, layout.indices) != colours)
+            wide_of(page) != wide_of(first) || type_of(page) != type_of(first) ||
+            page.orientation != first.orientation || colours_of(page, layout.indices) != colours)
             refuse(path, fmt::format("pages differ: {} x {} and {} x {}, or in their type",
                                      first.width, first.height, page.width, page.height));
     }
@@ -576,6 +604,8 @@ Header inspect_tiff(const std::string& path, const Selection& pick) {
         header.icc.resize(first.icc_bytes);
         file->read(first.icc, header.icc, "the ICC profile");
     }
+    if (!layout.one_directory && wide_of(first) != Wide::no)
+        take_wide(header, *file, pages, layout);
     if (layout.one_directory)
         take_one_directory(header, first, layout);
     else

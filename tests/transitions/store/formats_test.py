@@ -80,7 +80,7 @@ class Integers64(Formats):
     CASES = [  # values, type
         (w.ramp(3, 4, 5, dtype="i8"), "i16"),
         (w.ramp(3, 4, 5, dtype="i8") // 4, "u8"),
-        (w.ramp(3, 4, 5, dtype="i8") * 60 + 5000, "u16"),
+        (w.ramp(3, 4, 5, dtype="i8") * 120 + 5000, "u16"),
         (w.ramp(3, 4, 5, dtype="i8") - 400, "i16"),
         (w.ramp(3, 4, 5, dtype="i8") // 8 - 100, "i8"),
         (w.ramp(3, 4, 5, dtype="u8") * 16, "i16"),
@@ -96,6 +96,8 @@ class Integers64(Formats):
                 "a.vtk": w.vtk(v.shape, [f"POINT_DATA {n}", w.vtk_array("SCALARS", "s", v)]),
                 "b.vtk": w.vtk(v.shape, [f"POINT_DATA {n}", w.vtk_array("SCALARS", "s", v, False)], binary=False),
                 "a.vti": w.vti(v.shape, v), "b.vti": w.vti(v.shape, v, form="raw", wide=True),
+                "a.tif": w.tiff([w.tiff_page(p) for p in v]),
+                "b.tif": w.tiff([w.tiff_page(p, ">", packed=True, tile=16) for p in v], ">", big=True),
                 "c.vti": w.vti(v.shape, v, form="base64", packed=True, order=">"), "d.vti": w.vti(v.shape, v, form="binary"),
             }
             for name, data in files.items():
@@ -218,7 +220,7 @@ class Nrrd(Formats):
     def test_refusals(self):
         v = w.ramp(3, 4, 5)
         self.refused("a.nrrd", w.nrrd(v, encoding="hex")[:-7], "short data")
-        self.refused("a.nrrd", w.nrrd(v, encoding="hex").replace(b"0", b"g"), "g")
+        self.refused("a.nrrd", w.nrrd(v, encoding="hex")[:-7] + b"g" * 7, "hexadecimal data hold")
         whole = w.nrrd(v, encoding="bzip2")
         for cut in (1, 20, 60):
             self.refused("a.nrrd", whole[:-cut], "a.nrrd")
