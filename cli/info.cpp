@@ -9,6 +9,7 @@
 #include "cli/request/input.hpp"
 #include "cli/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
+#include "cli/request/selection_words.hpp"
 #include "cli/session/known_scene.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
@@ -24,7 +25,8 @@ using Json = nlohmann::ordered_json;
 
 struct InfoOptions {
     std::string file;
-    std::optional<std::string> series, time, channel, orient, json;
+    SelectionWords selection;
+    std::optional<std::string> json;
     bool quiet = false;
 };
 
@@ -171,8 +173,9 @@ std::string text_of_facts(const Facts& facts) {
             line("dynamic", fmt::format("{:.1f} dB from the range to the highest frequencies",
                                         *facts.measured->dynamic_range));
         line("memory", fmt::format("{:.1f} MiB", facts.input.bytes() / 0x1p20));
-    } else if (h.times > 1) {
-        line("note", "several time points: --time N, from 0, says which");
+    } else {
+        if (h.times > 1) line("note", "several time points: --time N, from 0, says which");
+        if (h.channels > 4) line("note", "many channels: --channel N, from 0, says which");
     }
     for (std::size_t i = 0; i < facts.series.size() && facts.series.size() > 1; ++i)
         line("series", fmt::format("{}: {} ({}, {} files)", i, facts.series[i].uid,
@@ -184,8 +187,7 @@ std::string text_of_facts(const Facts& facts) {
 /// Several series: their list is the answer, the first stands for all.
 Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     Facts facts;
-    store::Selection selection =
-        selection_of(options.series, options.time, options.channel, options.orient);
+    store::Selection selection = selection_of(options.selection);
     selection.memory_limit = memory.limit();
     if (!options.file.starts_with("phantom:") && !options.file.starts_with("raw:")) {
         facts.series = store::list_series(options.file);
@@ -193,7 +195,10 @@ Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     }
     facts.input = inspected(options.file, selection);
     facts.warnings = facts.input.header.warnings;
-    if (facts.input.header.times > 1 && !selection.time) return facts;
+    const store::Header& header = facts.input.header;
+    // What has to be chosen first is listed, and no error.
+    if (header.times > 1 && !selection.time) return facts;
+    if (header.channels > 4 && !selection.channel) return facts;
     facts.warnings = read_data(facts.input, &memory);
     OfSamples& measured = facts.measured.emplace();
     measured.statistics = known_statistics(facts.input, &memory);
@@ -220,10 +225,7 @@ Verb add_info(CLI::App& main) {
     CLI::App* app = main.add_subcommand("info", "what is in a file");
     auto options = std::make_shared<InfoOptions>();
     app->add_option("FILE", options->file, "file, folder, phantom:NAME:N or raw:...")->required();
-    add_text(*app, "--series", options->series, "which DICOM series of a folder");
-    add_text(*app, "--time", options->time, "which time point, from 0");
-    add_text(*app, "--channel", options->channel, "which channel, from 0");
-    add_text(*app, "--orient", options->orient, "where x, y, z point, as RAS");
+    add_selection(*app, options->selection);
     add_text(*app, "--json", options->json, "report, to FILE or - for standard output");
     app->add_flag("--quiet", options->quiet, "errors only; what is in the file is the output");
     return {app, [options] { return do_info(*options); }};

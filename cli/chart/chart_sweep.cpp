@@ -82,9 +82,7 @@ void put(JobOptions& options, const std::string& name, const std::string& text) 
 }
 
 std::size_t axes_of(const JobOptions& options) {
-    const store::Selection selection =
-        selection_of(options.series, options.time, options.channel, options.orient);
-    return inspected(options.input, selection).header.volume ? 3 : 2;
+    return inspected(options.input, selection_of(options.selection)).header.volume ? 3 : 2;
 }
 
 /// All parts alike: "64x64", "1.5".

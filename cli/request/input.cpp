@@ -84,23 +84,28 @@ double Input::bytes() const {
     return stored / static_cast<double>(bytes_of(loaded_type(*this))) * sizeof(float);
 }
 
-store::Selection selection_of(const std::optional<std::string>& series,
-                              const std::optional<std::string>& time,
-                              const std::optional<std::string>& channel,
-                              const std::optional<std::string>& orient) {
+store::Selection selection_of(const SelectionWords& words) {
     constexpr std::int64_t kMost = std::numeric_limits<int>::max();
     store::Selection selection;
-    selection.series = series;
-    if (time) selection.time = static_cast<int>(whole_of("--time", *time, 0, kMost));
-    if (channel) selection.channel = static_cast<int>(whole_of("--channel", *channel, 0, kMost));
-    if (orient) {
-        directions_of(*orient);
-        selection.orient = *orient;
+    selection.series = words.series;
+    if (words.time) selection.time = static_cast<int>(whole_of("--time", *words.time, 0, kMost));
+    if (words.channel)
+        selection.channel = static_cast<int>(whole_of("--channel", *words.channel, 0, kMost));
+    if (words.orient) {
+        directions_of(*words.orient);
+        selection.orient = *words.orient;
     }
+    if (words.spacing) selection.spacing = numbers_of("--input-spacing", *words.spacing);
+    if (words.unit) selection.unit = *words.unit;
     return selection;
 }
 
 Input inspected(const std::string& name, const store::Selection& selection) {
+    const bool file = !name.starts_with("phantom:") && !name.starts_with("describe:");
+    if (!file && (!selection.spacing.empty() || !selection.unit.empty()))
+        throw RequestError(
+            fmt::format("{}: --input-spacing and --input-unit are about files{}", name,
+                        name.starts_with("describe:") ? "; here spacing=X,Y,Z says it" : ""));
     Input input;
     input.inspected_at = std::chrono::system_clock::now();
     input.name = name;

@@ -7,6 +7,7 @@
 #include "cli/request/describe.hpp"
 #include "cli/request/geometry.hpp"
 #include "cli/request/input_identity.hpp"
+#include "cli/request/selection_words.hpp"
 #include "graph/data.hpp"
 #include "transitions/reference/phantoms.hpp"
 #include "transitions/store/labels.hpp"
@@ -45,11 +46,8 @@ struct Input {
     double bytes() const;
 };
 
-/// Which of several things in a file are meant. @throws RequestError
-store::Selection selection_of(const std::optional<std::string>& series,
-                              const std::optional<std::string>& time,
-                              const std::optional<std::string>& channel,
-                              const std::optional<std::string>& orient);
+/// Which of several things in a file are meant, and what is said in its place. @throws RequestError
+store::Selection selection_of(const SelectionWords& words);
 
 /// Reads the description. @throws InputError, RequestError
 Input inspected(const std::string& name, const store::Selection& selection);

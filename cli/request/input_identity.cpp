@@ -51,8 +51,9 @@ std::string decoding_of(const Input& input) {
 }
 
 std::string selection_text(const store::Selection& pick) {
-    return fmt::format("|{}|{}|{}|{}", pick.series.value_or("-"), pick.time.value_or(-1),
-                       pick.channel.value_or(-1), pick.orient);
+    return fmt::format("|{}|{}|{}|{}|{}|{}", pick.series.value_or("-"), pick.time.value_or(-1),
+                       pick.channel.value_or(-1), pick.orient, fmt::join(pick.spacing, ","),
+                       pick.unit);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/request/geometry.hpp"
+#include "cli/request/selection_words.hpp"
 
 namespace edgewise::cli {
 
@@ -14,7 +15,7 @@ struct JobOptions {
     std::string input;
     std::optional<std::string> out;
     GeometryWords geometry;
-    std::optional<std::string> orient, series, time, channel;
+    SelectionWords selection;
     std::optional<std::string> mode, zero, background, transfer, window, outside;
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
     std::optional<std::string> threads, ranks, machine, planner, planning_time;

@@ -97,7 +97,7 @@ Wish wish_of(const JobOptions& o) {
         wish.bits = kBits[chosen("--bits", o.bits, {"8", "16", "32"}, 0)];
     }
     chosen("--reference", o.reference, {"spline", "linear", "nearest"}, 0);
-    wish.selection = selection_of(o.series, o.time, o.channel, o.orient);
+    wish.selection = selection_of(o.selection);
     return wish;
 }
 

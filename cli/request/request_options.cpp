@@ -62,10 +62,7 @@ void add_input(CLI::App& app, JobOptions& o) {
                    "file, folder, phantom:NAME:N, raw:FILE:WxHxD:TYPE or, for plans, "
                    "describe:WxHxD:TYPE")
         ->required();
-    add_text(app, "--orient", o.orient, "where x, y, z point, as RAS")->type_name("RAS|...");
-    add_text(app, "--series", o.series, "which DICOM series of a folder")->type_name("UID|N");
-    add_text(app, "--time", o.time, "which time point, from 0")->type_name("N");
-    add_text(app, "--channel", o.channel, "which channel, from 0")->type_name("N");
+    add_selection(app, o.selection);
 }
 
 void add_mode(CLI::App& app, JobOptions& o) {
@@ -151,6 +148,19 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
 }
 
 }  // namespace
+
+void add_selection(CLI::App& app, SelectionWords& words) {
+    const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
+                          const char* help) { add_text(app, name, into, help)->type_name(value); };
+    text("--series", words.series, "UID|N", "which series of a folder, or image of an OME-TIFF");
+    text("--time", words.time, "N", "which time point, from 0");
+    text("--channel", words.channel, "N", "which channel, from 0");
+    text("--orient", words.orient, "RAS|...", "where x, y, z point, where FILE is silent or wrong");
+    text("--input-spacing", words.spacing, "S[,S[,S]]",
+         "distance of FILE's samples, where it is silent or wrong");
+    text("--input-unit", words.unit, "mm|um|nm",
+         "unit of FILE's lengths, where it is silent or wrong");
+}
 
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& into,
                       const std::string& help) {

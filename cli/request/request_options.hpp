@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/request/job_options.hpp"
+#include "cli/request/selection_words.hpp"
 
 namespace CLI {
 class App;
@@ -27,5 +28,8 @@ std::vector<std::string> typed_words(const CLI::App& app);
 /// Adds an option of which the last counts.
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& into,
                       const std::string& help);
+
+/// Adds what says which part of FILE is meant, and what FILE fails to say.
+void add_selection(CLI::App& app, SelectionWords& words);
 
 }  // namespace edgewise::cli

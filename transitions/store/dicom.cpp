@@ -12,6 +12,7 @@
 #include "transitions/store/module.hpp"
 #include "transitions/store/reader.hpp"
 #include "transitions/store/text.hpp"
+#include "transitions/store/tiff_layout.hpp"
 
 namespace edgewise::store {
 namespace {
@@ -445,7 +446,7 @@ Header inspect_dicom(const std::string& path, const Selection& pick) {
 
 std::vector<Series> list_series(const std::string& source) {
     std::vector<Series> list;
-    if (!std::filesystem::is_directory(source)) return list;
+    if (!std::filesystem::is_directory(source)) return tiff_series(source);
     for (const Group& group : groups_of(source))
         list.push_back({group.uid, text_of(group.files), static_cast<int>(group.files.size())});
     return list;

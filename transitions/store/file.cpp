@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bzlib.h>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -93,6 +94,62 @@ class InflateStream : public Stream {
     std::array<unsigned char, kChunk> buffer_;
 };
 
+class Bzip2Stream : public Stream {
+ public:
+    Bzip2Stream(FilePointer file, std::uint64_t begin, std::uint64_t end)
+        : file_(std::move(file)), input_(file_, begin, end) {
+        if (BZ2_bzDecompressInit(&z_, 0, 0) != BZ_OK) throw std::bad_alloc();
+    }
+    Bzip2Stream(const Bzip2Stream&) = delete;
+    Bzip2Stream& operator=(const Bzip2Stream&) = delete;
+    ~Bzip2Stream() override { BZ2_bzDecompressEnd(&z_); }
+
+    std::size_t read(std::span<std::byte> into) override {
+        std::size_t done = 0;
+        while (done < into.size() && !ended_) {
+            if (z_.avail_in == 0 && !fill())
+                refuse(file_->path(), "the compressed stream ends too early");
+            const auto room = std::min<std::size_t>(into.size() - done, 1 << 30);
+            z_.next_out = reinterpret_cast<char*>(into.data() + done);
+            z_.avail_out = static_cast<unsigned>(room);
+            const int status = BZ2_bzDecompress(&z_);
+            done += room - z_.avail_out;
+            if (status == BZ_STREAM_END)
+                next_member();
+            else if (status != BZ_OK)
+                refuse(file_->path(), status == BZ_MEM_ERROR
+                                          ? "out of memory in bzip2"
+                                          : "compressed data are damaged: bzip2");
+        }
+        return done;
+    }
+
+ private:
+    bool fill() {
+        z_.avail_in =
+            static_cast<unsigned>(input_.read(std::as_writable_bytes(std::span(buffer_))));
+        z_.next_in = buffer_.data();
+        return z_.avail_in > 0;
+    }
+    /// Programs that work in parallel write several streams, one after another.
+    void next_member() {
+        ended_ = (z_.avail_in == 0 && !fill()) || *z_.next_in != 'B';
+        if (ended_) return;
+        const bz_stream rest = z_;
+        BZ2_bzDecompressEnd(&z_);
+        z_ = {};
+        if (BZ2_bzDecompressInit(&z_, 0, 0) != BZ_OK) throw std::bad_alloc();
+        z_.next_in = rest.next_in;
+        z_.avail_in = rest.avail_in;
+    }
+
+    FilePointer file_;
+    PlainStream input_;
+    bool ended_ = false;
+    bz_stream z_{};
+    std::array<char, kChunk> buffer_;
+};
+
 }  // namespace
 
 File::File(const std::string& path) : path_(path) {
@@ -168,6 +225,8 @@ std::unique_ptr<Stream> open_stream(FilePointer file, std::uint64_t begin, std::
                                     Wrapping wrapping) {
     if (wrapping == Wrapping::none)
         return std::make_unique<PlainStream>(std::move(file), begin, end);
+    if (wrapping == Wrapping::bzip2)
+        return std::make_unique<Bzip2Stream>(std::move(file), begin, end);
     return std::make_unique<InflateStream>(std::move(file), begin, end, wrapping);
 }
 

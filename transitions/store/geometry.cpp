@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fmt/format.h>
 
+#include "graph/errors.hpp"
 #include "transitions/store/text.hpp"
 
 namespace edgewise::store {
@@ -125,24 +126,103 @@ std::optional<std::array<Vector, 3>> direction_of(const std::string& letters) {
     return direction;
 }
 
-double millimetres(std::string_view unit) noexcept {
+bool complete_steps(std::array<Vector, 3>& steps, const Extent& extent) noexcept {
+    bool missing = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (extent[static_cast<int>(axis)] > 1 || dot(steps[axis], steps[axis]) != 0) continue;
+        missing = true;
+        const Vector& a = steps[(axis + 1) % 3];
+        const Vector& b = steps[(axis + 2) % 3];
+        Vector normal = cross(a, b);
+        // Two axes are missing: any direction across the third.
+        if (length(normal) == 0) {
+            const Vector& there = length(a) > 0 ? a : b;
+            std::size_t least = 0;
+            for (std::size_t i = 1; i < 3; ++i)
+                if (std::abs(there[i]) < std::abs(there[least])) least = i;
+            Vector across{0, 0, 0};
+            across[least] = 1;
+            normal = length(there) > 0 ? cross(there, across) : across;
+        }
+        const double size = length(normal);
+        for (std::size_t i = 0; i < 3; ++i) steps[axis][i] = normal[i] / size;
+    }
+    return missing;
+}
+
+double millimetres(std::string_view unit) {
     struct Row {
         std::string_view name;
         double factor;
     };
-    constexpr Row kUnits[] = {
-        {"mm", 1},           {"millimeter", 1}, {"millimetre", 1},    {"um", 1e-3},
-        {"\xc2\xb5m", 1e-3}, {"micron", 1e-3},  {"micrometer", 1e-3}, {"cm", 10},
-        {"m", 1000},         {"nm", 1e-6}};
+    // Signs of micro: U+00B5, U+03BC, Latin-1, and as ImageJ escapes the first.
+    constexpr Row kUnits[] = {{"mm", 1},
+                              {"millimeter", 1},
+                              {"millimetre", 1},
+                              {"um", 1e-3},
+                              {"\xc2\xb5m", 1e-3},
+                              {"\xce\xbcm", 1e-3},
+                              {"\xb5m", 1e-3},
+                              {"\\u00b5m", 1e-3},
+                              {"micron", 1e-3},
+                              {"micrometer", 1e-3},
+                              {"micrometre", 1e-3},
+                              {"cm", 10},
+                              {"centimeter", 10},
+                              {"centimetre", 10},
+                              {"m", 1000},
+                              {"meter", 1000},
+                              {"metre", 1000},
+                              {"nm", 1e-6},
+                              {"nanometer", 1e-6},
+                              {"nanometre", 1e-6},
+                              {"\xc3\x85", 1e-7},
+                              {"\xe2\x84\xab", 1e-7},
+                              {"angstrom", 1e-7},
+                              {"inch", 25.4},
+                              {"inche", 25.4},
+                              {"in", 25.4}};
+    std::string name(trim(unit));
+    if (name == "A") return 1e-7;
+    // "Mm" is a million metres, and nobody's voxel.
+    name = lower(name);
+    if (name.size() > 3 && name.ends_with('s')) name.pop_back();
     for (const Row& row : kUnits)
-        if (row.name == unit) return row.factor;
+        if (row.name == name) return row.factor;
     return 0;
 }
 
 void to_millimetres(Header& header, double factor) noexcept {
     header.unit = "mm";
+    header.file_unit = factor;
     for (double& step : header.spacing) step *= factor;
     for (double& at : header.origin) at *= factor;
+}
+
+void override_spacing(Header& header, const Selection& pick) {
+    if (!pick.unit.empty()) {
+        const double factor = millimetres(pick.unit);
+        if (factor == 0)
+            throw RequestError("--input-unit " + in_quotes(pick.unit) +
+                               ": expected mm, um or nm (or cm, m, inch, angstrom)");
+        to_millimetres(header, factor / header.file_unit);
+        header.file_unit = factor;
+    }
+    if (pick.spacing.empty()) return;
+    const std::size_t axes = header.volume ? 3 : 2, count = pick.spacing.size();
+    if (count != 1 && count != axes)
+        throw RequestError(
+            fmt::format("--input-spacing: {} numbers for {} of {} axes; expected 1 "
+                        "or {}",
+                        count, header.volume ? "a volume" : "an image", axes, axes));
+    const double factor = pick.unit.empty() ? 1 : header.file_unit;
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+        const double step = pick.spacing[count == 1 ? 0 : axis] * factor;
+        if (!(std::isfinite(step) && step > 0))
+            throw RequestError(fmt::format("--input-spacing {}: expected a positive number",
+                                           pick.spacing[count == 1 ? 0 : axis]));
+        header.spacing[axis] = step;
+    }
 }
 
 }  // namespace edgewise::store

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "transitions/store/store.hpp"
 
@@ -29,9 +32,20 @@ std::string letters_of(const std::array<Vector, 3>& direction);
 /// The inverse: unit columns. Nothing for text that is not three letters of three axes.
 std::optional<std::array<Vector, 3>> direction_of(const std::string& letters);
 
-/// Millimetres in a unit's name ("mm", "um", "m" ...), 0 for one that is not known.
-double millimetres(std::string_view unit) noexcept;
-/// Spacing and origin from that many millimetres a unit to millimetres.
+/// Where a file has one plane (row, column) along an axis, it may say nothing of the step to the
+/// next: that becomes perpendicular to the others, 1 long.
+/// @return whether something was missing
+bool complete_steps(std::array<Vector, 3>& steps, const Extent& extent) noexcept;
+
+/// Millimetres in a unit's name ("mm", "micron", "nm" ...), 0 for one that is not known.
+double millimetres(std::string_view unit);
+/// Spacing and origin from that many millimetres a unit to millimetres, which is the one unit of
+/// length in the program: files in micrometres and in metres mix without a thought.
 void to_millimetres(Header&, double factor) noexcept;
+/// What a user says of spacing and unit where the file is silent or wrong. The origin follows the
+/// unit, not the spacing.
+/// @throws RequestError a number of entries that is neither 1 nor that of the axes, an entry that
+/// is not positive, an unknown unit
+void override_spacing(Header&, const Selection&);
 
 }  // namespace edgewise::store

@@ -1,10 +1,9 @@
-// The module that reads by ITK: DICOM of compressed pixels, MRC, GIPL.
+// The module that reads by ITK: DICOM of compressed pixels, GIPL.
 
 #include <cstdio>
 #include <exception>
 #include <itkGDCMImageIO.h>
 #include <itkGiplImageIO.h>
-#include <itkMRCImageIO.h>
 #include <itkObject.h>
 #include <new>
 #include <string>
@@ -30,9 +29,7 @@ bool ends_with(const std::string& path, const char* ending) {
 itk::ImageIOBase::Pointer reader_of(const std::string& path) {
     itk::Object::SetGlobalWarningDisplay(false);
     itk::ImageIOBase::Pointer io;
-    if (ends_with(path, ".mrc") || ends_with(path, ".rec") || ends_with(path, ".map"))
-        io = itk::MRCImageIO::New();
-    else if (ends_with(path, ".gipl") || ends_with(path, ".gipl.gz"))
+    if (ends_with(path, ".gipl") || ends_with(path, ".gipl.gz"))
         io = itk::GiplImageIO::New();
     else
         io = itk::GDCMImageIO::New();
@@ -89,7 +86,7 @@ bool inspect(const char* path, ModuleImage* found, char* error) {
         for (unsigned row = 0; row < axes; ++row) found->direction[3 * axis + row] = direction[row];
     }
     std::snprintf(found->format, sizeof found->format, "%s",
-                  ends_with(path, ".gipl") || ends_with(path, ".gipl.gz") ? "GIPL" : "MRC");
+                  ends_with(path, ".gipl") || ends_with(path, ".gipl.gz") ? "GIPL" : "ITK");
     return true;
 }
 

@@ -12,10 +12,24 @@
 namespace edgewise::store {
 namespace {
 
-constexpr std::pair<std::string_view, Type> kTypes[] = {
-    {"MET_UCHAR", Type::u8},  {"MET_CHAR", Type::i8},   {"MET_USHORT", Type::u16},
-    {"MET_SHORT", Type::i16}, {"MET_UINT", Type::u32},  {"MET_INT", Type::i32},
-    {"MET_FLOAT", Type::f32}, {"MET_DOUBLE", Type::f64}};
+struct TypeName {
+    std::string_view name;
+    Type type;
+    Wide wide = Wide::no;
+};
+// MetaIO's LONG has four bytes on every machine, LONG_LONG eight.
+constexpr TypeName kTypes[] = {{"MET_UCHAR", Type::u8},
+                               {"MET_CHAR", Type::i8},
+                               {"MET_USHORT", Type::u16},
+                               {"MET_SHORT", Type::i16},
+                               {"MET_UINT", Type::u32},
+                               {"MET_INT", Type::i32},
+                               {"MET_ULONG", Type::u32},
+                               {"MET_LONG", Type::i32},
+                               {"MET_ULONG_LONG", Type::f64, Wide::without_sign},
+                               {"MET_LONG_LONG", Type::f64, Wide::with_sign},
+                               {"MET_FLOAT", Type::f32},
+                               {"MET_DOUBLE", Type::f64}};
 
 class MetaImage {
  public:
@@ -32,8 +46,7 @@ class MetaImage {
         data();
         take_axes(header_, stored_);
         header_.volume = dimensions_ >= 3;
-        check_pieces(path_, stored_);
-        header_.reader = stored_reader(std::move(stored_));
+        take_reader(header_, std::move(stored_));
         return std::move(header_);
     }
 
@@ -94,9 +107,10 @@ class MetaImage {
     void sample_type() {
         std::string name = need("ElementType");
         if (name.ends_with("_ARRAY")) name.resize(name.size() - 6);
-        for (const auto& [known, type] : kTypes)
-            if (known == name) {
-                stored_.type = type;
+        for (const TypeName& row : kTypes)
+            if (row.name == name) {
+                stored_.type = row.type;
+                stored_.wide = row.wide;
                 return;
             }
         refuse(path_, "field 'ElementType' is '" + shown(name) + "': unknown or not supported");
@@ -130,6 +144,7 @@ class MetaImage {
         for (std::size_t i = 0; i < std::min(n, offset.size()); ++i) header_.origin[i] = offset[i];
         header_.unit = "mm";
         orientation(n);
+        unit();
         check_spacing(header_, "Offset");
         const std::string slope = value("ElementToIntensityFunctionSlope", "");
         const std::string shift = value("ElementToIntensityFunctionOffset", "");
@@ -139,6 +154,17 @@ class MetaImage {
         if (!std::isfinite(header_.values.slope) || !std::isfinite(header_.values.offset) ||
             header_.values.slope == 0)
             refuse(path_, "field 'ElementToIntensityFunctionSlope' is zero or not finite");
+    }
+    /// MetaIO means millimetres where it says nothing ("?").
+    void unit() {
+        const std::string unit = value("DistanceUnits", "");
+        if (unit.empty() || unit == "?") return;
+        const double factor = millimetres(unit);
+        if (factor > 0) return to_millimetres(header_, factor);
+        header_.unit.clear();
+        header_.warnings.push_back(fmt::format(
+            "{}: field 'DistanceUnits' is {}, which is no unit; --input-unit says which it is",
+            path_, in_quotes(unit)));
     }
     /// Row i of TransformMatrix is where axis i points (as ITK reads it). AnatomicalOrientation
     /// names where each axis comes from: "RAI" is the identity in LPS.
@@ -186,7 +212,7 @@ class MetaImage {
         stored_.pieces[0].offset += skip > 0 ? static_cast<std::uint64_t>(skip) : from_end();
     }
     std::uint64_t from_end() const {
-        std::int64_t bytes = static_cast<std::int64_t>(bytes_of(stored_.type));
+        std::int64_t bytes = static_cast<std::int64_t>(stored_.width());
         for (const Axis& axis : stored_.axes) bytes = product(path_, bytes, axis.size);
         const auto size = static_cast<std::int64_t>(File(stored_.pieces[0].path).size());
         return bytes > 0 && bytes < size ? static_cast<std::uint64_t>(size - bytes) : 0;

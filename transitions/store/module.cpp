@@ -63,6 +63,18 @@ const Opened& opened(Library library, const std::string& path) {
     return found;
 }
 
+/// Libraries name their objects by address, which differs from run to run.
+std::string without_addresses(std::string text) {
+    for (std::size_t at = text.find("(0x"); at != text.npos; at = text.find("(0x", at)) {
+        const std::size_t end = text.find_first_not_of("0123456789abcdefABCDEF", at + 3);
+        if (end == text.npos || text[end] != ')')
+            ++at;
+        else
+            text.erase(at, end + 1 - at);
+    }
+    return text;
+}
+
 class ModuleReader : public Reader {
  public:
     ModuleReader(Library library, std::string path, const ModuleImage& image)
@@ -136,7 +148,8 @@ std::size_t bytes_of(Library library) noexcept {
 ModuleImage module_inspect(Library library, const std::string& path) {
     ModuleImage image;
     char error[kModuleError] = "";
-    if (!opened(library, path).inspect(path.c_str(), &image, error)) refuse(path, shown(error));
+    if (!opened(library, path).inspect(path.c_str(), &image, error))
+        refuse(path, shown(without_addresses(error)));
     return image;
 }
 
@@ -144,7 +157,7 @@ void module_read(Library library, const std::string& path, const ModuleImage& im
                  std::span<std::byte> into) {
     char error[kModuleError] = "";
     if (!opened(library, path).read(path.c_str(), &image, into.data(), into.size(), error))
-        refuse(path, shown(error));
+        refuse(path, shown(without_addresses(error)));
 }
 
 Header inspect_by_itk(const std::string& path) { return inspect_by(Library::itk, path); }

@@ -18,11 +18,25 @@ struct Code {
     int code;
     Type type;
     int channels, bits;
+    Wide wide = Wide::no;
 };
-constexpr Code kTypes[] = {{2, Type::u8, 1, 8},     {256, Type::i8, 1, 8},  {4, Type::i16, 1, 16},
-                           {512, Type::u16, 1, 16}, {8, Type::i32, 1, 32},  {768, Type::u32, 1, 32},
-                           {16, Type::f32, 1, 32},  {64, Type::f64, 1, 64}, {128, Type::u8, 3, 24},
-                           {2304, Type::u8, 4, 32}};
+constexpr Code kTypes[] = {{2, Type::u8, 1, 8},
+                           {256, Type::i8, 1, 8},
+                           {4, Type::i16, 1, 16},
+                           {512, Type::u16, 1, 16},
+                           {8, Type::i32, 1, 32},
+                           {768, Type::u32, 1, 32},
+                           {16, Type::f32, 1, 32},
+                           {64, Type::f64, 1, 64},
+                           {128, Type::u8, 3, 24},
+                           {2304, Type::u8, 4, 32},
+                           {1024, Type::f64, 1, 64, Wide::with_sign},
+                           {1280, Type::f64, 1, 64, Wide::without_sign}};
+constexpr std::pair<int, const char*> kRefused[] = {{1, "samples of one bit"},
+                                                    {32, "complex samples"},
+                                                    {1536, "floats of 128 bits"},
+                                                    {1792, "complex samples"},
+                                                    {2048, "complex samples"}};
 constexpr int kLabelIntent = 1002;  // NIFTI_INTENT_LABEL
 constexpr double kSameSpacing = 1e-3;
 constexpr std::size_t kHeader1 = 348, kHeader2 = 540;
@@ -159,7 +173,10 @@ const Code& code_of(const std::string& file, const Fields& f) {
                                      f.datatype, row.bits));
         return row;
     }
-    refuse(file, fmt::format("field 'datatype' is {}: not known or not supported", f.datatype));
+    for (const auto& [code, what] : kRefused)
+        if (code == f.datatype)
+            refuse(file, fmt::format("field 'datatype' is {}: {} are not supported", code, what));
+    refuse(file, fmt::format("field 'datatype' is {}: not known", f.datatype));
 }
 
 /// Steps of the qform (nifti1.h, method 2).
@@ -191,9 +208,17 @@ std::array<Vector, 3> quaternion_steps(Header& header, const Fields& f) {
     return steps;
 }
 
+/// Of one plane nobody needs to know the distance to the next, so many files do not say it.
+double one_plane(Header& header) {
+    header.warnings.push_back(header.file +
+                              ": does not say how thick its one plane is; taken as 1");
+    return 1;
+}
+
 void take_pixdim(Header& header, const Fields& f) {
     for (int axis = 0; axis < std::min<std::int64_t>(3, f.dim[0]); ++axis) {
-        const double step = f.pixdim[axis + 1];
+        double step = f.pixdim[axis + 1];
+        if (step == 0 && header.extent[axis] == 1) step = one_plane(header);
         if (step < 0 && std::isfinite(step))
             header.warnings.push_back(fmt::format("{}: field 'pixdim[{}]' is {}; taken as positive",
                                                   header.file, axis + 1, step));
@@ -210,9 +235,11 @@ void take_geometry(Header& header, const Fields& f) {
             for (int axis = 0; axis < 3; ++axis) steps[axis][row] = f.rows[row][axis];
             header.origin[row] = f.rows[row][3];
         }
+        if (complete_steps(steps, header.extent) && header.volume) one_plane(header);
         take_steps(header, steps, "srow");
         for (int axis = 0; axis < std::min<std::int64_t>(3, f.dim[0]); ++axis)
-            if (std::abs(f.pixdim[axis + 1] / header.spacing[axis] - 1) > kSameSpacing)
+            if (header.extent[axis] > 1 &&
+                std::abs(f.pixdim[axis + 1] / header.spacing[axis] - 1) > kSameSpacing)
                 header.warnings.push_back(fmt::format(
                     "{}: field 'pixdim[{}]' is {}, but the sform says {:.6g}, which is used",
                     header.file, axis + 1, f.pixdim[axis + 1], header.spacing[axis]));
@@ -278,6 +305,7 @@ Header inspect_nifti(const std::string& path) {
     const Code& code = code_of(path, f);
     Stored stored;
     stored.type = code.type;
+    stored.wide = code.wide;
     stored.big_endian = f.big;
     stored.axes = axes_of(path, f, code.channels);
     const std::string data = f.pair ? (given_data ? path : partner(path, ".img")) : head;
@@ -294,8 +322,7 @@ Header inspect_nifti(const std::string& path) {
         header.values = {f.slope, f.inter};
     header.labels = f.intent == kLabelIntent;
     if (code.channels == 4) header.alpha = Alpha::straight;
-    check_pieces(path, stored);
-    header.reader = stored_reader(std::move(stored));
+    take_reader(header, std::move(stored));
     return header;
 }
 

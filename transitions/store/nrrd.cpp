@@ -18,6 +18,7 @@ constexpr std::int64_t kMostAxes = 16;  // NRRD_DIM_MAX
 struct TypeName {
     std::string_view name;
     Type type;
+    Wide wide = Wide::no;
 };
 constexpr TypeName kTypes[] = {{"signed char", Type::i8},
                                {"int8", Type::i8},
@@ -46,6 +47,18 @@ constexpr TypeName kTypes[] = {{"signed char", Type::i8},
                                {"unsigned int", Type::u32},
                                {"uint32", Type::u32},
                                {"uint32_t", Type::u32},
+                               {"longlong", Type::f64, Wide::with_sign},
+                               {"long long", Type::f64, Wide::with_sign},
+                               {"long long int", Type::f64, Wide::with_sign},
+                               {"signed long long", Type::f64, Wide::with_sign},
+                               {"signed long long int", Type::f64, Wide::with_sign},
+                               {"int64", Type::f64, Wide::with_sign},
+                               {"int64_t", Type::f64, Wide::with_sign},
+                               {"ulonglong", Type::f64, Wide::without_sign},
+                               {"unsigned long long", Type::f64, Wide::without_sign},
+                               {"unsigned long long int", Type::f64, Wide::without_sign},
+                               {"uint64", Type::f64, Wide::without_sign},
+                               {"uint64_t", Type::f64, Wide::without_sign},
                                {"float", Type::f32},
                                {"double", Type::f64}};
 
@@ -65,8 +78,7 @@ class Nrrd {
         take_axes(header_, stored_);
         header_.volume = spatial_ == 3;
         check_skip();
-        check_pieces(path_, stored_);
-        header_.reader = stored_reader(std::move(stored_));
+        take_reader(header_, std::move(stored_));
         return std::move(header_);
     }
 
@@ -122,6 +134,7 @@ class Nrrd {
         for (const TypeName& row : kTypes)
             if (row.name == name) {
                 stored_.type = row.type;
+                stored_.wide = row.wide;
                 return;
             }
         refuse(path_, "field 'type' is '" + shown(name) + "': unknown or not supported");
@@ -154,6 +167,8 @@ class Nrrd {
                                               dimension_));
             stored_.axes.push_back({what, sizes_[index]});
             if (kind == "rgba-color") header_.alpha = Alpha::straight;
+            if (kind == "complex" && sizes_[index] > 1)
+                refuse(path_, "field 'kinds' says complex: complex samples are not supported");
         }
         if (spatial_ < 1) refuse(path_, "has no axis of space");
     }
@@ -177,6 +192,12 @@ class Nrrd {
                 continue;
             }
             const auto end = rest.find(')');
+            // Some write "none" as a vector of NaN.
+            if (end != rest.npos && lower(rest.substr(0, end)).find("nan") != rest.npos) {
+                directions_.emplace_back();
+                rest.remove_prefix(end + 1);
+                continue;
+            }
             if (!rest.starts_with('(') || end == rest.npos)
                 refuse(path_, "field 'space directions': '" + shown(rest) + "' is no vector");
             directions_.push_back(vector(rest.substr(0, end + 1), "space directions"));
@@ -221,12 +242,11 @@ class Nrrd {
             space.starts_with("left-anterior-superior") || space == "las" || space == "last";
         const bool lps =
             space.starts_with("left-posterior-superior") || space == "lps" || space == "lpst";
+        header_.anatomical = (ras || las || lps) && !directions_.empty();
         if (directions_.empty())
             spacings();
         else
             steps();
-        header_.anatomical = (ras || las || lps) && !directions_.empty();
-        units();
         if (header_.anatomical && ras) flip_xy(header_);
         if (header_.anatomical && las) {
             header_.origin[1] = 0 - header_.origin[1];
@@ -234,7 +254,13 @@ class Nrrd {
         }
     }
     void spacings() {
-        if (value("spacings").empty()) return;
+        if (!(value("spacings").empty() ? from_bounds() : from_spacings())) return;
+        check_spacing(header_, "spacings");
+        // Each axis has a unit of its own; that of colours is empty.
+        const Vector factors = factors_of("units", [&](std::size_t i) { return space_axis_[i]; });
+        for (std::size_t i = 0; i < 3; ++i) header_.spacing[i] *= factors[i];
+    }
+    bool from_spacings() {
         const auto steps = doubles(path_, "spacings", value("spacings"));
         if (static_cast<std::int64_t>(steps.size()) != dimension_)
             refuse(path_, fmt::format("field 'spacings' has {} entries, expected {}", steps.size(),
@@ -247,7 +273,27 @@ class Nrrd {
                 "{}: field 'spacings' does not know axis {}; taken as 1", path_, space_axis_[i]));
             header_.spacing[i] = 1;
         }
-        check_spacing(header_, "spacings");
+        return true;
+    }
+    /// Without spacings the ends of an axis say it: of its cells, or of its samples.
+    bool from_bounds() {
+        if (value("axis mins").empty() || value("axis maxs").empty()) return false;
+        const auto low = doubles(path_, "axis mins", value("axis mins"));
+        const auto high = doubles(path_, "axis maxs", value("axis maxs"));
+        const std::string centers_text = lower(value("centers"));
+        const auto centers = words(centers_text);
+        if (low.size() != sizes_.size() || high.size() != sizes_.size())
+            refuse(path_, fmt::format("fields 'axis mins' and 'axis maxs' have {} and {} entries, "
+                                      "expected {}",
+                                      low.size(), high.size(), sizes_.size()));
+        for (std::size_t i = 0; i < space_axis_.size(); ++i) {
+            const std::size_t axis = space_axis_[i];
+            const bool nodes = axis < centers.size() && centers[axis] == "node";
+            const std::int64_t parts = sizes_[axis] - (nodes && sizes_[axis] > 1);
+            const double step = (high[axis] - low[axis]) / static_cast<double>(parts);
+            if (std::isfinite(step) && step != 0) header_.spacing[i] = std::abs(step);
+        }
+        return true;
     }
     void steps() {
         std::array<Vector, 3> columns{Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, 1}};
@@ -255,28 +301,79 @@ class Nrrd {
             if (const auto& step = directions_[space_axis_[i]]) columns[i] = *step;
         if (spatial_ == 2) columns[2] = cross(columns[0], columns[1]);
         if (spatial_ == 2) normalise(columns[2]);
+        // Units are those of space, not of the axes that run through it.
+        const Vector factors = factors_of("space units", [](std::size_t i) { return i; });
+        for (Vector& column : columns)
+            for (std::size_t i = 0; i < 3; ++i) column[i] *= factors[i];
         take_steps(header_, columns, "space directions");
         if (!value("space origin").empty())
             header_.origin = vector(value("space origin"), "space origin");
+        for (std::size_t i = 0; i < 3; ++i) header_.origin[i] *= factors[i];
         check_spacing(header_, "space origin");
     }
     static void normalise(Vector& v) {
         const double size = length(v);
         for (double& entry : v) entry /= size;
     }
-    void units() {
+    /// Entries between quotes.
+    std::vector<std::string> quoted(const std::string& field) const {
+        const std::string text = value(field);
+        std::vector<std::string> entries;
+        for (std::size_t at = text.find('"'); at != text.npos; at = text.find('"', at)) {
+            const auto end = text.find('"', at + 1);
+            if (end == text.npos)
+                refuse(path_, "field '" + field + "': a quotation mark is missing");
+            entries.push_back(text.substr(at + 1, end - at - 1));
+            at = end + 1;
+        }
+        // Not as the format wants it, but found: words without quotes.
+        if (entries.empty())
+            for (std::string_view word : words(text)) entries.emplace_back(word);
+        return entries;
+    }
+    /// Millimetres a unit along x, y and z; sets the header's unit.
+    /// @param entry  which entry of the field belongs to one of them
+    template <class F>
+    Vector factors_of(const std::string& field, F entry) {
+        // A patient's space is in millimetres where the file says nothing.
         if (header_.anatomical) header_.unit = "mm";
-        const std::string text = value(directions_.empty() ? "units" : "space units");
-        const auto first = text.find('"'), end = text.find('"', first + 1);
-        if (first == text.npos || end == text.npos) return;
-        if (const double factor = millimetres(text.substr(first + 1, end - first - 1)); factor > 0)
-            to_millimetres(header_, factor);
+        const auto units = quoted(field);
+        Vector factors{1, 1, 1};
+        if (units.empty()) return factors;
+        const std::size_t axes = std::min<std::size_t>(static_cast<std::size_t>(spatial_), 3);
+        std::size_t known = 0;
+        for (std::size_t i = 0; i < axes; ++i) {
+            const std::string unit = entry(i) < units.size() ? units[entry(i)] : "";
+            factors[i] = millimetres(unit);
+            known += factors[i] > 0;
+            if (factors[i] > 0) continue;
+            factors[i] = 1;
+            if (unit.empty() || unit == "???" || unit == "pixel" || unit == "voxel") continue;
+            header_.unit.clear();
+            header_.warnings.push_back(
+                fmt::format("{}: field '{}' holds {}, which is no unit of length; --input-unit "
+                            "says which it is",
+                            path_, field, in_quotes(unit)));
+        }
+        if (known == 0) return factors;
+        if (known < axes) {
+            header_.unit.clear();
+            header_.warnings.push_back(
+                fmt::format("{}: field '{}' says the unit of {} of {} axes of space: lengths are "
+                            "kept as they stand, without a unit",
+                            path_, field, known, axes));
+            return {1, 1, 1};
+        }
+        for (std::size_t i = axes; i < 3; ++i) factors[i] = factors[0];
+        header_.unit = "mm";
+        header_.file_unit = factors[0];
+        return factors;
     }
 
     void data() {
         encoding();
         stored_.big_endian = value("endian") == "big";
-        if (bytes_of(stored_.type) > 1 && stored_.encoding != Stored::Encoding::text &&
+        if (stored_.width() > 1 && stored_.encoding != Stored::Encoding::text &&
             need("endian") != "little" && need("endian") != "big")
             refuse(path_,
                    "field 'endian' is '" + shown(value("endian")) + "', expected little or big");
@@ -290,17 +387,19 @@ class Nrrd {
         if (skip < -1) refuse(path_, fmt::format("field 'byte skip' is {}", skip));
         if (skip == -1 && stored_.encoding != Stored::Encoding::raw)
             refuse(path_, "field 'byte skip' is -1, which only raw data allow");
+        // Of compressed data the bytes behind decompression are meant.
+        const bool compressed = stored_.encoding == Stored::Encoding::gzip ||
+                                stored_.encoding == Stored::Encoding::bzip2;
         for (auto& piece : stored_.pieces) {
             if (skip == -1)
                 piece.offset = from_end(piece.path);
-            else if (stored_.encoding == Stored::Encoding::raw)
+            else if (!compressed)
                 piece.offset += static_cast<std::uint64_t>(skip);
         }
-        if (stored_.encoding == Stored::Encoding::gzip)
-            stored_.skip = static_cast<std::uint64_t>(skip);
+        if (compressed) stored_.skip = static_cast<std::uint64_t>(skip);
     }
     std::uint64_t from_end(const std::string& piece) const {
-        std::int64_t bytes = static_cast<std::int64_t>(bytes_of(stored_.type));
+        std::int64_t bytes = static_cast<std::int64_t>(stored_.width());
         for (std::int64_t size : sizes_) bytes = product(path_, bytes, size);
         bytes /= static_cast<std::int64_t>(stored_.pieces.size());
         const auto size = static_cast<std::int64_t>(File(piece).size());
@@ -314,6 +413,10 @@ class Nrrd {
             stored_.encoding = Stored::Encoding::raw;
         else if (name == "gzip" || name == "gz")
             stored_.encoding = Stored::Encoding::gzip;
+        else if (name == "bzip2" || name == "bz2")
+            stored_.encoding = Stored::Encoding::bzip2;
+        else if (name == "hex")
+            stored_.encoding = Stored::Encoding::hex;
         else if (name == "text" || name == "txt" || name == "ascii")
             stored_.encoding = Stored::Encoding::text;
         else

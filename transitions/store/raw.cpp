@@ -19,6 +19,7 @@ struct Description {
     std::string data;
     std::vector<std::int64_t> sizes;
     Type type = Type::u8;
+    Wide wide = Wide::no;
     bool big = false;
     std::uint64_t offset = 0;
 };
@@ -29,6 +30,7 @@ Header described(const std::string& file, const Description& what) {
     header.format = "raw";
     Stored stored;
     stored.type = what.type;
+    stored.wide = what.wide;
     stored.big_endian = what.big;
     stored.pieces = {{what.data, what.offset}};
     constexpr Axis::Kind kKinds[] = {Axis::x, Axis::y, Axis::z};
@@ -36,8 +38,7 @@ Header described(const std::string& file, const Description& what) {
         stored.axes.push_back({kKinds[i], what.sizes[i]});
     header.volume = what.sizes.size() == 3;
     take_axes(header, stored);
-    check_pieces(file, stored);
-    header.reader = stored_reader(std::move(stored));
+    take_reader(header, std::move(stored));
     return header;
 }
 
@@ -104,7 +105,12 @@ Description json_description(const std::string& path, const nlohmann::json& json
     if (what.sizes.size() < 2 || what.sizes.size() > 3)
         refuse(path,
                fmt::format("field 'dims' has {} entries, expected 2 or 3", what.sizes.size()));
-    what.type = json_type(path, json);
+    if (const std::string type = json.value("type", ""); type == "int64" || type == "i64")
+        what.type = Type::f64, what.wide = Wide::with_sign;
+    else if (type == "uint64" || type == "u64")
+        what.type = Type::f64, what.wide = Wide::without_sign;
+    else
+        what.type = json_type(path, json);
     const std::string endian = json.value("endian", "little");
     if (endian != "little" && endian != "big")
         refuse(path, "field 'endian' is '" + shown(endian) + "', expected little or big");

@@ -26,21 +26,27 @@ struct Axis {
     std::int64_t size;
 };
 
+/// Integers of 64 bits, which no Type is: they are read as the smallest type that holds them all.
+enum class Wide { no, with_sign, without_sign };
+
 /// Plain samples in one or several files: all that most volume formats are behind their header.
 struct Stored {
     struct Piece {
         std::string path;
         std::uint64_t offset = 0;  // of the first byte; of compressed data: of the stream
     };
-    enum class Encoding { raw, gzip, zlib, text };
+    enum class Encoding { raw, gzip, zlib, bzip2, text, hex };
     std::vector<Piece> pieces;  // each holds an equal part, one after another
     Encoding encoding = Encoding::raw;
     std::uint64_t skip = 0;  // bytes to drop after decompression, in every piece
     bool big_endian = false;
-    Type type = Type::u8;
+    Type type = Type::u8;  // where `wide`: f64 until take_reader knows what fits
+    Wide wide = Wide::no;
     std::vector<Axis> axes;  // fastest first
 
     std::int64_t numbers() const noexcept;
+    /// Of one number as it is stored, before text or compression.
+    std::size_t width() const noexcept { return wide == Wide::no ? bytes_of(type) : 8; }
 };
 
 /// Checks that a compressed file of `there` bytes can hold `bytes` bytes of samples at all, so that
@@ -55,9 +61,13 @@ void take_axes(Header&, const Stored&);
 /// Checks that every piece is there and long enough. A file that holds more is no error.
 void check_pieces(const std::string& file, const Stored&);
 std::shared_ptr<const Reader> stored_reader(Stored);
-
-/// Numbers written as text, as the bytes of native numbers of a type.
-std::unique_ptr<Stream> text_stream(std::unique_ptr<Stream> from, Type type, std::string file);
+/// The last step of most formats: checks the pieces, finds the type of 64-bit integers, and makes
+/// the reader. take_axes came before.
+void take_reader(Header&, Stored);
+/// Sets the type that 64-bit integers are read as, and says so in a warning.
+/// @param from  all of them, in the byte order of `stored`
+/// @throws InputError labels that no type holds exactly
+void narrow(Header&, Stored&, Stream& from);
 
 /// Puts numbers that arrive in the order of `stored.axes` where they belong in memory: swaps
 /// bytes, converts to the loaded type, keeps what is selected.
@@ -88,8 +98,10 @@ Header inspect_raw(const std::string& source);                    // raw:FILE:Wx
 Header inspect_dicom(const std::string& path, const Selection&);  // file or folder
 Header inspect_png(const std::string& path);
 Header inspect_jpeg(const std::string& path);
-Header inspect_tiff(const std::string& path);
+Header inspect_tiff(const std::string& path, const Selection&);
 Header inspect_exr(const std::string& path);
+Header inspect_mrc(const std::string& path);
+bool is_mrc(std::span<const std::byte> head) noexcept;
 Header inspect_stack(const std::string& folder, const std::vector<std::string>& pictures);
 Header inspect_by_itk(const std::string& path);
 Header inspect_by_oiio(const std::string& path);

@@ -8,11 +8,14 @@
 #include "transitions/store/geometry.hpp"
 #include "transitions/store/reader.hpp"
 #include "transitions/store/text.hpp"
+#include "transitions/store/tiff_directory.hpp"
 
 namespace edgewise::store {
 namespace {
 
 namespace fs = std::filesystem;
+
+const std::vector<std::string> kMrcEndings{".mrc", ".mrcs", ".rec", ".map", ".ccp4", ".st", ".ali"};
 
 bool is_picture(const std::string& path) {
     return ends_with_any(
@@ -37,23 +40,20 @@ Header inspect_folder(const std::string& path, const Selection& pick) {
 }
 
 /// By the first bytes where these are clear, for files whose ending says nothing.
-Header inspect_by_content(const std::string& path) {
-    const Bytes head = File(path).head(140);
+Header inspect_by_content(const std::string& path, const Selection& pick) {
+    const Bytes head = File(path).head(212);
     const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
     if (text.empty()) refuse(path, "the file is empty");
     if (text.starts_with("\x89PNG")) return inspect_png(path);
     if (text.starts_with("\xff\xd8\xff")) return inspect_jpeg(path);
-    if (text.starts_with(std::string_view("II*\0", 4)) ||
-        text.starts_with(std::string_view("MM\0*", 4)) ||
-        text.starts_with(std::string_view("II+\0", 4)) ||
-        text.starts_with(std::string_view("MM\0+", 4)))
-        return inspect_tiff(path);
+    if (is_tiff(head)) return inspect_tiff(path, pick);
     if (text.starts_with("\x76\x2f\x31\x01")) return inspect_exr(path);
     if (text.starts_with("NRRD000")) return inspect_nrrd(path);
     if (text.starts_with("# vtk DataFile")) return inspect_vtk(path);
     if (is_dicom(path)) return inspect_dicom(path, {});
-    if (ends_with_any(path, {".mrc", ".rec", ".map", ".gipl", ".gipl.gz", ".mnc", ".lsm"}))
-        return inspect_by_itk(path);
+    // Files from before the year 2000 have no mark.
+    if (is_mrc(head) || ends_with_any(path, kMrcEndings)) return inspect_mrc(path);
+    if (ends_with_any(path, {".gipl", ".gipl.gz"})) return inspect_by_itk(path);
     if (ends_with_any(path, {".vdb", ".bmp", ".tga", ".webp", ".hdr", ".pnm", ".pgm", ".ppm",
                              ".gif", ".jp2", ".dpx"}))
         return inspect_by_oiio(path);
@@ -74,7 +74,7 @@ Header inspect_file(const std::string& path, const Selection& pick) {
     if (ends_with_any(path, {".json"})) return inspect_json(path);
     if (ends_with_any(path, {".dcm", ".dicom", ".ima"})) return inspect_dicom(path, pick);
     if (ends_with_any(path, {".exr"})) return inspect_exr(path);
-    return inspect_by_content(path);
+    return inspect_by_content(path, pick);
 }
 
 void check_times(const Header& header, const Selection& pick) {
@@ -115,6 +115,7 @@ Header inspect(const std::string& source, const Selection& pick) {
         header.anatomical = true;
     }
     if (header.anatomical) header.orientation = letters_of(header.direction);
+    override_spacing(header, pick);
     return header;
 }
 

@@ -39,6 +39,7 @@ struct Header {
     /// where the file is anatomical, else in the file's own space.
     std::array<Vector, 3> direction{Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, 1}};
     std::string unit;         // "mm", or "" where the file has none
+    double file_unit = 1;     // millimetres in the file's own unit; what is above is in mm already
     bool anatomical = false;  // the file says how it lies in the body
     std::string orientation;  // "RAS": x to the right, y to the front, z up; "" if not anatomical
     bool labels = false;      // the file says that it holds labels
@@ -55,6 +56,8 @@ struct Selection {
     std::optional<std::string> series;  // UID of a DICOM series, or its number from 0
     std::optional<int> time, channel;   // from 0
     std::string orient;                 // "RAS" ...: overrides what the file says
+    std::vector<double> spacing;        // overrides the file's, one for all axes or one each
+    std::string unit;                   // of these, and of the file's: "mm", "um", "nm" ...
     std::size_t memory_limit = 0;       // for samples and reading, bytes; 0: no limit
     bool as_stored = false;             // 32-bit integers and f64 too
 };

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstring>
 #include <fmt/format.h>
 
 #include "graph/errors.hpp"
+#include "transitions/store/number_streams.hpp"
 #include "transitions/store/reader.hpp"
 #include "transitions/store/text.hpp"
 
@@ -12,6 +12,9 @@ namespace edgewise::store {
 namespace {
 
 constexpr std::int64_t kChunkNumbers = 1 << 13;
+// bzip2 packs zeros a million times denser than this; noise and pictures never.
+constexpr std::int64_t kBzip2Densest = 1 << 16;
+constexpr std::int64_t kLeastBzip2 = 14;  // bytes of an empty stream
 
 /// Where numbers along one stored axis go. Merged axes count as one.
 struct Walk {
@@ -121,85 +124,11 @@ class Scatter {
     std::vector<std::byte> chunk_ = std::vector<std::byte>(kChunkNumbers * 8);
 };
 
-/// Numbers written as text, as the bytes of native numbers.
-class TextStream : public Stream {
- public:
-    TextStream(std::unique_ptr<Stream> from, Type type, std::string file)
-        : from_(std::move(from)), type_(type), file_(std::move(file)) {}
-
-    std::size_t read(std::span<std::byte> into) override {
-        const std::size_t width = bytes_of(type_);
-        std::size_t done = 0;
-        for (; done + width <= into.size(); done += width) {
-            const std::string word = next();
-            if (word.empty()) break;
-            const auto value = to_double(word);
-            if (!value) refuse(file_, "data hold '" + shown(word) + "', expected a number");
-            put(*value, into.data() + done);
-        }
-        return done;
-    }
-
- private:
-    std::string next() {
-        std::string word;
-        for (;;) {
-            if (at_ == end_) {
-                end_ = from_->read(std::as_writable_bytes(std::span(buffer_)));
-                at_ = 0;
-                if (end_ == 0) return word;
-            }
-            const char c = buffer_[at_++];
-            const bool blank = c == ' ' || c == ',' || (c >= '\t' && c <= '\r');
-            if (!blank) word += c;
-            if (blank && !word.empty()) return word;
-            if (word.size() > 400) refuse(file_, "data hold a word of more than 400 letters");
-        }
-    }
-    template <class T>
-    void put_as(double value, std::byte* to) {
-        const T stored = static_cast<T>(value);
-        std::memcpy(to, &stored, sizeof stored);
-    }
-    void put(double value, std::byte* to) {
-        const auto [low, high] = limits_of(type_);
-        if (is_integer(type_) && !(value >= low && value <= high))
-            refuse(file_, fmt::format("data hold {}, which {} cannot", value, name_of(type_)));
-        switch (type_) {
-            case Type::u8:
-                return put_as<std::uint8_t>(value, to);
-            case Type::i8:
-                return put_as<std::int8_t>(value, to);
-            case Type::u16:
-                return put_as<std::uint16_t>(value, to);
-            case Type::i16:
-                return put_as<std::int16_t>(value, to);
-            case Type::u32:
-                return put_as<std::uint32_t>(value, to);
-            case Type::i32:
-                return put_as<std::int32_t>(value, to);
-            case Type::f64:
-                return put_as<double>(value, to);
-            default:
-                // Beyond f32 a cast would be undefined; infinity is what IEEE rounding gives.
-                if (value > high || value < low)
-                    value = value > 0 ? std::numeric_limits<double>::infinity()
-                                      : -std::numeric_limits<double>::infinity();
-                return put_as<float>(value, to);
-        }
-    }
-
-    std::unique_ptr<Stream> from_;
-    Type type_;
-    std::string file_;
-    std::array<char, 1 << 14> buffer_;
-    std::size_t at_ = 0, end_ = 0;
-};
-
 Wrapping wrapping_of(Stored::Encoding encoding) {
-    return encoding == Stored::Encoding::gzip   ? Wrapping::gzip
-           : encoding == Stored::Encoding::zlib ? Wrapping::zlib
-                                                : Wrapping::none;
+    return encoding == Stored::Encoding::gzip    ? Wrapping::gzip
+           : encoding == Stored::Encoding::zlib  ? Wrapping::zlib
+           : encoding == Stored::Encoding::bzip2 ? Wrapping::bzip2
+                                                 : Wrapping::none;
 }
 
 /// All pieces, one after another, each checked to its end.
@@ -208,7 +137,7 @@ class PieceStream : public Stream {
     PieceStream(const Stored& stored, std::vector<std::string>& warnings)
         : stored_(stored),
           warnings_(warnings),
-          piece_bytes_(static_cast<std::uint64_t>(stored.numbers()) * bytes_of(stored.type) /
+          piece_bytes_(static_cast<std::uint64_t>(stored.numbers()) * stored.width() /
                        stored.pieces.size()) {}
 
     std::size_t read(std::span<std::byte> into) override {
@@ -245,9 +174,11 @@ class PieceStream : public Stream {
         path_ = piece.path;
         const auto file = std::make_shared<const File>(piece.path);
         current_ = open_stream(file, piece.offset, file->size(), wrapping_of(stored_.encoding));
+        if (stored_.encoding == Stored::Encoding::hex)
+            current_ = hex_stream(std::move(current_), path_);
         if (stored_.skip > 0) skip_all(*current_, stored_.skip, path_);
         if (stored_.encoding == Stored::Encoding::text)
-            current_ = text_stream(std::move(current_), stored_.type, path_);
+            current_ = text_stream(std::move(current_), stored_.type, stored_.wide, path_);
         left_ = piece_bytes_;
         return true;
     }
@@ -265,14 +196,27 @@ class PieceStream : public Stream {
     std::unique_ptr<Stream> current_;
 };
 
+/// Numbers that were written as text are native, whatever the file says of its bytes.
+bool swaps(const Stored& stored) {
+    return stored.big_endian && stored.encoding != Stored::Encoding::text;
+}
+
 class StoredReader : public Reader {
  public:
     explicit StoredReader(Stored stored) : stored_(std::move(stored)) {}
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
               std::vector<std::string>& warnings) const override {
         try {
-            PieceStream stream(stored_, warnings);
-            scatter(stored_, pick, stream, header.file, into, warnings);
+            std::unique_ptr<Stream> stream = std::make_unique<PieceStream>(stored_, warnings);
+            Stored plain = stored_;
+            if (stored_.wide != Wide::no) {
+                stream = narrow_stream(std::move(stream), stored_.wide, swaps(stored_),
+                                       stored_.type, header.file);
+                plain.wide = Wide::no;
+                plain.big_endian = false;
+            }
+            plain.big_endian = swaps(plain);
+            scatter(plain, pick, *stream, header.file, into, warnings);
         } catch (const InputError& error) {
             // What is wrong with a data file is told under the name that was asked for.
             const std::string what = error.what();
@@ -307,7 +251,7 @@ void check_density(const std::string& file, std::int64_t bytes, std::uint64_t th
 }
 
 void take_axes(Header& header, const Stored& stored) {
-    std::int64_t count = static_cast<std::int64_t>(bytes_of(stored.type));
+    std::int64_t count = static_cast<std::int64_t>(stored.width());
     constexpr const char* kNames[] = {"x", "y", "z", "channels", "times"};
     std::array<std::int64_t, 5> sizes{1, 1, 1, 1, 1};
     for (const Axis& axis : stored.axes) {
@@ -330,7 +274,7 @@ void take_axes(Header& header, const Stored& stored) {
 }
 
 void check_pieces(const std::string& file, const Stored& stored) {
-    const auto bytes = stored.numbers() * static_cast<std::int64_t>(bytes_of(stored.type));
+    const auto bytes = stored.numbers() * static_cast<std::int64_t>(stored.width());
     const auto count = static_cast<std::int64_t>(stored.pieces.size());
     if (count == 0 || stored.numbers() % count != 0)
         refuse(file,
@@ -343,7 +287,13 @@ void check_pieces(const std::string& file, const Stored& stored) {
         // Each number takes a digit and a blank at least.
         if (stored.encoding == Stored::Encoding::text)
             least = product(file, stored.numbers() / count, 2) - 1;
-        if (wrapping_of(stored.encoding) != Wrapping::none) least = least / kDeflateRatio + 1;
+        if (stored.encoding == Stored::Encoding::hex) least = product(file, least, 2);
+        if (stored.encoding == Stored::Encoding::bzip2) {
+            check_density(file, least, static_cast<std::uint64_t>(there), kBzip2Densest);
+            least = std::min<std::int64_t>(least, kLeastBzip2);
+        } else if (wrapping_of(stored.encoding) != Wrapping::none) {
+            least = least / kDeflateRatio + 1;
+        }
         if (there < least)
             refuse(
                 piece.path == file ? file : file + ": " + piece.path,
@@ -352,12 +302,24 @@ void check_pieces(const std::string& file, const Stored& stored) {
     }
 }
 
-std::unique_ptr<Stream> text_stream(std::unique_ptr<Stream> from, Type type, std::string file) {
-    return std::make_unique<TextStream>(std::move(from), type, std::move(file));
-}
-
 std::shared_ptr<const Reader> stored_reader(Stored stored) {
     return std::make_shared<const StoredReader>(std::move(stored));
+}
+
+void narrow(Header& header, Stored& stored, Stream& from) {
+    take_narrowed(header,
+                  narrowest(from, stored.numbers(), stored.wide, swaps(stored), header.file));
+    stored.type = header.type;
+}
+
+void take_reader(Header& header, Stored stored) {
+    check_pieces(header.file, stored);
+    if (stored.wide != Wide::no) {
+        std::vector<std::string> told_when_read;
+        PieceStream stream(stored, told_when_read);
+        narrow(header, stored, stream);
+    }
+    header.reader = stored_reader(std::move(stored));
 }
 
 void scatter(const Stored& stored, const Selection& pick, Stream& stream, const std::string& file,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <string_view>
 #include <unordered_set>
 
 #include "transitions/store/text.hpp"
@@ -61,6 +62,8 @@ class Directory {
     TiffPage page() {
         TiffPage page;
         page.at = next_;
+        page.big_endian = big_;
+        offsets_ = {};
         const std::size_t entry_bytes = wide_ ? 20 : 12, count_bytes = wide_ ? 8 : 2;
         std::byte raw[20];
         file_.read(next_, std::span(raw).first(count_bytes), "a directory");
@@ -100,6 +103,13 @@ class Directory {
     int small(const Entry& entry) const {
         return static_cast<int>(std::min<std::uint64_t>(value(entry, 0), 1 << 20));
     }
+    double real(const Entry& entry) const {
+        std::byte raw[8];
+        if (entry.type != 5) return static_cast<double>(value(entry, 0));
+        file_.read(entry.at, raw, "a tag");
+        const auto below = static_cast<double>(number(raw + 4, 4));
+        return below == 0 ? 0 : static_cast<double>(number(raw, 4)) / below;
+    }
     void take(TiffPage& page, const Entry& entry) {
         switch (entry.tag) {
             case 254:
@@ -121,6 +131,22 @@ class Directory {
                 break;
             case 262:
                 page.photometric = small(entry);
+                break;
+            case 270:
+                page.text = entry.at;
+                page.text_bytes = entry.count * width_of(entry.type);
+                break;
+            case 282:
+            case 283:
+                page.resolution[entry.tag - 282] = real(entry);
+                break;
+            case 296:
+                page.resolution_unit = small(entry);
+                break;
+            case 320:
+                if (entry.type != 3 || entry.count > 3 << 16) break;
+                for (std::uint64_t i = 0; i < entry.count; ++i)
+                    page.colours.push_back(static_cast<std::uint16_t>(value(entry, i)));
                 break;
             case 273:
             case 324:
@@ -165,6 +191,8 @@ class Directory {
                 refuse(file_.path(),
                        fmt::format("strip {} ({} bytes at byte {}) lies beyond the end of the file",
                                    i, bytes, at));
+            if (i == 0) page.first = at;
+            page.in_one_piece = (i == 0 || page.in_one_piece) && at == page.first + page.stored;
             page.stored += bytes;
         }
     }
@@ -191,6 +219,13 @@ class Directory {
 };
 
 }  // namespace
+
+bool is_tiff(std::span<const std::byte> head) noexcept {
+    if (head.size() < 4) return false;
+    const std::string_view text(reinterpret_cast<const char*>(head.data()), 4);
+    using namespace std::string_view_literals;
+    return text == "II*\0"sv || text == "MM\0*"sv || text == "II+\0"sv || text == "MM\0+"sv;
+}
 
 std::vector<TiffPage> tiff_pages(const File& file) { return Directory(file).pages(); }
 

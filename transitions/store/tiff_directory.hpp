@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "transitions/store/file.hpp"
@@ -19,9 +21,19 @@ struct TiffPage {
     bool mixed = false;    // channels of different bits
     bool reduced = false;  // a thumbnail of another page
     bool alpha = false, premultiplied = false;
-    std::uint64_t stored = 0;  // bytes of all strips or tiles
+    std::uint64_t stored = 0;   // bytes of all strips or tiles
+    std::uint64_t first = 0;    // offset of the first
+    bool in_one_piece = false;  // they follow one another
+    bool big_endian = false;
+    std::uint64_t text = 0, text_bytes = 0;  // ImageDescription
+    std::vector<std::uint16_t> colours;      // all reds, all greens, all blues
+    double resolution[2] = {0, 0};           // pixels a unit along x and y; 0: not said
+    int resolution_unit = 2;                 // 1 none, 2 inch, 3 centimetre
     std::uint64_t icc = 0, icc_bytes = 0;
 };
+
+/// By its first four bytes, TIFF and BigTIFF.
+bool is_tiff(std::span<const std::byte> head) noexcept;
 
 /// All pages in order. @throws InputError a directory beyond the end or met twice, sizes of 0,
 /// strips outside the file, sizes that the strips cannot hold

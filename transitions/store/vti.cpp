@@ -1,10 +1,13 @@
 // VTK image data in XML (.vti) of one piece: ascii, base64 or appended; plain or in zlib blocks.
+// The active scalars of the points, or else of the cells.
 
+#include <algorithm>
 #include <cstring>
 #include <fmt/format.h>
 #include <zlib.h>
 
 #include "transitions/store/geometry.hpp"
+#include "transitions/store/number_streams.hpp"
 #include "transitions/store/reader.hpp"
 #include "transitions/store/text.hpp"
 #include "transitions/store/xml.hpp"
@@ -12,9 +15,21 @@
 namespace edgewise::store {
 namespace {
 
-constexpr std::pair<std::string_view, Type> kTypes[] = {
-    {"UInt8", Type::u8},   {"Int8", Type::i8},   {"UInt16", Type::u16},  {"Int16", Type::i16},
-    {"UInt32", Type::u32}, {"Int32", Type::i32}, {"Float32", Type::f32}, {"Float64", Type::f64}};
+struct TypeName {
+    std::string_view name;
+    Type type;
+    Wide wide = Wide::no;
+};
+constexpr TypeName kTypes[] = {{"UInt8", Type::u8},
+                               {"Int8", Type::i8},
+                               {"UInt16", Type::u16},
+                               {"Int16", Type::i16},
+                               {"UInt32", Type::u32},
+                               {"Int32", Type::i32},
+                               {"Float32", Type::f32},
+                               {"Float64", Type::f64},
+                               {"Int64", Type::f64, Wide::with_sign},
+                               {"UInt64", Type::f64, Wide::without_sign}};
 constexpr std::uint64_t kLargestBlock = 256 << 20;
 
 /// Where and how the chosen array is written.
@@ -95,32 +110,38 @@ class BlockStream : public Stream {
     Bytes block_;
 };
 
+/// The numbers of the array, in the byte order that `stored` says.
+std::unique_ptr<Stream> stream_of(const std::string& path, const Stored& stored,
+                                  const Array& array) {
+    const auto file = std::make_shared<const File>(path);
+    const auto expected = static_cast<std::uint64_t>(stored.numbers()) * stored.width();
+    auto stream = array.form == Array::Form::base64
+                      ? base64_stream(file, array.begin, array.end)
+                      : open_stream(file, array.begin, array.end, Wrapping::none);
+    if (array.form == Array::Form::ascii)
+        return text_stream(std::move(stream), stored.type, stored.wide, path);
+    if (array.compressed)
+        return std::make_unique<BlockStream>(std::move(stream), array, stored.big_endian, expected,
+                                             path);
+    if (const auto bytes = count_of(*stream, array, stored.big_endian, path); bytes != expected)
+        refuse(path, fmt::format("the array claims {} bytes, expected {}", bytes, expected));
+    return stream;
+}
+
 class VtiReader : public Reader {
  public:
     VtiReader(Stored stored, Array array) : stored_(std::move(stored)), array_(array) {}
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
               std::vector<std::string>& warnings) const override {
-        const auto file = std::make_shared<const File>(header.file);
-        const auto expected =
-            static_cast<std::uint64_t>(stored_.numbers()) * bytes_of(stored_.type);
-        auto stream = array_.form == Array::Form::base64
-                          ? base64_stream(file, array_.begin, array_.end)
-                          : open_stream(file, array_.begin, array_.end, Wrapping::none);
-        if (array_.form == Array::Form::ascii) {
-            Stored text = stored_;
-            text.big_endian = std::endian::native == std::endian::big;
-            stream = text_stream(std::move(stream), stored_.type, header.file);
-            return scatter(text, pick, *stream, header.file, into, warnings);
+        auto stream = stream_of(header.file, stored_, array_);
+        Stored plain = stored_;
+        if (stored_.wide != Wide::no) {
+            stream = narrow_stream(std::move(stream), stored_.wide, stored_.big_endian,
+                                   stored_.type, header.file);
+            plain.wide = Wide::no;
+            plain.big_endian = false;
         }
-        if (array_.compressed) {
-            stream = std::make_unique<BlockStream>(std::move(stream), array_, stored_.big_endian,
-                                                   expected, header.file);
-        } else if (const auto bytes = count_of(*stream, array_, stored_.big_endian, header.file);
-                   bytes != expected) {
-            refuse(header.file,
-                   fmt::format("the array claims {} bytes, expected {}", bytes, expected));
-        }
-        scatter(stored_, pick, *stream, header.file, into, warnings);
+        scatter(plain, pick, *stream, header.file, into, warnings);
     }
 
     std::optional<std::vector<std::string>> files() const override {
@@ -142,10 +163,23 @@ class Vti {
 
     Header run() {
         Tag tag;
-        while (!done_ && tags_.next(tag)) take(tag);
-        if (!found_) refuse(path_, root_ ? "no DataArray in PointData" : "not VTI: no tag VTKFile");
+        // A large array of text is not read to its end for nothing.
+        while (!ends_ && !(done_ && !of_cells_) && tags_.next(tag)) take(tag);
+        if (!found_)
+            refuse(path_,
+                   root_ ? "no DataArray in PointData or CellData" : "not VTI: no tag VTKFile");
         if (!done_) refuse(path_, "the AppendedData of its array are missing");
         check_size();
+        // Samples of cells lie in their middles.
+        for (std::size_t axis = 0; of_cells_ && axis < 3; ++axis)
+            if (points_[axis].size > 1)
+                for (std::size_t row = 0; row < 3; ++row)
+                    header_.origin[row] += header_.direction[axis][row] * header_.spacing[axis] / 2;
+        if (array_.form == Array::Form::ascii) stored_.big_endian = false;  // native numbers
+        if (stored_.wide != Wide::no) {
+            const auto stream = stream_of(path_, stored_, array_);
+            narrow(header_, stored_, *stream);
+        }
         header_.reader = std::make_shared<const VtiReader>(std::move(stored_), array_);
         return std::move(header_);
     }
@@ -156,14 +190,18 @@ class Vti {
         if (tag.name == "ImageData" && !tag.closes) image(tag);
         if (tag.name == "Piece" && !tag.closes && tag.attribute("Extent", extent_) != extent_)
             refuse(path_, "its Piece is not the whole: several pieces are not supported");
-        if (tag.name == "PointData") {
+        if (tag.name == "PointData" || tag.name == "CellData") {
             inside_ = !tag.closes && !tag.empty;
+            cells_ = tag.name == "CellData";
             wanted_ = tag.attribute("Scalars");
         }
-        if (tag.name == "DataArray" && !tag.closes && inside_ && !found_ &&
+        // What lies at the points is taken before what lies in the cells.
+        if (tag.name == "DataArray" && !tag.closes && inside_ &&
+            (!found_ || (of_cells_ && !cells_)) &&
             (wanted_.empty() || tag.attribute("Name") == wanted_))
             array(tag);
-        if (tag.name == "AppendedData" && !tag.closes && found_) appended(tag);
+        if (tag.name == "AppendedData" && !tag.closes && found_ && appended_) appended(tag);
+        if (tag.name == "AppendedData" && !tag.closes) ends_ = true;  // raw bytes are no tags
     }
     void root(const Tag& tag) {
         root_ = true;
@@ -189,7 +227,7 @@ class Vti {
         return result;
     }
     void image(const Tag& tag) {
-        if (!stored_.axes.empty()) refuse(path_, "tag ImageData is repeated");
+        if (!points_.empty()) refuse(path_, "tag ImageData is repeated");
         extent_ = tag.attribute("WholeExtent");
         const auto bounds = integers(path_, "WholeExtent", extent_);
         if (bounds.size() != 6)
@@ -205,7 +243,7 @@ class Vti {
             const std::int64_t low = bounds[2 * axis], high = bounds[2 * axis + 1];
             if (low < -(1LL << 31) || high > (1LL << 31) || high < low)
                 refuse(path_, fmt::format("attribute 'WholeExtent' goes from {} to {}", low, high));
-            stored_.axes.push_back({kKinds[axis], high - low + 1});
+            points_.push_back({kKinds[axis], high - low + 1});
             for (std::size_t row = 0; row < 3; ++row)
                 steps[axis][row] = matrix[3 * row + axis] * header_.spacing[axis];
         }
@@ -215,18 +253,27 @@ class Vti {
                 header_.origin[row] += static_cast<double>(bounds[2 * axis]) * steps[axis][row];
     }
     void array(const Tag& tag) {
-        if (stored_.axes.empty()) refuse(path_, "tag ImageData is missing");
-        bool known = false;
-        for (const auto& [name, type] : kTypes)
-            if (tag.attribute("type") == name) stored_.type = type, known = true;
-        if (!known)
+        if (points_.empty()) refuse(path_, "tag ImageData is missing");
+        const auto known =
+            std::find_if(std::begin(kTypes), std::end(kTypes),
+                         [&](const TypeName& row) { return row.name == tag.attribute("type"); });
+        if (known == std::end(kTypes))
             refuse(path_, "attribute 'type' is '" + shown(tag.attribute("type")) +
                               "': unknown or not supported");
         const auto channels = to_integer(tag.attribute("NumberOfComponents", "1")).value_or(0);
         if (channels < 1 || channels > 4)
             refuse(path_, "attribute 'NumberOfComponents' is not 1 to 4");
+        stored_.type = known->type;
+        stored_.wide = known->wide;
+        stored_.axes = points_;
+        of_cells_ = cells_;
+        if (cells_) {
+            // One cell fewer than points along each axis; along a flat one the cells are flat too.
+            for (Axis& axis : stored_.axes) axis.size = std::max<std::int64_t>(axis.size - 1, 1);
+        }
         if (channels > 1) stored_.axes.insert(stored_.axes.begin(), {Axis::channel, channels});
         take_axes(header_, stored_);
+        done_ = appended_ = false;
         const std::string format = tag.attribute("format", "ascii");
         array_.begin = tag.end;
         found_ = true;
@@ -235,6 +282,7 @@ class Vti {
             if (!offset || *offset < 0)
                 refuse(path_, "attribute 'offset' is '" + shown(tag.attribute("offset")) + "'");
             offset_ = static_cast<std::uint64_t>(*offset);
+            appended_ = true;
             return;
         }
         if (format != "ascii" && format != "binary")
@@ -262,10 +310,9 @@ class Vti {
     }
     void check_size() const {
         // Each number takes a digit and a blank at least.
-        const auto expected =
-            array_.form == Array::Form::ascii
-                ? product(path_, stored_.numbers(), 2) - 1
-                : stored_.numbers() * static_cast<std::int64_t>(bytes_of(stored_.type));
+        const auto expected = array_.form == Array::Form::ascii
+                                  ? product(path_, stored_.numbers(), 2) - 1
+                                  : stored_.numbers() * static_cast<std::int64_t>(stored_.width());
         const std::int64_t there = static_cast<std::int64_t>(array_.end - array_.begin);
         if (expected / (array_.compressed ? kDeflateRatio : 1) > there)
             refuse(path_, fmt::format("short data: expected {} bytes, found {}", expected, there));
@@ -274,7 +321,10 @@ class Vti {
     std::string path_, extent_, wanted_;
     FilePointer file_;
     TagReader tags_;
-    bool root_ = false, inside_ = false, found_ = false, done_ = false;
+    bool root_ = false, inside_ = false, found_ = false, done_ = false, ends_ = false;
+    bool cells_ = false, of_cells_ = false;  // this part of the file; the array that was taken
+    bool appended_ = false;                  // so is its array
+    std::vector<Axis> points_;
     std::uint64_t offset_ = 0;
     Header header_;
     Stored stored_;

@@ -9,7 +9,6 @@ namespace edgewise::store {
 namespace {
 
 constexpr std::size_t kLongestTag = 1 << 16;
-constexpr int kMostTags = 1 << 16;
 
 bool is_blank(char c) noexcept { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
@@ -84,6 +83,7 @@ class Base64Stream : public Stream {
 }  // namespace
 
 int TagReader::byte(std::uint64_t at) {
+    if (at >= end_) return -1;
     if (at < start_ || at >= start_ + filled_) {
         start_ = at;
         filled_ = file_->read_some(at, buffer_);
@@ -131,7 +131,7 @@ bool TagReader::next(Tag& tag) {
     do {
         text = markup();
         if (text.empty()) return false;
-        if (++tags_ > kMostTags) refuse(file_->path(), "has too many XML tags");
+        if (++tags_ > most_tags_) refuse(file_->path(), "has too many XML tags");
     } while (text[0] == '?' || text[0] == '!');
     tag = Tag{};
     tag.end = at_;

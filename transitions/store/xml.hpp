@@ -26,6 +26,9 @@ struct Tag {
 class TagReader {
  public:
     explicit TagReader(FilePointer file) : file_(std::move(file)), buffer_(1 << 16) {}
+    /// XML that is a part of a file: bytes `begin` to `end`.
+    TagReader(FilePointer file, std::uint64_t begin, std::uint64_t end, int most_tags)
+        : file_(std::move(file)), buffer_(1 << 16), at_(begin), end_(end), most_tags_(most_tags) {}
     /// False at the end of the file. @throws InputError malformed or hostile XML
     bool next(Tag& tag);
     /// Offset of the next '<' at or behind `from`.
@@ -36,9 +39,9 @@ class TagReader {
     std::string markup();
     FilePointer file_;
     Bytes buffer_;
-    std::uint64_t at_ = 0, start_ = 0;
+    std::uint64_t at_ = 0, start_ = 0, end_ = UINT64_MAX;
     std::size_t filled_ = 0;
-    int tags_ = 0;
+    int tags_ = 0, most_tags_ = 1 << 16;
 };
 
 /// Bytes written as base64; padding may also stand between parts that were encoded one by one.

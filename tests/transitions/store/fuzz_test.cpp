@@ -2,10 +2,13 @@
 // does not warrant. The seeds are fixed; EDGEWISE_FUZZ_ROUNDS asks for more than a few seconds'
 // worth.
 
+#include <bzlib.h>
 #include <chrono>
 #include <gtest/gtest.h>
+#include <map>
 #include <memory>
 #include <random>
+#include <regex>
 
 #include "tests/transitions/store/dicom_testing.hpp"
 
@@ -102,12 +105,128 @@ std::string blocks_of(const std::string& bytes) {
     return raw(std::vector<std::uint32_t>{1, whole, 0, static_cast<std::uint32_t>(size)}) + packed;
 }
 
+std::string bzipped(std::string bytes) {
+    std::string packed(bytes.size() + 1000, '\0');
+    auto size = static_cast<unsigned>(packed.size());
+    BZ2_bzBuffToBuffCompress(packed.data(), &size, bytes.data(),
+                             static_cast<unsigned>(bytes.size()), 9, 0, 0);
+    packed.resize(size);
+    return packed;
+}
+
+std::string hexadecimal(const std::string& bytes) {
+    std::string text;
+    for (const char c : bytes) {
+        text += "0123456789abcdef"[static_cast<unsigned char>(c) >> 4];
+        text += "0123456789abcdef"[static_cast<unsigned char>(c) & 15];
+    }
+    return text;
+}
+
+/// 60 numbers of 64 bits.
+std::string wide_ramp() {
+    const auto narrow = ramp(60);
+    return raw(std::vector<std::int64_t>(narrow.begin(), narrow.end()));
+}
+
+std::string vtk_fields(const char* form, const std::string& data, const std::string& wide) {
+    return std::string("# vtk DataFile Version 5.1\nx\n") + form +
+           "\nDATASET STRUCTURED_POINTS\nDIMENSIONS 5 4 3\nSPACING 1 1 2\nORIGIN 0 0 0\n"
+           "POINT_DATA 60\nFIELD FieldData 2\nlabels 1 60 vtktypeint64\n" +
+           wide + "\nMETADATA\nINFORMATION 0\n\nvalues 1 60 short\n" + data +
+           "\nCELL_DATA 24\nVECTORS v char\n" +
+           (wide[0] ? text_of_ramp() + text_of_ramp() : std::string(72, 'x'));
+}
+
+/// A page of 6 x 4 pixels for each strip, with tags that hold one number each, and a text.
+std::string tiff_seed(const std::vector<std::pair<int, std::uint32_t>>& tags,
+                      const std::vector<std::string>& strips, const std::string& text,
+                      const std::vector<std::uint16_t>& colours = {}) {
+    std::string out("II*\0\x8\0\0\0", 8);
+    for (std::size_t page = 0; page < strips.size(); ++page) {
+        const std::size_t at = out.size();
+        std::map<int, std::pair<int, std::pair<std::uint32_t, std::uint32_t>>> all;
+        for (const auto& [tag, value] : tags) all[tag] = {4, {1, value}};
+        const std::size_t entries = tags.size() + 4 + (page == 0) + !colours.empty();
+        std::size_t end = at + 2 + 12 * entries + 4;
+        all[256] = {4, {1, 6}}, all[257] = {4, {1, 4}};
+        std::string behind;
+        const auto place = [&](int tag, int type, std::size_t count, const std::string& bytes) {
+            all[tag] = {type,
+                        {static_cast<std::uint32_t>(count),
+                         static_cast<std::uint32_t>(end + behind.size())}};
+            behind += bytes;
+        };
+        if (page == 0) place(270, 2, text.size() + 1, text + '\0');
+        if (!colours.empty()) place(320, 3, colours.size(), raw(colours));
+        all[273] = {4, {1, static_cast<std::uint32_t>(end + behind.size())}};
+        all[279] = {4, {1, static_cast<std::uint32_t>(strips[page].size())}};
+        behind += strips[page];
+        put(out, at, static_cast<std::uint16_t>(entries));
+        std::size_t entry = at + 2;
+        for (const auto& [tag, what] : all) {
+            put(out, entry, static_cast<std::uint16_t>(tag));
+            put(out, entry + 2, static_cast<std::uint16_t>(what.first));
+            put(out, entry + 4, what.second.first);
+            put(out, entry + 8, what.second.second);
+            entry += 12;
+        }
+        put(out, entry,
+            static_cast<std::uint32_t>(page + 1 < strips.size() ? end + behind.size() : 0));
+        out += behind;
+    }
+    return out;
+}
+
+std::vector<Seed> tiff_seeds() {
+    const std::vector<std::pair<int, std::uint32_t>> shorts{{258, 16}, {262, 1}, {277, 1}};
+    const std::vector<std::string> pages(6, raw(ramp(24)));
+    const std::string ome =
+        "<?xml version=\"1.0\"?><OME><Image Name=\"a\"><Pixels DimensionOrder=\"XYCZT\" "
+        "SizeX=\"6\" "
+        "SizeY=\"4\" SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\" PhysicalSizeX=\"0.5\">"
+        "<TiffData IFD=\"0\" PlaneCount=\"4\"/><TiffData IFD=\"4\" FirstZ=\"2\" PlaneCount=\"2\"/>"
+        "</Pixels></Image></OME>";
+    const std::string stack = "ImageJ=1\nimages=6\nchannels=2\nslices=3\nunit=um\nspacing=2\n";
+    std::vector<std::uint16_t> colours(48);
+    for (std::size_t i = 0; i < 48; ++i) colours[i] = static_cast<std::uint16_t>(i * 1000);
+    return {{"imagej.tif", tiff_seed(shorts, pages, stack)},
+            {"one.tif",
+             tiff_seed(shorts, {raw(ramp(24 * 6)).substr(0, 48)}, stack) + raw(ramp(24 * 5))},
+            {"ome.tif", tiff_seed(shorts, pages, ome)},
+            {"bits.tif", tiff_seed({{258, 1}, {262, 1}}, {"abcd", "efgh"}, "a mask")},
+            {"palette.tif",
+             tiff_seed({{258, 4}, {262, 3}}, {"abcdefghijkl", "mnopqrstuvwx"}, "", colours)}};
+}
+
+std::string mrc_seed(std::int32_t mode, const std::string& data) {
+    std::string bytes(1024, '\0');
+    const std::int32_t sizes[] = {5, 4, 3, mode, 0, 0, 0, 5, 4, 3};
+    for (std::size_t i = 0; i < 10; ++i) put(bytes, 4 * i, sizes[i]);
+    for (std::size_t i = 0; i < 3; ++i)
+        put(bytes, 40 + 4 * i, 10.0f), put(bytes, 52 + 4 * i, 90.0f);
+    for (std::size_t i = 0; i < 3; ++i) put(bytes, 64 + 4 * i, static_cast<std::int32_t>(i + 1));
+    put(bytes, 88, std::int32_t{1});
+    bytes.replace(208, 6, "MAP DD");
+    return bytes + data;
+}
+
 std::vector<Seed> text_seeds() {
     const std::string data = raw(ramp(60));
     return {
         {"a.nrrd", nrrd_seed("raw", data)},
         {"b.nrrd", nrrd_seed("gzip", zipped(data))},
         {"c.nrrd", nrrd_seed("ascii", text_of_ramp())},
+        {"e.nrrd", nrrd_seed("hex", hexadecimal(data))},
+        {"f.nrrd", nrrd_seed("bzip2", bzipped(data))},
+        {"g.nrrd", std::regex_replace(nrrd_seed("ascii", text_of_ramp()), std::regex("short"),
+                                      "int64\nunits: \"\" \"um\" \"um\" \"um\"")},
+        {"c.vtk", vtk_fields("BINARY", data, wide_ramp())},
+        {"d.vtk", vtk_fields("ASCII", text_of_ramp(), text_of_ramp())},
+        {"d.vti", std::regex_replace(vti_seed("", "format=\"ascii\">" + text_of_ramp(), ""),
+                                     std::regex("Int16"), "Int64")},
+        {"e.vti", std::regex_replace(vti_seed("", "format=\"ascii\">" + text_of_ramp(), ""),
+                                     std::regex("PointData"), "CellData")},
         {"d.nhdr", nrrd_seed("raw\ndata file: d%02d.raw 1 3 1", "")},
         {"a.vtk", vtk_seed("BINARY", data)},
         {"b.vtk", vtk_seed("ASCII", text_of_ramp())},
@@ -129,6 +248,13 @@ std::vector<Seed> binary_seeds(const Scratch& scratch) {
     const std::string data = raw(ramp(60));
     std::vector<Seed> seeds{
         {"a.nii", nifti() + data}, {"b.nii.gz", zipped(nifti() + data)}, {"a.dcm", dicom({})}};
+    std::string labels = nifti() + wide_ramp();
+    put(labels, 70, std::int16_t{1024});
+    put(labels, 72, std::int16_t{64});
+    seeds.push_back({"c.nii", labels});
+    seeds.push_back({"a.mrc", mrc_seed(1, data)});
+    seeds.push_back({"b.mrc", mrc_seed(12, data)});
+    for (Seed& seed : tiff_seeds()) seeds.push_back(std::move(seed));
     Slice deep;
     deep.extra = element(0x8, 0x1140, "SQ", std::string("\xfe\xff\x00\xe0\0\0\0\0", 8));
     seeds.push_back({"b.dcm", dicom(deep)});
