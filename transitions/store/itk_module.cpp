@@ -1,8 +1,7 @@
-// The module that reads by ITK: DICOM of compressed pixels, MRC, GIPL.
+// The module that reads by ITK: MRC, GIPL.
 
 #include <cstdio>
 #include <exception>
-#include <itkGDCMImageIO.h>
 #include <itkGiplImageIO.h>
 #include <itkMRCImageIO.h>
 #include <itkObject.h>
@@ -32,10 +31,8 @@ itk::ImageIOBase::Pointer reader_of(const std::string& path) {
     itk::ImageIOBase::Pointer io;
     if (ends_with(path, ".mrc") || ends_with(path, ".rec") || ends_with(path, ".map"))
         io = itk::MRCImageIO::New();
-    else if (ends_with(path, ".gipl") || ends_with(path, ".gipl.gz"))
-        io = itk::GiplImageIO::New();
     else
-        io = itk::GDCMImageIO::New();
+        io = itk::GiplImageIO::New();
     io->SetFileName(path);
     io->ReadImageInformation();
     return io;

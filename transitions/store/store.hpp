@@ -50,11 +50,20 @@ struct Header {
     std::shared_ptr<const Reader> reader;
 };
 
+/// What becomes of samples that their file calls padding, no measurements (DICOM).
+enum class Padding {
+    stored,    // they stay as they are
+    smallest,  // they take the smallest value that was measured
+    nothing    // they take a value that adds nothing to a sum
+};
+
 /// What to take from a source that holds more than one volume or image.
 struct Selection {
     std::optional<std::string> series;  // UID of a DICOM series, or its number from 0
     std::optional<int> time, channel;   // from 0
     std::string orient;                 // "RAS" ...: overrides what the file says
+    Padding padding = Padding::stored;
+    std::optional<double> nothing;  // that value; none: 0, or the smallest where that is negative
     std::size_t memory_limit = 0;       // for samples and reading, bytes; 0: no limit
 };
 
