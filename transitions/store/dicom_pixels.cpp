@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <optional>
 
 #include "transitions/store/module.hpp"
 #include "transitions/store/reader.hpp"
@@ -43,10 +44,12 @@ std::uint32_t little32(std::span<const std::byte> bytes, std::size_t at) {
 
 struct Size {
     std::int64_t columns = 0, rows = 0, samples = 0, bits = 0;
+    std::optional<bool> ybr;  // whether the stream says that it holds luminance and differences
 };
 
 /// What a JPEG or JPEG-LS stream says of itself; zeros where it says nothing sound.
 Size size_of_jpeg(std::span<const std::byte> bytes) {
+    std::optional<bool> ybr;
     for (std::size_t at = 2; at + 10 <= bytes.size();) {
         if (bytes[at] != std::byte{0xff}) return {};
         const auto marker = std::to_integer<unsigned>(bytes[at + 1]);
@@ -54,15 +57,22 @@ Size size_of_jpeg(std::span<const std::byte> bytes) {
             ++at;  // markers may be preceded by any number of these
             continue;
         }
+        const bool lossless = marker == 0xc3 || marker == 0xc7 || marker == 0xcb || marker == 0xf7;
         const bool frame = (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 &&
                             marker != 0xcc) ||
-                           marker == 0xf7;
+                           lossless;
         if (frame)
             return {big16(bytes, at + 7), big16(bytes, at + 5),
                     std::to_integer<std::int64_t>(bytes[at + 9]),
-                    std::to_integer<std::int64_t>(bytes[at + 4])};
+                    std::to_integer<std::int64_t>(bytes[at + 4]), lossless ? std::nullopt : ybr};
         if (marker == 0xda || marker == 0xd9) return {};
-        at += 2 + std::size_t{big16(bytes, at + 2)};
+        const std::size_t length = big16(bytes, at + 2);
+        if (length >= 7 && marker == 0xe0 && !ybr && std::memcmp(&bytes[at + 4], "JFIF", 4) == 0)
+            ybr = true;
+        if (length >= 14 && marker == 0xee && at + 16 <= bytes.size() &&
+            std::memcmp(&bytes[at + 4], "Adobe", 5) == 0)
+            ybr = bytes[at + 15] != std::byte{0};
+        at += 2 + length;
     }
     return {};
 }
@@ -83,7 +93,7 @@ Size size_of_jpeg2000(std::span<const std::byte> bytes) {
     // Many tiny tiles cost memory each.
     if (double(x) / tile_x * (double(y) / tile_y) > 65535) return {};
     return {x - x0, y - y0, big16(bytes, at + 40),
-            (std::to_integer<std::int64_t>(bytes[at + 42]) & 0x7f) + 1};
+            (std::to_integer<std::int64_t>(bytes[at + 42]) & 0x7f) + 1, std::nullopt};
 }
 
 /// PackBits (PS3.5 annex G). @return bytes written
@@ -225,7 +235,7 @@ std::size_t decoding_bytes(const DicomFile& file) {
     const std::size_t frame = raw_bytes(file);
     const bool by_module = file.compressed && file.syntax != kRle;
     const std::size_t inflated = file.deflated ? 2 * static_cast<std::size_t>(file.pixel_bytes) : 0;
-    return (by_module ? bytes_of(Library::gdcm) + 3 * frame : 0) + 3 * frame + inflated;
+    return (by_module ? bytes_of(Library::dicom) + 3 * frame : 0) + 3 * frame + inflated;
 }
 
 DicomFrames::DicomFrames(const DicomFile& file) : file_(file), bytes_(file.path) {
@@ -260,7 +270,9 @@ std::span<const std::byte> DicomFrames::frame(std::int64_t k) {
     if (k == at_) return samples_;
     at_ = -1;
     planar_ = file_.samples > 1 && file_.planar != 0;
-    rgb_ = false;
+    // The transforms of JPEG 2000 are undone in decoding.
+    ybr_ = file_.photometric.starts_with("YBR") && file_.photometric != "YBR_ICT" &&
+           file_.photometric != "YBR_RCT";
     if (file_.compressed)
         decode(k);
     else
@@ -358,19 +370,16 @@ void DicomFrames::decode(std::int64_t k) {
                            k, size.columns, size.rows, size.samples, size.bits, file_.columns,
                            file_.rows, file_.samples, file_.stored));
     ModuleFrame frame;
-    // The high-throughput form differs in its block coder only, which the library tells by itself.
-    frame.syntax = number >= 201 ? "1.2.840.10008.1.2.4.91" : file_.syntax.c_str();
-    frame.photometric = file_.photometric.c_str();
+    frame.kind = jpeg2000 ? "JPEG 2000" : number >= 80 ? "JPEG-LS" : "JPEG";
     frame.columns = static_cast<int>(file_.columns);
     frame.rows = static_cast<int>(file_.rows);
     frame.samples = file_.samples;
     frame.allocated = file_.allocated;
-    frame.stored = file_.stored;
-    frame.high = file_.high;
-    frame.is_signed = file_.is_signed;
-    module_decode(Library::gdcm, file_.path, frame, bytes, samples_);
+    frame.bits = static_cast<int>(size.bits);
+    module_decode(Library::dicom, file_.path, frame, bytes, samples_);
     planar_ = frame.planar != 0;
-    rgb_ = frame.rgb != 0;
+    // Streams of photographs say themselves what their colours are; some files say otherwise.
+    if (file_.samples == 3 && size.ybr) ybr_ = *size.ybr;
 }
 
 void DicomFrames::put_channels_together() {
@@ -403,10 +412,7 @@ void DicomFrames::clear_unused_bits() {
 /// PS3.3 C.7.6.3.1.2: luminance and two colour differences, as in JPEG.
 void DicomFrames::to_rgb() {
     const std::string& meaning = file_.photometric;
-    // Their transform is part of JPEG 2000, and undone in decoding.
-    if (file_.samples != 3 || rgb_ || !meaning.starts_with("YBR") || meaning == "YBR_ICT" ||
-        meaning == "YBR_RCT")
-        return;
+    if (file_.samples != 3 || !ybr_) return;
     if (meaning.ends_with("_422") && !file_.compressed) {
         // Y Y Cb Cr of two pixels beside each other.
         Bytes all(raw_bytes(file_));

@@ -38,8 +38,8 @@ class DicomFrames {
     mutable DicomBytes bytes_;
     Bytes samples_;
     std::int64_t at_ = -1;
-    bool planar_ = false;      // of samples_, on the way
-    bool rgb_ = false;         // the decoder made RGB of other colour
+    bool planar_ = false;  // of samples_, on the way
+    bool ybr_ = false;     // samples_ are luminance and differences of colour
 };
 
 }  // namespace edgewise::store

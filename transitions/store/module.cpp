@@ -28,7 +28,7 @@ const char* name_of(Library library) {
         case Library::oiio:
             return "libedgewise_oiio.so";
         default:
-            return "libedgewise_gdcm.so";
+            return "libedgewise_dicom.so";
     }
 }
 

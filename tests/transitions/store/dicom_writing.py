@@ -264,7 +264,7 @@ def jpeg_ls(frame, bits=None):
     image = frame.astype(np.int64) & most
     rows, columns = image.shape
     factor = (min(most, 4095) + 128) // 256
-    t = ((factor * 1 + 2, factor * 4 + 3, factor * 14 + 7) if most >= 128 else
+    t = ((factor * 1 + 2, factor * 4 + 3, factor * 17 + 4) if most >= 128 else
          tuple(max(k + 2, v // (256 // (most + 1))) for k, v in ((0, 3), (1, 7), (2, 21))))
     span = most + 1
     width = (span - 1).bit_length()
