@@ -1,5 +1,6 @@
 """DICOM as hospitals write it: each kind of object and of encoding, written by dicom_writing.py (no line of which is shared
 with the readers), read through the command, and compared with the numbers that were written. Needs EDGEWISE."""
+import base64
 import json
 import os
 import pathlib
@@ -18,7 +19,21 @@ from dicom_writing import CLASS, file_of, fragments, picture  # noqa: E402
 
 COMMAND = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
 TYPES = {"uint8": "u1", "int8": "i1", "uint16": "u2", "int16": "i2", "uint32": "u4", "int32": "i4", "float": "f4", "double": "f8"}
-UPRIGHT = np.eye(3)
+# JPEG 2000 codestreams, written by OpenJPEG: of `ramp` minus 500 in 16 signed bits, 5 x 6; of `ramp` in 12 bits, 7 x 8; of
+# `ramp` in 8 bits and three colours with their reversible transform, 8 x 6.
+JPEG_2000 = {name: base64.b64decode(text) for name, text in {
+    "signed": (
+        "/0//UQApAAAAAAAFAAAABgAAAAAAAAAAAAAABQAAAAYAAAAAAAAAAAABjwEB/1IADAAAAAEAAQQEAAH/XAAHQICIiJD/ZAAlAAFDcmVh"
+        "dGVkIGJ5IE9wZW5KUEVHIHZlcnNpb24gMi41LjD/kAAKAAAAAAAnAAH/k8A/MMAI7GjTlG3flbbkzC+gAfUCAAy86ej/2Q=="),
+    "grey": (
+        "/0//UQApAAAAAAAHAAAACAAAAAAAAAAAAAAABwAAAAgAAAAAAAAAAAABCwEB/1IADAAAAAEAAQQEAAH/XAAHQGBoaHD/ZAAlAAFDcmVh"
+        "dGVkIGJ5IE9wZW5KUEVHIHZlcnNpb24gMi41LjD/kAAKAAAAAAAxAAH/k9/gXBIL019LCxPJwzse84BmuNIWvG1cvgB/oB9QKAN+lvB/"
+        "/9k="),
+    "colour": (
+        "/0//UQAvAAAAAAAIAAAABgAAAAAAAAAAAAAACAAAAAYAAAAAAAAAAAADBwEBBwEBBwEB/1IADAAAAAEBAQQEAAH/XAAHQEBISFD/ZAAl"
+        "AAFDcmVhdGVkIGJ5IE9wZW5KUEVHIHZlcnNpb24gMi41LjD/kAAKAAAAAACjAAH/k8fUGAZsJo+kHMLnF2Qp38+0MBtCP4fbBC3jeogM"
+        "P8+0KBXdDFVtDTpxui/D6gyfgGw+0LAPYGMiAiKRUx30nFEEXzMWaPwZNz/61cj4C/Z8oZeRnuPI/3/H2hU/AKj8AkATCj2sWRuPKv9/"
+        "DDH9oCMM5jvJhQtfk9NGM40VP8faDT8ASPwBABBW0WphnxXkQ9wQSN9n/9k=")}.items()}
 
 
 def ramp(*shape, dtype="<i2", first=0):
@@ -174,6 +189,14 @@ class Encodings(Dicom):
                     self.expect(self.put(e, dw.JPEG[name]), pixels)
         flat = np.repeat(ramp(6, 1), 300, axis=1)
         self.expect(self.put(picture(flat, more={0x7fe00010: fragments([dw.jpeg_ls(flat)])}), dw.JPEG["ls"]), flat)
+
+    def test_jpeg_2000(self):
+        for name, pixels, more in (("signed", ramp(6, 5) - 500, {}), ("grey", ramp(8, 7, dtype="<u2"), {"stored": 12}),
+                                   ("colour", ramp(6, 8, 3, dtype="u1"), {"colour": True, "photometric": "YBR_RCT"}),
+                                   ("colour", ramp(6, 8, 3, dtype="u1"), {"colour": True, "photometric": "RGB"})):
+            with self.subTest(name=name):
+                e = picture(pixels, **more, more={0x7fe00010: fragments([JPEG_2000[name]])})
+                self.expect(self.put(e, dw.JPEG["2000"]), pixels)
 
     def test_frames_in_several_fragments(self):
         """Where they begin is said by the table, or by one fragment a frame."""
