@@ -183,7 +183,8 @@ std::string text_of_facts(const Facts& facts) {
     return text;
 }
 
-/// The first of several series that can be read. @throws InputError that of the first, where none can
+/// The first of several series that can be read. @throws InputError that of the first, where none
+/// can
 Input first_of(const std::vector<store::Series>& series, const std::string& file,
                store::Selection selection, std::vector<std::string>& unreadable) {
     std::exception_ptr first;

@@ -99,8 +99,8 @@ Wish wish_of(const JobOptions& o) {
     wish.selection = selection_of(o.series, o.time, o.channel, o.orient);
     // Padding of DICOM is no measurement: rays must not take it for one. A warp keeps it as stored.
     if (o.job == Job::render)
-        wish.selection.padding = wish.want.mode == Mode::xray ? store::Padding::nothing
-                                                              : store::Padding::smallest;
+        wish.selection.padding =
+            wish.want.mode == Mode::xray ? store::Padding::nothing : store::Padding::smallest;
     if (o.zero) wish.selection.nothing = wish.want.zero;
     return wish;
 }

@@ -54,12 +54,18 @@ Group& group_of(std::vector<Group>& groups, const std::string& uid) {
     return groups.emplace_back(Group{uid, {}});
 }
 
-Study study_in(const std::string& folder) {
+template <class Iterator>
+std::vector<std::string> dicom_files(Iterator entries) {
     std::vector<std::string> paths;
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.is_regular_file() && is_dicom(entry.path().string()))
+    for (const auto& entry : entries)
+        if (entry.is_regular_file() && !entry.path().filename().string().starts_with('.') &&
+            is_dicom(entry.path().string()))
             paths.push_back(entry.path().string());
     std::sort(paths.begin(), paths.end(), numeric_less);
+    return paths;
+}
+
+Study study_of(const std::vector<std::string>& paths) {
     Study study;
     for (const std::string& path : paths) {
         std::string damage;
@@ -78,6 +84,17 @@ Study study_in(const std::string& folder) {
     return study;
 }
 
+Study study_in(const std::string& folder) {
+    namespace fs = std::filesystem;
+    Study study = study_of(dicom_files(fs::directory_iterator(folder)));
+    // A medium with a directory (PS3.10) keeps its pictures in folders below.
+    const bool medium = std::any_of(study.others.begin(), study.others.end(), [](const Group& g) {
+        return g.files[0].kind_of_object() == "DICOMDIR";
+    });
+    if (!study.series.empty() || !medium) return study;
+    return study_of(dicom_files(fs::recursive_directory_iterator(folder)));
+}
+
 std::string text_of(const Files& files) {
     return files[0].modality + (files[0].text.empty() ? "" : " " + files[0].text);
 }
@@ -93,11 +110,10 @@ void expect_whole(const Study& study, const std::string& uid, Header& header) {
 Group chosen(const std::string& folder, const Selection& pick, Header& header) {
     Study study = study_in(folder);
     const std::string skipped = study.skipped();
-    if (study.series.empty() && !study.damaged.empty())
-        throw InputError(study.damaged[0].second);
+    if (study.series.empty() && !study.damaged.empty()) throw InputError(study.damaged[0].second);
     if (study.series.empty())
-        refuse(folder, skipped.empty() ? "holds no DICOM files"
-                                       : "holds no pictures, but " + skipped);
+        refuse(folder,
+               skipped.empty() ? "holds no DICOM files" : "holds no pictures, but " + skipped);
     if (!skipped.empty())
         header.warnings.push_back(folder + ": holds no pictures and is skipped: " + skipped);
     std::string list;
@@ -112,9 +128,9 @@ Group chosen(const std::string& folder, const Selection& pick, Header& header) {
     }
     for (const Group& group : study.others)
         if (pick.series && *pick.series == group.uid)
-            throw RequestError(fmt::format("{}: series '{}' holds no pictures, but {}; pictures are{}",
-                                           folder, shown(group.uid),
-                                           group.files[0].kind_of_object(), list));
+            throw RequestError(
+                fmt::format("{}: series '{}' holds no pictures, but {}; pictures are{}", folder,
+                            shown(group.uid), group.files[0].kind_of_object(), list));
     if (pick.series)
         throw RequestError(folder + ": no series '" + shown(*pick.series) + "'; it holds" + list);
     if (study.series.size() > 1)
@@ -172,9 +188,8 @@ class DicomReader : public Reader {
         Planes planes(*this, header, pick.padding != Padding::stored);
         Stored one;
         one.type = rescales_ ? Type::f32 : type_;
-        one.axes = {{Axis::channel, header.channels},
-                    {Axis::x, stack_.columns},
-                    {Axis::y, stack_.rows}};
+        one.axes = {
+            {Axis::channel, header.channels}, {Axis::x, stack_.columns}, {Axis::y, stack_.rows}};
         const std::size_t slice = into.size() / static_cast<std::size_t>(stack_.slices);
         for (std::int64_t z = 0; z < stack_.slices; ++z) {
             const auto& plane = stack_.plane(z, stack_.times > 1 ? pick.time.value_or(0) : 0);
@@ -183,9 +198,10 @@ class DicomReader : public Reader {
             scatter(one, pick, stream, header.file, place, warnings);
         }
         if (planes.overlaps > 0)
-            warnings.push_back(fmt::format("{}: {} samples belong to several segments; the one "
-                                           "that comes last in the file counts",
-                                           header.file, planes.overlaps));
+            warnings.push_back(
+                fmt::format("{}: {} samples belong to several segments; the one "
+                            "that comes last in the file counts",
+                            header.file, planes.overlaps));
         if (pick.padding != Padding::stored && files_[0].padding && header.channels == 1)
             with_number(loaded_type(header.type), [&]<class T>(T) {
                 fill_padding(std::span(reinterpret_cast<T*>(into.data()), into.size() / sizeof(T)),
@@ -238,13 +254,12 @@ class DicomReader : public Reader {
             const std::int64_t columns = reader_.files_[piece.file].columns;
             const auto run = static_cast<std::size_t>(piece.columns) * width_;
             for (std::int64_t y = 0; y < piece.rows; ++y)
-                std::memcpy(
-                    plane_.data() + width_ * static_cast<std::size_t>(
-                                                 (piece.to_y + y) * reader_.stack_.columns +
-                                                 piece.to_x),
-                    from.data() + width_ * static_cast<std::size_t>((piece.from_y + y) * columns +
-                                                                    piece.from_x),
-                    run);
+                std::memcpy(plane_.data() + width_ * static_cast<std::size_t>(
+                                                         (piece.to_y + y) * reader_.stack_.columns +
+                                                         piece.to_x),
+                            from.data() + width_ * static_cast<std::size_t>(
+                                                       (piece.from_y + y) * columns + piece.from_x),
+                            run);
         }
         void put_labels(const DicomPiece& piece) {
             const std::span<const std::byte> ones = frame(piece);
@@ -320,9 +335,10 @@ class DicomReader : public Reader {
                 std::clamp(std::nearbyint(stored), double(std::numeric_limits<T>::lowest()),
                            double(std::numeric_limits<T>::max()));
             if (header.values(nearest) != value && std::abs(nearest - stored) > 1e-6)
-                warnings.push_back(fmt::format("{}: padding counts as {:.6g}, the nearest to {:.6g} "
-                                               "that its type holds",
-                                               header.file, header.values(nearest), value));
+                warnings.push_back(
+                    fmt::format("{}: padding counts as {:.6g}, the nearest to {:.6g} "
+                                "that its type holds",
+                                header.file, header.values(nearest), value));
             stored = nearest;
         }
         for (T& sample : samples)
@@ -344,8 +360,7 @@ bool takes_values(Header& header, const Files& files, const DicomStack& stack) {
     for (const auto& plane : stack.planes)
         for (const DicomPiece& piece : plane) {
             const ValueMap map = values_of(files[piece.file], piece.frame);
-            if (map.slope == 0)
-                refuse(files[piece.file].path, "RescaleSlope (0028,1053) is 0");
+            if (map.slope == 0) refuse(files[piece.file].path, "RescaleSlope (0028,1053) is 0");
             differ |= map != header.values;
         }
     for (const DicomFile& file : files) differ |= file.padding != files[0].padding;
@@ -381,8 +396,10 @@ Header inspect_dicom(const std::string& path, const Selection& pick) {
 
     Stored shape;
     shape.type = type;
-    shape.axes = {{Axis::channel, sample_channels(first)}, {Axis::x, stack.columns},
-                  {Axis::y, stack.rows},                   {Axis::z, stack.slices},
+    shape.axes = {{Axis::channel, sample_channels(first)},
+                  {Axis::x, stack.columns},
+                  {Axis::y, stack.rows},
+                  {Axis::z, stack.slices},
                   {Axis::time, stack.times}};
     take_axes(header, shape);
     const bool rescales = takes_values(header, files, stack);

@@ -26,14 +26,13 @@ constexpr std::uint32_t kMostFrames = 1 << 19;
 constexpr std::size_t kMostInflated = 64 << 20;  // in front of the pixels
 
 constexpr std::string_view kImplicit = "1.2.840.10008.1.2", kExplicit = "1.2.840.10008.1.2.1",
-                           kBigEndian = "1.2.840.10008.1.2.2",
-                           kDeflated = "1.2.840.10008.1.2.1.99";
+                           kBigEndian = "1.2.840.10008.1.2.2", kDeflated = "1.2.840.10008.1.2.1.99";
 /// RLE, JPEG, JPEG-LS, JPEG 2000 and its high-throughput form: what can be decoded.
 constexpr std::string_view kCompressed[] = {
-    "1.2.840.10008.1.2.5",     "1.2.840.10008.1.2.4.50",  "1.2.840.10008.1.2.4.51",
-    "1.2.840.10008.1.2.4.53",  "1.2.840.10008.1.2.4.55",  "1.2.840.10008.1.2.4.57",
-    "1.2.840.10008.1.2.4.70",  "1.2.840.10008.1.2.4.80",  "1.2.840.10008.1.2.4.81",
-    "1.2.840.10008.1.2.4.90",  "1.2.840.10008.1.2.4.91",  "1.2.840.10008.1.2.4.201",
+    "1.2.840.10008.1.2.5",     "1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51",
+    "1.2.840.10008.1.2.4.53",  "1.2.840.10008.1.2.4.55", "1.2.840.10008.1.2.4.57",
+    "1.2.840.10008.1.2.4.70",  "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81",
+    "1.2.840.10008.1.2.4.90",  "1.2.840.10008.1.2.4.91", "1.2.840.10008.1.2.4.201",
     "1.2.840.10008.1.2.4.202", "1.2.840.10008.1.2.4.203"};
 
 struct Coding {
@@ -60,9 +59,23 @@ bool is_short_vr(std::string_view vr) {
                     vr);
 }
 bool is_vr(std::string_view vr) {
-    return is_short_vr(vr) || contains({"OB", "OD", "OF", "OL", "OV", "OW", "SQ", "SV", "UC", "UN",
-                                        "UR", "UT", "UV"},
-                                       vr);
+    return is_short_vr(vr) ||
+           contains({"OB", "OD", "OF", "OL", "OV", "OW", "SQ", "SV", "UC", "UN", "UR", "UT", "UV"},
+                    vr);
+}
+
+bool has_marker(std::span<const std::byte> head) {
+    return head.size() == 140 && std::memcmp(head.data() + 128, "DICM", 4) == 0;
+}
+/// Old files have no marker: they start with an element of group 2 or 8, of a short value.
+bool starts_data_set(std::span<const std::byte> head) {
+    if (head.size() < 140) return false;
+    const auto byte = [&](std::size_t i) { return std::to_integer<unsigned>(head[i]); };
+    if ((byte(0) != 2 && byte(0) != 8) || byte(1) != 0 || byte(2) > 0x20 || byte(3) != 0)
+        return false;
+    const char vr[3] = {static_cast<char>(byte(4)), static_cast<char>(byte(5)), 0};
+    if (is_vr(vr)) return true;
+    return byte(0) == 8 && byte(4) > 0 && byte(4) % 2 == 0 && byte(5) + byte(6) + byte(7) == 0;
 }
 
 /// What the elements of a nested item are about.
@@ -71,10 +84,10 @@ enum class About { file, shared, frame, table, nothing };
 /// A sequence, or an item of one. A list of these takes the place of recursion.
 struct Level {
     bool sequence = true;
-    std::uint32_t tag = 0;      // of the sequence
-    std::uint64_t end = 0;      // 0: ended by a delimiter
-    std::uint64_t limit = 0;    // no element inside may go beyond
-    std::int64_t items = 0;     // of a sequence, so far
+    std::uint32_t tag = 0;    // of the sequence
+    std::uint64_t end = 0;    // 0: ended by a delimiter
+    std::uint64_t limit = 0;  // no element inside may go beyond
+    std::int64_t items = 0;   // of a sequence, so far
     Coding coding;
     About about = About::nothing;
     std::int64_t frame = 0;
@@ -85,11 +98,13 @@ class Parser {
     explicit Parser(DicomFile& out) : out_(out), file_(out.path), buffer_(1 << 16) {}
 
     void run() {
-        std::byte marker[132];
-        const bool preamble = file_.size() > 140 && file_.read_some(0, marker) == 132 &&
-                              std::memcmp(marker + 128, "DICM", 4) == 0;
-        if (!preamble) refuse(out_.path, "not DICOM: no DICM marker at byte 128");
-        at_ = 132;
+        Bytes head(std::min<std::uint64_t>(140, file_.size()));
+        head.resize(file_.read_some(0, head));
+        if (!has_marker(head) && !starts_data_set(head))
+            refuse(out_.path, "not DICOM: no DICM marker at byte 128, no data set at byte 0");
+        at_ = has_marker(head) ? 132 : 0;
+        // Without a marker there may be no meta group; then the elements themselves tell.
+        if (at_ == 0 && head[0] == std::byte{8}) out_.syntax = kImplicit;
         meta();
         syntax();
         try {
@@ -243,8 +258,8 @@ class Parser {
         // Where a deflated stream ends is seen only by reading on.
         std::byte head[8];
         if (at_ > kMostInflated)
-            refuse(out_.path, fmt::format("more than {} bytes lie in front of its pixels",
-                                          kMostInflated));
+            refuse(out_.path,
+                   fmt::format("more than {} bytes lie in front of its pixels", kMostInflated));
         return file_.read_some(at_, head) == sizeof head;
     }
     static bool contains_tag(std::initializer_list<std::uint32_t> list, std::uint32_t tag) {
@@ -259,9 +274,8 @@ class Parser {
         if (here.length == kUndefined) return true;
         if (!contains({"SQ", "UN", ""}, here.vr) || here.length < 8) return false;
         if (levels_.empty())
-            return contains_tag({kSharedGroups, kFrameGroups, kDetectors, kModalityTable,
-                                 kWorldValues},
-                                here.tag);
+            return contains_tag(
+                {kSharedGroups, kFrameGroups, kDetectors, kModalityTable, kWorldValues}, here.tag);
         if (levels_.back().sequence) return false;
         return is_group(here.tag);
     }
@@ -273,9 +287,7 @@ class Parser {
                              0x0048021a, kWorldValues},
                             tag);
     }
-    std::uint64_t limit() const {
-        return levels_.empty() ? file_.size() : levels_.back().limit;
-    }
+    std::uint64_t limit() const { return levels_.empty() ? file_.size() : levels_.back().limit; }
     void push(Level level, const Element& here) {
         level.end = here.length == kUndefined ? 0 : here.value + here.length;
         level.limit = level.end ? level.end : limit();
@@ -371,12 +383,18 @@ class Parser {
             for (std::uint32_t i = 0; i < here.length; i += sizeof(T))
                 found.push_back(static_cast<double>(number<T>(here.value + i)));
         };
-        if (vr == "US") binary(std::uint16_t{});
-        else if (vr == "SS") binary(std::int16_t{});
-        else if (vr == "UL") binary(std::uint32_t{});
-        else if (vr == "SL") binary(std::int32_t{});
-        else if (vr == "FL") binary(float{});
-        else if (vr == "FD") binary(double{});
+        if (vr == "US")
+            binary(std::uint16_t{});
+        else if (vr == "SS")
+            binary(std::int16_t{});
+        else if (vr == "UL")
+            binary(std::uint32_t{});
+        else if (vr == "SL")
+            binary(std::int32_t{});
+        else if (vr == "FL")
+            binary(float{});
+        else if (vr == "FD")
+            binary(double{});
         else {
             const std::string all = text(here);
             if (all.empty()) return found;
@@ -517,6 +535,7 @@ class Parser {
                 break;
             case 0x00181164:
             case 0x00182010:
+            case 0x30020011:
                 if (!out_.detector_spacing) several(here, "DS", out_.detector_spacing);
                 break;
             case 0x0020000e:
@@ -665,7 +684,8 @@ class Parser {
                 const std::size_t length = word(at + 4);
                 at += 16;
                 if (length > raw.size() - at) return;
-                const std::string_view entry(reinterpret_cast<const char*>(raw.data() + at), length);
+                const std::string_view entry(reinterpret_cast<const char*>(raw.data() + at),
+                                             length);
                 const auto number = to_double(trim(entry.substr(0, entry.find('\0'))));
                 if (number && std::isfinite(*number)) found.push_back(*number);
                 at += std::min((length + 3) / 4 * 4, raw.size() - at);
@@ -854,10 +874,8 @@ std::string DicomFile::kind_of_object() const {
 }
 
 bool is_dicom(const std::string& path) {
-    const File file(path);
-    std::byte marker[132];
-    return file.size() > 140 && file.read_some(0, marker) == 132 &&
-           std::memcmp(marker + 128, "DICM", 4) == 0;
+    const Bytes head = File(path).head(140);
+    return has_marker(head) || starts_data_set(head);
 }
 
 }  // namespace edgewise::store

@@ -16,7 +16,8 @@ namespace edgewise::store {
 class DicomBytes {
  public:
     explicit DicomBytes(const std::string& path);
-    /// From here on the file is one raw deflate stream. What it holds is kept as far as it was read.
+    /// From here on the file is one raw deflate stream. What it holds is kept as far as it was
+    /// read.
     void deflated_from(std::uint64_t offset);
     /// Bytes that there can be at most.
     std::uint64_t size() const noexcept;
@@ -40,10 +41,11 @@ struct DicomFrame {
     std::optional<double> thickness, between;          // [mm]; between slices, NM: signed
     std::optional<double> slope, intercept;
     std::optional<double> world_slope, world_intercept;  // of a real world value mapping
-    std::optional<std::array<double, 2>> tile;  // column and row of its first pixel in the whole, from 1
-    std::int64_t temporal = 0;                  // from 1; 0: not said
-    std::int64_t segment = 0;                   // number of what is segmented; 0: not said
-    std::vector<double> dimensions;             // DimensionIndexValues
+    std::optional<std::array<double, 2>>
+        tile;                        // column and row of its first pixel in the whole, from 1
+    std::int64_t temporal = 0;       // from 1; 0: not said
+    std::int64_t segment = 0;        // number of what is segmented; 0: not said
+    std::vector<double> dimensions;  // DimensionIndexValues
 
     /// Takes from `other` what is not said here.
     void fill(const DicomFrame& other);
@@ -69,7 +71,7 @@ struct DicomFile {
     std::string syntax;  // UID of the transfer syntax
     bool big_endian = false, compressed = false, deflated = false;
     bool unknown_syntax = false;  // its pixels cannot be decoded
-    std::uint64_t body = 0;  // where the data set begins
+    std::uint64_t body = 0;       // where the data set begins
     std::string uid, series, text, modality, sop_class, image_type;
 
     Pixels kind = Pixels::none;
@@ -91,10 +93,10 @@ struct DicomFile {
     std::vector<double> slice_vector;                       // slice of each frame, from 1 (NM)
     bool frames_are_times = false;                          // the frame increment is a time
     double dose_scaling = 0;                                // 0: not said
-    std::int64_t tiles = 0;            // slices in a mosaic; 0: not said
-    std::optional<Vector> tiles_normal;  // where the slices of a mosaic follow
-    std::int64_t total_columns = 0, total_rows = 0;  // of a picture in tiles; 0: not tiled
-    bool fractional = false;                         // segmentation of fractions
+    std::int64_t tiles = 0;                                 // slices in a mosaic; 0: not said
+    std::optional<Vector> tiles_normal;                     // where the slices of a mosaic follow
+    std::int64_t total_columns = 0, total_rows = 0;         // of a picture in tiles; 0: not tiled
+    bool fractional = false;                                // segmentation of fractions
     double most_fraction = 255;
 
     std::uint64_t pixels = 0, pixel_bytes = 0;  // where they are; compressed: bytes of all

@@ -7,6 +7,12 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmjpeg/djcparam.h>
+#include <dcmtk/dcmjpeg/djdijg12.h>
+#include <dcmtk/dcmjpeg/djdijg16.h>
+#include <dcmtk/dcmjpeg/djdijg8.h>
+#include <dcmtk/oflog/oflog.h>
 #include <exception>
 #include <iterator>
 #include <memory>
@@ -16,13 +22,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <dcmtk/config/osconfig.h>
-#include <dcmtk/dcmjpeg/djcparam.h>
-#include <dcmtk/dcmjpeg/djdijg12.h>
-#include <dcmtk/dcmjpeg/djdijg16.h>
-#include <dcmtk/dcmjpeg/djdijg8.h>
-#include <dcmtk/oflog/oflog.h>
 
 #include "transitions/store/module.hpp"
 
@@ -69,10 +68,9 @@ bool decode_jpeg(ConstBytes data, const ModuleFrame& frame, Bytes into, char* er
     std::vector<std::byte> packed(data.begin(), data.end()), out(samples_of(frame) * width);
     OFCondition done = decoder->init();
     if (done.good())
-        done = decoder->decode(reinterpret_cast<Uint8*>(packed.data()),
-                               static_cast<Uint32>(packed.size()),
-                               reinterpret_cast<Uint8*>(out.data()),
-                               static_cast<Uint32>(out.size()), OFFalse);
+        done = decoder->decode(
+            reinterpret_cast<Uint8*>(packed.data()), static_cast<Uint32>(packed.size()),
+            reinterpret_cast<Uint8*>(out.data()), static_cast<Uint32>(out.size()), OFFalse);
     if (done.bad()) return tell(error, done.text());
     widen(out, width, frame, into);
     return true;
@@ -99,8 +97,7 @@ bool decode_jpeg_ls(ConstBytes data, ModuleFrame& frame, Bytes into, char* error
     next([&] {
         return charls_jpegls_decoder_decode_to_buffer(decoder.get(), out.data(), out.size(), 0);
     });
-    if (done != charls::jpegls_errc::success)
-        return tell(error, charls_get_error_message(done));
+    if (done != charls::jpegls_errc::success) return tell(error, charls_get_error_message(done));
     frame.planar = mode == charls::interleave_mode::none;
     widen(out, width, frame, into);
     return true;
@@ -141,8 +138,7 @@ bool decode_jpeg_2000(ConstBytes data, const ModuleFrame& frame, Bytes into, cha
     // Some writers leave the boxes of a file around the codestream.
     constexpr std::byte kStart[] = {std::byte{0xff}, std::byte{0x4f}, std::byte{0xff},
                                     std::byte{0x51}};
-    const auto start =
-        std::search(data.begin(), data.end(), std::begin(kStart), std::end(kStart));
+    const auto start = std::search(data.begin(), data.end(), std::begin(kStart), std::end(kStart));
     Source source{data.subspan(static_cast<std::size_t>(start - data.begin()))};
     std::string message;
     const std::unique_ptr<opj_codec_t, void (*)(opj_codec_t*)> codec(

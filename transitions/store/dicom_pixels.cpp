@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fmt/format.h>
 #include <optional>
+#include <vector>
 
 #include "transitions/store/module.hpp"
 #include "transitions/store/reader.hpp"
@@ -170,8 +171,7 @@ std::vector<std::uint16_t> expanded(const std::string& path, const std::vector<s
     };
     while (at < in.size() && out.size() < entries) {
         const std::uint16_t kind = next(), count = next();
-        if (kind > 1)
-            refuse(path, "a segmented palette (0028,1221) repeats itself: not supported");
+        if (kind > 1) refuse(path, "a segmented palette (0028,1221) repeats itself: not supported");
         if (kind == 0) {
             for (int i = 0; i < count; ++i) out.push_back(next());
             continue;
@@ -198,9 +198,9 @@ std::vector<std::uint16_t> values_of(const DicomFile& file, const DicomTable& ta
     if (packed)
         for (std::byte byte : table.data) values.push_back(std::to_integer<std::uint16_t>(byte));
     for (std::size_t i = 0; !packed && i + 1 < table.data.size(); i += 2)
-        values.push_back(static_cast<std::uint16_t>(
-            std::to_integer<unsigned>(table.data[i]) |
-            std::to_integer<unsigned>(table.data[i + 1]) << 8));
+        values.push_back(
+            static_cast<std::uint16_t>(std::to_integer<unsigned>(table.data[i]) |
+                                       std::to_integer<unsigned>(table.data[i + 1]) << 8));
     if (table.segmented) values = expanded(file.path, values, entries);
     if (values.size() < entries || entries == 0)
         refuse(file.path,
@@ -247,10 +247,11 @@ DicomFrames::DicomFrames(const DicomFile& file) : file_(file), bytes_(file.path)
                         meaning == "YBR_RCT";
     const bool fits = (grey || is_palette(file)) ? file.samples == 1 : colour && file.samples == 3;
     if (!fits)
-        refuse(file.path,
-               fmt::format("PhotometricInterpretation (0028,0004) '{}' with {} samples a pixel: not "
-                           "supported",
-                           shown(meaning), file.samples));
+        refuse(
+            file.path,
+            fmt::format("PhotometricInterpretation (0028,0004) '{}' with {} samples a pixel: not "
+                        "supported",
+                        shown(meaning), file.samples));
     if (meaning.ends_with("_422") && !file.compressed &&
         (file.columns % 2 != 0 || file.allocated != 8))
         refuse(file.path, meaning + ": expected 8 bits and an even number of columns");
@@ -260,7 +261,7 @@ DicomFrames::DicomFrames(const DicomFile& file) : file_(file), bytes_(file.path)
     else if (has_table(file.modality_table))
         values_of(file, file.modality_table);
     if (file.compressed) {
-        fragments_of(0);
+        find_starts();
         check_density(file.path, static_cast<std::int64_t>(raw_bytes(file)), file.pixel_bytes,
                       kDensest);
     }
@@ -293,7 +294,8 @@ void DicomFrames::read_plain(std::int64_t k) {
         Bytes packed(static_cast<std::size_t>((first + bits + 7) / 8 - begin));
         bytes_.read(file_.pixels + static_cast<std::uint64_t>(begin), packed);
         if (file_.big_endian && file_.pixel_words)
-            for (std::size_t i = 0; i + 1 < packed.size(); i += 2) std::swap(packed[i], packed[i + 1]);
+            for (std::size_t i = 0; i + 1 < packed.size(); i += 2)
+                std::swap(packed[i], packed[i + 1]);
         samples_.resize(static_cast<std::size_t>(bits));
         for (std::int64_t i = 0; i < bits; ++i) {
             const std::int64_t at = first + i - begin * 8;
@@ -312,26 +314,37 @@ void DicomFrames::read_plain(std::int64_t k) {
                    static_cast<std::int64_t>(samples_.size() / std::max<std::size_t>(width, 2)));
 }
 
-std::pair<std::size_t, std::size_t> DicomFrames::fragments_of(std::int64_t k) const {
+/// Frames of one fragment each, or as the table of offsets says, or where streams begin.
+void DicomFrames::find_starts() {
     const auto& all = file_.fragments;
-    const auto frames = static_cast<std::size_t>(file_.frames), frame = static_cast<std::size_t>(k);
-    if (all.size() == frames) return {frame, frame + 1};
-    if (frames == 1 && !all.empty()) return {0, all.size()};
-    if (file_.frame_offsets.size() == frames && !all.empty()) {
-        const auto starting = [&](std::size_t which) {
-            if (which == frames) return all.size();
+    const auto frames = static_cast<std::size_t>(file_.frames);
+    if (all.size() == frames || frames == 1) {
+        for (std::size_t i = 0; i < std::min(frames, all.size()); ++i) starts_.push_back(i);
+    } else if (file_.frame_offsets.size() == frames && !all.empty()) {
+        for (std::size_t i = 0; i < all.size() && starts_.size() < frames; ++i)
             // Offsets count from the first fragment's item, whose head is 8 bytes long.
-            const std::uint64_t at = all[0].offset + file_.frame_offsets[which];
-            return static_cast<std::size_t>(
-                std::find_if(all.begin(), all.end(), [&](const auto& f) { return f.offset == at; }) -
-                all.begin());
-        };
-        const std::size_t begin = starting(frame), end = starting(frame + 1);
-        if (begin < end) return {begin, end};
+            if (all[i].offset - all[0].offset == file_.frame_offsets[starts_.size()])
+                starts_.push_back(i);
+    } else {
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            std::byte head[2];
+            if (all[i].length < 2) continue;
+            bytes_.read(all[i].offset, head);
+            const auto second = std::to_integer<unsigned>(head[1]);
+            if (head[0] == std::byte{0xff} && (second == 0xd8 || second == 0x4f))
+                starts_.push_back(i);
+        }
     }
-    refuse(file_.path, fmt::format("{} fragments of pixel data (7fe0,0010) do not say where {} "
-                                   "frames begin",
-                                   all.size(), frames));
+    if (starts_.size() != frames || starts_[0] != 0)
+        refuse(file_.path, fmt::format("{} fragments of pixel data (7fe0,0010) do not say where {} "
+                                       "frames begin",
+                                       all.size(), frames));
+}
+
+std::pair<std::size_t, std::size_t> DicomFrames::fragments_of(std::int64_t k) const {
+    const auto frame = static_cast<std::size_t>(k);
+    return {starts_[frame],
+            frame + 1 < starts_.size() ? starts_[frame + 1] : file_.fragments.size()};
 }
 
 Bytes DicomFrames::compressed(std::int64_t k) const {
@@ -362,8 +375,8 @@ void DicomFrames::decode(std::int64_t k) {
         to_integer(std::string_view(file_.syntax).substr(kJpegs.size())).value_or(0));
     const bool jpeg2000 = number >= 90;
     const Size size = jpeg2000 ? size_of_jpeg2000(bytes) : size_of_jpeg(bytes);
-    if (size.columns != file_.columns || size.rows != file_.rows ||
-        size.samples != file_.samples || size.bits < 1 || size.bits > file_.allocated)
+    if (size.columns != file_.columns || size.rows != file_.rows || size.samples != file_.samples ||
+        size.bits < 1 || size.bits > file_.allocated)
         refuse(file_.path,
                fmt::format("frame {}: its compressed pixels are {} x {} of {} samples of {} bits; "
                            "the file says {} x {}, {}, {}",

@@ -29,6 +29,7 @@ class DicomFrames {
     void decode(std::int64_t k);
     Bytes compressed(std::int64_t k) const;
     std::pair<std::size_t, std::size_t> fragments_of(std::int64_t k) const;
+    void find_starts();
     void clear_unused_bits();
     void put_channels_together();
     void to_rgb();
@@ -37,6 +38,7 @@ class DicomFrames {
     const DicomFile& file_;
     mutable DicomBytes bytes_;
     Bytes samples_;
+    std::vector<std::size_t> starts_;  // first fragment of each frame, of several
     std::int64_t at_ = -1;
     bool planar_ = false;  // of samples_, on the way
     bool ybr_ = false;     // samples_ are luminance and differences of colour

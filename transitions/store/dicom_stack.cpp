@@ -1,4 +1,5 @@
-// Where the frames of a series lie, and in which order they make a volume (PS3.3 C.7.6.2, C.7.6.16).
+// Where the frames of a series lie, and in which order they make a volume (PS3.3 C.7.6.2,
+// C.7.6.16).
 
 #include "transitions/store/dicom_stack.hpp"
 
@@ -18,11 +19,11 @@ namespace edgewise::store {
 namespace {
 
 // Positions are written with three decimals or more; of pixels below 0.1 mm a hundredth is less.
-constexpr double kSamePlace = 1e-3;      // [mm]
-constexpr double kOfPixel = 0.01;        // of the pixel spacing
-constexpr double kUneven = 0.01;         // of the spacing
-constexpr double kSameDirection = 1e-3;  // entries of unit vectors
-constexpr double kTilt = 1e-3;           // sine between stack and slice normal
+constexpr double kSamePlace = 1e-3;            // [mm]
+constexpr double kOfPixel = 0.01;              // of the pixel spacing
+constexpr double kUneven = 0.01;               // of the spacing
+constexpr double kSameDirection = 1e-3;        // entries of unit vectors
+constexpr double kTilt = 1e-3;                 // sine between stack and slice normal
 constexpr double kAside = 0.1, kFarAside = 1;  // of a pixel
 
 constexpr std::array<double, 6> kUpright{1, 0, 0, 0, 1, 0};
@@ -150,8 +151,9 @@ class Builder {
     double step_of(const DicomFrame& frame) {
         if (frame.between && *frame.between != 0) return *frame.between;
         if (frame.thickness && *frame.thickness > 0) {
-            guessed_ = fmt::format("distance of slices taken from SliceThickness (0018,0050) as {} mm",
-                                   *frame.thickness);
+            guessed_ =
+                fmt::format("distance of slices taken from SliceThickness (0018,0050) as {} mm",
+                            *frame.thickness);
             return *frame.thickness;
         }
         guessed_ = "nothing says how far slices lie from each other; taken as 1";
@@ -161,8 +163,11 @@ class Builder {
     Plane plane_of(std::size_t index, std::int64_t k, const DicomFrame& frame) const {
         const DicomFile& file = files_[index];
         Plane plane;
-        plane.pieces.push_back({.file = index, .frame = k, .columns = file.columns,
-                                .rows = file.rows, .segment = frame.segment});
+        plane.pieces.push_back({.file = index,
+                                .frame = k,
+                                .columns = file.columns,
+                                .rows = file.rows,
+                                .segment = frame.segment});
         plane.temporal = frame.temporal;
         plane.dimensions = frame.dimensions;
         plane.instance = file.instance;
@@ -172,13 +177,21 @@ class Builder {
 
     void add_frames(std::size_t index) {
         const DicomFile& file = files_[index];
+        // Where some frames say where they lie, all must.
+        const bool placed =
+            file.frames == 1 || file.shared.position ||
+            std::any_of(file.each.begin(), file.each.end(),
+                        [](const DicomFrame& frame) { return frame.position.has_value(); });
         for (std::int64_t k = 0; k < file.frames; ++k) {
             const DicomFrame frame = file.frame(k);
             Plane plane = plane_of(index, k, frame);
-            const bool own = (static_cast<std::size_t>(k) < file.each.size() &&
-                              file.each[static_cast<std::size_t>(k)].position) ||
-                             file.shared.position;
-            plane.position = file.frames == 1 || own ? frame.position : implied(file, k, frame);
+            const bool own = file.frames == 1 || file.shared.position ||
+                             (static_cast<std::size_t>(k) < file.each.size() &&
+                              file.each[static_cast<std::size_t>(k)].position);
+            if (!placed)
+                plane.position = implied(file, k, frame);
+            else if (own)
+                plane.position = frame.position;
             planes_.push_back(std::move(plane));
         }
     }
@@ -214,8 +227,9 @@ class Builder {
     void add_mosaics(std::size_t index) {
         const DicomFile& file = files_[index];
         if (file.tiles < 1)
-            refuse(file.path, "is a mosaic of slices (ImageType (0008,0008)) that does not say how "
-                              "many it holds, (0019,100a)");
+            refuse(file.path,
+                   "is a mosaic of slices (ImageType (0008,0008)) that does not say how "
+                   "many it holds, (0019,100a)");
         std::int64_t side = 1;
         while (side * side < file.tiles) ++side;
         if (file.columns % side != 0 || file.rows % side != 0)
@@ -235,8 +249,8 @@ class Builder {
             Vector corner = frame.position.value_or(Vector{0, 0, 0});
             corner = moved(corner, double(file.columns - stack_.columns) / 2 * spacing[1],
                            row_of(frame));
-            corner = moved(corner, double(file.rows - stack_.rows) / 2 * spacing[0],
-                           column_of(frame));
+            corner =
+                moved(corner, double(file.rows - stack_.rows) / 2 * spacing[0], column_of(frame));
             for (std::int64_t tile = 0; tile < file.tiles; ++tile) {
                 Plane plane = plane_of(index, k, frame);
                 DicomPiece& piece = plane.pieces[0];
@@ -258,10 +272,10 @@ class Builder {
         if (files_.size() > 1)
             refuse(header_.file, "holds pictures in tiles (slides): name one of its files");
         if (file.frames > across * down)
-            refuse(file.path, fmt::format("{} tiles make {} x {} pixels, but it holds {} frames: "
-                                          "several focal planes or colours are not supported",
-                                          across * down, file.total_columns, file.total_rows,
-                                          file.frames));
+            refuse(file.path,
+                   fmt::format("{} tiles make {} x {} pixels, but it holds {} frames: "
+                               "several focal planes or colours are not supported",
+                               across * down, file.total_columns, file.total_rows, file.frames));
         stack_.columns = file.total_columns;
         stack_.rows = file.total_rows;
         lies_nowhere_ = true;
@@ -297,9 +311,8 @@ class Builder {
             stack_.columns = files_[0].columns;
             stack_.rows = files_[0].rows;
         }
-        const auto lost = static_cast<std::size_t>(
-            std::count_if(planes_.begin(), planes_.end(),
-                          [](const Plane& plane) { return !plane.position; }));
+        const auto lost = static_cast<std::size_t>(std::count_if(
+            planes_.begin(), planes_.end(), [](const Plane& plane) { return !plane.position; }));
         if (lost > 0) {
             lies_nowhere_ = true;
             if (lost < planes_.size()) {
@@ -315,15 +328,17 @@ class Builder {
             for (std::size_t i = 0; i < planes_.size(); ++i)
                 planes_[i].position = moved({0, 0, 0}, double(i) * step, normal_of(first_));
             if (planes_.size() > 1)
-                warn("no positions (0020,0032); slices are in the order of InstanceNumber "
-                     "(0020,0013)");
+                warn(
+                    "no positions (0020,0032); slices are in the order of InstanceNumber "
+                    "(0020,0013)");
         }
         if (!guessed_.empty()) warn(guessed_);
     }
 
     double same_place() const {
         if (!first_.spacing) return kSamePlace;
-        return std::min(kSamePlace, kOfPixel * std::min((*first_.spacing)[0], (*first_.spacing)[1]));
+        return std::min(kSamePlace,
+                        kOfPixel * std::min((*first_.spacing)[0], (*first_.spacing)[1]));
     }
 
     void find_places() {
@@ -389,9 +404,9 @@ class Builder {
             if (of.size() == starts_.size())
                 left.insert(left.end(), of.begin(), of.end());
             else
-                lacking += fmt::format("{}time point {} has {} of {} slices",
-                                       lacking.empty() ? "" : ", ", number, of.size(),
-                                       starts_.size());
+                lacking +=
+                    fmt::format("{}time point {} has {} of {} slices", lacking.empty() ? "" : ", ",
+                                number, of.size(), starts_.size());
         }
         if (left.empty()) refuse(header_.file, "no time point is whole: " + lacking);
         warn(lacking + ": left out");
@@ -485,16 +500,16 @@ class Builder {
     }
 
     void take_geometry() {
-        header_.volume =
-            !is_image_ && (folder_ || is_volume_ || stack_.slices > 1 ||
-                           (files_[0].frames > 1 && !files_[0].frames_are_times));
+        header_.volume = !is_image_ && (folder_ || is_volume_ || stack_.slices > 1 ||
+                                        (files_[0].frames > 1 && !files_[0].frames_are_times));
         auto spacing = first_.spacing;
         header_.unit = spacing ? "mm" : "";
         if (!spacing && files_[0].detector_spacing) {
             spacing = files_[0].detector_spacing;
             header_.unit = "mm";
-            warn("pixel spacing taken at the detector (0018,1164): what lies nearer to the source "
-                 "is magnified");
+            warn(
+                "pixel spacing taken at the detector (0018,1164): what lies nearer to the source "
+                "is magnified");
         }
         if (!spacing) spacing = files_[0].aspect;
         const auto [down, across] = spacing.value_or(std::array<double, 2>{1, 1});
@@ -531,9 +546,9 @@ class Builder {
             aside = std::max(aside, length(moved(off, -way, along)));
         }
         if (aside > kFarAside * pixel)
-            refuse(header_.file,
-                   fmt::format("slices do not follow one line: one lies {:.3g} mm beside it",
-                               aside));
+            refuse(
+                header_.file,
+                fmt::format("slices do not follow one line: one lies {:.3g} mm beside it", aside));
         if (aside > kAside * pixel)
             warn(fmt::format("slices do not follow one line: up to {:.3g} mm beside it", aside));
         if (length(cross(along, z)) <= kTilt) return;

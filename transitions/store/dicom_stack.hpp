@@ -21,7 +21,7 @@ struct DicomPiece {
 struct DicomStack {
     std::int64_t columns = 0, rows = 0, slices = 1, times = 1;
     std::vector<std::vector<DicomPiece>> planes;  // all times of the first slice, then of the next
-    bool labels = false;      // planes hold the numbers of segments
+    bool labels = false;                          // planes hold the numbers of segments
     std::int64_t most_label = 0;
 
     const std::vector<DicomPiece>& plane(std::int64_t slice, std::int64_t time) const {

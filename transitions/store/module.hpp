@@ -10,8 +10,8 @@
 namespace edgewise::store {
 
 /// ITK, OpenImageIO and the decoders of DICOM cost 18, 120 and 8 MB of resident memory as soon as
-/// they are linked, more than a small --max-memory. So each sits in a library of its own, opened when
-/// a file of theirs is met.
+/// they are linked, more than a small --max-memory. So each sits in a library of its own, opened
+/// when a file of theirs is met.
 enum class Library { itk, oiio, dicom };
 
 /// What crosses the border: plain data, so that no type of theirs is needed here.

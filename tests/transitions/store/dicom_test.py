@@ -150,6 +150,16 @@ class Encodings(Dicom):
                         self.expect(self.put(e, syntax, endless=endless, unknown=unknown and syntax != dw.IMPLICIT), pixels,
                                     spacing=(3, 2, 4))
 
+    def test_old_files_without_a_marker(self):
+        pixels = ramp(6, 5)
+        for syntax in (dw.IMPLICIT, dw.EXPLICIT):
+            body = dw.Coding(syntax != dw.IMPLICIT).data_set(picture(pixels, position=(1, 2, 3)))
+            path = self.path(".dcm")
+            path.write_bytes(body)
+            self.expect(path, pixels, origin=(1, 2))
+        path.write_bytes(b"\2\0\1\0OB, but the rest is text. " * 20)
+        self.assertIn(path.name, self.refusal(path))
+
     def test_fragments_of_an_icon_are_no_elements(self):
         pixels = ramp(6, 5)
         icon = {0x00280010: ("US", 64), 0x7fe00010: fragments([b"\xfe\xff\0\xe0" * 9, b"\x08\0\x05\0SQ" * 5])}
@@ -199,7 +209,7 @@ class Encodings(Dicom):
                 self.expect(self.put(e, dw.JPEG["2000"]), pixels)
 
     def test_frames_in_several_fragments(self):
-        """Where they begin is said by the table, or by one fragment a frame."""
+        """Where they begin is said by the table, by one fragment a frame, or by the streams."""
         pixels = ramp(3, 6, 5)
         packed = [dw.jpeg_lossless(frame) for frame in pixels]
         packed = [p + b"\0" * (len(p) % 2) for p in packed]
@@ -214,7 +224,9 @@ class Encodings(Dicom):
                 at += 8 + len(part)
         e[0x7fe00010] = fragments(halves, offsets)
         self.expect(self.put(e, dw.JPEG["lossless"]), pixels)
-        e[0x7fe00010] = fragments(halves)
+        e[0x7fe00010] = fragments(halves)  # streams say where they begin
+        self.expect(self.put(e, dw.JPEG["lossless"]), pixels)
+        e[0x7fe00010] = fragments(halves[:-2])
         self.assertIn("where 3 frames begin", self.refusal(self.put(e, dw.JPEG["lossless"])))
 
     def test_streams_of_another_size_are_refused_before_they_are_decoded(self):
@@ -445,6 +457,11 @@ class Places(Dicom):
         found = self.expect(self.put_folder(files), pixels, spacing=(1, 1, 5), warning="leans")
         np.testing.assert_allclose(found["direction"], [row, column, [0, 0, 1]], atol=1e-9)
 
+    def test_frames_of_which_some_say_nothing_are_refused(self):
+        frames = [{0x00209113: ("SQ", [{0x00200032: ("DS", (0, 0, 2 * k))}])} for k in range(2)]
+        e = picture(ramp(3, 6, 5), "enhanced MR", position=(0, 0, 0), more={0x52009230: ("SQ", frames)})
+        self.assertIn("(0020,0032) is missing", self.refusal(self.put(e)))
+
     def test_slices_beside_the_line_are_refused(self):
         files = [picture(p, position=(3 * (k == 2), 0, 2 * k), number=k) for k, p in enumerate(ramp(4, 6, 5))]
         self.assertIn("one line", self.refusal(self.put_folder(files)))
@@ -576,6 +593,16 @@ class Folders(Dicom):
         self.assertIn("1.2.3.11", done.stderr)
         self.assertIn("no picture", self.refusal(self.put(others[0])))
         self.assertIn("RTPLAN", self.refusal(self.put_folder(others)))
+
+    def test_medium(self):
+        """With a directory at the top, the pictures are in folders below."""
+        directory = {0x00080016: ("UI", "1.2.840.10008.1.3.10"), 0x00080018: ("UI", "1.2.3.6")}
+        top = self.put_folder([directory])
+        for k, p in enumerate(ramp(3, 6, 5)):
+            below = top / "IMAGES" / str(k)
+            below.mkdir(parents=True)
+            (below / "IM").write_bytes(file_of(picture(p, position=(0, 0, 2 * k), number=k)))
+        self.expect(top, ramp(3, 6, 5), spacing=(1, 1, 2), warning="DICOMDIR")
 
     def test_a_series_that_cannot_be_read_does_not_hide_the_others(self):
         ct = [picture(p, position=(0, 0, k), number=k) for k, p in enumerate(ramp(3, 6, 5))]
