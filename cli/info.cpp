@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <exception>
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,6 +14,7 @@
 #include "cli/session/known_scene.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "graph/errors.hpp"
 #include "runtime/memory_budget.hpp"
 #include "transitions/reference/histogram.hpp"
 #include "transitions/reference/statistics.hpp"
@@ -184,22 +186,41 @@ std::string text_of_facts(const Facts& facts) {
     return text;
 }
 
+/// The first of several series that can be read. @throws InputError that of the first, where none
+/// can
+Input first_of(const std::vector<store::Series>& series, const std::string& file,
+               store::Selection selection, std::vector<std::string>& unreadable) {
+    std::exception_ptr first;
+    for (const store::Series& one : series) try {
+            selection.series = one.uid;
+            return inspected(file, selection);
+        } catch (const InputError& error) {
+            if (!first) first = std::current_exception();
+            unreadable.push_back(fmt::format("series {}: {}", one.uid, error.what()));
+        }
+    std::rethrow_exception(first);
+}
+
 /// Several series: their list is the answer, the first stands for all.
 Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     Facts facts;
     store::Selection selection = selection_of(options.selection);
     selection.memory_limit = memory.limit();
-    if (!options.file.starts_with("phantom:") && !options.file.starts_with("raw:")) {
+    selection.padding = store::Padding::smallest;
+    if (!options.file.starts_with("phantom:") && !options.file.starts_with("raw:"))
         facts.series = store::list_series(options.file);
-        if (facts.series.size() > 1 && !selection.series) selection.series = "0";
-    }
-    facts.input = inspected(options.file, selection);
+    std::vector<std::string> unreadable;
+    facts.input = facts.series.size() > 1 && !selection.series
+                      ? first_of(facts.series, options.file, selection, unreadable)
+                      : inspected(options.file, selection);
     facts.warnings = facts.input.header.warnings;
+    facts.warnings.insert(facts.warnings.end(), unreadable.begin(), unreadable.end());
     const store::Header& header = facts.input.header;
     // What has to be chosen first is listed, and no error.
     if (header.times > 1 && !selection.time) return facts;
     if (header.channels > 4 && !selection.channel) return facts;
     facts.warnings = read_data(facts.input, &memory);
+    facts.warnings.insert(facts.warnings.end(), unreadable.begin(), unreadable.end());
     OfSamples& measured = facts.measured.emplace();
     measured.statistics = known_statistics(facts.input, &memory);
     measured.histogram = known_histogram(facts.input, measured.statistics);

@@ -98,6 +98,11 @@ Wish wish_of(const JobOptions& o) {
     }
     chosen("--reference", o.reference, {"spline", "linear", "nearest"}, 0);
     wish.selection = selection_of(o.selection);
+    // Padding of DICOM is no measurement: rays must not take it for one. A warp keeps it as stored.
+    if (o.job == Job::render)
+        wish.selection.padding =
+            wish.want.mode == Mode::xray ? store::Padding::nothing : store::Padding::smallest;
+    if (o.zero) wish.selection.nothing = wish.want.zero;
     return wish;
 }
 

@@ -48,7 +48,8 @@ class InflateStream : public Stream {
  public:
     InflateStream(FilePointer file, std::uint64_t begin, std::uint64_t end, Wrapping wrapping)
         : file_(std::move(file)), input_(file_, begin, end), gzip_(wrapping == Wrapping::gzip) {
-        if (inflateInit2(&z_, gzip_ ? 15 + 16 : 15) != Z_OK) throw std::bad_alloc();
+        const int window = gzip_ ? 15 + 16 : wrapping == Wrapping::deflate ? -15 : 15;
+        if (inflateInit2(&z_, window) != Z_OK) throw std::bad_alloc();
     }
     ~InflateStream() override { inflateEnd(&z_); }
 

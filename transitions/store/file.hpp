@@ -55,7 +55,7 @@ class MemoryStream : public Stream {
 /// All of `into`. @throws InputError short data, with the count
 void read_all(Stream&, std::span<std::byte> into, const std::string& file);
 
-enum class Wrapping { none, gzip, zlib, bzip2 };
+enum class Wrapping { none, gzip, zlib, deflate, bzip2 };
 /// @throws InputError where the data end before so many bytes
 void skip_all(Stream&, std::uint64_t bytes, const std::string& file);
 

@@ -1,8 +1,7 @@
-// The module that reads by ITK: DICOM of compressed pixels, GIPL.
+// The module that reads by ITK: GIPL.
 
 #include <cstdio>
 #include <exception>
-#include <itkGDCMImageIO.h>
 #include <itkGiplImageIO.h>
 #include <itkObject.h>
 #include <new>
@@ -28,11 +27,7 @@ bool ends_with(const std::string& path, const char* ending) {
 
 itk::ImageIOBase::Pointer reader_of(const std::string& path) {
     itk::Object::SetGlobalWarningDisplay(false);
-    itk::ImageIOBase::Pointer io;
-    if (ends_with(path, ".gipl") || ends_with(path, ".gipl.gz"))
-        io = itk::GiplImageIO::New();
-    else
-        io = itk::GDCMImageIO::New();
+    itk::ImageIOBase::Pointer io(itk::GiplImageIO::New());
     io->SetFileName(path);
     io->ReadImageInformation();
     return io;

@@ -15,11 +15,21 @@ namespace {
 struct Opened {
     ModuleInspect inspect = nullptr;
     ModuleRead read = nullptr;
+    ModuleDecode decode = nullptr;
     std::string why;  // it is not there
+
+    bool there() const { return (inspect && read) || decode; }
 };
 
 const char* name_of(Library library) {
-    return library == Library::itk ? "libedgewise_itk.so" : "libedgewise_oiio.so";
+    switch (library) {
+        case Library::itk:
+            return "libedgewise_itk.so";
+        case Library::oiio:
+            return "libedgewise_oiio.so";
+        default:
+            return "libedgewise_dicom.so";
+    }
 }
 
 /// Beside the executable, in ../lib of it, and where it was built or installed.
@@ -47,19 +57,20 @@ Opened open(Library library) {
         }
         opened.inspect = reinterpret_cast<ModuleInspect>(::dlsym(handle, kInspectName));
         opened.read = reinterpret_cast<ModuleRead>(::dlsym(handle, kReadName));
-        if (opened.inspect && opened.read) return opened;
+        opened.decode = reinterpret_cast<ModuleDecode>(::dlsym(handle, kDecodeName));
+        if (opened.there()) return opened;
     }
     if (opened.why.empty()) opened.why = fmt::format("{} is not installed", name_of(library));
     return opened;
 }
 
 const Opened& opened(Library library, const std::string& path) {
-    static std::array<Opened, 2> libraries;
+    static std::array<Opened, 3> libraries;
     static std::mutex mutex;
     const std::lock_guard lock(mutex);
     Opened& found = libraries[static_cast<std::size_t>(library)];
-    if (!found.read) found = open(library);
-    if (!found.read) refuse(path, "needs a library that cannot be opened: " + found.why);
+    if (!found.there()) found = open(library);
+    if (!found.there()) refuse(path, "needs a library that cannot be opened: " + found.why);
     return found;
 }
 
@@ -142,7 +153,8 @@ Header inspect_by(Library library, const std::string& path) {
 }  // namespace
 
 std::size_t bytes_of(Library library) noexcept {
-    return (library == Library::itk ? 24u : 136u) << 20;  // measured, x86-64, Debian 12
+    // Measured, x86-64, Debian 12.
+    return (library == Library::itk ? 24u : library == Library::oiio ? 136u : 8u) << 20;
 }
 
 ModuleImage module_inspect(Library library, const std::string& path) {
@@ -158,6 +170,14 @@ void module_read(Library library, const std::string& path, const ModuleImage& im
     char error[kModuleError] = "";
     if (!opened(library, path).read(path.c_str(), &image, into.data(), into.size(), error))
         refuse(path, shown(without_addresses(error)));
+}
+
+void module_decode(Library library, const std::string& path, ModuleFrame& frame,
+                   std::span<const std::byte> data, std::span<std::byte> into) {
+    char error[kModuleError] = "";
+    if (!opened(library, path)
+             .decode(data.data(), data.size(), &frame, into.data(), into.size(), error))
+        refuse(path, std::string("its compressed pixels: ") + shown(error));
 }
 
 Header inspect_by_itk(const std::string& path) { return inspect_by(Library::itk, path); }

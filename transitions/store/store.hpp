@@ -51,6 +51,13 @@ struct Header {
     std::shared_ptr<const Reader> reader;
 };
 
+/// What becomes of samples that their file calls padding, no measurements (DICOM).
+enum class Padding {
+    stored,    // they stay as they are
+    smallest,  // they take the smallest value that was measured
+    nothing    // they take a value that adds nothing to a sum
+};
+
 /// What to take from a source that holds more than one volume or image.
 struct Selection {
     std::optional<std::string> series;  // UID of a DICOM series, or its number from 0
@@ -58,6 +65,8 @@ struct Selection {
     std::string orient;                 // "RAS" ...: overrides what the file says
     std::vector<double> spacing;        // overrides the file's, one for all axes or one each
     std::string unit;                   // of these, and of the file's: "mm", "um", "nm" ...
+    Padding padding = Padding::stored;
+    std::optional<double> nothing;  // that value; none: 0, or the smallest where that is negative
     std::size_t memory_limit = 0;       // for samples and reading, bytes; 0: no limit
     bool as_stored = false;             // 32-bit integers and f64 too
 };
