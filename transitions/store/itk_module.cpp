@@ -19,12 +19,6 @@ void tell(char* error, const std::string& what) {
     std::snprintf(error, kModuleError, "%s", what.c_str());
 }
 
-bool ends_with(const std::string& path, const char* ending) {
-    const std::string tail = ending;
-    return path.size() >= tail.size() &&
-           path.compare(path.size() - tail.size(), tail.size(), tail) == 0;
-}
-
 itk::ImageIOBase::Pointer reader_of(const std::string& path) {
     itk::Object::SetGlobalWarningDisplay(false);
     itk::ImageIOBase::Pointer io(itk::GiplImageIO::New());
@@ -80,8 +74,7 @@ bool inspect(const char* path, ModuleImage* found, char* error) {
         const auto direction = io->GetDirection(axis);
         for (unsigned row = 0; row < axes; ++row) found->direction[3 * axis + row] = direction[row];
     }
-    std::snprintf(found->format, sizeof found->format, "%s",
-                  ends_with(path, ".gipl") || ends_with(path, ".gipl.gz") ? "GIPL" : "ITK");
+    std::snprintf(found->format, sizeof found->format, "%s", "GIPL");
     return true;
 }
 
