@@ -1,0 +1,358 @@
+"""What the command's contract says is the right answer to a warp or a render, worked out in f64.
+
+Written from the contract's text alone: nothing here is taken from the program, so that the two can disagree. Frames:
+    object  [sample]  centre of the first sample at 0, x first
+    body    [mm]      the file's unit, origin at the centre (n-1)/2 of the volume, axes of the file
+    screen  [mm]      x right, y down, z away from the eye; origin where the centre of the volume is without any geometry
+    output  [sample]  screen = spacing (j - (N-1)/2)
+"""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+from scipy import ndimage
+
+# Where each anatomical view has its right, its down and its away from the eye, in LPS.
+VIEWS = {
+    "front": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "back": ((-1, 0, 0), (0, 0, -1), (0, -1, 0)),
+    "left": ((0, 1, 0), (0, 0, -1), (-1, 0, 0)),
+    "right": ((0, -1, 0), (0, 0, -1), (1, 0, 0)),
+    "top": ((-1, 0, 0), (0, 1, 0), (0, 0, -1)),
+    "bottom": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+}
+# Along an axis of the file, slices as stored: right, down and away as axes of the file.
+FILE_VIEWS = {
+    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+}
+NEAR = 1e-4  # [sample] two right programs may differ on which side of a border a position lies that is this close to it
+
+
+@dataclasses.dataclass
+class Volume:
+    values: np.ndarray  # [z, y, x], or [y, x]: as the file means them, f64
+    spacing: np.ndarray  # [mm] x first
+    direction: np.ndarray  # columns: the axes of the file in LPS
+    origin: np.ndarray  # [mm] centre of the first sample, LPS
+    anatomical: bool
+
+    @property
+    def extent(self):
+        return np.array(self.values.shape[::-1])
+
+    def world(self, body):
+        """LPS [mm] of positions in the body's frame, [..., 3]."""
+        return self.origin + (body + self.spacing * (self.extent - 1) / 2) @ self.direction.T
+
+
+# Geometry
+
+
+def rotation(degrees):
+    """About x first, then y, then z; a positive turn about z takes x (right) to y (down)."""
+    turns = []
+    for axis, angle in enumerate(np.radians(degrees)):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.eye(3)
+        turn[u, u] = turn[v, v] = math.cos(angle)
+        turn[v, u], turn[u, v] = math.sin(angle), -math.sin(angle)
+        turns.append(turn)
+    return turns[2] @ turns[1] @ turns[0]
+
+
+def affine(linear, shift=(0, 0, 0)):
+    full = np.eye(4)
+    full[:3, :3], full[:3, 3] = linear, shift
+    return full
+
+
+def view_matrix(view, volume):
+    """Body -> screen: signed and to the nearest axis, so that an oblique scan stays as acquired."""
+    if view in FILE_VIEWS:
+        return np.array(FILE_VIEWS[view], float)
+    nearest = max(itertools.permutations(range(3)),
+                  key=lambda of: sum(abs(volume.direction[axis, of[axis]]) for axis in range(3)))
+    matrix = np.zeros((3, 3))
+    for row, towards in enumerate(VIEWS[view]):
+        axis = int(np.argmax(np.abs(towards)))
+        column = nearest[axis]
+        matrix[row, column] = np.sign(volume.direction[axis, column]) * towards[axis]
+    return matrix
+
+
+def placements(volume, steps, view, about=None):
+    """Body -> screen, one matrix a frame. Each step is a 4x4 matrix or ("turntable", N)."""
+    first = affine(view_matrix(view, volume)) if volume.values.ndim == 3 else np.eye(4)
+    dims = volume.values.ndim
+    fixed = np.zeros(3)
+    if about is not None:
+        fixed[:dims] = volume.spacing * (np.array(about) - (volume.extent - 1) / 2)
+    fixed = first[:3, :3] @ fixed
+    frames = [np.eye(4)]
+    for step in steps:
+        if isinstance(step, tuple):
+            turns = [affine(rotation((0, 360 * k / step[1], 0))) for k in range(step[1])]
+            frames = [turn @ frame for frame in frames for turn in turns]
+        else:
+            frames = [step @ frame for frame in frames]
+    return [affine(np.eye(3), fixed) @ frame @ affine(np.eye(3), -fixed) @ first for frame in frames]
+
+
+def corners(volume, placed):
+    """Screen positions of the volume's eight corners, half a spacing beyond the outermost centres."""
+    half = volume.spacing * volume.extent / 2
+    body = np.array(list(itertools.product((-1, 1), repeat=3))) * half
+    return body @ placed[:3, :3].T + placed[:3, 3]
+
+
+def to_object(volume, placed):
+    """(A, b): object = A screen + b."""
+    back = np.linalg.inv(placed)
+    scale = np.diag(1 / volume.spacing)
+    return scale @ back[:3, :3], scale @ back[:3, 3] + (volume.extent - 1) / 2
+
+
+def grid(size, spacing):
+    """Screen positions of output samples, [..., y, x, dims]."""
+    axes = [s * (np.arange(n) - (n - 1) / 2) for n, s in zip(size, spacing)]
+    return np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1)
+
+
+# Fields: what the samples mean
+
+
+class Field:
+    """Value at object positions [..., dims], where the nearest sample continues outside the outermost centres."""
+
+    def __init__(self, values, reference):
+        self.reference = reference
+        self.finite = np.isfinite(values)
+        self.holes = not self.finite.all()
+        filled = np.where(self.finite, values, 0.0)
+        self.last = np.array(values.shape) - 1
+        self.samples = filled
+        self.order = {"spline": 3, "linear": 1, "nearest": 0}[reference]
+        if self.order == 3:
+            self.samples = ndimage.spline_filter(filled, 3, output=np.float64, mode="mirror")
+
+    def __call__(self, positions):
+        at = np.moveaxis(np.clip(positions[..., ::-1], 0, self.last), -1, 0)
+        if self.order == 0:
+            index = tuple(np.floor(at + 0.5).astype(int))
+            return np.where(self.finite[index], self.samples[index], np.nan)
+        # Whole-sample symmetry is the continuation under which the coefficients were found.
+        value = ndimage.map_coordinates(self.samples, at, order=self.order, mode="mirror", prefilter=False)
+        if self.holes:
+            # Every sample that is read with a weight: two each axis, for the spline the same two, beyond which it is filled.
+            missing = ndimage.map_coordinates((~self.finite).astype(float), at, order=1, mode="nearest")
+            value = np.where(missing > 1e-12, np.nan, value)
+        return value
+
+    def unsure(self, positions):
+        """Where the nearest sample is anybody's guess: half-way between two."""
+        if self.order:
+            return np.zeros(positions.shape[:-1], bool)
+        last = self.last[::-1]
+        fraction = positions - np.floor(positions)
+        return ((np.abs(fraction - 0.5) < NEAR) & (positions > 0) & (positions < last)).any(-1)
+
+
+@dataclasses.dataclass
+class Answer:
+    values: np.ndarray  # [frame, y, x] or [frame, y, x, 3] of a render, [z, y, x] or [y, x] of a warp
+    seen: np.ndarray  # of the same shape without the colours: the sample sees the input
+    missed: np.ndarray  # it surely does not; neither: on the border, or not defined
+    miss: object  # the value there
+
+
+def warp(volume, placed, size, spacing, reference, outside):
+    dims = volume.values.ndim
+    if dims == 2:  # an image is a plane: its third axis is never left
+        keep = np.ix_([0, 1, 3], [0, 1, 3])
+        back = np.linalg.inv(placed[keep])
+        linear = back[:2, :2] / volume.spacing[:, None]
+        shift = back[:2, 2] / volume.spacing + (volume.extent - 1) / 2
+    else:
+        linear, shift = to_object(volume, placed)
+    at = grid(size, spacing) @ linear.T + shift
+    field = Field(volume.values, reference)
+    beyond = np.maximum(-0.5 - at, at - (volume.extent - 0.5)).max(-1)
+    values = np.where(beyond < 0, field(at), outside)
+    unsure = field.unsure(at) | ~np.isfinite(values)
+    return Answer(values, (beyond < -NEAR) & ~unsure, beyond > NEAR, outside)
+
+
+# Rays
+
+
+def eye_distance(volume, frames, angle, aspect):
+    """Distance of the eye from the plane z = 0: as near as it can be with every corner inside the picture."""
+    slope = math.tan(math.radians(angle) / 2)
+    need = []
+    for placed in frames:
+        for x, y, z in corners(volume, placed):
+            need.append(abs(y) / slope - z)
+            if aspect:
+                need.append(abs(x) / (slope * aspect) - z)
+    return max(need)
+
+
+def clipped(start, along, extent, grow):
+    """First and last parameter of each ray within the volume grown by `grow` samples."""
+    low, high = -0.5 - grow, extent - 0.5 + grow
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, two = (low - start) / along, (high - start) / along
+    parallel = np.abs(along) < 1e-12
+    within = (start > low) & (start < high)
+    near = np.where(parallel, np.where(within, -np.inf, np.inf), np.minimum(one, two)).max(-1)
+    far = np.where(parallel, np.where(within, np.inf, -np.inf), np.maximum(one, two)).min(-1)
+    return near, far
+
+
+@dataclasses.dataclass
+class Look:
+    """What a mode needs to know."""
+    mode: str
+    zero: float = 0.0
+    points: tuple = ()  # (value, opacity, (r, g, b)), ascending
+    unit: float = 1.0
+    background: tuple = (0.0, 0.0, 0.0)
+
+
+def default_look(volume, mode, zero=None, points=None, unit=None, background=(0, 0, 0)):
+    data = volume.values[np.isfinite(volume.values)]
+    low, high = (data.min(), data.max()) if data.size else (0.0, 0.0)
+    if zero is None:
+        zero = min(0.0, low)
+    if points is None:
+        points = ((low, 0.0, (0, 0, 0)), (high, 0.05, (1, 1, 1)))
+    return Look(mode, zero, tuple(points), unit or volume.spacing.min(), tuple(background))
+
+
+def miss_value(volume, look):
+    data = volume.values[np.isfinite(volume.values)]
+    if look.mode == "mip":
+        return data.min() if data.size else 0.0
+    if look.mode == "minip":
+        return data.max() if data.size else 0.0
+    if look.mode == "composite":
+        return np.array(look.background)
+    return 1.0 if look.mode == "drr" else 0.0
+
+
+def along_rays(values, length, counts, starts, look, volume):
+    """One result a ray from its samples; `length` is that which each sample stands for. NaN is outside."""
+    finite = np.isfinite(values)
+    value = np.where(finite, values, 0)
+    weight = np.where(finite, length, 0)
+
+    def total(x):
+        return np.add.reduceat(x, starts)
+
+    inside = total(weight)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if look.mode == "mip":
+            return np.maximum.reduceat(np.where(finite, values, -np.inf), starts), inside
+        if look.mode == "minip":
+            return np.minimum.reduceat(np.where(finite, values, np.inf), starts), inside
+        if look.mode == "xray":
+            return total((value - look.zero) * weight), inside
+        if look.mode == "drr":
+            return np.exp(-total(0.0206 * np.maximum(0, 1 + value / 1000) * weight)), inside
+        mean = total(value * weight) / inside
+        if look.mode == "mean":
+            return mean, inside
+        if look.mode == "stddev":
+            apart = value - np.repeat(mean, counts)
+            return np.sqrt(total(apart * apart * weight) / inside), inside
+    # Composite: front to back.
+    at = [point[0] for point in look.points]
+    opacity = np.interp(value, at, [point[1] for point in look.points])
+    light = np.log1p(-np.minimum(opacity, 1 - 1e-15)) * weight / look.unit  # logarithm of what a sample lets through
+    running = np.cumsum(light)
+    before = running - light
+    before -= np.repeat(before[starts], counts)
+    through = np.exp(before)
+    shown = through * -np.expm1(light)
+    left = np.exp(total(light))
+    colours = []
+    for channel in range(3):
+        colour = np.interp(value, at, [point[2][channel] for point in look.points])
+        colours.append(total(shown * colour) + left * look.background[channel])
+    return np.stack(colours, -1), inside
+
+
+def render(volume, frames, size, spacing, look, reference, eye=None, finer=1):
+    """`finer` divides the step of 1/8 of the smallest spacing."""
+    field = Field(volume.values, reference)
+    miss = miss_value(volume, look)
+    plane = grid(size, spacing)
+    pixels = np.concatenate([plane, np.zeros(plane.shape[:2] + (1,))], -1).reshape(-1, 3)
+    if eye is None:
+        origin, heading = pixels, np.broadcast_to([0.0, 0.0, 1.0], pixels.shape)
+    else:
+        origin = np.broadcast_to([0.0, 0.0, -eye], pixels.shape)
+        heading = pixels - origin
+        heading = heading / np.linalg.norm(heading, axis=-1, keepdims=True)
+    step = volume.spacing.min() / 8 / finer
+    pictures, seen, missed = [], [], []
+    for placed in frames:
+        linear, shift = to_object(volume, placed)
+        start, along = origin @ linear.T + shift, heading @ linear.T
+        near, far = clipped(start, along, volume.extent, 0)
+        least, most = clipped(start, along, volume.extent, -NEAR), clipped(start, along, volume.extent, NEAR)
+        hit = least[1] > least[0]
+        missing = most[1] <= most[0]
+        result = np.empty((len(pixels),) + np.shape(miss))
+        result[...] = miss
+        body_speed = np.linalg.norm(along * volume.spacing, axis=-1)  # body [mm] a screen [mm]
+        drawn = np.flatnonzero(hit)
+        counts = np.maximum(1, np.ceil((far - near)[drawn] * body_speed[drawn] / step)).astype(int)
+        unsure = np.zeros(len(pixels), bool)
+        begin = 0
+        while begin < len(drawn):
+            end = max(begin + 1, int(np.searchsorted(np.cumsum(counts[begin:]), 400_000)) + begin)
+            ray, count = drawn[begin:end], counts[begin:end]
+            starts = np.concatenate([[0], np.cumsum(count)[:-1]])
+            length = (far - near)[ray] / count
+            within = np.arange(count.sum()) - np.repeat(starts, count)
+            t = np.repeat(near[ray], count) + (within + 0.5) * np.repeat(length, count)
+            of = np.repeat(ray, count)
+            values = field(start[of] + t[:, None] * along[of])
+            answer, inside = along_rays(values, np.repeat(length, count), count, starts, look, volume)
+            empty = inside <= 0  # nothing but samples that are not finite
+            answer[empty] = miss
+            unsure[ray[empty]] = True
+            result[ray] = answer
+            if reference == "nearest":  # a ray that runs between two samples all the way
+                still = np.abs(along[ray]) < 1e-9
+                apart = np.abs(start[ray] - np.floor(start[ray]) - 0.5) < NEAR
+                unsure[ray] |= (still & apart & (start[ray] > 0) & (start[ray] < volume.extent - 1)).any(-1)
+            begin = end
+        shape = plane.shape[:2]
+        pictures.append(result.reshape(shape + np.shape(miss)))
+        seen.append((hit & ~unsure).reshape(shape))
+        missed.append(missing.reshape(shape))
+    return Answer(np.stack(pictures), np.stack(seen), np.stack(missed), miss)
+
+
+# Errors
+
+
+def nrmse(output, answer, wanted_range=None, seen=None):
+    """As the contract defines it: over what sees the input, range of the right answer there."""
+    seen = answer.seen if seen is None else seen
+    right, given = answer.values[seen], output[seen]
+    if right.size == 0:
+        return 0.0, 0.0
+    width = right.max() - right.min()
+    magnitude = np.abs(right).max()
+    if width <= 1e-9 * magnitude or width == 0:  # f64 leaves 1e-12 of a constant field
+        width = magnitude or 1.0
+    if wanted_range:
+        width = wanted_range
+    return float(np.sqrt(np.mean((given.astype(float) - right) ** 2)) / width), float(width)
