@@ -13,10 +13,10 @@
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "graph/range.hpp"
 #include "graph/errors.hpp"
 #include "graph/with_type.hpp"
 #include "runtime/memory_budget.hpp"
-#include "transitions/reference/verify.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "cli/request/numbers.hpp"
 #include "graph/errors.hpp"
+#include "graph/range.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -95,7 +96,8 @@ std::array<double, 3> background_of(const std::string& text) {
 
 Transfer grey_ramp(double low, double high, double unit) {
     constexpr double kMostOpacity = 0.05;
-    if (!(low < high)) high = std::nextafter(low, INFINITY);
+    // A step would tell a constant from its own rounding.
+    if (!(low < high)) high = low + range_between(low, low);
     return {{{low, 0, {0, 0, 0}}, {high, kMostOpacity, {1, 1, 1}}}, unit};
 }
 

@@ -6,7 +6,7 @@
 namespace edgewise::cli {
 
 bool GrowingVerifier::can_grow() const noexcept {
-    return more() <= room_for_ && static_cast<double>(samples_) < there();
+    return !has_all_ && more() <= room_for_ && static_cast<double>(samples_) < there();
 }
 
 double GrowingVerifier::seconds_to_grow() const noexcept {
@@ -34,6 +34,7 @@ bool GrowingVerifier::shrink() noexcept {
 void GrowingVerifier::begin() {
     if (verifier_) return;
     verifier_.emplace(want_, field_, samples_, 1, memory_);
+    has_all_ = verifier_->all();
     is_new_ = true;
 }
 
@@ -46,7 +47,8 @@ Verified GrowingVerifier::finish() {
     if (!is_new_) return verified;
     is_new_ = false;
     before_ = last_.samples < static_cast<double>(samples_) ? last_ : Took{};
-    last_ = {static_cast<double>(samples_), took};
+    // Where all are compared these are more than were asked for.
+    last_ = {static_cast<double>(std::max(samples_, verified.samples)), took};
     if (samples_ <= kSecond) early_ = took;
     return verified;
 }

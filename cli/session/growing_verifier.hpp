@@ -21,7 +21,7 @@ class GrowingVerifier {
                     std::pmr::memory_resource* memory)
         : want_(want), field_(field), memory_(memory) {}
 
-    /// So many are drawn, or all where there are fewer.
+    /// So many are drawn, or all where there are not many more.
     std::int64_t samples() const noexcept { return samples_; }
     /// Whether there are more samples, and memory for them as far as that is known.
     bool can_grow() const noexcept;
@@ -61,6 +61,7 @@ class GrowingVerifier {
     std::int64_t samples_ = kFirst, room_for_ = kMost;
     std::optional<Verifier> verifier_;
     bool is_new_ = true;
+    bool has_all_ = false;  // of the samples that see the input
     Took before_, last_;
     double seconds_ = 0, early_ = 0;
 };

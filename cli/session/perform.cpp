@@ -178,7 +178,8 @@ class Performance {
         return levels_of(frames_, session_.wish.window, tail);
     }
 
-    /// Whether what was measured keeps the budgets that were given; a warning says which not.
+    /// Whether what was measured may keep the budgets that were given; a warning says which it does
+    /// not.
     bool keeps_budgets() {
         Measured& measured = *session_.measured;
         measured.bytes = resident_peak();
@@ -194,9 +195,27 @@ class Performance {
         if (budget.seconds) broken("time:", seconds[seconds.size() / 2], *budget.seconds, " s");
         if (session_.wish.memory_given)
             broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, " MiB");
-        if (measured.error && budget.error && !budget.error_is_default)
-            broken("error:", measured.error->nrmse, *budget.error, "");
-        return measured.kept;
+        if (measured.error && budget.error && !budget.error_is_default) judge_error(*budget.error);
+        return measured.kept != false;
+    }
+
+    /// An interval on one side of the budget judges it; one that straddles it leaves it open.
+    void judge_error(double budget) {
+        Measured& measured = *session_.measured;
+        const Verified& error = *measured.error;
+        if (error.high <= budget) return;
+        const std::string interval =
+            fmt::format("error: {:.3g} (95 %: {:.3g} to {:.3g})", error.nrmse, error.low, error.high);
+        if (error.low > budget) {
+            measured.kept = false;
+            session_.messages.warning(
+                fmt::format("{} is beyond the budget of {:.3g}", interval, budget));
+            return;
+        }
+        if (measured.kept == true) measured.kept.reset();
+        session_.messages.warning(fmt::format(
+            "{} leaves open whether the budget of {:.3g} is kept; --verify=all decides", interval,
+            budget));
     }
 
     Session& session_;

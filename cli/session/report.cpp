@@ -49,7 +49,7 @@ Json measured_json(const Session& session) {
             {"bytes", measured.bytes},
             {"read_seconds", session.input ? Json(session.input->read_seconds) : Json()},
             {"write_seconds", measured.write_seconds},
-            {"kept", measured.kept},
+            {"kept", measured.kept ? Json(*measured.kept) : Json()},
             {"error", to_json(measured.error)},
             {"steps", steps}};
 }

@@ -23,7 +23,7 @@ struct Measured {
     std::vector<std::string> steps;    // that ran
     std::vector<double> step_seconds;  // of the last repetition: wall time
     double bytes = 0, write_seconds = 0;
-    bool kept = true;
+    std::optional<bool> kept = true;  // the budgets; absent: it is open whether the error is
     std::optional<Verified> error;
 };
 

@@ -142,7 +142,7 @@ std::string ShownResult::difference_text(const charts::Raster& reference) const 
     }
     std::string text = fmt::format("Error map. {}, minus the reference. ", small_.shown());
     if (count == 0) return text + "No pixel of it sees the input.";
-    const double range = want.range.value_or(range_between(low, high));
+    const double range = range_of(want, low, high);
     const double rms = std::sqrt(squares / double(count));
     const std::size_t pixels = count / static_cast<std::size_t>(reference.channels);
     if (want.job == Job::warp && want.field == Field::nearest)

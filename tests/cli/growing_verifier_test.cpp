@@ -12,7 +12,7 @@ namespace {
 
 std::pmr::memory_resource* heap() { return std::pmr::get_default_resource(); }
 
-/// An image of 100 x 90 samples, delivered as it is but for its left half, which is off by 0.1.
+/// An image of 400 x 100 samples, delivered as it is but for its left half, which is off by 0.1.
 struct HalfWrong {
     HalfWrong() {
         want.job = Job::warp;
@@ -27,7 +27,7 @@ struct HalfWrong {
             result.as<float>()[i] = data.as<float>()[i] + (i % kWidth < kWidth / 2 ? 0.1F : 0.0F);
     }
 
-    static constexpr std::int64_t kWidth = 100, kHeight = 90;
+    static constexpr std::int64_t kWidth = 400, kHeight = 100;
     const Data data = make_phantom("zone-plate", kWidth, heap());
     Request want;
     Data result;
@@ -38,14 +38,14 @@ TEST(GrowingVerifier, HasMoreSamplesEachTimeUntilItHasAll) {
     const ReferenceField field(half.data, Field::linear);
     GrowingVerifier errors(half.want, field, heap());
     double width = 1;
-    for (const std::int64_t samples : {1024, 8192, 9000}) {
+    for (const std::int64_t samples : {1024, 8192, 40'000}) {
         errors.begin();
         errors.frame(0, half.result);
         const Verified verified = errors.finish();
         EXPECT_EQ(verified.samples, samples);
         EXPECT_NEAR(verified.nrmse, 0.1 * std::sqrt(0.5) / verified.range, 0.006);
         EXPECT_LT(verified.high - verified.low, width) << "surer than before";
-        EXPECT_EQ(errors.can_grow(), samples < 9000);
+        EXPECT_EQ(errors.can_grow(), samples < 40'000);
         width = verified.high - verified.low;
         if (errors.can_grow()) errors.grow();
     }
@@ -56,7 +56,7 @@ TEST(GrowingVerifier, HasMoreSamplesEachTimeUntilItHasAll) {
     EXPECT_LT(early, errors.seconds());
     errors.begin();
     errors.frame(0, half.result);
-    EXPECT_EQ(errors.finish().samples, 9000);
+    EXPECT_EQ(errors.finish().samples, 40'000);
     EXPECT_EQ(errors.early_seconds(), early);
 }
 
@@ -92,7 +92,7 @@ TEST(GrowingVerifier, TellsWhatTheNextReferenceTakesFromTwo) {
     verify();
     const double second = errors.early_seconds();
     const double each = std::max(0.0, second - first) / (8192 - 1024);
-    EXPECT_NEAR(errors.seconds_to_grow(), second + each * (9000 - 8192), 1e-12);
+    EXPECT_NEAR(errors.seconds_to_grow(), second + each * (32'768 - 8192), 1e-12);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "graph/range.hpp"
 #include "transitions/project/picture.hpp"
 
 namespace edgewise {
@@ -65,8 +66,7 @@ double guessed_gain(bool noise, const Ask& ask) {
         case Mode::composite:
             break;
     }
-    const double range = std::max(ask.scene.high - ask.scene.low, 1e-300);
-    return (noise ? 0.16 : 0.55) / range;
+    return (noise ? 0.16 : 0.55) / range_between(ask.scene.low, ask.scene.high);
 }
 
 /// What rays that end early leave out, of the brightest light there is: 1 in each channel.

@@ -35,8 +35,9 @@ std::vector<double> roughness_of(std::span<const DrawnPixels::Looked> looked) {
     return rough;
 }
 
-/// How often each is drawn on average, at most once: those that would be drawn more often are
-/// certain, and leave the others more.
+}  // namespace
+
+// Those that would be drawn more often than once are certain, and leave the others more.
 std::vector<double> expected_draws(std::span<const double> rough, double draws) {
     std::vector<double> share(rough.size()), expected(rough.size(), 0);
     const double sum = std::accumulate(rough.begin(), rough.end(), 0.0);
@@ -59,8 +60,6 @@ std::vector<double> expected_draws(std::span<const double> rough, double draws) 
         if (expected[i] < 1) expected[i] = std::clamp(share[i] * left / rest, 0.0, 1.0);
     return expected;
 }
-
-}  // namespace
 
 std::array<Auxiliary, RayLook::kCasts> DrawnPixels::auxiliaries() const {
     std::array<Auxiliary, RayLook::kCasts> known;

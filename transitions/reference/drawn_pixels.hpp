@@ -41,6 +41,11 @@ struct DrawnPixels {
     std::array<Auxiliary, RayLook::kCasts> auxiliaries() const;
 };
 
+/// How often each of a list is drawn on average where half of the draws are even and half go in
+/// proportion to a roughness; at most once.
+/// @param draws  less than there are in the list
+std::vector<double> expected_draws(std::span<const double> rough, double draws);
+
 /// One of a list, and how likely it was to be drawn.
 struct RoughDraw {
     std::size_t place;

@@ -7,9 +7,11 @@
 #include <span>
 #include <tbb/parallel_for.h>
 
+#include "graph/range.hpp"
 #include "transitions/reference/likely_extremes.hpp"
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_bundle.hpp"
+#include "transitions/reference/written.hpp"
 
 namespace edgewise {
 namespace {
@@ -113,16 +115,20 @@ constexpr double kTerminated = 1.0 / 4096;
 
 using Values = std::array<double, 4>;
 
+/// As written.
 Values values_of(const Stretch& stretch, const Request& want) {
     Values values{};
     stretch.result(want, values.data());
+    as_written(want, values.data());
     return values;
 }
 
+int channels_of(const Request& want) {
+    return written_channels(want, want.mode == Mode::composite ? 4 : 1);
+}
+
 double square_of(const Values& a, const Values& b, const Request& want) {
-    double square = 0;
-    for (std::size_t c = 0; c < a.size(); ++c) square += (a[c] - b[c]) * (a[c] - b[c]);
-    return want.mode == Mode::composite ? square / 4 : square;
+    return mean_square(a.data(), b.data(), channels_of(want));
 }
 
 /// Whether slices of a spectrum make such pictures.
@@ -156,6 +162,7 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
         if (!traced.sheared) continue;
         Values values{};
         traced.sheared->result(hold, want, values);
+        as_written(want, values.data());
         each(fmt::format("picture/shear_warp/{}", kPreviewHolds[hold]),
              square_of(values, expected, want));
     }
@@ -171,7 +178,7 @@ void compare(const Traced& traced, const Request& want, Each&& each) {
 /// @param even  bundles count by their weights alone, not by how many rays they have
 void tally(const Bundle& bundle, const Draw& draw, const Request& want, bool even,
            Tallies& tallies) {
-    const int channels = want.mode == Mode::composite ? 4 : 1;
+    const int channels = channels_of(want);
     const double weight = draw.weight * (even ? 1 / static_cast<double>(bundle.rays.size()) : 1);
     for (const Traced& traced : bundle.rays) {
         const Values value = values_of(traced.reference, want);
@@ -294,7 +301,7 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
                      std::pmr::memory_resource* memory, int times) {
     const ViewGeometry geometry(want);
     // About the rounding to 8 bits: gains of a maximum depend on how large noise is.
-    const Setting setting{want, field, 1e-3 * (statistics.high - statistics.low)};
+    const Setting setting{want, field, 1e-3 * range_between(statistics.low, statistics.high)};
     // In a small input rays cost little, and in a small picture a few pixels carry the error.
     const bool take_every =
         field.extent().samples() <= kSmallInput &&

@@ -29,6 +29,10 @@ struct RayLook {
 /// Speech, and Signal Processing 29(6), 1981.
 RayLook look_at(const RaySpan& ray, const Request& want, const ReferenceField& field);
 
+/// The guess alone, as edges deliver it: one value, or premultiplied red, green, blue and opacity.
+std::array<double, 4> guess_at(const RaySpan& ray, const Request& want,
+                               const ReferenceField& field);
+
 /// The same at places: channel 0 as nearest, linear and guessed.
 struct PointLook {
     std::array<double, Places::kMost> nearest, linear, guess;

@@ -6,6 +6,7 @@
 #include "transitions/reference/ray_cells.hpp"
 #include "transitions/reference/ray_look.hpp"
 #include "transitions/reference/stored.hpp"
+#include "transitions/reference/written.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transitions/reference/ray_look_simd.cpp"
@@ -269,10 +270,10 @@ class Caster {
     Values values_;
 };
 
+/// The reference, guessed through the stored numbers.
 template <class T>
-RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceField& field) {
-    const Stored<T> stored(field.samples());
-    Caster caster(want);
+std::array<double, 4> guessed(const Stored<T>& stored, Caster& caster, const RaySpan& ray,
+                              const Request& want, const ReferenceField& field) {
     const auto cast = [&](double step, const auto& hold) {
         return caster.cast(ray, front_of(want), step, hold);
     };
@@ -289,20 +290,31 @@ RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceFiel
     const auto near_maximum = [&](const Places& places, Values& values) {
         stored.finer_near_maximum(places, values, finest);
     };
-    const std::array<double, 4> expected =
-        field.kind() == Field::nearest  ? cast(0.25, zoh)
-        : field.kind() == Field::linear ? cast(0.25, foh)
-        : want.mode != Mode::mip        ? cast(1, finest)
-                                 : cast(field.kind() == Field::formula ? 0.25 : 0.5, near_maximum);
-    const std::array<std::array<double, 4>, RayLook::kCasts> got = {
-        cast(1, zoh), cast(2, zoh), cast(1, foh), cast(2, foh),
-        want.eye ? expected : caster.cast_slices(ray, zoh)};
-    const std::size_t channels = want.mode == Mode::composite ? 4 : 1;
+    if (field.kind() == Field::nearest) return cast(0.25, zoh);
+    if (field.kind() == Field::linear) return cast(0.25, foh);
+    if (want.mode != Mode::mip) return cast(1, finest);
+    return cast(field.kind() == Field::formula ? 0.25 : 0.5, near_maximum);
+}
+
+template <class T>
+RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceField& field) {
+    const Stored<T> stored(field.samples());
+    Caster caster(want);
+    const auto cast = [&](double step, const auto& hold) {
+        return caster.cast(ray, front_of(want), step, hold);
+    };
+    const auto zoh = [&](auto&... at) { stored.nearest(at...); };
+    const auto foh = [&](auto&... at) { stored.linear(at...); };
+    std::array<double, 4> expected = guessed(stored, caster, ray, want, field);
+    const std::array<double, 4> slices = want.eye ? expected : caster.cast_slices(ray, zoh);
+    std::array<std::array<double, 4>, RayLook::kCasts> got = {cast(1, zoh), cast(2, zoh),
+                                                              cast(1, foh), cast(2, foh), slices};
+    const int channels = written_channels(want, want.mode == Mode::composite ? 4 : 1);
+    as_written(want, expected.data());
     RayLook look{.squares = {}, .low = 1, .high = 0};
     for (std::size_t i = 0; i < got.size(); ++i) {
-        double square = 0;
-        for (std::size_t c = 0; c < channels; ++c)
-            square += std::pow(got[i][c] - expected[c], 2) / static_cast<double>(channels);
+        as_written(want, got[i].data());
+        const double square = mean_square(got[i].data(), expected.data(), channels);
         if (std::isfinite(square)) look.squares[i] = square;
     }
     const auto [low, high] = std::minmax_element(expected.begin(), expected.begin() + channels);
@@ -311,6 +323,15 @@ RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceFiel
         look.high = *high;
     }
     return look;
+}
+
+std::array<double, 4> GuessAt(const RaySpan& ray, const Request& want,
+                              const ReferenceField& field) {
+    return with_stored_type(field.samples().what.type, [&](auto zero) {
+        const Stored<decltype(zero)> stored(field.samples());
+        Caster caster(want);
+        return guessed(stored, caster, ray, want, field);
+    });
 }
 
 RayLook LookAt(const RaySpan& ray, const Request& want, const ReferenceField& field) {
@@ -345,9 +366,15 @@ namespace edgewise {
 
 HWY_EXPORT(LookAt);
 HWY_EXPORT(LookAtPlaces);
+HWY_EXPORT(GuessAt);
 
 RayLook look_at(const RaySpan& ray, const Request& want, const ReferenceField& field) {
     return HWY_DYNAMIC_DISPATCH(LookAt)(ray, want, field);
+}
+
+std::array<double, 4> guess_at(const RaySpan& ray, const Request& want,
+                               const ReferenceField& field) {
+    return HWY_DYNAMIC_DISPATCH(GuessAt)(ray, want, field);
 }
 
 void look_at(const Places& places, const ReferenceField& field, PointLook& look) {

@@ -1,7 +1,8 @@
 #include "transitions/reference/scene.hpp"
 
+#include "graph/range.hpp"
 #include "transitions/reference/preview.hpp"
-#include "transitions/reference/verify.hpp"
+#include "transitions/reference/written.hpp"
 
 namespace edgewise {
 
@@ -29,8 +30,7 @@ Scene measure_scene(const Data& input, const Statistics& statistics, const Reque
     scene.likely = std::move(preview.likely);
     scene.draws = preview.draws;
     scene.exhausted = preview.exhausted;
-    const bool labels = want.job == Job::warp && want.field == Field::nearest;
-    scene.range = labels ? 1 : want.range.value_or(range_between(preview.low, preview.high));
+    scene.range = range_of(want, preview.low, preview.high);
     return scene;
 }
 

@@ -161,7 +161,10 @@ Interval measured(const Request& want, const ReferenceField& truth, const Refere
     const auto estimate = [&]() -> Interval {
         const double mean = std::accumulate(squares.begin(), squares.end(), 0.0) /
                             static_cast<double>(squares.size());
-        return {root_mean_interval(squares, 1).low, std::sqrt(mean)};
+        std::vector<Part> parts;
+        for (const double square : squares)
+            parts.push_back({square / static_cast<double>(squares.size())});
+        return {root_sum_interval(parts, {.most = HUGE_VAL}, 1).low, std::sqrt(mean)};
     };
     if (want.job == Job::warp) {
         const std::vector<double> got = Reference(want, held, heap()).values(samples);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <random>
 #include <tbb/global_control.h>
 
 #include "transitions/reference/interval.hpp"
@@ -124,16 +125,34 @@ TEST(Verifier, ComparesOneResultAfterTheOther) {
 }
 
 struct Case {
-    const char* phantom;
+    const char* name;
     Job job;
     Mode mode;
 };
+
+/// Samples that are 0 but for a few peaks of one sample each.
+Data peaks(std::int64_t side, int count) {
+    Representation what;
+    what.extent = {side, side, side};
+    Data data = Data::make(what, heap());
+    std::fill_n(data.as<float>(), what.samples(), 0.0F);
+    std::mt19937_64 bits(3);
+    for (int i = 0; i < count; ++i) data.as<float>()[bits() % static_cast<unsigned>(what.samples())] = 1;
+    return data;
+}
+
+Data data_of(const std::string& name) {
+    if (name == "one_peak") return peaks(40, 1);
+    if (name == "some_peaks") return peaks(40, 30);
+    return make_phantom(name, 40, heap());
+}
+
 class Intervals : public testing::TestWithParam<Case> {};
 
 /// The full error lies in the interval for 95 of 100 seeds: of 200, at least 184 (95 % less two
 /// standard deviations of a binomial).
 TEST_P(Intervals, HoldTheFullError) {
-    const Data data = make_phantom(GetParam().phantom, 40, heap());
+    const Data data = data_of(GetParam().name);
     Request want = turned(data, GetParam().job, 2);
     want.mode = GetParam().mode;
     want.transfer.points = {{0, 0, {0, 0, 0}}, {1, 0.3, {1, 1, 1}}};
@@ -141,28 +160,99 @@ TEST_P(Intervals, HoldTheFullError) {
     const std::vector<Data> frames = results(want, other);
     const Verified all = verified(want, field, frames, 0, 1);
     int held = 0;
-    double width = 0;
+    double width = 0, mean = 0;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         const Verified some = verified(want, field, frames, 400, seed);
         EXPECT_EQ(some.samples, 400);
+        EXPECT_NEAR(some.range, all.range, 0.02 * all.range);
         held += some.low <= all.nrmse && all.nrmse <= some.high;
         width += (some.high - some.low) / all.nrmse / 200;
+        mean += some.nrmse * some.nrmse / 200;
     }
     RecordProperty("held", held);
+    RecordProperty("width", std::to_string(width));
     EXPECT_GE(held, 184);
-    EXPECT_LT(width, 0.8);
+    EXPECT_LT(width, 0.5);
+    // Of 200 estimates whose intervals are at most so wide the mean is surer by sqrt(200).
+    EXPECT_NEAR(mean, all.nrmse * all.nrmse, 0.07 * all.nrmse * all.nrmse);
 }
 INSTANTIATE_TEST_SUITE_P(Requests, Intervals,
                          testing::Values(Case{"zone-plate", Job::warp, Mode::mip},
                                          Case{"checker", Job::warp, Mode::mip},
                                          Case{"gaussians", Job::warp, Mode::mip},
+                                         Case{"one_peak", Job::warp, Mode::mip},
+                                         Case{"some_peaks", Job::warp, Mode::mip},
                                          Case{"shepp-logan", Job::render, Mode::mip},
                                          Case{"gaussians", Job::render, Mode::mip},
+                                         Case{"one_peak", Job::render, Mode::mip},
+                                         Case{"some_peaks", Job::render, Mode::xray},
                                          Case{"sphere", Job::render, Mode::xray},
                                          Case{"noise", Job::render, Mode::composite}),
                          [](const auto& tested) {
                              return "number_" + std::to_string(tested.index);
                          });
+
+/// Results that are wrong where nothing in the data tells: the guess is compared with the results.
+TEST(Verifier, FindsWrongPlacesThatTheDataDoNotTell) {
+    const Data data = make_phantom("gaussians", 40, heap());
+    Request want = turned(data, Job::render, 1);
+    want.mode = Mode::xray;
+    const ReferenceField field(data, Field::linear);
+    std::vector<Data> frames = results(want, field);
+    for (int i = 0; i < 6; ++i) frames[0].as<float>()[80 * (30 + i) + 41] += 5;
+    const Verified all = verified(want, field, frames, 0, 1);
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        const Verified some = verified(want, field, frames, 250, seed);
+        EXPECT_EQ(some.samples, 250);
+        EXPECT_NEAR(some.nrmse, all.nrmse, 1e-6 * all.nrmse) << "all of them are certain";
+        EXPECT_LE(some.high - some.low, 0.05 * all.nrmse);
+    }
+}
+
+TEST(Verifier, TakesAllWhereThatIsAtMostFourTimesAsMuch) {
+    const Data data = make_phantom("gaussians", 40, heap());
+    const Request want = turned(data, Job::render, 1);
+    const ReferenceField field(data, Field::spline), other(data, Field::linear);
+    const std::vector<Data> frames = results(want, other);
+    const Verified all = verified(want, field, frames, 0, 1);
+    const Verified some = verified(want, field, frames, (all.samples + 3) / 4, 1);
+    EXPECT_EQ(some.samples, all.samples);
+    EXPECT_EQ(some.nrmse, all.nrmse);
+    EXPECT_EQ(some.low, all.nrmse);
+    EXPECT_EQ(some.high, all.nrmse);
+    EXPECT_LT(verified(want, field, frames, all.samples / 4 - 1, 1).samples, all.samples);
+}
+
+/// Of a composite its colours over the background are written: 3 channels, no opacity.
+TEST(Verifier, ComparesWhatIsWritten) {
+    const Data data = make_phantom("gaussians", 20, heap());
+    Request want = turned(data, Job::render, 1);
+    want.mode = Mode::composite;
+    want.transfer.points = {{0, 0, {0, 0, 0}}, {1, 0.3, {1, 0.5, 0}}};
+    want.background = {0, 0, 0.5};
+    const ReferenceField field(data, Field::linear);
+    std::vector<Data> frames = results(want, field);
+    const Reference reference(want, field, heap());
+    double low = 9, high = -9;
+    std::int64_t count = 0;
+    for (std::int64_t i = 0; i < 80 * 70; ++i) {
+        if (!reference.sees_input({0, i % 80, i / 80, 0})) continue;
+        ++count;
+        float* pixel = frames[0].as<float>() + 4 * i;
+        for (int c = 0; c < 3; ++c) {
+            const double value = pixel[c] + (1 - pixel[3]) * want.background[c];
+            low = std::min(low, value);
+            high = std::max(high, value);
+        }
+        // Over the background blue is off by 0.125, and nothing else.
+        pixel[3] += 0.25F;
+    }
+    const Verified all = verified(want, field, frames, 0, 1);
+    EXPECT_EQ(all.samples, count);
+    EXPECT_NEAR(all.range, high - low, 1e-6);
+    EXPECT_NEAR(all.nrmse * all.range, 0.125 / std::sqrt(3.0), 1e-6);
+    EXPECT_NEAR(all.max, 0.125, 1e-6);
+}
 
 TEST(Verifier, CountsLabelsThatDiffer) {
     const Data data = make_phantom("checker", 64, heap());
@@ -225,11 +315,38 @@ TEST(Verifier, DoesNotDependOnThreads) {
     EXPECT_EQ(one, run(7));
 }
 
+/// Rounding is no range: results of a constant are off by parts of its magnitude.
+TEST(Verifier, TakesTheMagnitudeOfAConstant) {
+    Representation what;
+    what.extent = {12, 12, 12};
+    Data data = Data::make(what, heap());
+    for (const float value : {0.1F, -700.0F, 0.0F}) {
+        std::fill_n(data.as<float>(), what.samples(), value);
+        for (const Mode mode : {Mode::mip, Mode::mean}) {
+            Request want = turned(data, Job::render, 1);
+            want.mode = mode;
+            const ReferenceField field(data, Field::spline);
+            const Verified all = verified(want, field, results(want, field), 0, 1);
+            EXPECT_NEAR(all.range, value == 0 ? 1 : std::abs(value), 1e-4 * std::abs(value));
+            EXPECT_LT(all.nrmse, 1e-6);
+        }
+        // An X-ray that takes the constant away leaves rounding.
+        Request want = turned(data, Job::render, 1);
+        want.mode = Mode::xray;
+        want.zero = value * (1 + 1e-8);
+        const ReferenceField field(data, Field::spline);
+        EXPECT_EQ(verified(want, field, results(want, field), 0, 1).range, 1);
+    }
+}
+
 TEST(RangeBetween, IsNeverZero) {
     EXPECT_EQ(range_between(-2, 3), 5);
     EXPECT_EQ(range_between(-2, -2), 2);
     EXPECT_EQ(range_between(0, 0), 1);
     EXPECT_EQ(range_between(1, 0), 1);
+    EXPECT_EQ(range_between(1000, std::nextafter(1000.0F, 2000.0F)), std::nextafter(1000.0F, 2000.0F));
+    EXPECT_EQ(range_between(0, 1e-9), 1e-9);
+    EXPECT_EQ(range_between(-1e-9, 1e-9, 1), 1) << "what is left of 1 - 1";
 }
 
 TEST(RootShareInterval, IsWilsons) {
