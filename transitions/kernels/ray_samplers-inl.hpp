@@ -203,7 +203,7 @@ class NearestSampler {
     Bounds bounds_;
 };
 
-/// Trilinear.
+/// Trilinear; not finite where a sample that counts is not.
 template <class Read>
 class LinearSampler {
  public:
@@ -231,10 +231,17 @@ class LinearSampler {
         }
         const VF f = hn::Sub(x, hn::ConvertTo(d, i)), g = hn::Sub(y, hn::ConvertTo(d, j)),
                  h = hn::Sub(z, hn::ConvertTo(d, k));
+        VF value;
         if constexpr (std::is_same_v<Read, Walked>)
-            return walked(i, j, k, f, g, h);
+            value = walked<false>(i, j, k, f, g, h);
         else
-            return gathered<kInner>(i, j, k, f, g, h);
+            value = gathered<kInner>(i, j, k, f, g, h);
+        if constexpr (!Read::kPairs) {
+            const MF finite = is_finite(value);
+            if (HWY_UNLIKELY(!hn::AllTrue(d, finite)))
+                value = hn::IfThenElse(finite, value, near_gap(i, j, k, f, g, h));
+        }
+        return value;
     }
     /// Asks for the lines that at() will read, but those of the next slice: where it comes to
     /// that, the next sample's are there.
@@ -254,13 +261,33 @@ class LinearSampler {
     HWY_INLINE VI next(VI i, int axis) const {
         return hn::Min(hn::Add(i, hn::Set(DI(), 1)), bounds_.last[axis]);
     }
+    HWY_INLINE VF at_index(VI i, VI j, VI k) const {
+        if constexpr (std::is_same_v<Read, Walked>)
+            return read_.at(i, j, k);
+        else
+            return read_.at(read_.offset(i, j, k));
+    }
+    template <bool kNearGap>
     HWY_INLINE VF walked(VI i, VI j, VI k, VF f, VF g, VF h) const {
+        const auto blend = [](VF a, VF b, VF part) HWY_ATTR {
+            return kNearGap ? between_near_gap(a, b, part) : between(a, b, part);
+        };
         const VI i1 = next(i, 0), j1 = next(j, 1), k1 = next(k, 2);
-        const VF a = between(read_.at(i, j, k), read_.at(i1, j, k), f);
-        const VF b = between(read_.at(i, j1, k), read_.at(i1, j1, k), f);
-        const VF c = between(read_.at(i, j, k1), read_.at(i1, j, k1), f);
-        const VF e = between(read_.at(i, j1, k1), read_.at(i1, j1, k1), f);
-        return between(between(a, b, g), between(c, e, g), h);
+        const VF a = blend(at_index(i, j, k), at_index(i1, j, k), f);
+        const VF b = blend(at_index(i, j1, k), at_index(i1, j1, k), f);
+        const VF c = blend(at_index(i, j, k1), at_index(i1, j, k1), f);
+        const VF e = blend(at_index(i, j1, k1), at_index(i1, j1, k1), f);
+        return blend(blend(a, b, g), blend(c, e, g), h);
+    }
+    /// The same where a sample is not finite. A ray through samples must lose that one alone: what
+    /// weighs nothing, or no more than places are rounded by, does not count.
+    HWY_NOINLINE VF near_gap(VI i, VI j, VI k, VF f, VF g, VF h) const {
+        return walked<true>(i, j, k, f, g, h);
+    }
+    HWY_INLINE static VF between_near_gap(VF a, VF b, VF f) {
+        const DF d;
+        const VF blend = hn::IfThenElse(hn::Lt(f, hn::Set(d, kOnSample)), a, between(a, b, f));
+        return hn::IfThenElse(hn::Gt(f, hn::Set(d, 1.0f - kOnSample)), b, blend);
     }
     template <bool kInner>
     HWY_INLINE VF gathered(VI i, VI j, VI k, VF f, VF g, VF h) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 
 #include "graph/spread.hpp"
@@ -20,6 +21,10 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (ask.want.eye) return Offer::no("the eye is at a finite distance: rays are not parallel");
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
+    if (ask.scene.non_finite > 0)
+        return Offer::no(fmt::format(
+            "{} samples are not finite: rays would miss all that was interpolated from them",
+            ask.scene.non_finite));
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 

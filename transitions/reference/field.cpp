@@ -119,17 +119,19 @@ void ReferenceField::linear(const Vec3& p, double* values) const noexcept {
         index[axis] = {i, std::min(i + 1, extent()[axis] - 1)};
         weight[axis] = {1 - (p[axis] - cell), p[axis] - cell};
     }
-    std::fill_n(values, channels(), 0.0);
-    for (int corner = 0; corner < 8; ++corner) {
-        const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
-        const double w = weight[0][i] * weight[1][j] * weight[2][k];
-        if (w == 0) continue;
-        const std::int64_t at = place_of(extent(), index[0][i], index[1][j], index[2][k]);
-        for (int c = 0; c < channels(); ++c) {
+    for (int c = 0; c < channels(); ++c) {
+        double sum = 0, finite = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+            const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
+            const double w = weight[0][i] * weight[1][j] * weight[2][k];
+            if (w == 0) continue;
+            const std::int64_t at = place_of(extent(), index[0][i], index[1][j], index[2][k]);
             const double value = value_at(samples_, at * channels() + c);
-            // A neighbour that is not finite takes its weight along: zero, as the spline has it.
-            if (std::isfinite(value)) values[c] += w * value;
+            if (!std::isfinite(value)) continue;
+            sum += w * value;
+            finite += w;
         }
+        values[c] = sum / finite;
     }
 }
 
@@ -141,20 +143,23 @@ void ReferenceField::spline(const Vec3& p, double* values) const {
     with_stored_type(samples_.what.type, [&](auto zero) {
         const auto* samples = samples_.as<decltype(zero)>();
         for (int c = 0; c < channels; ++c) {
-            double sum = 0;
+            double sum = 0, finite = 0;
             for (int k = 0; k < line[2].size; ++k)
                 for (int j = 0; j < line[1].size; ++j) {
                     const auto* row = samples + c +
                                       channels * place_of(extent(), line[0].begin,
                                                           line[1].begin + j, line[2].begin + k);
-                    double along = 0;
+                    double along = 0, weight = 0;
                     for (int i = 0; i < line[0].size; ++i) {
                         const double stored = as_double(row[i * channels]);
-                        along += line[0].weight[i] * (std::isfinite(stored) ? stored : 0);
+                        if (!std::isfinite(stored)) continue;
+                        along += line[0].weight[i] * stored;
+                        weight += line[0].weight[i];
                     }
                     sum += line[2].weight[k] * line[1].weight[j] * along;
+                    finite += line[2].weight[k] * line[1].weight[j] * weight;
                 }
-            values[c] = map(sum);  // the weights sum to 1
+            values[c] = map(sum / finite);
         }
     });
 }
@@ -169,7 +174,7 @@ bool ReferenceField::at(const Vec3& p, std::span<double> values) const {
     const Vec3 q = clamped(p);
     if (kind_ == Field::nearest)
         nearest(q, values.data());
-    else if (kind_ == Field::linear)
+    else if (is_linear(p))
         linear(q, values.data());
     else
         spline(q, values.data());
@@ -183,8 +188,9 @@ FieldPiece::FieldPiece(const ReferenceField& field, const Region& cells,
 }
 
 bool FieldPiece::at(const Vec3& p, double* values) const {
-    if (!spline_) return field_.at(p, {values, static_cast<std::size_t>(field_.channels())});
-    if (!field_.inside(p) || !field_.nearest_is_finite(p)) return false;
+    if (!spline_ || (spline_->has_gaps() && field_.near_non_finite(p)))
+        return field_.at(p, {values, static_cast<std::size_t>(field_.channels())});
+    if (!field_.inside(p)) return false;
     spline_->at(field_.clamped(p), values);
     return true;
 }

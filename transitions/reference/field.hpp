@@ -13,8 +13,13 @@ namespace edgewise {
 /// The field that samples stand for, in f64: what every error is measured against.
 ///
 /// Positions are input indices. A volume fills its voxels, to half a sample beyond the outermost
-/// centres; there the nearest sample (of the spline: its value at the face) continues. Where the
-/// nearest sample is not finite the field is absent, as it is outside. Values are mapped.
+/// centres; there the nearest sample (of the spline: its value at the face) continues. Values are
+/// mapped.
+///
+/// Where the nearest sample is not finite the field is absent, as it is outside. Elsewhere such
+/// samples are passed over, the weights of the others adding up to 1: a constant stays constant.
+/// Near them (where a filter of 4 samples along each axis would read one) the spline's field is the
+/// linear one, whose weights are positive.
 class ReferenceField {
  public:
     /// @param samples  in memory, linear layout; must stay alive
@@ -27,6 +32,8 @@ class ReferenceField {
     const Extent& extent() const noexcept { return samples_.what.extent; }
     const Data& samples() const noexcept { return samples_; }
     const Phantom* formula() const noexcept { return formula_; }
+    /// Whether its samples are of a type that holds numbers that are not finite.
+    bool may_have_gaps() const noexcept { return floating_ && kind_ != Field::formula; }
 
     /// Whether a position lies in the box that the samples fill. For images z is ignored.
     bool inside(const Vec3& p) const noexcept;
@@ -47,6 +54,9 @@ class ReferenceField {
     void nearest(const Vec3& p, double* values) const noexcept;
     void linear(const Vec3& p, double* values) const noexcept;
     void spline(const Vec3& p, double* values) const;
+    bool is_linear(const Vec3& p) const noexcept {
+        return kind_ == Field::linear || (kind_ == Field::spline && near_non_finite(p));
+    }
 
     const Data& samples_;
     Field kind_;

@@ -92,7 +92,15 @@ void PreviewBlock::hold(PreviewHold hold, const Places& places, double* values, 
     else if (hold == kFoh)
         linear_at(box(channel), places, values);
     else
-        cubic_at(spline_->box(field_.extent(), channel), places, values);
+        spline_at(places, values, channel);
+}
+
+void PreviewBlock::spline_at(const Places& places, double* values, int channel) const {
+    cubic_at(spline_->box(field_.extent(), channel), places, values);
+    if (!spline_->has_gaps()) return;
+    std::array<double, Places::kMost> shares;
+    cubic_at(spline_->shares().box(field_.extent(), channel), places, shares.data());
+    for (std::size_t i = 0; i < places.count; ++i) values[i] /= shares[i];
 }
 
 void PreviewBlock::hold(PreviewHold hold, const Vec3& p, double* values) const {
@@ -111,12 +119,12 @@ void PreviewBlock::reference(const Places& places, double* values) const {
         return;
     }
     hold(own_hold(), places, values);
-    for (int c = 0; c < channels_ && !all_finite_; ++c) {
-        std::array<double, Places::kMost> nearest;
-        hold(kZoh, places, nearest.data(), c);
-        for (std::size_t i = 0; i < places.count; ++i)
-            if (!std::isfinite(nearest[i])) values[i] = std::numeric_limits<double>::quiet_NaN();
-    }
+    if (all_finite_) return;
+    std::vector<double> exact(static_cast<std::size_t>(channels_));
+    for (std::size_t i = 0; i < places.count; ++i)
+        if (field_.near_non_finite(places[i]))
+            values[i] = field_.at(places[i], exact) ? exact[0]
+                                                    : std::numeric_limits<double>::quiet_NaN();
 }
 
 Vec3 PreviewBlock::assigned_to(const Vec3& p, std::uint64_t seed) const {
@@ -135,11 +143,8 @@ bool PreviewBlock::reference(const Vec3& p, double* values) const {
         values[0] = field_.formula()->at(p);
         return true;
     }
-    if (!all_finite_) {
-        hold(kZoh, p, values);
-        for (int c = 0; c < channels_; ++c)
-            if (!std::isfinite(values[c])) return false;
-    }
+    if (!all_finite_ && field_.near_non_finite(p))
+        return field_.at(p, {values, static_cast<std::size_t>(channels_)});
     hold(own_hold(), p, values);
     return true;
 }

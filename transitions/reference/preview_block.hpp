@@ -65,6 +65,7 @@ class PreviewBlock {
 
  private:
     void load();
+    void spline_at(const Places& places, double* values, int channel) const;
     HeldBox<float> box(int channel) const;
     /// That of the field, which is no formula.
     PreviewHold own_hold() const;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "transitions/reference/preview_holds.hpp"
 
@@ -65,6 +66,25 @@ void NearestAt(const HeldBox<float>& box, const Places& places, double* values) 
         values[i] = static_cast<double>(box.first[offset[i]]);
 }
 
+/// What rays read there where a sample is not finite: one that weighs no more than places are rounded
+/// by does not count.
+float linear_near_gap(const float* near, const std::array<std::int32_t, 3>& stride,
+                      const std::array<float, 3>& f) {
+    constexpr float kOnSample = 1e-3f;
+    const auto blend = [](float a, float b, float part) {
+        return part < kOnSample ? a : part > 1 - kOnSample ? b : a + part * (b - a);
+    };
+    std::array<float, 4> line;
+    for (int k = 0; k < 2; ++k)
+        for (int j = 0; j < 2; ++j) {
+            const float* at = near + (j > 0 && f[1] > 0 ? stride[1] : 0) +
+                              (k > 0 && f[2] > 0 ? stride[2] : 0);
+            line[static_cast<std::size_t>(2 * k + j)] =
+                blend(at[0], at[f[0] > 0 ? stride[0] : 0], f[0]);
+        }
+    return blend(blend(line[0], line[1], f[1]), blend(line[2], line[3], f[1]), f[2]);
+}
+
 void LinearAt(const HeldBox<float>& box, const Places& places, double* values) {
     Cells cells;
     find_cells(box, places, cells);
@@ -82,7 +102,9 @@ void LinearAt(const HeldBox<float>& box, const Places& places, double* values) {
         const float a = along(near), b = along(below);
         const float c = along(near + behind), d = along(below + behind);
         const float front = a + fy * (b - a), back = c + fy * (d - c);
-        values[i] = static_cast<double>(front + fz * (back - front));
+        float value = front + fz * (back - front);
+        if (!std::isfinite(value)) value = linear_near_gap(near, stride, {fx, fy, fz});
+        values[i] = static_cast<double>(value);
     }
 }
 

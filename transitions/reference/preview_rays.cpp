@@ -215,7 +215,8 @@ void split_combining(std::map<std::string, double>& facts, Field field) {
     const auto picture = [&](const char* method) {
         return facts.at(fmt::format("picture/screen/{}", method));
     };
-    if (!facts.contains("picture/screen/zoh")) return;
+    // Where no sample is finite there is no field.
+    if (!facts.contains("picture/screen/zoh") || !facts.contains("field/foh")) return;
     double added = picture(field == Field::nearest  ? "zoh"
                            : field == Field::linear ? "foh"
                                                     : "bspline3");

@@ -10,17 +10,6 @@ namespace {
 
 constexpr int kLead = 1, kTrail = 2;  // taps of a cubic before and behind its cell
 
-/// Puts the last finite value of a row where one is not; 0 before the first.
-template <class Real>
-void bridge(Real* row, std::int64_t n) {
-    Real last = 0;
-    for (std::int64_t x = 0; x < n; ++x)
-        if (std::isfinite(row[x]))
-            last = row[x];
-        else
-            row[x] = last;
-}
-
 /// What every axis of more than one sample multiplies by.
 constexpr double kGain = (1 - kSplinePole) * (1 - 1 / kSplinePole);
 
@@ -46,17 +35,49 @@ SplineBlock<Real>::SplineBlock(const Data& data, const Region& cells, int margin
         pad_[axis] = padded ? kLead : 0;
         padded_[axis] = held_.extent()[axis] + (padded ? kLead + kTrail : 0);
     }
-    coefficients_ =
-        Array(static_cast<std::size_t>(padded_.samples() * channels_) * sizeof(Real), memory);
-    first_ = static_cast<Real*>(coefficients_.data());
-    load(data, finite);
-    for (int c = 0; c < channels_; ++c) prefilter(box_of(c));
-    mirror_pads(data.what.extent);
+    allocate(memory);
+    load(data, finite, memory);
+    finish(data.what.extent);
+    if (shares_) shares_->finish(data.what.extent);
 }
 
 template <class Real>
-void SplineBlock<Real>::load(const Data& data, bool finite) {
-    finite = finite || is_integer(data.what.type);
+SplineBlock<Real>::SplineBlock(const SplineBlock& like, Shape, std::pmr::memory_resource* memory)
+    : held_(like.held_), padded_(like.padded_), pad_(like.pad_), channels_(like.channels_) {
+    allocate(memory);
+}
+
+template <class Real>
+void SplineBlock<Real>::allocate(std::pmr::memory_resource* memory) {
+    coefficients_ =
+        Array(static_cast<std::size_t>(padded_.samples() * channels_) * sizeof(Real), memory);
+    first_ = static_cast<Real*>(coefficients_.data());
+}
+
+template <class Real>
+void SplineBlock<Real>::finish(const Extent& n) {
+    for (int c = 0; c < channels_; ++c) prefilter(box_of(c));
+    mirror_pads(n);
+}
+
+/// @param whole  share of a value that is finite, times the gain of the prefilter
+template <class Real>
+void SplineBlock<Real>::pass_over(const Box<Real>& to, const Box<Real>& shares, Real whole) {
+    for (std::int64_t z = 0; z < to.n.z; ++z)
+        for (std::int64_t y = 0; y < to.n.y; ++y) {
+            Real* row = to.first + z * to.plane + y * to.row;
+            Real* share = shares.first + z * shares.plane + y * shares.row;
+            for (std::int64_t x = 0; x < to.n.x; ++x) {
+                share[x] = std::isfinite(row[x]) ? whole : 0;
+                if (share[x] == 0) row[x] = 0;
+            }
+        }
+}
+
+template <class Real>
+void SplineBlock<Real>::load(const Data& data, bool finite, std::pmr::memory_resource* memory) {
+    const bool checked = finite || is_integer(data.what.type);
+    finite = true;
     const Extent held = held_.extent();
     double gain = 1;
     for (int axis = 0; axis < 3; ++axis) gain *= held[axis] > 1 ? kGain : 1;
@@ -65,11 +86,12 @@ void SplineBlock<Real>::load(const Data& data, bool finite) {
     for (int c = 0; c < channels_; ++c) {
         const Box<Real> to = box_of(c);
         map_box(stored_box(data, held_.begin, c, channels_), slope, offset, to);
-        if (finite || all_finite(to)) continue;
-        for (std::int64_t z = 0; z < held.z; ++z)
-            for (std::int64_t y = 0; y < held.y; ++y)
-                bridge(to.first + z * to.plane + y * to.row, held.x);
+        finite = finite && (checked || all_finite(to));
     }
+    if (finite) return;
+    shares_.reset(new SplineBlock(*this, Shape{}, memory));
+    for (int c = 0; c < channels_; ++c)
+        pass_over(box_of(c), shares_->box_of(c), static_cast<Real>(gain));
 }
 
 template <class Real>
@@ -126,9 +148,9 @@ void SplineBlock<Real>::at(const Vec3& p, double* values) const noexcept {
         if (!pad_[axis]) weight[axis] = {1, 0, 0, 0};
     }
     const int rows = pad_[1] ? 4 : 1, planes = pad_[2] ? 4 : 1;
-    for (int c = 0; c < channels_; ++c) {
+    const auto sum_at = [&](const Real* first, int c) {
         const Real* corner =
-            first_ + start[0] + padded_.x * (start[1] + padded_.y * (start[2] + padded_.z * c));
+            first + start[0] + padded_.x * (start[1] + padded_.y * (start[2] + padded_.z * c));
         std::array<Real, 4> columns{};
         for (int k = 0; k < planes; ++k, corner += padded_.x * padded_.y)
             for (int j = 0; j < rows; ++j) {
@@ -138,7 +160,11 @@ void SplineBlock<Real>::at(const Vec3& p, double* values) const noexcept {
             }
         Real value = 0;
         for (int i = 0; i < 4; ++i) value += weight[0][i] * columns[i];
-        values[c] = value;
+        return value;
+    };
+    for (int c = 0; c < channels_; ++c) {
+        values[c] = sum_at(first_, c);
+        if (shares_) values[c] /= sum_at(shares_->first_, c);
     }
 }
 
