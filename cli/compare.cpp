@@ -13,8 +13,8 @@
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "graph/range.hpp"
 #include "graph/errors.hpp"
+#include "graph/range.hpp"
 #include "graph/with_type.hpp"
 #include "runtime/memory_budget.hpp"
 

@@ -204,8 +204,8 @@ class Performance {
         Measured& measured = *session_.measured;
         const Verified& error = *measured.error;
         if (error.high <= budget) return;
-        const std::string interval =
-            fmt::format("error: {:.3g} (95 %: {:.3g} to {:.3g})", error.nrmse, error.low, error.high);
+        const std::string interval = fmt::format("error: {:.3g} (95 %: {:.3g} to {:.3g})",
+                                                 error.nrmse, error.low, error.high);
         if (error.low > budget) {
             measured.kept = false;
             session_.messages.warning(
@@ -213,9 +213,9 @@ class Performance {
             return;
         }
         if (measured.kept == true) measured.kept.reset();
-        session_.messages.warning(fmt::format(
-            "{} leaves open whether the budget of {:.3g} is kept; --verify=all decides", interval,
-            budget));
+        session_.messages.warning(
+            fmt::format("{} leaves open whether the budget of {:.3g} is kept; --verify=all decides",
+                        interval, budget));
     }
 
     Session& session_;

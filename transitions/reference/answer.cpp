@@ -176,9 +176,10 @@ double Reference::bytes(double samples, int threads) const noexcept {
     const double each = 2.5 * sizeof(Visit) + sizeof(Stretch) + sizeof(std::size_t);
     // Where samples are not finite there is a second one, of the shares of those that are.
     const double blocks = field_.may_have_gaps() ? 2 : 1;
-    const double block = tiled ? blocks * SplineBlock<double>::bytes({side, side, side}, field_.extent(),
-                                                            FieldPiece::kMargin, field_.channels())
-                               : 0;
+    const double block =
+        tiled ? blocks * SplineBlock<double>::bytes({side, side, side}, field_.extent(),
+                                                    FieldPiece::kMargin, field_.channels())
+              : 0;
     return visits * each + threads * block;
 }
 

@@ -18,8 +18,8 @@ struct Part {
 
 /// What else is known of a sum whose parts were drawn.
 struct AroundParts {
-    double sure = 0;      // what is part of it for certain, besides the draws
-    double variance = 0;  // of the sum over all that could have been drawn
+    double sure = 0;             // what is part of it for certain, besides the draws
+    double variance = 0;         // of the sum over all that could have been drawn
     double least = 0, most = 0;  // limits of the sum
 };
 

@@ -123,8 +123,8 @@ void PreviewBlock::reference(const Places& places, double* values) const {
     std::vector<double> exact(static_cast<std::size_t>(channels_));
     for (std::size_t i = 0; i < places.count; ++i)
         if (field_.near_non_finite(places[i]))
-            values[i] = field_.at(places[i], exact) ? exact[0]
-                                                    : std::numeric_limits<double>::quiet_NaN();
+            values[i] =
+                field_.at(places[i], exact) ? exact[0] : std::numeric_limits<double>::quiet_NaN();
 }
 
 Vec3 PreviewBlock::assigned_to(const Vec3& p, std::uint64_t seed) const {

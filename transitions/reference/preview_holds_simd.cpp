@@ -66,8 +66,8 @@ void NearestAt(const HeldBox<float>& box, const Places& places, double* values) 
         values[i] = static_cast<double>(box.first[offset[i]]);
 }
 
-/// What rays read there where a sample is not finite: one that weighs no more than places are rounded
-/// by does not count.
+/// What rays read there where a sample is not finite: one that weighs no more than places are
+/// rounded by does not count.
 float linear_near_gap(const float* near, const std::array<std::int32_t, 3>& stride,
                       const std::array<float, 3>& f) {
     constexpr float kOnSample = 1e-3f;
@@ -77,8 +77,8 @@ float linear_near_gap(const float* near, const std::array<std::int32_t, 3>& stri
     std::array<float, 4> line;
     for (int k = 0; k < 2; ++k)
         for (int j = 0; j < 2; ++j) {
-            const float* at = near + (j > 0 && f[1] > 0 ? stride[1] : 0) +
-                              (k > 0 && f[2] > 0 ? stride[2] : 0);
+            const float* at =
+                near + (j > 0 && f[1] > 0 ? stride[1] : 0) + (k > 0 && f[2] > 0 ? stride[2] : 0);
             line[static_cast<std::size_t>(2 * k + j)] =
                 blend(at[0], at[f[0] > 0 ? stride[0] : 0], f[0]);
         }

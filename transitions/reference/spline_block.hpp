@@ -18,9 +18,9 @@ std::int64_t mirrored_index(std::int64_t index, std::int64_t n) noexcept;
 /// The samples in the box and a margin around it are prefiltered (Unser 1999; mirror at the ends).
 /// Where the margin ends at a face of the data the coefficients are those of the whole data; where
 /// it is cut they are off by |pole|^margin of the difference between neighbours: 2e-14 for 24
-/// samples, 4e-4 for 6. Values that are not finite are passed over: the spline through the others and
-/// zeros is divided by that through ones and zeros, so that a constant stays constant. (Near such
-/// values that may come close to 0 / 0; ReferenceField says what holds there.)
+/// samples, 4e-4 for 6. Values that are not finite are passed over: the spline through the others
+/// and zeros is divided by that through ones and zeros, so that a constant stays constant. (Near
+/// such values that may come close to 0 / 0; ReferenceField says what holds there.)
 template <class Real>
 class SplineBlock {
  public:

@@ -134,7 +134,8 @@ void Verifier::look_evenly(std::int64_t samples) {
     }
     looked_at_all_ = tried == there;
     const auto found = static_cast<double>(looked_.size());
-    population_ = found * static_cast<double>(there) / static_cast<double>(std::max<std::int64_t>(1, tried));
+    population_ =
+        found * static_cast<double>(there) / static_cast<double>(std::max<std::int64_t>(1, tried));
 }
 
 /// Of all that are looked at alike.
@@ -151,11 +152,10 @@ void Verifier::draw_all() {
 void Verifier::look_around_extremes() {
     std::sort(nearby_.begin(), nearby_.end(),
               [](const Nearby& a, const Nearby& b) { return is_before(a.at, b.at); });
-    nearby_.erase(std::unique(nearby_.begin(), nearby_.end(),
-                              [](const Nearby& a, const Nearby& b) {
-                                  return key_of(a.at) == key_of(b.at);
-                              }),
-                  nearby_.end());
+    nearby_.erase(
+        std::unique(nearby_.begin(), nearby_.end(),
+                    [](const Nearby& a, const Nearby& b) { return key_of(a.at) == key_of(b.at); }),
+        nearby_.end());
     const auto near = static_cast<double>(nearby_.size());
     std::vector<Looked> joined;
     std::vector<float> delivered;
@@ -166,7 +166,8 @@ void Verifier::look_around_extremes() {
     std::size_t even = 0;
     auto next = nearby_.begin();
     for (std::size_t i = 0; i <= looked_.size(); ++i) {
-        for (; next != nearby_.end() && (i == looked_.size() || !is_before(looked_[i].at, next->at));
+        for (;
+             next != nearby_.end() && (i == looked_.size() || !is_before(looked_[i].at, next->at));
              ++next)
             take({.at = next->at, .is_certain = true}, next->values.data());
         if (i == looked_.size()) break;
@@ -235,8 +236,7 @@ std::vector<double> Verifier::roughness(const std::vector<double>& guesses) cons
     }
     std::vector<double> rough(squares.size(), 0);
     for (std::size_t i = 0; i < rough.size() && sum > 0; ++i)
-        rough[i] = looked_[i].weight *
-                   (squares[i] / sum + std::sqrt(squares[i]) / sum_of_roots);
+        rough[i] = looked_[i].weight * (squares[i] / sum + std::sqrt(squares[i]) / sum_of_roots);
     return rough;
 }
 
@@ -288,9 +288,8 @@ void Verifier::draw() {
     for (const std::size_t i : order) in_order.push_back(chances[i]);
     for (const std::size_t place : draw_by_chance(in_order, seed_)) {
         const std::size_t i = order[place];
-        draws_.push_back({.looked = i,
-                          .weight = looked_[i].weight / chances[i],
-                          .missing = 1 - chances[i]});
+        draws_.push_back(
+            {.looked = i, .weight = looked_[i].weight / chances[i], .missing = 1 - chances[i]});
     }
     std::sort(draws_.begin(), draws_.end(),
               [](const Draw& a, const Draw& b) { return a.looked < b.looked; });
@@ -315,9 +314,9 @@ void Verifier::take_looked(int frame, const Data& result) {
     const auto before = [](const Looked& looked, int view) { return looked.at.view < view; };
     const auto begin = std::lower_bound(looked_.begin(), looked_.end(), frame, before);
     for (auto looked = begin; looked != looked_.end() && looked->at.view == frame; ++looked)
-        copy_written(result, place_in(result.what.extent, looked->at),
-                     delivered_.data() +
-                         static_cast<std::size_t>(looked - looked_.begin()) * channels_);
+        copy_written(
+            result, place_in(result.what.extent, looked->at),
+            delivered_.data() + static_cast<std::size_t>(looked - looked_.begin()) * channels_);
 }
 
 /// All written channels of the sample at a place.

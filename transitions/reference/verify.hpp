@@ -73,7 +73,7 @@ class Verifier {
     /// Of the samples that are looked at.
     struct Looked {
         OutputSample at;
-        double weight = 0;  // the share of all that it stands for
+        double weight = 0;        // the share of all that it stands for
         bool is_certain = false;  // it was looked at in any case, and stands for itself
     };
     /// What lies around an extreme of the first result, as delivered there.
@@ -91,7 +91,7 @@ class Verifier {
         struct Even {
             double weight = 0, sum = 0, fourth = 0;  // of squares, and of their squares
         };
-        std::vector<Part> parts;  // that were left to chance
+        std::vector<Part> parts;   // that were left to chance
         double sum = 0, sure = 0;  // of weighted squares; without `parts`
         double left_out = 0;       // weights where there is no reference
         Even even;                 // of those that were looked at by chance
@@ -128,13 +128,13 @@ class Verifier {
     std::uint64_t seed_;
     std::int64_t wanted_ = 0;
     bool all_ = false, labels_ = false;
-    bool remembers_ = true;     // the places and what the reference has there
-    double population_ = 0;     // samples that see the input, about
+    bool remembers_ = true;  // the places and what the reference has there
+    double population_ = 0;  // samples that see the input, about
     bool looked_at_all_ = false;
     std::vector<Looked> looked_;    // in order of frames
     std::vector<float> delivered_;  // [looked][channels]
     std::vector<Draw> draws_;
-    std::vector<double> reference_of_drawn_;  // [draw][channels]
+    std::vector<double> reference_of_drawn_;     // [draw][channels]
     std::vector<double> reference_of_extremes_;  // of the guess
     std::vector<Extreme> largest_, smallest_;
     std::vector<Nearby> nearby_;

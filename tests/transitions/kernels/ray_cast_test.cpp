@@ -278,8 +278,6 @@ TEST(RayCast, SparseSamplesOfLargeVolumes) {
 }
 
 TEST(RayCast, NotFiniteSamplesCountAsOutside) {
-    // Far enough from the ends: where a position is clamped, the farthest tap has weight 0, and
-    // 0 x infinity would show in one of two equal ways to choose the taps.
     const Extent n{13, 13, 13};
     auto volume = random_volume<float>(n, 1, 255, 14);
     const float bad[] = {std::numeric_limits<float>::quiet_NaN(),
@@ -297,6 +295,41 @@ TEST(RayCast, NotFiniteSamplesCountAsOutside) {
     cast.rule = Combine::sum;
     ray_cast(cast, 7, 7, 1, 1, &pixel, 1);
     EXPECT_EQ(pixel, 0);
+}
+
+/// Rays through samples lose the one that is not finite, and nothing beside it.
+TEST(RayCast, LosesNoSampleBesideOneThatIsNotFinite) {
+    const Extent n{9, 9, 9};
+    auto volume = random_volume<double>(n, 1, 2, 14);
+    std::fill(volume.samples.begin(), volume.samples.end(), 1.0);
+    volume.at(4, 4, 4) = std::numeric_limits<double>::quiet_NaN();
+    volume.at(8, 8, 8) = std::numeric_limits<double>::infinity();
+    volume.at(0, 3, 0) = -std::numeric_limits<double>::infinity();
+    auto floats = random_volume<float>(n, 1, 2, 14);
+    std::copy(volume.samples.begin(), volume.samples.end(), floats.samples.begin());
+    for (const Type type : {Type::f32, Type::f64})
+        for (const Hold hold : {Hold::zoh, Hold::foh})
+            for (int axis = 0; axis < 3; ++axis) {
+                RayCast cast{.volume = type == Type::f32 ? floats.grid(type) : volume.grid(type),
+                             .hold = hold,
+                             .rule = Combine::sum};
+                const int across = (axis + 1) % 3, down = (axis + 2) % 3;
+                cast.rays.origin.x[across] = cast.rays.origin.y[down] = 1;
+                cast.rays.origin.base[axis] = -0.5;  // cells are sampled at their middles
+                cast.rays.direction.base[axis] = 1;
+                std::vector<float> picture(81);
+                ray_cast(cast, 0, 0, 9, 9, picture.data(), 9);
+                for (int y = 0; y < 9; ++y)
+                    for (int x = 0; x < 9; ++x) {
+                        std::array<int, 3> p{};
+                        p[across] = x, p[down] = y;
+                        int missing = 0;
+                        for (p[axis] = 0; p[axis] < 9; ++p[axis])
+                            missing += !std::isfinite(volume.at(p[0], p[1], p[2]));
+                        EXPECT_NEAR(picture[9 * y + x], 9 - missing, 1e-5)
+                            << axis << ": " << x << ", " << y;
+                    }
+            }
 }
 
 TEST(RayCast, TilesShowNowhere) {

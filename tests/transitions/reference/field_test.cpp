@@ -178,6 +178,51 @@ TEST(ReferenceField, IsAbsentAroundValuesThatAreNotFiniteAndFiniteElsewhere) {
     }
 }
 
+/// Samples that are not finite are passed over: with any of them missing a constant stays constant.
+TEST(ReferenceField, KeepsAConstantBesideGaps) {
+    const Extent n{14, 11, 9};
+    Data data = volume_of(n, Type::f32);
+    std::mt19937 bits(5);
+    for (std::int64_t i = 0; i < n.samples(); ++i)
+        data.as<float>()[i] = bits() % 5 == 0 ? HUGE_VALF : 1000;
+    for (std::int64_t i = 3 * 14 * 11; i < 5 * 14 * 11; ++i) data.as<float>()[i] = NAN;
+    for (Field kind : {Field::spline, Field::linear, Field::nearest}) {
+        const ReferenceField field(data, kind);
+        const FieldPiece piece(field, Region::all(n), std::pmr::get_default_resource());
+        int present = 0;
+        for (int i = 0; i < 300; ++i) {
+            const Vec3 p(13 * (bits() * 0x1p-32), 10 * (bits() * 0x1p-32), 8 * (bits() * 0x1p-32));
+            double alone = 0, value = 0;
+            const bool is_there = field.at(p, {&alone, 1});
+            ASSERT_EQ(piece.at(p, &value), is_there);
+            if (!is_there) continue;
+            ++present;
+            EXPECT_NEAR(alone, 1000, 1e-9);
+            EXPECT_NEAR(value, 1000, 1e-9);
+        }
+        EXPECT_GT(present, 100);
+    }
+}
+
+/// Prepared or not, the field is the same near gaps and far from them.
+TEST(ReferenceField, IsTheSameInPiecesWithGaps) {
+    const Extent n{30, 11, 9};
+    Data data = volume_of(n, Type::f32);
+    for (std::int64_t i = 0; i < n.samples(); ++i)
+        if (i % 30 < 3) data.as<float>()[i] = NAN;
+    const ReferenceField field(data, Field::spline);
+    const FieldPiece piece(field, Region::all(n), std::pmr::get_default_resource());
+    std::mt19937 bits(5);
+    for (int i = 0; i < 300; ++i) {
+        const Vec3 p(2.5 + 26 * (bits() * 0x1p-32), 10 * (bits() * 0x1p-32),
+                     8 * (bits() * 0x1p-32));
+        double alone = 0, value = 0;
+        ASSERT_TRUE(field.at(p, {&alone, 1}));
+        ASSERT_TRUE(piece.at(p, &value));
+        EXPECT_NEAR(alone, value, 1e-9) << p.transpose();
+    }
+}
+
 TEST(ReferenceField, MapsValuesAndKeepsChannelsApart) {
     Data data = volume_of({9, 8, 1}, Type::u8, 2, 3);
     data.what.values = {2, -5};

@@ -137,7 +137,8 @@ Data peaks(std::int64_t side, int count) {
     Data data = Data::make(what, heap());
     std::fill_n(data.as<float>(), what.samples(), 0.0F);
     std::mt19937_64 bits(3);
-    for (int i = 0; i < count; ++i) data.as<float>()[bits() % static_cast<unsigned>(what.samples())] = 1;
+    for (int i = 0; i < count; ++i)
+        data.as<float>()[bits() % static_cast<unsigned>(what.samples())] = 1;
     return data;
 }
 
@@ -176,21 +177,16 @@ TEST_P(Intervals, HoldTheFullError) {
     // Of 200 estimates whose intervals are at most so wide the mean is surer by sqrt(200).
     EXPECT_NEAR(mean, all.nrmse * all.nrmse, 0.07 * all.nrmse * all.nrmse);
 }
-INSTANTIATE_TEST_SUITE_P(Requests, Intervals,
-                         testing::Values(Case{"zone-plate", Job::warp, Mode::mip},
-                                         Case{"checker", Job::warp, Mode::mip},
-                                         Case{"gaussians", Job::warp, Mode::mip},
-                                         Case{"one_peak", Job::warp, Mode::mip},
-                                         Case{"some_peaks", Job::warp, Mode::mip},
-                                         Case{"shepp-logan", Job::render, Mode::mip},
-                                         Case{"gaussians", Job::render, Mode::mip},
-                                         Case{"one_peak", Job::render, Mode::mip},
-                                         Case{"some_peaks", Job::render, Mode::xray},
-                                         Case{"sphere", Job::render, Mode::xray},
-                                         Case{"noise", Job::render, Mode::composite}),
-                         [](const auto& tested) {
-                             return "number_" + std::to_string(tested.index);
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Requests, Intervals,
+    testing::Values(
+        Case{"zone-plate", Job::warp, Mode::mip}, Case{"checker", Job::warp, Mode::mip},
+        Case{"gaussians", Job::warp, Mode::mip}, Case{"one_peak", Job::warp, Mode::mip},
+        Case{"some_peaks", Job::warp, Mode::mip}, Case{"shepp-logan", Job::render, Mode::mip},
+        Case{"gaussians", Job::render, Mode::mip}, Case{"one_peak", Job::render, Mode::mip},
+        Case{"some_peaks", Job::render, Mode::xray}, Case{"sphere", Job::render, Mode::xray},
+        Case{"noise", Job::render, Mode::composite}),
+    [](const auto& tested) { return "number_" + std::to_string(tested.index); });
 
 /// Results that are wrong where nothing in the data tells: the guess is compared with the results.
 TEST(Verifier, FindsWrongPlacesThatTheDataDoNotTell) {
@@ -344,7 +340,8 @@ TEST(RangeBetween, IsNeverZero) {
     EXPECT_EQ(range_between(-2, -2), 2);
     EXPECT_EQ(range_between(0, 0), 1);
     EXPECT_EQ(range_between(1, 0), 1);
-    EXPECT_EQ(range_between(1000, std::nextafter(1000.0F, 2000.0F)), std::nextafter(1000.0F, 2000.0F));
+    EXPECT_EQ(range_between(1000, std::nextafter(1000.0F, 2000.0F)),
+              std::nextafter(1000.0F, 2000.0F));
     EXPECT_EQ(range_between(0, 1e-9), 1e-9);
     EXPECT_EQ(range_between(-1e-9, 1e-9, 1), 1) << "what is left of 1 - 1";
 }
