@@ -480,15 +480,10 @@ void Verifier::compare(const float* delivered, const double* expected, const Dra
     compared_.sum += part;
     compared_.squares += square;
     compared_.largest_square = std::max(compared_.largest_square, square);
-    if (draw.missing > 0)
-        compared_.parts.push_back({part, draw.missing});
-    else
-        compared_.sure += part;
-    if (remembers_ && !looked_[draw.looked].is_certain) {
-        compared_.even.weight += draw.weight;
-        compared_.even.sum += part;
-        compared_.even.fourth += part * square;
-    }
+    if (all_) return;
+    // Of those that were looked at by chance it stands for as many as it was likely to be missed.
+    const double looks = looked_[draw.looked].is_certain ? 0 : 1 / (1 - draw.missing);
+    compared_.parts.push_back({part, draw.missing, square, looks});
 }
 
 /// @param mean  square; of labels the share that differs
@@ -496,20 +491,14 @@ Interval Verifier::interval(double mean) const {
     const double root = std::sqrt(mean);
     if (all_ || !std::isfinite(root)) return {root, root};
     if (labels_) return root_share_interval(compared_.differ, compared_.samples);
-    AroundParts around{.sure = compared_.sure,
-                       .least = compared_.squares / population_,
-                       .most = compared_.largest_square};
-    // Those that are looked at are a part of all; of these the same squares would be drawn.
-    const Compared::Even& even = compared_.even;
     double looked = 0;
     for (const Looked& each : looked_) looked += each.is_certain ? 0 : 1;
-    if (!looked_at_all_ && looked > 1 && even.weight > 0) {
-        const double here = even.sum / even.weight;
-        const double spread = std::max(0.0, even.fourth / even.weight - here * here);
-        const double seen = std::min(1.0, looked / population_);
-        around.variance = even.weight * even.weight * spread * (1 - seen) / (looked - 1);
-    }
-    return root_sum_interval(compared_.parts, around, seed_);
+    return root_sum_interval(compared_.parts,
+                             {.looked = looked,
+                              .seen = looked_at_all_ ? 1 : std::min(1.0, looked / population_),
+                              .least = compared_.squares / population_,
+                              .most = compared_.largest_square},
+                             seed_);
 }
 
 void Verifier::begin_again() {

@@ -88,13 +88,9 @@ class Verifier {
     };
     /// Sums over what was compared; weights add up to 1.
     struct Compared {
-        struct Even {
-            double weight = 0, sum = 0, fourth = 0;  // of squares, and of their squares
-        };
-        std::vector<Part> parts;   // that were left to chance
-        double sum = 0, sure = 0;  // of weighted squares; without `parts`
+        std::vector<Part> parts;   // where not all are compared
+        double sum = 0;            // of weighted squares
         double left_out = 0;       // weights where there is no reference
-        Even even;                 // of those that were looked at by chance
         double squares = 0, largest_square = 0, largest_difference = 0;
         double low = std::numeric_limits<double>::infinity(), high = -low;
         std::int64_t samples = 0, differ = 0;

@@ -163,7 +163,7 @@ Interval measured(const Request& want, const ReferenceField& truth, const Refere
                             static_cast<double>(squares.size());
         std::vector<Part> parts;
         for (const double square : squares)
-            parts.push_back({square / static_cast<double>(squares.size())});
+            parts.push_back({.value = square / static_cast<double>(squares.size())});
         return {root_sum_interval(parts, {.most = HUGE_VAL}, 1).low, std::sqrt(mean)};
     };
     if (want.job == Job::warp) {
