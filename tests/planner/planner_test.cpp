@@ -297,7 +297,8 @@ TEST(Planner, QuestionsToEdgesAreFewAlsoForAThousandViews) {
     toy.frames = 1000;
     Planned planned(toy);
     int works = 0, offers = 0;
-    for (Transition& edge : planned.catalogue) {
+    for (std::size_t i = 0; i < planned.catalogue.size(); ++i) {
+        Transition& edge = planned.catalogue[i];
         edge.work = [&works, inner = edge.work](const Offer& o, const Ask& a, int view) {
             ++works;
             return inner(o, a, view);

@@ -172,8 +172,8 @@ Planned refusing(std::set<std::string> names) {
     toy.vertices = {{1}, {1}, {1}, {1, true}};
     toy.edges = {{0, 1, {{}}}, {1, 2, {{}}}, {2, 3, {{}}}, {1, 3, {{}}}};
     Planned planned(toy);
-    for (Transition& edge : planned.catalogue)
-        if (names.contains(edge.name))
+    for (std::size_t i = 0; i < planned.catalogue.size(); ++i)
+        if (Transition& edge = planned.catalogue[i]; names.contains(edge.name))
             edge.offer = [](const Representation&, const Ask&, const Parameters&) {
                 return Offer::no("not today");
             };

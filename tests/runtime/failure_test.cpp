@@ -98,8 +98,8 @@ TEST(Failure, GoesOnFromTheFurthestWholeResult) {
                 return replan(failed, why, held);
             };
             std::atomic<int> prepared = 0;
-            for (Transition& edge : job.catalogue)
-                if (edge.name.starts_with("toy.prepare"))
+            for (std::size_t i = 0; i < job.catalogue.size(); ++i)
+                if (Transition& edge = job.catalogue[i]; edge.name.starts_with("toy.prepare"))
                     edge.run = [&prepared, inner = edge.run](auto&&... all) {
                         ++prepared;
                         inner(all...);
