@@ -315,7 +315,7 @@ std::string refused_demand(const Session& session) {
 /// That rounding to the file's type is what breaks an error budget, or "".
 std::string rounding_text(const Session& session) {
     const Request& want = session.want();
-    if (!want.written || !want.budget.error || want.budget.error_is_default) return {};
+    if (!want.written || !want.budget.error) return {};
     const double error = rounding_of(session.ask()) / session.scene.range;
     if (error <= *want.budget.error) return {};
     return fmt::format(
