@@ -81,6 +81,22 @@ inline std::array<double, 3> object_site(const ShearChain& chain,
     return x;
 }
 
+/// From one sample of the lines that pass k interpolates along to the next, in object space
+/// [voxel]: what the shears before it made of the pass's axis.
+std::array<double, 3> line_of_pass(const ShearChain& chain, int k) noexcept;
+
+/// Whether pass k moves lines by parts of a sample, so that it has to interpolate.
+bool interpolates(const ShearChain& chain, int k) noexcept;
+/// The passes that do so along lines that are slanted in object space: lines of the field that its
+/// own interpolation does not follow.
+int slanted_passes(const ShearChain& chain) noexcept;
+bool is_slanted_pass(const ShearChain& chain, int k) noexcept;
+
+/// Along any axis of object space, samples of such lines are at most so far apart where a warp by
+/// passes is worth its while: a line whose samples lie farther apart folds over what lies between.
+/// Those of rotations keep within it.
+constexpr double kCoarsestLine = 1.25;
+
 /// |T^-1 M x - x| <= half the sum of |(E_1^-1 ... E_k^-1) u_axis(k)| over the shears E_k, because
 /// each rounding is off by at most half. Along the axes of object space [voxel].
 std::array<double, 3> displacement_bound(const ShearChain& chain) noexcept;

@@ -51,10 +51,10 @@ struct Spans {
 /// stretch of a row are in one piece, so is all between them.
 class Border {
  public:
-    Border(const ShearedImage& image, bool only_misses)
+    Border(const ShearedImage& image, Read read)
         : image_(image),
           rule_(image.warp.with.rule),
-          only_misses_(only_misses),
+          read_(read),
           across_{Across(image.warp.x, image.warp.dx, image.warp.volume.extent.x),
                   Across(image.warp.y, image.warp.dy, image.warp.volume.extent.y)},
           reach_{std::abs(across_[0].inverse), std::abs(across_[1].inverse), 0},
@@ -128,10 +128,10 @@ class Border {
         const std::size_t in = spans.enters(), out = spans.leaves();
         const int faces = static_cast<int>(3 * in + out);
         if (spans.high[out] <= spans.low[in]) return kMissesAlong + faces;
-        if (only_misses_) return 0;
+        if (read_ == Read::continued) return 0;
         if (beside) return kUneven;
         const bool sums = rule_ == Combine::sum || rule_ == Combine::over;
-        if (sums) return linear(spans, in, out) ? faces : kUneven;
+        if (sums && read_ == Read::bilinear) return linear(spans, in, out) ? faces : kUneven;
         return covered(spans) ? 0 : kUneven;
     }
 
@@ -157,12 +157,14 @@ class Border {
         return spans.high[out] - spans.low[in] >= moves + least_;
     }
 
-    /// One pixel of rays that meet the volume, from those of its neighbours that do.
+    /// One pixel of rays that meet the volume, from those of its neighbours that do; of the nearest
+    /// alone where the picture is not interpolated.
     void correct(const Place& p, float* out) const {
         const double i = std::floor(p[0]), j = std::floor(p[1]);
         const std::array<double, 2> f = {p[0] - i, p[1] - j};
         double weight = 0, length = 0;
         std::array<double, 4> sum{};
+        int nearest = 0;  // of the corners that count
         for (int corner = 0; corner < 4; ++corner) {
             const int right = corner & 1, below = corner >> 1;
             const double w = (right ? f[0] : 1 - f[0]) * (below ? f[1] : 1 - f[1]);
@@ -171,9 +173,16 @@ class Border {
             if (w == 0 || column < 0 || line < 0 || column >= image_.extent.x ||
                 line >= image_.extent.y)
                 continue;
+            const bool farther = read_ == Read::nearest && w < weight;
+            if (farther) continue;
             float low, high;
             kernels::shear_spans(image_.warp, column, line, 1, 1, &low, &high, 1);
             if (!(static_cast<double>(high) - static_cast<double>(low) > least_)) continue;
+            if (read_ == Read::nearest) {
+                weight = length = 0;
+                sum = {};
+                nearest = corner;
+            }
             weight += w;
             length += w * (static_cast<double>(high) - static_cast<double>(low));
             const float* value = image_.at(column, line);
@@ -184,7 +193,10 @@ class Border {
         bool beside;
         spans_at(p, spans, beside);
         const double chord = spans.high[spans.leaves()] - spans.low[spans.enters()];
-        finish(sum, weight, chord * weight / length, out);
+        // The nearest pixel of all is read as it is.
+        const int own = (f[0] < 0.5 ? 0 : 1) + (f[1] < 0.5 ? 0 : 2);
+        const bool as_it_is = read_ == Read::nearest && nearest == own;
+        finish(sum, weight, as_it_is ? 1 : chord * weight / length, out);
     }
 
     /// @param share  the length of the ray, of that which its neighbours have on the average
@@ -201,7 +213,7 @@ class Border {
 
     const ShearedImage& image_;
     Combine rule_;
-    bool only_misses_;
+    Read read_;
     std::array<Across, 2> across_;
     std::array<double, 3> reach_;
     double least_;
@@ -315,10 +327,10 @@ void continue_image(const ShearedImage& image, std::pmr::memory_resource* memory
     for (std::int64_t j = 0; j < top; ++j) copy_row(top, j);
 }
 
-void mend_border(const ShearedImage& image, bool only_misses, const kernels::WarpOutput& picture,
+void mend_border(const ShearedImage& image, Read read, const kernels::WarpOutput& picture,
                  const Region& part) {
     const Extent held = picture.held.extent();
-    Border border(image, only_misses);
+    Border border(image, read);
     for (std::int64_t y = part.begin[1]; y < part.end[1]; ++y) {
         float* first = picture.samples + ((y - picture.held.begin[1]) * held.x + part.begin[0] -
                                           picture.held.begin[0]) *

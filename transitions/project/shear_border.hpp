@@ -29,12 +29,19 @@ struct ShearedImage {
 /// than the four neighbours of a place, as splines do, sees no step.
 void continue_image(const ShearedImage& image, std::pmr::memory_resource* memory);
 
-/// Corrects a bilinear picture of first-order hold where interpolation alone does not tell: pixels
-/// whose rays miss the volume get `outside`; the neighbours of others count only if their rays meet
-/// it; and where the lengths of rays inside are no linear function of the place, integrals are
-/// those of the ray's own length.
-/// @param only_misses  the picture was made of a continued image, and is right but for the first
-void mend_border(const ShearedImage& image, bool only_misses, const kernels::WarpOutput& picture,
+/// How a picture was read from the image.
+enum class Read {
+    bilinear,   // from four neighbours
+    nearest,    // from the nearest pixel
+    continued,  // from a continued image: right but for the rays that miss
+};
+
+/// Corrects a picture where reading the image alone does not tell: pixels whose rays miss the
+/// volume get `outside`, and for others only those neighbours count whose rays meet it (of which
+/// there is always one). Bilinear integrals are those of the ray's own length where the lengths of
+/// rays inside are no linear function of the place; so is one that has no other than a farther
+/// neighbour.
+void mend_border(const ShearedImage& image, Read read, const kernels::WarpOutput& picture,
                  const Region& part);
 
 }  // namespace edgewise

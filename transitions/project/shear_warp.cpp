@@ -268,12 +268,14 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
         kernels::Grid{image.data(), Type::f32, f.image, channels, {}}, f.to_image,
         spline ? kernels::Hold::bspline3 : hold, outside);
     const kernels::WarpOutput output{out.as<float>(), Region::all(out.what.extent)};
+    const Read read = spline                       ? Read::continued
+                      : hold == kernels::Hold::foh ? Read::bilinear
+                                                   : Read::nearest;
     const Extent tile = kernels::preferred_tile(out.what.extent);
     for_tiles(region, tile.x, tile.y, context, [&](const Region& part) {
         picture(output, part);
         if (spline) clamp(output, part, range);
-        // Without interpolation a pixel that meets nothing takes nothing from its neighbours.
-        if (hold == kernels::Hold::foh) mend_border(sheared, spline, output, part);
+        mend_border(sheared, read, output, part);
     });
 }
 

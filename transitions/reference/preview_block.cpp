@@ -144,19 +144,12 @@ bool PreviewBlock::reference(const Vec3& p, double* values) const {
     return true;
 }
 
-std::array<double, 2> PreviewBlock::sheared(const Vec3& p, std::uint64_t seed) const {
-    constexpr int kReach = 5;       // nodes on either side, which lie in the margin of the block
-    constexpr double kSlant = 0.5;  // shears of a turn by 30 degrees: 0.27 and 0.5
-    const auto axis = static_cast<int>(seed % static_cast<std::uint64_t>(field_.axes()));
-    Vec3 along = Vec3::Zero();
-    along[axis] = 1;
-    for (int other = 1; other < field_.axes(); ++other)
-        along[(axis + other) % field_.axes()] =
-            hashed(2 * seed + static_cast<std::uint64_t>(other)) < 0.5 ? kSlant : -kSlant;
-    const double f = p[axis] - std::floor(p[axis]);
-    // At floor + 1 - kReach ... floor + kReach, and at p.
+std::array<double, 2> PreviewBlock::sheared(const Vec3& p, const Vec3& line, double f) const {
+    // Nodes on either side. Lines reach 1.25 samples from node to node (kCoarsestLine), so that
+    // four lie in the margin of the block.
+    constexpr int kReach = 4;
     Places places;
-    for (int k = 0; k < 2 * kReach; ++k) places.add(p + (k + 1 - kReach - f) * along);
+    for (int k = 0; k < 2 * kReach; ++k) places.add(p + (k + 1 - kReach - f) * line);
     places.add(p);
     std::array<double, 2 * kReach + 1> value{};
     reference(places, value.data());
@@ -171,10 +164,10 @@ std::array<double, 2> PreviewBlock::sheared(const Vec3& p, std::uint64_t seed) c
     }
     for (int k = 2 * kReach - 2; k > 0; --k) bend[k] -= upper[k] * bend[k + 1];
     const int low = kReach - 1;
-    const double g = 1 - f, line = g * value[low] + f * value[low + 1];
+    const double g = 1 - f, linear = g * value[low] + f * value[low + 1];
     const double spline =
-        line + ((g * g * g - g) * bend[low] + (f * f * f - f) * bend[low + 1]) / 6;
-    return {line - value.back(), spline - value.back()};
+        linear + ((g * g * g - g) * bend[low] + (f * f * f - f) * bend[low + 1]) / 6;
+    return {linear - value.back(), spline - value.back()};
 }
 
 double PreviewBlock::noise(PreviewHold hold, const Vec3& p) const {

@@ -57,9 +57,10 @@ class PreviewBlock {
     bool reference(const Vec3& p, double* values) const;
     /// Of channel 0, at many places at once: NaN where the field is absent.
     void reference(const Places& places, double* values) const;
-    /// What one pass of shears gets wrong at p: the field along a slanted line, at whole places of
-    /// one axis, interpolated linearly and by a spline (`seed` picks axis and slant). Channel 0.
-    std::array<double, 2> sheared(const Vec3& p, std::uint64_t seed) const;
+    /// What one pass of shears gets wrong at p: the field interpolated linearly and by a spline
+    /// along a slanted line (of shear_lines), at p anywhere between two of its places. Channel 0.
+    /// @param place  of p between the two, 0 to 1
+    std::array<double, 2> sheared(const Vec3& p, const Vec3& line, double place) const;
     /// What zoh or foh makes of independent noise of RMS 1 in the samples.
     double noise(PreviewHold hold, const Vec3& p) const;
 

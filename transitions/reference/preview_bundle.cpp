@@ -131,8 +131,9 @@ class Tracer {
                 if (std::isfinite(d)) bundle_.field[method] += d * d * cells_.length[i];
             }
             bundle_.points += cells_.length[i];
-            if (setting_.want.eye || (cells_.index[i] & 3) != 0) continue;
-            const std::array<double, 2> wrong = block_.sheared(places_[i], seed(i));
+            if (setting_.lines.empty() || (cells_.index[i] & 3) != 0) continue;
+            const std::array<double, 2> wrong = block_.sheared(
+                places_[i], setting_.lines[seed(i) % setting_.lines.size()], hashed(seed(i)));
             for (std::size_t k = 0; k < wrong.size(); ++k)
                 if (std::isfinite(wrong[k])) bundle_.sheared[k] += wrong[k] * wrong[k];
             ++bundle_.sheared_points;

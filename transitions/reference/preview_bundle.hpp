@@ -42,7 +42,8 @@ struct Bundle {
 struct Setting {
     const Request& want;
     const ReferenceField& field;
-    double noise;  // RMS [value]
+    double noise;             // RMS [value]
+    std::vector<Vec3> lines;  // of a warp by shears; may be none
 };
 
 /// Whether a ray is of one of the classes of ShortRays.

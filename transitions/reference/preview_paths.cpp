@@ -116,7 +116,18 @@ ShearedPicture::ShearedPicture(const RaySpan& ray, const Extent& input, Mode mod
         corners_[corner] =
             pixel_at(whole[0] + i, whole[1] + j, (i > 0 ? u : 1 - u) * (j > 0 ? v : 1 - v), mode);
     }
-    nearest_ = pixel_at(std::floor(at[0] + 0.5), std::floor(at[1] + 0.5), 1, mode);
+    // The nearest of those that meet the input; there is always one, but for rounding.
+    std::size_t nearest = corners_.size();
+    for (std::size_t corner = 0; corner < corners_.size(); ++corner) {
+        const Pixel& pixel = corners_[corner];
+        if (pixel.weight == 0 || !(pixel.low < pixel.high)) continue;
+        if (nearest == corners_.size() || pixel.weight >= corners_[nearest].weight)
+            nearest = corner;
+    }
+    const std::size_t own = (at[0] - whole[0] < 0.5 ? 0u : 1u) + (at[1] - whole[1] < 0.5 ? 0u : 2u);
+    nearest_ = corners_[nearest < corners_.size() ? nearest : own];
+    nearest_.weight = 1;
+    farther_ = nearest < corners_.size() && nearest != own;
     if (mode == Mode::mip) smooth_ = smooth_at(at, mode);
     double begin = static_cast<double>(input[axis_]), end = -1;
     const auto join = [&](const Pixel& pixel) {
@@ -262,11 +273,21 @@ void ShearedPicture::trace(const PreviewBlock& block, double end, const Request&
     add(nearest_, kZoh, first, block, want);
 }
 
+void ShearedPicture::give_length(double share, Mode mode, std::span<double, 4> values) noexcept {
+    if (mode == Mode::xray) values[0] *= share;
+    if (mode != Mode::composite || !(values[3] > 0)) return;
+    const double opacity = 1 - std::pow(std::max(0.0, 1 - values[3]), share);
+    const double scale = opacity / values[3];
+    for (double& value : values) value *= scale;
+}
+
 void ShearedPicture::result(PreviewHold hold, const Request& want,
                             std::span<double, 4> values) const {
     std::fill(values.begin(), values.end(), 0.0);
+    const double chord = (ray_.high - ray_.low) / step_;
     if (hold == kZoh) {
         nearest_.stretch.result(want, values.data());
+        if (farther_) give_length(chord / (nearest_.high - nearest_.low), want.mode, values);
         return;
     }
     if (smooth_) {
@@ -284,13 +305,7 @@ void ShearedPicture::result(PreviewHold hold, const Request& want,
     }
     if (weight == 0) return;
     for (double& value : values) value /= weight;
-    const double share = (ray_.high - ray_.low) / step_ * weight / length;
-    if (want.mode == Mode::xray) values[0] *= share;
-    if (want.mode == Mode::composite && values[3] > 0) {
-        const double opacity = 1 - std::pow(std::max(0.0, 1 - values[3]), share);
-        const double scale = opacity / values[3];
-        for (double& value : values) value *= scale;
-    }
+    give_length(chord * weight / length, want.mode, values);
 }
 
 }  // namespace edgewise

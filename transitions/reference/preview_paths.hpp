@@ -31,8 +31,8 @@ class ScreenPicture {
 };
 
 /// Slices sheared onto an intermediate image with a pixel a voxel, which is then read at the ray:
-/// four neighbours by a bilinear picture, of which those count that meet the input, the nearest by
-/// one without interpolation. What the neighbours' rays have less or more of the input than this
+/// four neighbours by a bilinear picture, the nearest by one without interpolation; only those
+/// count that meet the input. What the neighbours' rays have less or more of the input than this
 /// one is made up for. A MIP of first-order hold is read by the spline through its pixels instead
 /// (project.shear_warp), of which six along either axis are known here: those beyond weigh a
 /// hundredth. The slices are those across the axis along which the ray advances fastest; pixels lie
@@ -70,6 +70,8 @@ class ShearedPicture {
         double result(double miss) const;
         std::optional<float> continued(int i, int j) const;
     };
+    /// Makes a picture's value that of a ray `share` times as long.
+    static void give_length(double share, Mode mode, std::span<double, 4> values) noexcept;
     Pixel pixel_at(double u, double v, double weight, Mode mode) const;
     Vec3 place_of(const std::array<double, 2>& at, std::int64_t slice) const;
     std::optional<Smooth> smooth_at(const std::array<double, 2>& at, Mode mode) const;
@@ -87,7 +89,8 @@ class ShearedPicture {
     double first_ = 0;                   // t of the first slice
     std::int64_t next_ = 0, last_ = -1;  // slices, counted from the eye
     std::array<Pixel, 4> corners_;
-    Pixel nearest_;
+    Pixel nearest_;                 // of those that meet the input
+    bool farther_ = false;          // it is not the nearest of all
     std::optional<Smooth> smooth_;  // of a MIP, in place of the corners
 };
 

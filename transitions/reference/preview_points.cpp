@@ -11,6 +11,7 @@
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_block.hpp"
 #include "transitions/reference/ray_look.hpp"
+#include "transitions/reference/shear_lines.hpp"
 
 namespace edgewise {
 namespace {
@@ -254,9 +255,11 @@ bool on_a_sample(const Vec3& p, int axes) {
     return true;
 }
 
+/// @param lines  of a warp by shears; may be none
 /// @param whole  of all the input, or null: one is prepared here
-void measure(const Reference& reference, const Extent& n, bool labels, Cluster& cluster,
-             const PreviewBlock* whole, std::pmr::memory_resource* memory) {
+void measure(const Reference& reference, const Extent& n, bool labels,
+             const std::vector<Vec3>& lines, Cluster& cluster, const PreviewBlock* whole,
+             std::pmr::memory_resource* memory) {
     const ReferenceField& field = reference.field();
     Region cells{{field.extent().x, field.extent().y, field.extent().z}, {0, 0, 0}};
     std::vector<Vec3> places;
@@ -302,9 +305,10 @@ void measure(const Reference& reference, const Extent& n, bool labels, Cluster& 
             }
             cluster.squares[method] += square;
         }
-        if (labels) continue;
+        if (labels || lines.empty()) continue;
+        const auto seed = static_cast<std::uint64_t>(std::abs(1e3 * p.sum()));
         const std::array<double, 2> sheared =
-            block.sheared(p, static_cast<std::uint64_t>(std::abs(1e3 * p.sum())));
+            block.sheared(p, lines[seed % lines.size()], hashed(seed));
         for (int i = 0; i < 2; ++i)
             if (std::isfinite(sheared[i])) cluster.squares[kHolds + i] += sheared[i] * sheared[i];
     }
@@ -330,8 +334,10 @@ Preview preview_points(const Request& want, const ReferenceField& field,
     std::optional<PreviewBlock> whole;
     if (field.extent().samples() <= kSmallInput)
         whole.emplace(field, Region::all(field.extent()), memory);
+    const std::vector<Vec3> lines = shear_lines(want);
     tbb::parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t i) {
-        measure(reference, want.output(), labels, clusters[i], whole ? &*whole : nullptr, memory);
+        measure(reference, want.output(), labels, lines, clusters[i], whole ? &*whole : nullptr,
+                memory);
     });
 
     std::array<std::array<ErrorTally, kMethods>, 2> tallies;  // inner, outer
@@ -353,6 +359,7 @@ Preview preview_points(const Request& want, const ReferenceField& field,
         }
     }
     for (int method = 0; method < kMethods; ++method) {
+        if (method >= kHolds && lines.empty()) continue;  // never measured
         const ErrorEstimate error =
             estimate_of(std::array{Stratum{.share = 1 - drawn.outer_share,
                                            .tally = tallies[0][method],

@@ -10,6 +10,7 @@
 #include "transitions/reference/likely_extremes.hpp"
 #include "transitions/reference/preview.hpp"
 #include "transitions/reference/preview_bundle.hpp"
+#include "transitions/reference/shear_lines.hpp"
 
 namespace edgewise {
 namespace {
@@ -294,7 +295,8 @@ Preview preview_rays(const Request& want, const ReferenceField& field, const Sta
                      std::pmr::memory_resource* memory, int times) {
     const ViewGeometry geometry(want);
     // About the rounding to 8 bits: gains of a maximum depend on how large noise is.
-    const Setting setting{want, field, 1e-3 * (statistics.high - statistics.low)};
+    const Setting setting{want, field, 1e-3 * (statistics.high - statistics.low),
+                          shear_lines(want)};
     // In a small input rays cost little, and in a small picture a few pixels carry the error.
     const bool take_every =
         field.extent().samples() <= kSmallInput &&

@@ -29,15 +29,25 @@ Hold hold_of(const Parameters& with) {
     return with.word("filter") == "foh" ? Hold::foh : Hold::bspline3;
 }
 
+/// Refuses maps that are far from a rotation of the samples, as turns of oblong pixels are.
 std::string too_steep(int view, const ShearChain& chain) {
-    double steepest = 0;
-    for (int k = 0; k < chain.count; ++k)
+    double steepest = 0, coarsest = 0;
+    for (int k = 0; k < chain.count; ++k) {
         for (double by : chain.shears[k].by) steepest = std::max(steepest, std::abs(by));
-    if (steepest <= kSteepest) return {};
-    return fmt::format(
-        "view {}: a shear by {:.3g} samples a line; intermediate boxes would be huge "
-        "(at most {})",
-        view, steepest, kSteepest);
+        for (double step : kernels::line_of_pass(chain, k))
+            coarsest = std::max(coarsest, std::abs(step));
+    }
+    if (steepest > kSteepest)
+        return fmt::format(
+            "view {}: a shear by {:.3g} samples a line; intermediate boxes would be huge "
+            "(at most {})",
+            view, steepest, kSteepest);
+    if (coarsest > kernels::kCoarsestLine)
+        return fmt::format(
+            "view {}: a pass would interpolate between samples that lie {:.3g} apart in the input, "
+            "and lose what lies between (at most {})",
+            view, coarsest, kernels::kCoarsestLine);
+    return {};
 }
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
@@ -108,12 +118,13 @@ Work work(const Offer& offer, const Ask& ask, int view) {
 
 Error error(const Offer& offer, const Ask& ask) {
     const Scene& scene = ask.scene;
-    double passes = 0, axes = 0;
+    double passes = 0, slanted = 0, axes = 0;
     const int looked_at = std::min(ask.want.views.different(), 8);
     for (int variant = 0; variant < looked_at; ++variant) {
         const ShearChain chain = chain_of(offer.from, ask.want, ask.want.views.first_view(variant));
         if (axes_between_samples(chain) == 0) continue;
         passes = std::max(passes, double(chain.count));
+        slanted = std::max(slanted, double(kernels::slanted_passes(chain)));
         axes = std::max(axes, double(axes_between_samples(chain)));
     }
     const double greatest = std::max(std::abs(scene.low), std::abs(scene.high));
@@ -122,6 +133,7 @@ Error error(const Offer& offer, const Ask& ask) {
     const std::string& filter = offer.with.word("filter");
     error.bias = hold_error(filter, ask);
     const std::optional<double> pass = scene.fact("sheared/" + filter);
+    if (slanted == 0) return error;
     if (!pass) {
         error.bias *= std::max(passes / std::max(axes, 1.0), 1.0);
         return error;
@@ -129,14 +141,14 @@ Error error(const Offer& offer, const Ask& ask) {
     // The first pass interpolates along the samples' own lines, as the direct hold does; later ones
     // along slanted lines of the field. A linear hold blurs these as it does the axes that it has
     // no pass for; of a spline all that they get wrong is new. Losses of one sign add.
-    const double after_first = std::max(passes - 1, 0.0), direct = error.bias;
-    error.bias += after_first * *pass;
+    const double direct = error.bias;
+    error.bias += slanted * *pass;
     if (filter == "foh" && ask.want.field != Field::linear)
         error.bias = std::max(direct + std::max(passes - axes, 0.0) * *pass,
-                              direct / std::max(axes, 1.0) + after_first * *pass);
+                              direct / std::max(axes, 1.0) + slanted * *pass);
     // What sheared grids fold over has no sign, and passes into a picture as noise does.
     if (ask.want.job == Job::render)
-        error.noise = std::hypot(error.noise, *pass * std::sqrt(after_first));
+        error.noise = std::hypot(error.noise, *pass * std::sqrt(slanted));
     return error;
 }
 
