@@ -60,8 +60,7 @@ Difference difference(const Plan& path, const Ask& ask, const ReferenceField& fi
                 ShearedPicture sheared(*ray, want.input, want.mode);
                 sheared.trace(block, std::numeric_limits<double>::infinity(), want);
                 sheared.result(hold, want, values);
-            } else if (hold == kZoh ||
-                       !clearly_misses(geometry, static_cast<double>(x), static_cast<double>(y))) {
+            } else if (!clearly_misses(geometry, static_cast<double>(x), static_cast<double>(y))) {
                 continue;
             } else if (want.mode == Mode::mip || want.mode == Mode::mean) {
                 values[0] = want.miss;

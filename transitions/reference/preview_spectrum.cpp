@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 
@@ -82,6 +83,29 @@ double step_through_samples(double u, Field field, int reach) {
            6;
 }
 
+/// The same of the slice, which knows a field up to 3/4 of a cycle a sample: the integral of the
+/// field's response times the spectrum of the samples, 1 / (1 - exp(2 pi i f)), up to there.
+/// @param places  u, kFine of them a sample
+std::vector<double> cut_step(Field field, const std::vector<double>& places) {
+    constexpr double kCutoff = 0.75;
+    constexpr int kFrequencies = 400;  // midpoints; leave 1e-7
+    std::vector<double> step(places.size(), 0.5);
+    for (int i = 0; i < kFrequencies; ++i) {
+        const double f = (i + 0.5) / kFrequencies * kCutoff;
+        const double sinc = std::sin(kPi * f) / (kPi * f), square = sinc * sinc;
+        const double response =
+            field == Field::linear ? square : 3 * square * square / (2 + std::cos(2 * kPi * f));
+        const double weight = response * kCutoff / kFrequencies, slope = 1 / std::tan(kPi * f);
+        const std::complex<double> turn = std::polar(1.0, 2 * kPi * f / kFine);
+        std::complex<double> wave = std::polar(1.0, 2 * kPi * f * places.front());
+        for (double& sum : step) {
+            sum += weight * (wave.real() - slope * wave.imag());
+            wave *= turn;
+        }
+    }
+    return step;
+}
+
 /// Where a box lies on the screen along x or y [pixel].
 struct Along {
     double low = 1e300, high = -1e300;
@@ -128,9 +152,16 @@ SpectrumRays::SpectrumRays(const Request& want, const Data& input, const Statist
         period_[i] = smooth_length(
             std::max({side, last[i] + kMargin, side - 1 - first[i] + kMargin}), i == 0 ? 2 : 1);
     }
-    for (int i = 0; i <= (2 * reach_ + 2) * kFine; ++i)
-        step_.push_back(step_through_samples(static_cast<double>(i) / kFine - reach_ - 0.5,
-                                             want.field, reach_));
+    std::vector<double> places;
+    for (int i = 0; i <= (2 * reach_ + 2) * kFine; ++i) {
+        places.push_back(static_cast<double>(i) / kFine - reach_ - 0.5);
+        step_.push_back(step_through_samples(places.back(), want.field, reach_));
+    }
+    if (want.field == Field::spline || want.field == Field::linear) {
+        lost_ = step_;
+        step_ = cut_step(want.field, places);
+        for (std::size_t i = 0; i < lost_.size(); ++i) lost_[i] = step_[i] - lost_[i];
+    }
     for (int axis = 0; axis < 3; ++axis) weights_[axis] = weights_along(axis);
 }
 
@@ -249,6 +280,52 @@ double SpectrumRays::step_at(double u) const {
     return step_[i] + (at - static_cast<double>(i)) * (step_[i + 1] - step_[i]);
 }
 
+double SpectrumRays::lost_at(double u) const {
+    const auto of_step = [&](double at) {
+        const double i = (at + reach_ + 0.5) * kFine;
+        return i < 0 || i + 0.5 >= static_cast<double>(lost_.size())
+                   ? 0
+                   : lost_[static_cast<std::size_t>(i + 0.5)];
+    };
+    return of_step(u) - of_step(u + 1);
+}
+
+double SpectrumRays::line_sum(int axis, std::array<std::int64_t, 3> at) const {
+    const Extent& n = want_.input;
+    const std::int64_t stride = axis == 0 ? 1 : axis == 1 ? n.x : n.x * n.y;
+    at[axis] = 0;
+    const std::int64_t first = at[0] + n.x * (at[1] + n.y * at[2]);
+    double sum = 0;
+    for (std::int64_t i = 0; i < n[axis]; ++i) sum += value_at(input_, first + i * stride) - empty_;
+    return sum;
+}
+
+std::optional<double> SpectrumRays::beyond(const RaySpan& ray) const {
+    int along = 0;
+    for (int axis = 1; axis < 3; ++axis)
+        if (std::abs(ray.direction[axis]) > std::abs(ray.direction[along])) along = axis;
+    const double speed = std::abs(ray.direction[along]);
+    for (int axis = 0; axis < 3; ++axis)
+        if (axis != along && std::abs(ray.direction[axis]) > 1e-6 * speed) return {};
+    if (lost_.empty()) return {};
+    std::array<std::int64_t, 3> nearest{};
+    for (int axis = 0; axis < 3; ++axis)
+        nearest[axis] =
+            std::clamp<std::int64_t>(std::llround(ray.origin[axis]), 0, want_.input[axis] - 1);
+    double sum = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (axis == along) continue;
+        const double p = ray.origin[axis];
+        for (auto i = static_cast<std::int64_t>(std::ceil(p)) - reach_;
+             i <= static_cast<std::int64_t>(std::floor(p)) + reach_; ++i) {
+            std::array<std::int64_t, 3> at = nearest;
+            at[axis] = std::clamp<std::int64_t>(i, 0, want_.input[axis] - 1);
+            sum += lost_at(p - static_cast<double>(i)) * line_sum(along, at);
+        }
+    }
+    return sum / speed;
+}
+
 double SpectrumRays::wrong_at(const Vec3& p, bool inside) const {
     double held = 1;
     std::array<std::int64_t, 3> at;
@@ -339,10 +416,12 @@ std::vector<SpectrumPicture::Named> SpectrumPicture::squares(const RaySpan& ray,
                                                              const Known& known) const {
     const bool mean = want_.mode == Mode::mean;
     const double scale = mean ? 1 / (ray.high - ray.low) : want_.unit;
+    const std::optional<double> lost = whole_.beyond(ray);
     const double beyond =
-        (known.linear - known.spline) * (want_.field == Field::linear   ? kBeyondLinear
-                                         : want_.field == Field::spline ? kBeyond
-                                                                        : kBeyondBand);
+        lost ? *lost * scale
+             : (known.linear - known.spline) * (want_.field == Field::linear   ? kBeyondLinear
+                                                : want_.field == Field::spline ? kBeyond
+                                                                               : kBeyondBand);
     const double spread = high_ - low_, rounding = kRounding * spread * longest_ * scale;
     const double clean = want_.field == Field::formula ? known.spline : known.expected;
     const auto square = [&](double wrong, double turned) {

@@ -21,6 +21,9 @@ namespace edgewise {
 ///   that is asked for ends at a face at once. The difference is a product of errors of steps, one
 ///   an axis, and is added up along the line as far as it is near a face.
 ///
+/// - *Cutoff.* The slice knows nothing beyond 3/4 of a cycle a sample: its steps ring a little, and
+///   detail of rays along an axis loses a little.
+///
 /// Left out: frequencies beyond the picture's band. Parallel rays,
 /// finite samples. Sources: Malzbender 1993; Jackson et al. 1991.
 class SpectrumRays {
@@ -47,6 +50,10 @@ class SpectrumRays {
                  const Region& box);
 
     double faces(const RaySpan& ray) const;
+    /// Of a ray along an axis: what samples inside lose beyond the frequencies that the slice
+    /// knows. Such a ray meets the same fraction of a sample all along, so that nothing averages
+    /// out; of others the preview's own pictures tell.
+    std::optional<double> beyond(const RaySpan& ray) const;
     /// By window, in a pixel.
     Ghosts ghosts(int view, double x, double y) const;
 
@@ -68,6 +75,10 @@ class SpectrumRays {
     void add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const;
     double wrong_at(const Vec3& p, bool inside) const;
     double step_at(double u) const;
+    /// How much more of a sample at a distance u than the field has of it.
+    double lost_at(double u) const;
+    /// Sum of the samples on a line along an axis, of what they differ from the commonest value.
+    double line_sum(int axis, std::array<std::int64_t, 3> at) const;
     double faces_between(const RaySpan& ray, double from, double to, bool inside) const;
     /// Where a line lies in the box, widened on all sides; high < low: nowhere.
     Stretch1d within(const Line& line, const Region& box, double wider) const;
@@ -79,7 +90,8 @@ class SpectrumRays {
     int reach_;                       // samples from a face in which its error counts
     std::vector<Mat4> to_input_;      // one a view
     std::array<double, 2> period_{};  // of the picture [pixel]
-    std::vector<double> step_;        // a step through samples, by distance from the last 1
+    std::vector<double> step_;        // the slice's, through samples: by distance from the last 1
+    std::vector<double> lost_;        // by which that is more than the field's
     std::array<Weights, 3> weights_;
 };
 

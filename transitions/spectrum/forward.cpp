@@ -41,21 +41,6 @@ constexpr double kTrilinear = 2;
 // A guess, for a formula.
 constexpr double kFormula = 0.01;
 
-// Seen along an axis all pixels may show rows of samples, where every interpolation agrees and a
-// preview does not see what is lost beyond the cutoff: over the range, about the largest of five
-// scans.
-constexpr double kAligned = 2e-4;
-
-/// Whether the rays of a view run along an axis of the input.
-bool runs_along_axis(const Request& want) {
-    for (int variant = 0; variant < want.views.different(); ++variant) {
-        const Mat4& view = want.views.at(want.views.first_view(variant));
-        for (int axis = 0; axis < 3; ++axis)
-            if (std::hypot(view(0, axis), view(1, axis)) < 1e-6) return true;
-    }
-    return false;
-}
-
 /// Error by all windows, where no preview tells [value].
 double inside_of(const Ask& ask) {
     double error = ask.want.mode == Mode::mean ? kInsideMean : kInside;
@@ -118,10 +103,9 @@ Error error(const Offer& offer, const Ask& ask) {
     // What every window gets wrong is counted here too, as one number with this one's ghosts.
     const double ends = ask.scene.fact("picture/spectrum/ends").value_or(inside_of(ask));
     const double measured = measured_error(window, offer.from, ask).value_or(ends + ghosts);
-    const double aligned = runs_along_axis(want) ? kAligned * ask.scene.range : 0;
     return {.gain = ask.scene.fact("gain/blur").value_or(length),
             .noise_gain = ask.scene.fact("gain/noise/zoh").value_or(length / std::sqrt(samples)),
-            .bias = std::hypot(measured, aligned)};
+            .bias = measured};
 }
 
 void run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region&,
