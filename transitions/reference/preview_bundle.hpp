@@ -24,7 +24,8 @@ struct Traced {
     std::array<std::array<Stretch, kPreviewSteps.size()>, 3> cast;  // by hold and step
     std::optional<ScreenPicture> screen;
     std::optional<ShearedPicture> sheared;         // of parallel rays
-    std::vector<SpectrumPicture::Named> spectrum;  // squared errors
+    std::vector<SpectrumPicture::Named> spectrum;  // squared errors; none: another ray's stand
+    double stands_for = 1;                         // rays of the bundle, as far as spectra go
     std::array<std::int64_t, 1 + kPreviewSteps.size()>
         next{};                // cell, of the fine step and the others
     double low = 0, high = 0;  // part of the ray that any of the pictures needs [t]

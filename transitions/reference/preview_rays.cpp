@@ -139,6 +139,20 @@ void add_spectrum(Traced& traced, const SpectrumPicture& picture, const Request&
                                        .linear = values_of(traced.cast[kFoh][kFinest], want)[0]});
 }
 
+/// Neighbours have much the same ghosts: one ray stands for all of a bundle but the short ones,
+/// each of which is a case of its own.
+void add_spectra(Bundle& bundle, const SpectrumPicture& picture, const Request& want) {
+    Traced* one = nullptr;
+    for (Traced& traced : bundle.rays) {
+        if (one && !is_short(traced.ray, want)) {
+            ++one->stands_for;
+            continue;
+        }
+        if (!is_short(traced.ray, want)) one = &traced;
+        add_spectrum(traced, picture, want);
+    }
+}
+
 /// Calls each(name, square) for everything that is measured on one ray.
 template <class Each>
 void compare(const Traced& traced, const Request& want, Each&& each) {
@@ -183,8 +197,9 @@ void tally(const Bundle& bundle, const Draw& draw, const Request& want, bool eve
         if (draw.among == kChosen) continue;
         compare(traced, want, [&](const std::string& name, double square) {
             const RayLook::Cast like = cast_like(name);
+            const double rays = name.starts_with("picture/spectrum") ? traced.stands_for : 1;
             tallies.among[draw.among][name].add(
-                square, weight, like < RayLook::kCasts ? traced.look.squares[like] : 0);
+                square, weight * rays, like < RayLook::kCasts ? traced.look.squares[like] : 0);
         });
     }
     if (draw.among == kChosen) return;
@@ -277,10 +292,7 @@ Tallies tally_all(const Drawn& drawn, const Setting& setting, const ViewGeometry
             for (Traced& traced : bundles[i].rays)
                 if (!drawn.all && among != kChosen) traced.look = look_at(traced.ray, want, field);
             if (!spectrum) return;
-            // Neighbours have much the same ghosts: of four rays one.
-            for (Traced& traced : bundles[i].rays)
-                if (bundles[i].rays.size() == 1 || (traced.at.x % 2 == 0 && traced.at.y % 2 == 0))
-                    add_spectrum(traced, *spectrum, want);
+            add_spectra(bundles[i], *spectrum, want);
         });
         for (std::size_t i = 0; i < draws.size(); ++i)
             if (!bundles[i].rays.empty())
