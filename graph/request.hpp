@@ -37,6 +37,9 @@ struct Transfer {
 struct Eye {
     Vec3 at = Vec3::Zero();
     double plane = 0;
+    /// One step along screen x and y, in steps along screen z: lengths of slanted rays need both,
+    /// and no matrix tells a wide pixel from an object that is squeezed.
+    double width = 1, height = 1;
 };
 
 /// Upper limits; absent: none.

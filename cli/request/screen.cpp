@@ -163,6 +163,8 @@ Eye eye_of(const std::string& degrees, const ScreenGrid& grid, const std::vector
     Eye eye;
     eye.at = {(grid.extent.x - 1) / 2.0, (grid.extent.y - 1) / 2.0, depth(z)};
     eye.plane = depth(z + half_height / up);
+    eye.width = grid.spacing.x() / grid.spacing.z();
+    eye.height = grid.spacing.y() / grid.spacing.z();
     return eye;
 }
 

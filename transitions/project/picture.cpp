@@ -15,14 +15,6 @@ namespace {
 
 std::array<double, 3> array_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-/// Width of one step along screen x, y and z [unit]: screen x and y count pixels.
-Vec3 screen_steps(const Request& want, int view) {
-    const Eigen::Matrix3d per_length =
-        want.views.at(view).topLeftCorner<3, 3>() * want.spacing.cwiseInverse().asDiagonal();
-    const Vec3 rows = per_length.rowwise().norm();
-    return {rows.z() / rows.x(), rows.z() / rows.y(), 1};
-}
-
 }  // namespace
 
 std::string no_picture(const Representation& from, const Ask& ask) {
@@ -83,7 +75,7 @@ kernels::Rays rays_of(const Representation& from, const Request& want, int view,
         return rays;
     }
     const Vec3 to_corner = Vec3(0, 0, want.eye->plane) - want.eye->at;
-    const Vec3 steps = screen_steps(want, view);
+    const Vec3 steps(want.eye->width, want.eye->height, 1);
     rays.origin.base = point(want.eye->at);
     rays.direction = {along(to_corner), along({1, 0, 0}), along({0, 1, 0})};
     rays.measure = {array_of(to_corner.cwiseProduct(steps)), {steps[0], 0, 0}, {0, steps[1], 0}};

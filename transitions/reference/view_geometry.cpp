@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace edgewise {
@@ -32,10 +33,6 @@ ViewGeometry::ViewGeometry(const Request& want) : want_(want) {
         const Mat4& map = want.views.at(view);
         // An exact map stays exact.
         to_input_.push_back(map == Mat4::Identity() ? map : Mat4(map.inverse()));
-        const Eigen::Matrix3d per_length =
-            map.topLeftCorner<3, 3>() * want.spacing.cwiseInverse().asDiagonal();
-        const Vec3 rows = per_length.rowwise().norm();
-        width_.emplace_back(rows.z() / rows.x(), rows.z() / rows.y(), 1);
     }
 }
 
@@ -53,9 +50,11 @@ std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     RaySpan span;
     if (want_.eye) {
-        const Vec3 along = Vec3(x, y, want_.eye->plane) - want_.eye->at;
-        span.origin = linear * want_.eye->at + map.topRightCorner<3, 1>();
-        span.direction = linear * along / along.cwiseProduct(width_[view]).norm();
+        const Eye& eye = *want_.eye;
+        const Vec3 along = Vec3(x, y, eye.plane) - eye.at;
+        const double length = std::hypot(along.x() * eye.width, along.y() * eye.height, along.z());
+        span.origin = linear * eye.at + map.topRightCorner<3, 1>();
+        span.direction = linear * along / length;
         span.low = 0;
     } else {
         span.origin = linear * Vec3(x, y, 0) + map.topRightCorner<3, 1>();

@@ -25,9 +25,9 @@ struct RaySpan {
 /// Where the samples of results lie in the input, straight from the request's matrices.
 ///
 /// Orthographic rays are the lines of constant screen x and y, and t is screen z. Perspective rays
-/// start at the eye (t = 0) and pass pixel (x, y) at (x, y, plane); t is a length in units. Screen
-/// x and y count output samples, z units: a sample is as many units wide as the rows of the view's
-/// matrix, taken per length in the input, say.
+/// start at the eye (t = 0) and pass pixel (x, y) at (x, y, plane); t is a length in units of
+/// screen space, whatever the matrix: screen x and y count output samples, of which the request
+/// says how many units wide and high they are.
 class ViewGeometry {
  public:
     explicit ViewGeometry(const Request& want);
@@ -42,7 +42,6 @@ class ViewGeometry {
  private:
     const Request& want_;
     std::vector<Mat4> to_input_;  // one a view
-    std::vector<Vec3> width_;     // of a step along screen x, y, z [unit], one a view
 };
 
 }  // namespace edgewise

@@ -94,7 +94,7 @@ TEST(Reference, MeasuresPerspectiveRaysInUnits) {
     finer(0, 0) = finer(1, 1) = 2;
     want.views = Mat4(finer * want.views.at(0));
     const Vec3 middle = (want.views.at(0) * Vec3(9.5, 9.5, 9.5).homogeneous()).head<3>();
-    want.eye = Eye{.at = middle - Vec3(0, 0, 40), .plane = middle.z()};
+    want.eye = Eye{.at = middle - Vec3(0, 0, 40), .plane = middle.z(), .width = 0.5, .height = 0.5};
     for (double off : {0.0, 6.0}) {
         const std::optional<RaySpan> ray =
             ViewGeometry(want).ray(0, middle.x() + 2 * off, middle.y());
@@ -103,6 +103,109 @@ TEST(Reference, MeasuresPerspectiveRaysInUnits) {
         const double stretch = std::hypot(40.0, off) / 40;
         EXPECT_NEAR(ray->low, 30 * stretch, 1e-9);
         EXPECT_NEAR(ray->high, 50 * stretch, 1e-9);
+    }
+}
+
+/// A perspective view of a volume under any affine map: wide pixels, a squeezed object, shears.
+/// Positions are in units of length of the scene; what is asked of the reference is made of them,
+/// what is expected is worked out in the scene itself.
+struct Scene {
+    Eigen::Matrix3d edges;    // of a voxel, as columns
+    Vec3 centre, eye;         // of the volume; the eye looks along z
+    double wide, high, deep;  // pixel and unit
+    Request want;
+
+    Scene(const Extent& n, std::mt19937& bits) {
+        const auto random = [&](double low, double up) {
+            return std::uniform_real_distribution(low, up)(bits);
+        };
+        do
+            for (int i = 0; i < 9; ++i) edges.data()[i] = random(-2, 2);
+        while (std::abs(edges.determinant()) < 0.5);
+        centre = Vec3(random(-5, 5), random(-5, 5), random(-5, 5));
+        eye = Vec3(random(-20, 20), random(-20, 20), -60);
+        wide = random(0.3, 2), high = random(0.3, 2), deep = random(0.3, 2);
+        const Vec3 middle(0.5 * double(n.x - 1), 0.5 * double(n.y - 1), 0.5 * double(n.z - 1));
+        Mat4 view = Mat4::Identity();
+        const Eigen::Matrix3d per = Vec3(1 / wide, 1 / high, 1 / deep).asDiagonal().toDenseMatrix();
+        view.topLeftCorner<3, 3>() = per * edges;
+        view.topRightCorner<3, 1>() = per * (centre - edges * middle);
+        want.job = Job::render;
+        want.mode = Mode::xray;
+        want.input = n;
+        want.screen = {64, 64, 64};
+        want.unit = deep;
+        want.spacing = Vec3(random(0.5, 2), random(0.5, 2), random(0.5, 2));
+        want.views = view;
+        want.eye = Eye{.at = per * eye,
+                       .plane = random(-40, 40) / deep,
+                       .width = wide / deep,
+                       .height = high / deep};
+    }
+
+    /// The pixel that shows a place.
+    std::array<double, 2> pixel_of(const Vec3& place) const {
+        const double far = (want.eye->plane * deep - eye.z()) / (place.z() - eye.z());
+        const Vec3 shown = eye + far * (place - eye);
+        return {shown.x() / wide, shown.y() / high};
+    }
+};
+
+TEST(Reference, LengthsOfPerspectiveRaysAreThoseOfTheSceneWhateverTheMatrix) {
+    std::mt19937 bits(7);
+    const Extent n{7, 5, 9};
+    for (int trial = 0; trial < 40; ++trial) {
+        const Scene scene(n, bits);
+        std::uniform_real_distribution<double> aside(-3, 3);
+        const Vec3 through = scene.centre + Vec3(aside(bits), aside(bits), aside(bits));
+        const Vec3 along = (through - scene.eye).normalized();
+        // Three pairs of parallel faces: what is left of the line between each is the chord.
+        double enters = 0, leaves = 1e300;
+        for (int axis = 0; axis < 3; ++axis) {
+            const Vec3 normal =
+                scene.edges.col((axis + 1) % 3).cross(scene.edges.col((axis + 2) % 3)).normalized();
+            const double half = std::abs(normal.dot(scene.edges.col(axis))) * double(n[axis]) / 2;
+            const double to = normal.dot(scene.centre - scene.eye), by = normal.dot(along);
+            enters = std::max(enters, std::min((to - half) / by, (to + half) / by));
+            leaves = std::min(leaves, std::max((to - half) / by, (to + half) / by));
+        }
+        const auto [x, y] = scene.pixel_of(through);
+        const std::optional<RaySpan> ray = ViewGeometry(scene.want).ray(0, x, y);
+        ASSERT_EQ(ray.has_value(), enters < leaves) << trial;
+        if (!ray) continue;
+        EXPECT_NEAR(ray->low * scene.deep, enters, 1e-9) << trial;
+        EXPECT_NEAR(ray->high * scene.deep, leaves, 1e-9) << trial;
+    }
+}
+
+TEST(Reference, IntegratesASqueezedBallFromAnyEye) {
+    std::mt19937 bits(8);
+    const std::int64_t side = 48;
+    const double radius = 12;  // of the phantom [sample]
+    const Phantom phantom = phantom_named("sphere", side);
+    const Data data = make_phantom("sphere", side, heap());
+    const ReferenceField field(data, Field::formula, &phantom);
+    for (int trial = 0; trial < 20; ++trial) {
+        Scene scene({side, side, side}, bits);
+        scene.want.eye->plane = scene.centre.z() / scene.deep;
+        // The ray of a pixel, which is near the middle of the ball but for its fraction.
+        const auto [x, y] = scene.pixel_of(scene.centre + Vec3(0.7, -1.1, 0.4));
+        const OutputSample at{0, std::int64_t(std::floor(x)), std::int64_t(std::floor(y)), 0};
+        const Vec3 seen(double(at.x) * scene.wide, double(at.y) * scene.high,
+                        scene.want.eye->plane * scene.deep);
+        // Samples from the middle of the ball, along the ray: |p + s q|, s a length of the scene.
+        const Eigen::Matrix3d to_samples = scene.edges.inverse();
+        const Vec3 p = to_samples * (scene.eye - scene.centre);
+        const Vec3 q = to_samples * (seen - scene.eye).normalized();
+        const double nearest = p.cross(q).norm() / q.norm();
+        const double half = std::sqrt(std::max(0.0, radius * radius - nearest * nearest));
+        const double integral =
+            half > 0 ? (half - nearest * nearest / radius * std::asinh(half / nearest)) / q.norm()
+                     : 0;
+        const double got = Reference(scene.want, field, heap()).values(std::span(&at, 1))[0];
+        // Cells of h = deep / 8; the kinks in the middle and at the ends cost h^2 |q| / (8 R) each.
+        const double cell = scene.deep / 8;
+        EXPECT_NEAR(got, integral, 1e-9 + cell * cell * q.norm() / radius) << trial;
     }
 }
 
