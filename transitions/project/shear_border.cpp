@@ -157,46 +157,66 @@ class Border {
         return spans.high[out] - spans.low[in] >= moves + least_;
     }
 
-    /// One pixel of rays that meet the volume, from those of its neighbours that do; of the nearest
-    /// alone where the picture is not interpolated.
-    void correct(const Place& p, float* out) const {
+    /// A pixel of the image beside a place, and what a bilinear picture makes of it.
+    struct Corner {
+        std::int64_t column, line;
+        double weight;
+    };
+    /// The four around a place, the nearest first.
+    static std::array<Corner, 4> corners(const Place& p) {
         const double i = std::floor(p[0]), j = std::floor(p[1]);
         const std::array<double, 2> f = {p[0] - i, p[1] - j};
-        double weight = 0, length = 0;
-        std::array<double, 4> sum{};
-        int nearest = 0;  // of the corners that count
-        for (int corner = 0; corner < 4; ++corner) {
-            const int right = corner & 1, below = corner >> 1;
-            const double w = (right ? f[0] : 1 - f[0]) * (below ? f[1] : 1 - f[1]);
-            const auto column = static_cast<std::int64_t>(i) + right;
-            const auto line = static_cast<std::int64_t>(j) + below;
-            if (w == 0 || column < 0 || line < 0 || column >= image_.extent.x ||
-                line >= image_.extent.y)
-                continue;
-            const bool farther = read_ == Read::nearest && w < weight;
-            if (farther) continue;
-            float low, high;
-            kernels::shear_spans(image_.warp, column, line, 1, 1, &low, &high, 1);
-            if (!(static_cast<double>(high) - static_cast<double>(low) > least_)) continue;
-            if (read_ == Read::nearest) {
-                weight = length = 0;
-                sum = {};
-                nearest = corner;
-            }
-            weight += w;
-            length += w * (static_cast<double>(high) - static_cast<double>(low));
-            const float* value = image_.at(column, line);
-            for (int c = 0; c < image_.channels; ++c) sum[c] += w * static_cast<double>(value[c]);
+        std::array<Corner, 4> all;
+        for (int k = 0; k < 4; ++k) {
+            const int right = (k & 1) ^ (f[0] < 0.5 ? 0 : 1),
+                      below = (k >> 1) ^ (f[1] < 0.5 ? 0 : 1);
+            all[static_cast<std::size_t>(k)] = {
+                static_cast<std::int64_t>(i) + right, static_cast<std::int64_t>(j) + below,
+                (right ? f[0] : 1 - f[0]) * (below ? f[1] : 1 - f[1])};
         }
-        if (weight == 0) return;
+        if (all[1].weight < all[2].weight) std::swap(all[1], all[2]);
+        return all;
+    }
+
+    /// How long the ray of a pixel of the image is inside the volume [slice]; 0: it has no value.
+    double length_of(const Corner& corner) const {
+        if (corner.weight == 0 || corner.column < 0 || corner.line < 0 ||
+            corner.column >= image_.extent.x || corner.line >= image_.extent.y)
+            return 0;
+        float low, high;
+        kernels::shear_spans(image_.warp, corner.column, corner.line, 1, 1, &low, &high, 1);
+        const double length = static_cast<double>(high) - static_cast<double>(low);
+        return length > least_ ? length : 0;
+    }
+
+    double chord_of(const Place& p) const {
         Spans spans;
         bool beside;
         spans_at(p, spans, beside);
-        const double chord = spans.high[spans.leaves()] - spans.low[spans.enters()];
+        return spans.high[spans.leaves()] - spans.low[spans.enters()];
+    }
+
+    /// One pixel of rays that meet the volume, from those of its neighbours that do.
+    void correct(const Place& p, float* out) const {
+        double weight = 0, length = 0;
+        std::array<double, 4> sum{};
+        bool nearest_of_all = true;
+        for (const Corner& corner : corners(p)) {
+            const double inside = length_of(corner);
+            if (inside > 0) {
+                weight += corner.weight;
+                length += corner.weight * inside;
+                const float* value = image_.at(corner.column, corner.line);
+                for (int c = 0; c < image_.channels; ++c)
+                    sum[c] += corner.weight * static_cast<double>(value[c]);
+                if (read_ == Read::nearest) break;
+            }
+            nearest_of_all = false;
+        }
+        if (weight == 0) return;
         // The nearest pixel of all is read as it is.
-        const int own = (f[0] < 0.5 ? 0 : 1) + (f[1] < 0.5 ? 0 : 2);
-        const bool as_it_is = read_ == Read::nearest && nearest == own;
-        finish(sum, weight, as_it_is ? 1 : chord * weight / length, out);
+        const bool as_it_is = read_ == Read::nearest && nearest_of_all;
+        finish(sum, weight, as_it_is ? 1 : chord_of(p) * weight / length, out);
     }
 
     /// @param share  the length of the ray, of that which its neighbours have on the average

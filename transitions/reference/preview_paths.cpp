@@ -117,17 +117,16 @@ ShearedPicture::ShearedPicture(const RaySpan& ray, const Extent& input, Mode mod
             pixel_at(whole[0] + i, whole[1] + j, (i > 0 ? u : 1 - u) * (j > 0 ? v : 1 - v), mode);
     }
     // The nearest of those that meet the input; there is always one, but for rounding.
-    std::size_t nearest = corners_.size();
-    for (std::size_t corner = 0; corner < corners_.size(); ++corner) {
-        const Pixel& pixel = corners_[corner];
-        if (pixel.weight == 0 || !(pixel.low < pixel.high)) continue;
-        if (nearest == corners_.size() || pixel.weight >= corners_[nearest].weight)
-            nearest = corner;
-    }
     const std::size_t own = (at[0] - whole[0] < 0.5 ? 0u : 1u) + (at[1] - whole[1] < 0.5 ? 0u : 2u);
-    nearest_ = corners_[nearest < corners_.size() ? nearest : own];
+    const Pixel* nearest = nullptr;
+    for (const std::size_t flip : {0u, 1u, 2u, 3u}) {
+        const Pixel& pixel = corners_[own ^ flip];
+        if (pixel.low < pixel.high && pixel.weight > (nearest ? nearest->weight : 0))
+            nearest = &pixel;
+    }
+    farther_ = nearest && nearest != &corners_[own];
+    nearest_ = nearest ? *nearest : corners_[own];
     nearest_.weight = 1;
-    farther_ = nearest < corners_.size() && nearest != own;
     if (mode == Mode::mip) smooth_ = smooth_at(at, mode);
     double begin = static_cast<double>(input[axis_]), end = -1;
     const auto join = [&](const Pixel& pixel) {
