@@ -133,5 +133,28 @@ TEST(OblongPaths, PicturesKeepWhatTheyPredict) {
         EXPECT_TRUE(run.contains(edge)) << edge;
 }
 
+/// Lengths of slanted rays: of the scene, whatever squeezes the object or the pixels.
+TEST(OblongPaths, PicturesFromAnEyeKeepWhatTheyPredict) {
+    MemoryBudget memory(std::size_t{1} << 30);
+    const auto volume = blurred_noise({23, 14, 17}, 3, 1, memory);
+    std::set<std::string> run;
+    for (const Mode mode : {Mode::xray, Mode::mean, Mode::composite})
+        for (const Vec3& squeezed : {Vec3(1, 1, 2), Vec3(0.6, 1.5, 1)})
+            for (const Vec3& pixel : {Vec3(1, 1, 1), Vec3(0.7, 1.3, 0.9)}) {
+                Mat4 turn = rotation(20, 30, 0);
+                turn.topLeftCorner<3, 3>() =
+                    squeezed.asDiagonal() * turn.topLeftCorner<3, 3>().eval();
+                turn(0, 1) += 0.3;  // a shear
+                Request want = turned(Job::render, mode, volume->what, Vec3(1, 1.2, 0.8), turn,
+                                      {30, 24, 40}, pixel);
+                want.eye = Eye{.at = {14.5, 11.5, -25 / pixel.z()},
+                               .plane = 19.5,
+                               .width = pixel.x() / pixel.z(),
+                               .height = pixel.y() / pixel.z()};
+                run.merge(expect_kept(want, volume, memory));
+            }
+    EXPECT_TRUE(run.contains("project.ray_cast"));
+}
+
 }  // namespace
 }  // namespace edgewise
