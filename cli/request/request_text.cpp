@@ -16,17 +16,12 @@ std::string request_text(const Request& want) {
     for (int i = 0; i < 3; ++i)
         text += fmt::format("{:a} {:a},", want.spacing[i], want.background[i]);
     if (want.eye)
-<<<<<<< ours
-        text += fmt::format("eye {:a} {:a} {:a} {:a}", want.eye->at[0], want.eye->at[1],
-                            want.eye->at[2], want.eye->plane);
+        text += fmt::format("eye {:a} {:a} {:a} {:a} {:a} {:a}", want.eye->at[0], want.eye->at[1],
+                            want.eye->at[2], want.eye->plane, want.eye->width, want.eye->height);
     if (want.written)
         text += fmt::format("written {} {:a} {:a} {} {:a}", name_of(want.written->type),
                             want.written->values.slope, want.written->values.offset,
                             want.written->straight, want.written->opaque);
-=======
-        text += fmt::format("eye {:a} {:a} {:a} {:a} {:a} {:a}", want.eye->at[0], want.eye->at[1],
-                            want.eye->at[2], want.eye->plane, want.eye->width, want.eye->height);
->>>>>>> theirs
     if (want.range) text += fmt::format("range {:a}", *want.range);
     text += fmt::format("{:a}", want.transfer.unit);
     for (const auto& point : want.transfer.points)

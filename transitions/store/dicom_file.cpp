@@ -541,6 +541,9 @@ class Parser {
             case 0x0020000e:
                 out_.series = text(here);
                 break;
+            case 0x00200012:
+                out_.acquisition = to_integer(text(here)).value_or(0);
+                break;
             case 0x00200013:
                 out_.instance = to_integer(text(here)).value_or(0);
                 break;

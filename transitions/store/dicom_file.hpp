@@ -84,7 +84,8 @@ struct DicomFile {
     DicomTable modality_table;
 
     std::int64_t instance = 0;
-    std::string acquired;  // date and time
+    std::int64_t acquisition = 0;  // its number, from 1; 0: not said
+    std::string acquired;          // date and time
     DicomFrame own, shared;
     std::vector<DicomFrame> each;  // per-frame functional groups, as many as were found
     std::optional<std::array<double, 2>> detector_spacing;  // at the detector, or on the film [mm]

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <limits>
-#include <numeric>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -362,8 +362,8 @@ class Builder {
     /// Planes at one place, equally many everywhere, are times.
     void make_times() {
         // Some writers give a time's number to a few slices only.
-        const bool temporal = std::all_of(planes_.begin(), planes_.end(),
-                                          [](const Plane& plane) { return plane.temporal > 0; });
+        bool temporal = std::all_of(planes_.begin(), planes_.end(),
+                                    [](const Plane& plane) { return plane.temporal > 0; });
         if (!temporal)
             for (Plane& plane : planes_) plane.temporal = 0;
         const std::size_t places = starts_.size();
@@ -371,6 +371,11 @@ class Builder {
         for (std::size_t i = 0; i < places; ++i) {
             least = std::min(least, count_at(i));
             most = std::max(most, count_at(i));
+        }
+        // A scanner counts its times, where it does not number them, as acquisitions.
+        if (!temporal && least != most && acquisitions_are_times()) {
+            for (Plane& plane : planes_) plane.temporal = acquisition_of(plane);
+            temporal = true;
         }
         std::vector<Plane> left;
         if (least == most)
@@ -387,6 +392,20 @@ class Builder {
         for (std::size_t i = 0; i < places; ++i)
             starts_[i] = i * static_cast<std::size_t>(stack_.times);
         for (const Plane& plane : planes_) stack_.planes.push_back(plane.pieces);
+    }
+    std::int64_t acquisition_of(const Plane& plane) const {
+        return files_[plane.pieces[0].file].acquisition;
+    }
+    /// Whether each has every slice at most once, and one has all.
+    bool acquisitions_are_times() const {
+        std::map<std::int64_t, std::set<std::size_t>> places;
+        bool whole = false;
+        for (const Plane& plane : planes_) {
+            std::set<std::size_t>& of = places[acquisition_of(plane)];
+            if (acquisition_of(plane) < 1 || !of.insert(plane.cluster).second) return false;
+            whole |= of.size() == starts_.size();
+        }
+        return whole && places.size() > 1;
     }
     /// Of numbered times those that have every slice, once.
     std::vector<Plane> whole_times() {
@@ -421,21 +440,33 @@ class Builder {
                    std::tie(b.instance, b.acquired, q.file, q.frame);
         });
         const std::size_t places = starts_.size(), whole = least * places;
-        bool periodic = most == least + 1;
+        bool periodic = most == least + 1, by_place = periodic && least > 1;
         std::set<std::size_t> once;
         for (std::size_t i = 0; i < taken.size(); ++i) {
-            if (i < places) periodic = periodic && once.insert(taken[i].cluster).second;
             // Files without numbers of their own have no order to go by.
             if (i > 0 && taken[i].instance == taken[i - 1].instance &&
                 taken[i].pieces[0].file != taken[i - 1].pieces[0].file)
-                periodic = false;
+                periodic = by_place = false;
+            if (i < places) periodic = periodic && once.insert(taken[i].cluster).second;
             if (i >= places) periodic = periodic && taken[i].cluster == taken[i - places].cluster;
+            // Numbered place after place: the first ones have the time that was not ended.
+            const std::size_t longer = (taken.size() - whole) * most;
+            const std::size_t first = i < longer ? i - i % most : i - (i - longer) % least;
+            by_place = by_place && taken[i].cluster == taken[first].cluster;
         }
-        if (!periodic) same_place_twice();
+        if (!periodic && !by_place) same_place_twice();
         warn(fmt::format("time point {} has {} of {} slices (a scan that was stopped): left out",
                          least, taken.size() - whole, places));
-        taken.resize(whole);
-        return taken;
+        if (periodic) {
+            taken.resize(whole);
+            return taken;
+        }
+        std::vector<Plane> left;
+        for (std::size_t i = 0; i < taken.size(); ++i) {
+            const std::size_t longer = (taken.size() - whole) * most;
+            if (i >= longer || i % most < least) left.push_back(taken[i]);
+        }
+        return left;
     }
     [[noreturn]] void same_place_twice() const {
         for (std::size_t i = 1; i < planes_.size(); ++i)

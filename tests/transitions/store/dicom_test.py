@@ -520,6 +520,12 @@ class Places(Dicom):
         folder = self.put_folder(numbered)
         self.assertIn("1 of 3", self.info(folder)["warnings"][0])
         self.expect(folder, pixels[4:7], "--time", 1, warning="time point 2")
+        for e in numbered:
+            e[0x00200012] = e.pop(0x00200100)
+        self.expect(self.put_folder(numbered), pixels[4:7], "--time", 1, warning="time point 2")
+        # Numbered place after place.
+        by_place = self.stack(ramp(8, 6, 5), [0, 0, 0, 2, 2, 2, 4, 4])
+        self.expect(self.put_folder(by_place), ramp(8, 6, 5)[[1, 4, 7]], "--time", 1, warning="2 of 3")
         # The same slice twice is no time.
         self.assertIn("same position", self.refusal(self.put_folder(self.stack(pixels[:4], [0, 2, 2, 4]))))
         self.assertIn("same position", self.refusal(self.put_folder(self.stack(pixels[:4], [0, 2, 4, 4]))))
