@@ -117,9 +117,18 @@ TEST(Verifier, ComparesOneResultAfterTheOther) {
                 verifier.frame(frame, frames[static_cast<std::size_t>(frame)]);
             const Verified next = verifier.finish();
             const Verified alone = verified(want, field, frames, samples, 1);
-            EXPECT_EQ(next.nrmse, alone.nrmse);
-            EXPECT_EQ(next.range, alone.range);
             EXPECT_EQ(next.samples, alone.samples);
+            // What is drawn follows the first result; each is judged without bias.
+            const bool is_first = held == &nearest;
+            if (samples == 0 || is_first) {
+                EXPECT_EQ(next.nrmse, alone.nrmse);
+                EXPECT_EQ(next.range, alone.range);
+            } else {
+                const Verified all = verified(want, field, frames, 0, 1);
+                EXPECT_LE(next.low, all.nrmse);
+                EXPECT_GE(next.high, all.nrmse);
+                EXPECT_NEAR(next.range, all.range, 0.01 * all.range);
+            }
         }
     }
 }
@@ -150,8 +159,9 @@ Data data_of(const std::string& name) {
 
 class Intervals : public testing::TestWithParam<Case> {};
 
-/// The full error lies in the interval for 95 of 100 seeds: of 200, at least 184 (95 % less two
-/// standard deviations of a binomial).
+/// The full error lies in the interval for 95 of 100 seeds: of 100, at least 91 (95 % less two
+/// standard deviations of a binomial). Where nothing that errs is left to chance the interval is
+/// the error itself, but for the rounding of sums.
 TEST_P(Intervals, HoldTheFullError) {
     const Data data = data_of(GetParam().name);
     Request want = turned(data, GetParam().job, 2);
@@ -160,22 +170,24 @@ TEST_P(Intervals, HoldTheFullError) {
     const ReferenceField field(data, Field::linear), other(data, Field::nearest);
     const std::vector<Data> frames = results(want, other);
     const Verified all = verified(want, field, frames, 0, 1);
+    constexpr std::uint64_t kSeeds = 100;
     int held = 0;
     double width = 0, mean = 0;
-    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
         const Verified some = verified(want, field, frames, 400, seed);
         EXPECT_EQ(some.samples, 400);
         EXPECT_NEAR(some.range, all.range, 0.02 * all.range);
-        held += some.low <= all.nrmse && all.nrmse <= some.high;
-        width += (some.high - some.low) / all.nrmse / 200;
-        mean += some.nrmse * some.nrmse / 200;
+        held += some.low <= all.nrmse * (1 + 1e-9) && all.nrmse * (1 - 1e-9) <= some.high;
+        width += (some.high - some.low) / all.nrmse / kSeeds;
+        mean += some.nrmse * some.nrmse / kSeeds;
     }
     RecordProperty("held", held);
     RecordProperty("width", std::to_string(width));
-    EXPECT_GE(held, 184);
-    EXPECT_LT(width, 0.5);
-    // Of 200 estimates whose intervals are at most so wide the mean is surer by sqrt(200).
-    EXPECT_NEAR(mean, all.nrmse * all.nrmse, 0.07 * all.nrmse * all.nrmse);
+    EXPECT_GE(held, 91);
+    EXPECT_LT(width, 0.7);
+    // Squares are off by twice as much as roots: standard errors of 0.35 at most, whose mean over
+    // the seeds is surer by their root.
+    EXPECT_NEAR(mean, all.nrmse * all.nrmse, 3 * 0.035 * all.nrmse * all.nrmse);
 }
 INSTANTIATE_TEST_SUITE_P(
     Requests, Intervals,
