@@ -15,12 +15,13 @@ namespace {
 /// each other are in the same order in all of them with a chance of 2^-24.
 constexpr std::uint64_t kSupposed = 24;
 
-Label after(const Label& label, const Error& error) {
-    Label next = label;
-    next.bias = error.gain * label.bias + error.bias;
-    next.noise = std::hypot(error.noise_gain * label.noise, error.noise);
-    next.known = label.known && error.known;
-    return next;
+/// The label behind an edge, as far as errors go; as `price` has them.
+Label after(const Label& label, const Transition& edge, const Offer& offer, const Ask& ask) {
+    StepCost cost;
+    cost.error = edge.error(offer, ask);
+    if (!ask.want.written) cost.error.copies = true;
+    if (is_target(offer.to, ask.want)) cost.rounding = rounding_of(ask);
+    return extend(label, offer, cost, true, 0);
 }
 
 bool reads_by(const Parameters& with, const std::set<std::string>& filters) {
@@ -57,10 +58,9 @@ std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
             if (!fits) continue;
             const Offer offer = edge.offer(source.what, ask, *with);
             if (!offer.refused.empty() || !is_target(offer.to, ask.want)) continue;
-            const Error error = edge.error(offer, ask);
-            const Label label = after(source.label, error);
+            const Label label = after(source.label, edge, offer, ask);
             if (label.known && (!best || label.error() < best->likely))
-                best = PlainWay{edge.name + with->text(), error, label.error()};
+                best = PlainWay{edge.name + with->text(), label.error()};
         }
     }
     return best;
@@ -77,8 +77,10 @@ std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& cat
         const Arc& what = graph[arc];
         StepCost& cost = alike->likely.costs[what.index];
         cost.barred = reads_by(what.offer.with, like.barred);
-        if (!cost.barred)
-            cost.error = catalogue[static_cast<std::size_t>(what.edge)].error(what.offer, likely);
+        if (cost.barred) continue;
+        cost.error = catalogue[static_cast<std::size_t>(what.edge)].error(what.offer, likely);
+        if (!ask.want.written) cost.error.copies = true;
+        if (cost.rounding > 0) cost.rounding = rounding_of(likely);
     }
     alike->plain = plain_way(catalogue, likely, priced.sources, like.filter);
     if (std::isinf(like.times)) {
@@ -139,8 +141,7 @@ bool alike_unseen(const Plan& plan, const Catalogue& catalogue, const Ask& ask,
         const auto plain = plain_way(catalogue, supposed, sources, like.filter);
         if (!plain) return false;
         Label label = from->label;
-        for (const Step& step : plan.steps)
-            label = after(label, step.by->error(step.offer, supposed));
+        for (const Step& step : plan.steps) label = after(label, *step.by, step.offer, supposed);
         if (!label.known || !(label.error() <= like.times * plain->likely)) return false;
     }
     return true;

@@ -10,8 +10,7 @@ namespace edgewise {
 
 /// The plain way of a request: one edge with a filter and its plain parameters.
 struct PlainWay {
-    std::string step;  // as `--via` takes it
-    Error error;
+    std::string step;   // as `--via` takes it
     double likely = 0;  // RMSE of its result [values]
 };
 

@@ -126,6 +126,22 @@ class WhatARunSays(Running):
         self.assertEqual(self.run_it(*request, "--max-time", "10s", "--quiet").stderr, b"")
         self.assertIn(b"`edgewise calibrate`", self.run_it(*request, "--explain").stdout)
 
+    def test_a_machine_of_many_processors_says_for_how_many_a_plan_was_chosen(self):
+        machine = self.folder / "many.json"
+        # What does not speed up decides there, the rest here.
+        machine.write_text(json.dumps({"schema": 1, "name": "many", "processors": 4096, "serial": 0.001, "start": 1e-4}))
+        request = ["plan", "render", "phantom:gaussians:48", "--rotate", "10,20,30", "--max-error", "0.2",
+                   "--machine", machine, "--threads", "2"]
+        table = self.run_it(*request).stdout.decode()
+        self.assertIn("chosen for the 4096 processors of machine many", table)
+        units = {"us": 1e-6, "ms": 1e-3, "s": 1}
+        rows = [(mark, float(number) * units[unit], line) for mark, number, unit, line in
+                re.findall(r"^([>* ]) +([0-9.]+) (us|ms|s) +(.*)$", table.split("paths (")[1], re.M)]
+        (chosen,) = [seconds for mark, seconds, _ in rows if mark == ">"]
+        for mark, seconds, line in rows:
+            if mark != ">" and seconds < chosen:
+                self.assertNotIn("[no better]", line)
+
     def test_long_planning_is_said(self):
         request = ["render", "phantom:gaussians:24", "-o", "null:", "--max-error", "0.2", "--planner", "pilot",
                    "--planning-time", "1s"]
