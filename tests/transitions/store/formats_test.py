@@ -56,7 +56,7 @@ class Formats(unittest.TestCase):
     def check(self, name, data, expected, spacing=None, unit="mm", options=(), **more):
         """expected: values, slowest axis first. more: keys of `info` and what they hold."""
         path = self.put(name, data)
-        said = self.info(path, *options)
+        said = self.info(path, *(o for o in options if o != "--labels"))
         got = self.values(path, *options)
         np.testing.assert_array_equal(got, expected, err_msg=name)
         if spacing is not None:
@@ -499,6 +499,13 @@ class TiffStacks(Formats):
         self.run_it("render", self.folder / "c.tif", "-o", "null:", code=2)
         self.run_it("render", self.folder / "c.tif", "-o", "null:", "--channel", 1)
         self.run_it("warp", self.folder / "c.tif", "-o", "null:", "--channel", 2, code=2)
+
+    def test_labels_of_32_bits_keep_each_of_them(self):
+        v = w.ramp(2, 3, 2, 4, 6, dtype="<u4") * 4000001  # beyond the 24 bits of f32
+        data = w.tiff(self.pages(v, "ImageJ=1\nimages=12\nchannels=2\nslices=3\nframes=2\n"))
+        self.check("a.tif", data, v[1, :, 1], options=("--labels", "--channel", 1, "--time", 1))
+        self.check("b.tif", data, np.moveaxis(v[0], 1, -1), options=("--labels", "--time", 0))
+        self.check("c.tif", w.tiff([w.tiff_page(p) for p in v[0, :, 0]]), v[0, :, 0], options=("--labels",))
 
     def test_a_description_that_pages_contradict(self):
         v = w.ramp(4, 4, 6, dtype="<u2")
