@@ -629,6 +629,12 @@ class TiffSpacing(Formats):
         self.check("a.tif", data, v[0], (1, 1), None)
         v, data = self.stack(None, w.resolution((100, 1), (50, 1), 3), 1)
         self.check("a.tif", data, v[0], (.1, .2))
+        (self.folder / "stack").mkdir()
+        for i in range(3):
+            self.put(f"stack/{i}.tif", data)
+        said = self.info(self.folder / "stack")
+        np.testing.assert_allclose(said["spacing"], (.1, .2, .1))
+        self.assertTrue(any("--input-spacing" in text for text in said["warnings"]))
 
 
     def test_what_is_written_is_read_again(self):
