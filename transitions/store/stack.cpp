@@ -60,6 +60,10 @@ Header inspect_stack(const std::string& folder, const std::vector<std::string>& 
     header.volume = true;
     header.extent.z = static_cast<std::int64_t>(planes.size());
     header.warnings.clear();
+    if (!header.unit.empty())
+        header.warnings.push_back(folder +
+                                  ": its pictures are taken to be as far apart as columns, which "
+                                  "they do not say; --input-spacing says otherwise");
     header.reader = std::make_shared<const StackReader>(std::move(planes));
     return header;
 }

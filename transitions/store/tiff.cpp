@@ -297,20 +297,22 @@ class TiffReader : public Reader {
               std::vector<std::string>& warnings) const override {
         const File file(header.file);
         Decoder decoder(file);
+        Selection whole;  // of one page
+        whole.as_stored = pick.as_stored;
         const std::int64_t of_page = header.channels / layout_.channels,
                            time = pick.time.value_or(0);
         const std::size_t plane = into.size() / static_cast<std::size_t>(layout_.slices);
         for (std::int64_t z = 0; z < layout_.slices; ++z) {
             const auto here = into.subspan(static_cast<std::size_t>(z) * plane, plane);
             if (pick.channel) {
-                Selection sample;
+                Selection sample = whole;
                 sample.channel = static_cast<int>(*pick.channel % of_page);
                 page(decoder, header, layout_.page(*pick.channel / of_page, z, time), sample, here,
                      warnings);
             } else if (layout_.channels == 1) {
-                page(decoder, header, layout_.page(0, z, time), {}, here, warnings);
+                page(decoder, header, layout_.page(0, z, time), whole, here, warnings);
             } else {
-                together(decoder, header, z, time, here, warnings);
+                together(decoder, header, z, time, whole, here, warnings);
             }
         }
     }
@@ -350,13 +352,14 @@ class TiffReader : public Reader {
     }
     /// Channels of different pages into one plane of samples.
     void together(Decoder& decoder, const Header& header, std::int64_t z, std::int64_t time,
-                  std::span<std::byte> into, std::vector<std::string>& warnings) const {
+                  const Selection& whole, std::span<std::byte> into,
+                  std::vector<std::string>& warnings) const {
         const auto channels = static_cast<std::size_t>(layout_.channels);
-        const std::size_t width = bytes_of(loaded_type(header.type)) *
+        const std::size_t width = bytes_of(loaded_type(header.type, whole.as_stored)) *
                                   static_cast<std::size_t>(header.channels) / channels;
         Bytes one(into.size() / channels);
         for (std::size_t c = 0; c < channels; ++c) {
-            page(decoder, header, layout_.page(static_cast<std::int64_t>(c), z, time), {}, one,
+            page(decoder, header, layout_.page(static_cast<std::int64_t>(c), z, time), whole, one,
                  warnings);
             for (std::size_t i = 0; i < one.size() / width; ++i)
                 std::memcpy(into.data() + (i * channels + c) * width, one.data() + i * width,

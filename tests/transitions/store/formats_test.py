@@ -56,7 +56,7 @@ class Formats(unittest.TestCase):
     def check(self, name, data, expected, spacing=None, unit="mm", options=(), **more):
         """expected: values, slowest axis first. more: keys of `info` and what they hold."""
         path = self.put(name, data)
-        said = self.info(path, *options)
+        said = self.info(path, *(o for o in options if o != "--labels"))
         got = self.values(path, *options)
         np.testing.assert_array_equal(got, expected, err_msg=name)
         if spacing is not None:
@@ -89,6 +89,10 @@ class Integers64(Formats):
     def test_every_format(self):
         for i, (v, kind) in enumerate(self.CASES):
             n = v.size
+            if i > 1:  # the rest is one code for all formats
+                self.check("a.nii", w.nifti(v), v, type=kind)
+                self.check("a.nrrd", w.nrrd(v, order=">"), v, type=kind)
+                continue
             files = {
                 "a.nii": w.nifti(v), "b.nii": w.nifti(v, order=">"), "a.mha": w.metaimage(v), "b.mha": w.metaimage(v, packed=True),
                 "a.nrrd": w.nrrd(v), "b.nrrd": w.nrrd(v, order=">"), "c.nrrd": w.nrrd(v, encoding="ascii"),
@@ -154,11 +158,13 @@ class Nifti(Formats):
 class Nrrd(Formats):
     def test_encodings(self):
         for kind in ("<i2", "u1", "<f4"):
-            v = w.ramp(3, 4, 5, dtype=kind) if kind != "u1" else w.ramp(3, 4, 5, dtype="u1")
+            v = w.ramp(3, 4, 5, dtype=kind)
             for encoding in ("raw", "ascii", "txt", "hex", "gz", "gzip", "bz2", "bzip2"):
-                for order in "<>":
+                for order in "<>" if kind == "<i2" else ">":
                     with self.subTest(kind=kind, encoding=encoding, order=order):
                         self.check("a.nrrd", w.nrrd(v, encoding=encoding, order=order), v)
+                        if kind != "<i2" or order == "<":
+                            continue
                         head, data = w.nrrd(v, encoding=encoding, order=order, detached="b.dat")
                         self.put("b.dat", data)
                         self.check("b.nhdr", head, v)
@@ -182,8 +188,10 @@ class Nrrd(Formats):
             size = np.array((2, 3, 4)) * factor
             with self.subTest(unit):
                 self.check("a.nrrd", w.nrrd(v, "space: LPS", directions, f'space units: "{unit}" "{unit}" "{unit}"'), v, size)
-                self.check("b.nrrd", w.nrrd(v, "space dimension: 3", directions, f'space units: "{unit}" "{unit}" "{unit}"'), v, size)
                 self.check("c.nrrd", w.nrrd(v, "spacings: 2 3 4", f'units: "{unit}" "{unit}" "{unit}"'), v, size)
+                if unit != "um":
+                    continue
+                self.check("b.nrrd", w.nrrd(v, "space dimension: 3", directions, f'space units: "{unit}" "{unit}" "{unit}"'), v, size)
                 self.check("d.nrrd", w.nrrd(colours, "spacings: nan 2 3 4", f'units: "" "{unit}" "{unit}" "{unit}"',
                                             "kinds: RGB-color domain domain domain"), colours, size, channels=3)
         # Each axis its own; of a space, each of its directions.
@@ -316,6 +324,8 @@ class Vtk(Formats):
             v = w.ramp(3, 4, 5, dtype=kind)
             for form in ("ascii", "binary", "raw", "base64"):
                 for packed, order, wide in ((False, "<", False), (True, ">", True)):
+                    if kind != "<i2" and form != "binary":
+                        continue
                     with self.subTest(kind, form=form, packed=packed):
                         options = dict(form=form, packed=packed and form != "ascii", order=order, wide=wide)
                         self.check("a.vti", w.vti(v.shape, v, spacing="1 2 3", **options), v, (1, 2, 3), None)
@@ -334,11 +344,10 @@ class Mrc(Formats):
             if kind == "i1":
                 v -= 60
             for order in "<>":
-                for stamp in (True, False):
-                    for extended in (b"", b"x" * 512):
-                        with self.subTest(mode=mode, order=order, stamp=stamp):
-                            data = w.mrc(v, mode, order=order, stamp=stamp, extended=extended)
-                            self.check("a.mrc", data, v.astype("<f4") if mode == 12 else v, (1e-7,) * 3)
+                for stamp, extended in ((True, b""), (False, b"x" * 512)):
+                    with self.subTest(mode=mode, order=order, stamp=stamp):
+                        data = w.mrc(v, mode, order=order, stamp=stamp, extended=extended)
+                        self.check("a.mrc", data, v.astype("<f4") if mode == 12 else v, (1e-7,) * 3)
         v = w.ramp(3, 4, 5, dtype="u1")
         said = self.check("a.mrc", w.mrc(v, 0), v)
         self.assertTrue(any("unsigned" in text for text in said["warnings"]))
@@ -387,12 +396,14 @@ class TiffSamples(Formats):
             v = w.ramp(3, 37, 21, dtype=kind)
             for order in "<>":
                 for big in (False, True):
+                    if kind != "<u2" and big == (order == "<"):
+                        continue
                     with self.subTest(kind, order=order, big=big):
                         self.check("a.tif", w.tiff([w.tiff_page(p, order) for p in v], order, big), v, extent=[21, 37, 3], kind="volume")
             for packed in (False, True):
                 predictors = (1, 2) if np.dtype(kind).kind != "f" and packed else (1,)
                 for predictor in predictors:
-                    for form in ({"tile": 16}, {"rows": 5}, {}):
+                    for form in ({"tile": 16}, {"rows": 5}, {}) if kind == "<u2" else ({"tile": 16},):
                         with self.subTest(kind, packed=packed, predictor=predictor, **form):
                             self.check("b.tif", w.tiff([w.tiff_page(p, packed=packed, predictor=predictor, **form) for p in v]), v)
 
@@ -401,7 +412,7 @@ class TiffSamples(Formats):
             v = w.ramp(5, 13, 11, dtype="u1") % 2**bits
             # Shades of fewer than 8 bits are stretched over 8, as in PNG.
             for photometric in (1, 0):
-                for form in ({}, {"rows": 4}, {"tile": 16}, {"packed": True}):
+                for form in ({}, {"rows": 4}, {"tile": 16}, {"packed": True}) if photometric else ({},):
                     with self.subTest(bits=bits, photometric=photometric, **form):
                         pages = [w.tiff_page(p, bits=bits, photometric=photometric, **form) for p in v]
                         said = self.check("a.tif", w.tiff(pages), v * (255 // (2**bits - 1)), kind="volume", type="u8")
@@ -433,13 +444,15 @@ class TiffSamples(Formats):
         for samples in (2, 3, 4):
             for kind in ("u1", "<u2", "<f4"):
                 v = w.ramp(3, 19, 18, samples, dtype=kind)
-                for form in ({}, {"rows": 4}, {"tile": 16}, {"tile": 16, "packed": True}, {"rows": 7, "packed": True}):
+                forms = ({}, {"rows": 4}, {"tile": 16}, {"tile": 16, "packed": True}, {"rows": 7, "packed": True})
+                for form in forms if kind == "<u2" else forms[3:4]:
                     for planar in (1, 2):
                         with self.subTest(samples=samples, kind=kind, planar=planar, **form):
                             extra = (0,) * (samples - 3 if samples > 3 else samples - 1 if samples == 2 else 0)
                             pages = [w.tiff_page(p, planar=planar, extra=extra, **form) for p in v]
                             self.check("a.tif", w.tiff(pages), v, channels=samples, kind="volume")
-                            self.check("b.tif", w.tiff(pages[:1]), v[0], channels=samples, kind="image")
+                            if not form:
+                                self.check("b.tif", w.tiff(pages[:1]), v[0], channels=samples, kind="image")
         v = w.ramp(2, 5, 6, 7, dtype="<u2")
         pages = [w.tiff_page(p, planar=2, photometric=1, extra=(0,) * 6) for p in v]
         self.check("a.tif", w.tiff(pages), v[..., 5], channels=7, options=("--channel", 5))
@@ -470,7 +483,7 @@ class TiffStacks(Formats):
             text += (f"slices={z}\n" if z > 1 else "") + (f"frames={t}\n" if t > 1 else "") + "hyperstack=true\nmode=grayscale\n"
             data = w.tiff(self.pages(v, text))
             one = w.tiff(self.pages(v, text)[:1], tail=v.reshape(-1, 4, 6)[1:].tobytes())  # one directory, as beyond 4 GB
-            for name, file in (("a.tif", data), ("b.tif", one)):
+            for name, file in (("a.tif", data), ("b.tif", one)) if c * z * t in (24, 6) else (("a.tif", data),):
                 for time in range(t):
                     whole = np.moveaxis(v[time], 1, -1)  # z, y, x, c
                     if z == 1:
@@ -482,12 +495,17 @@ class TiffStacks(Formats):
                                        kind="volume" if z > 1 else "image", extent=[6, 4, z] if z > 1 else [6, 4])
                         for channel in range(c):
                             self.check(name, file, whole[..., channel], options=(*options, "--channel", channel))
-        path = self.put("a.tif", data)
         self.assertEqual(self.info(self.put("c.tif", w.tiff(self.pages(w.ramp(6, 4, 6), "ImageJ=1\nimages=6\nchannels=2\nslices=3\n"))))["channels"], 2)
         self.run_it("render", self.folder / "c.tif", "-o", "null:", code=2)
         self.run_it("render", self.folder / "c.tif", "-o", "null:", "--channel", 1)
         self.run_it("warp", self.folder / "c.tif", "-o", "null:", "--channel", 2, code=2)
-        del path
+
+    def test_labels_of_32_bits_keep_each_of_them(self):
+        v = w.ramp(2, 3, 2, 4, 6, dtype="<u4") * 4000001  # beyond the 24 bits of f32
+        data = w.tiff(self.pages(v, "ImageJ=1\nimages=12\nchannels=2\nslices=3\nframes=2\n"))
+        self.check("a.tif", data, v[1, :, 1], options=("--labels", "--channel", 1, "--time", 1))
+        self.check("b.tif", data, np.moveaxis(v[0], 1, -1), options=("--labels", "--time", 0))
+        self.check("c.tif", w.tiff([w.tiff_page(p) for p in v[0, :, 0]]), v[0, :, 0], options=("--labels",))
 
     def test_a_description_that_pages_contradict(self):
         v = w.ramp(4, 4, 6, dtype="<u2")
@@ -511,7 +529,7 @@ class TiffStacks(Formats):
             v = w.ramp(*shape, 4, 6, dtype="<u2")
             by_axis = np.moveaxis(v, [list(reversed(order)).index(a) for a in "TZC"], [0, 1, 2])  # t, z, c, y, x
             attributes = f'DimensionOrder="XY{order}" Type="uint16" SizeX="6" SizeY="4" SizeZ="3" SizeC="2" SizeT="2" BigEndian="false"'
-            for data in ("", "<TiffData/>", '<TiffData IFD="0" PlaneCount="12"/>'):
+            for data in ("", "<TiffData/>", '<TiffData IFD="0" PlaneCount="12"/>') if order == "CZT" else ("",):
                 file = w.tiff(self.pages(v, w.ome(attributes, data=data)))
                 for time in range(2):
                     with self.subTest(order, data=data, time=time):
@@ -611,6 +629,12 @@ class TiffSpacing(Formats):
         self.check("a.tif", data, v[0], (1, 1), None)
         v, data = self.stack(None, w.resolution((100, 1), (50, 1), 3), 1)
         self.check("a.tif", data, v[0], (.1, .2))
+        (self.folder / "stack").mkdir()
+        for i in range(3):
+            self.put(f"stack/{i}.tif", data)
+        said = self.info(self.folder / "stack")
+        np.testing.assert_allclose(said["spacing"], (.1, .2, .1))
+        self.assertTrue(any("--input-spacing" in text for text in said["warnings"]))
 
 
     def test_what_is_written_is_read_again(self):
