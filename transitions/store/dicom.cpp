@@ -204,7 +204,7 @@ class DicomReader : public Reader {
                             "that comes last in the file counts",
                             header.file, planes.overlaps));
         if (pick.padding != Padding::stored && files_[0].padding && header.channels == 1)
-            with_number(loaded_type(header.type), [&]<class T>(T) {
+            with_number(loaded_type(header.type, pick.as_stored), [&]<class T>(T) {
                 fill_padding(std::span(reinterpret_cast<T*>(into.data()), into.size() / sizeof(T)),
                              header, pick, warnings);
             });

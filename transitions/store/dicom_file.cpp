@@ -67,15 +67,19 @@ bool is_vr(std::string_view vr) {
 bool has_marker(std::span<const std::byte> head) {
     return head.size() == 140 && std::memcmp(head.data() + 128, "DICM", 4) == 0;
 }
-/// Old files have no marker: they start with an element of group 2 or 8, of a short value.
+/// Old files have no marker: they start with an element of the file meta group, or with one of
+/// those that a data set starts with, and its value is short.
 bool starts_data_set(std::span<const std::byte> head) {
     if (head.size() < 140) return false;
     const auto byte = [&](std::size_t i) { return std::to_integer<unsigned>(head[i]); };
-    if ((byte(0) != 2 && byte(0) != 8) || byte(1) != 0 || byte(2) > 0x20 || byte(3) != 0)
-        return false;
+    const unsigned group = byte(0), number = byte(2);
+    if ((group != 2 && group != 8) || byte(1) != 0 || byte(3) != 0) return false;
     const char vr[3] = {static_cast<char>(byte(4)), static_cast<char>(byte(5)), 0};
-    if (is_vr(vr)) return true;
-    return byte(0) == 8 && byte(4) > 0 && byte(4) % 2 == 0 && byte(5) + byte(6) + byte(7) == 0;
+    if (is_vr(vr)) return number <= 0x20;
+    const bool first = number == 0 || number == 1 || number == 5 || number == 8 || number == 0x16;
+    const unsigned length = byte(4);
+    return group == 8 && first && byte(5) + byte(6) + byte(7) == 0 &&
+           (number <= 1 ? length == 4 : length >= 2 && length <= 64 && length % 2 == 0);
 }
 
 /// What the elements of a nested item are about.
