@@ -73,6 +73,7 @@ Json scene_json(const Session& session) {
             {"occupied_fraction", scene.occupied_fraction},
             {"range", scene.range},
             {"draws", scene.draws},
+            {"exhausted", scene.exhausted},
             {"rays", rays}};
 }
 

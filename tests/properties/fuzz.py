@@ -594,7 +594,8 @@ class Judge:
         return float(np.nanmax(apart) / width) if np.isfinite(apart).any() else 0.0
 
     def preview_drew_all(self, report):
-        return report.get("scene", {}).get("draws") is None or report["scene"].get("drawn_all", False)
+        # Of a warp "exhausted" only means that no more is drawn.
+        return self.request.job == "render" and report["scene"].get("exhausted", False)
 
     def all(self):
         budget = parse_error(self.request.budget[1])
