@@ -8,6 +8,7 @@
 
 #include "cli/request/input.hpp"
 #include "cli/request/numbers.hpp"
+#include "cli/request/selection_words.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise::cli {
@@ -17,11 +18,12 @@ constexpr double kMostValues = 1000;
 
 using Words = std::vector<std::string>;
 
-/// Options that are one number: of the request, of its geometry, a step of that.
+/// Options that are one number: of the request, of its geometry, of what is read, a step of that.
 using OfRequest = std::optional<std::string> JobOptions::*;
 using OfGeometry = std::optional<std::string> GeometryWords::*;
+using OfSelection = std::optional<std::string> SelectionWords::*;
 using Step = const char*;
-using Plain = std::variant<OfRequest, OfGeometry, Step>;
+using Plain = std::variant<OfRequest, OfGeometry, OfSelection, Step>;
 
 const std::map<std::string, Plain>& plain_options() {
     static const std::map<std::string, Plain> options = {
@@ -36,8 +38,8 @@ const std::map<std::string, Plain>& plain_options() {
         {"range", &JobOptions::range},
         {"zero", &JobOptions::zero},
         {"outside", &JobOptions::outside},
-        {"time", &JobOptions::time},
-        {"channel", &JobOptions::channel}};
+        {"time", &SelectionWords::time},
+        {"channel", &SelectionWords::channel}};
     return options;
 }
 
@@ -120,6 +122,8 @@ void put(JobOptions& options, const Plain& option, const std::string& text) {
         options.*(*request) = text;
     else if (const auto* geometry = std::get_if<OfGeometry>(&option))
         options.geometry.*(*geometry) = text;
+    else if (const auto* selection = std::get_if<OfSelection>(&option))
+        options.selection.*selection = text;
     else
         put(options, std::string(std::get<Step>(option)), text);
 }
