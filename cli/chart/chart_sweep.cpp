@@ -123,7 +123,7 @@ void put(JobOptions& options, const Plain& option, const std::string& text) {
     else if (const auto* geometry = std::get_if<OfGeometry>(&option))
         options.geometry.*(*geometry) = text;
     else if (const auto* selection = std::get_if<OfSelection>(&option))
-        options.selection.*selection = text;
+        options.selection.*(*selection) = text;
     else
         put(options, std::string(std::get<Step>(option)), text);
 }
