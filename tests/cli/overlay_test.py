@@ -209,7 +209,7 @@ class Overlays(Running):
     def test_depth_that_is_cut_off_is_said(self):
         write_nrrd(self.folder / "deep.nrrd", random_grid(8))
         base = ["warp", self.folder / "deep.nrrd", "-o", self.folder / "o.nrrd"]
-        for words, said in ((["--rotate", "90,0,0", "--size", "20x20x2"], True), (["--view", "x"], False),
+        for words, said in ((["--rotate", "90,0,0", "--size", "20x20x2", "--spacing", "1"], True), (["--view", "x"], False),
                             (["--rotate", "20,10,0", "--size", "fit"], False), (["--size", "9x9x1"], True)):
             self.assertEqual(b"cut off" in self.run_it(*base, *words).stderr, said, words)
 
@@ -265,8 +265,9 @@ class Leaning(Running):
                     disc = np.frombuffer(data, "<f4").reshape(sizes[::-1])
                     y, x = np.nonzero(disc > 0.5)
                     long, short = np.sqrt(np.linalg.eigvalsh(np.cov(x, y))[::-1])
-                    # Rims of half a pixel about a radius of 15 pixels, and slices of two pixels.
-                    self.assertLess(long / short, 1.04, (lean, view, mode))
+                    # Between slices a rim is uncertain by half their distance of 0.9 mm, at both ends of 15 mm. Without
+                    # its lean the grid would show 1.2 and more.
+                    self.assertLess(long / short, 1.06, (lean, view, mode))
                     self.assertAlmostEqual(np.sqrt(len(x) / np.pi) * 0.5, 7.6, delta=0.3)
                     if mode == "xray":
                         # Along the middle of the ball: 7 mm of ones and two rims of a half, either way.
@@ -279,7 +280,7 @@ class Leaning(Running):
         self.run_it("warp", self.folder / "ball.nii.gz", "-o", out, "--rotate", "90,0,0", "--size", "90x90x1", "--spacing", "0.4")
         y, x = np.nonzero(png(out.read_bytes()) > 127)
         long, short = np.sqrt(np.linalg.eigvalsh(np.cov(x, y))[::-1])
-        self.assertLess(long / short, 1.04)
+        self.assertLess(long / short, 1.06)
 
 
 class Pictures(Running):
