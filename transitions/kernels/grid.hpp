@@ -43,4 +43,8 @@ inline std::array<double, 3> apply(const Affine& m, double x, double y, double z
 /// Reconstruction from samples: nearest, linear, or cubic B-spline on prefiltered coefficients.
 enum class Hold { zoh, foh, bspline3 };
 
+/// A place this near a sample is on it, as far as samples beside it that are not finite could spoil
+/// its value: f32 places along a ray are off by some 2^-23 of the longest axis.
+inline constexpr float kOnSample = 1e-3f;
+
 }  // namespace edgewise::kernels
