@@ -7,6 +7,7 @@
 #endif
 
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 #include "hwy/highway.h"
@@ -203,7 +204,7 @@ class NearestSampler {
     Bounds bounds_;
 };
 
-/// Trilinear; not finite where a sample that counts is not.
+/// Trilinear; not finite where the nearest sample is not.
 template <class Read>
 class LinearSampler {
  public:
@@ -233,7 +234,7 @@ class LinearSampler {
                  h = hn::Sub(z, hn::ConvertTo(d, k));
         VF value;
         if constexpr (std::is_same_v<Read, Walked>)
-            value = walked<false>(i, j, k, f, g, h);
+            value = walked(i, j, k, f, g, h);
         else
             value = gathered<kInner>(i, j, k, f, g, h);
         if constexpr (!Read::kPairs) {
@@ -267,27 +268,42 @@ class LinearSampler {
         else
             return read_.at(read_.offset(i, j, k));
     }
-    template <bool kNearGap>
     HWY_INLINE VF walked(VI i, VI j, VI k, VF f, VF g, VF h) const {
-        const auto blend = [](VF a, VF b, VF part) HWY_ATTR {
-            return kNearGap ? between_near_gap(a, b, part) : between(a, b, part);
-        };
         const VI i1 = next(i, 0), j1 = next(j, 1), k1 = next(k, 2);
-        const VF a = blend(at_index(i, j, k), at_index(i1, j, k), f);
-        const VF b = blend(at_index(i, j1, k), at_index(i1, j1, k), f);
-        const VF c = blend(at_index(i, j, k1), at_index(i1, j, k1), f);
-        const VF e = blend(at_index(i, j1, k1), at_index(i1, j1, k1), f);
-        return blend(blend(a, b, g), blend(c, e, g), h);
+        const VF a = between(read_.at(i, j, k), read_.at(i1, j, k), f);
+        const VF b = between(read_.at(i, j1, k), read_.at(i1, j1, k), f);
+        const VF c = between(read_.at(i, j, k1), read_.at(i1, j, k1), f);
+        const VF e = between(read_.at(i, j1, k1), read_.at(i1, j1, k1), f);
+        return between(between(a, b, g), between(c, e, g), h);
     }
-    /// The same where a sample is not finite. A ray through samples must lose that one alone: what
-    /// weighs nothing, or no more than places are rounded by, does not count.
+    /// The same where a sample is not finite: in its own voxel there is nothing; elsewhere the
+    /// weights of the finite ones add up to 1, as in ReferenceField.
     HWY_NOINLINE VF near_gap(VI i, VI j, VI k, VF f, VF g, VF h) const {
-        return walked<true>(i, j, k, f, g, h);
-    }
-    HWY_INLINE static VF between_near_gap(VF a, VF b, VF f) {
         const DF d;
-        const VF blend = hn::IfThenElse(hn::Lt(f, hn::Set(d, kOnSample)), a, between(a, b, f));
-        return hn::IfThenElse(hn::Gt(f, hn::Set(d, 1.0f - kOnSample)), b, blend);
+        const VF one = hn::Set(d, 1.0f);
+        const VI x[2] = {i, next(i, 0)}, y[2] = {j, next(j, 1)}, z[2] = {k, next(k, 2)};
+        const VF u[2] = {hn::Sub(one, f), f}, v[2] = {hn::Sub(one, g), g},
+                 w[2] = {hn::Sub(one, h), h};
+        VF sum = hn::Zero(d), share = sum;
+        VF least = hn::Set(d, std::numeric_limits<float>::max()), most = hn::Neg(least);
+        for (int corner = 0; corner < 8; ++corner) {
+            const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
+            const VF weight = hn::Mul(hn::Mul(u[a], v[b]), w[c]);
+            const VF value = at_index(x[a], y[b], z[c]);
+            const MF finite = is_finite(value);
+            sum = hn::IfThenElse(finite, hn::MulAdd(weight, value, sum), sum);
+            share = hn::Add(share, hn::IfThenElseZero(finite, weight));
+            least = hn::IfThenElse(finite, hn::Min(least, value), least);
+            most = hn::IfThenElse(finite, hn::Max(most, value), most);
+        }
+        const auto nearer = [&](const VI(&cell)[2], VF part) HWY_ATTR {
+            const auto beyond = hn::RebindMask(DI(), hn::Ge(part, hn::Set(d, 0.5f)));
+            return hn::IfThenElse(beyond, cell[1], cell[0]);
+        };
+        const VF nearest = at_index(nearer(x, f), nearer(y, g), nearer(z, h));
+        // A rounding must not lift it above its brick.
+        const VF mean = hn::Min(hn::Max(hn::Div(sum, share), least), most);
+        return hn::IfThenElse(is_finite(nearest), mean, nearest);
     }
     template <bool kInner>
     HWY_INLINE VF gathered(VI i, VI j, VI k, VF f, VF g, VF h) const {

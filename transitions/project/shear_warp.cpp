@@ -68,6 +68,11 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (!is_whole(from)) return Offer::no("slices are sheared in the memory of one rank");
     if (ask.want.field == Field::nearest && with.word("filter") != "zoh")
         return Offer::no("labels: only filter=zoh makes no new value");
+    if (ask.scene.non_finite > 0 && with.word("filter") != "zoh")
+        return Offer::no(fmt::format(
+            "{} samples are not finite: rays would miss all that was interpolated from them; only "
+            "filter=zoh keeps them to themselves",
+            ask.scene.non_finite));
     constexpr double kSteepest = 1 + 1e-9;
     for (int variant = 0; variant < ask.want.views.different(); ++variant) {
         const int view = ask.want.views.first_view(variant);

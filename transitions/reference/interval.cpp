@@ -120,8 +120,7 @@ Reach reach_of(const Drawn& drawn, const Sum& sum, std::uint64_t seed) {
 
 }  // namespace
 
-Interval root_sum_interval(std::vector<Part> parts, const AroundParts& around,
-                           std::uint64_t seed) {
+Interval root_sum_interval(std::vector<Part> parts, const AroundParts& around, std::uint64_t seed) {
     const auto sure = std::stable_partition(parts.begin(), parts.end(),
                                             [](const Part& part) { return part.missing > 0; });
     const Drawn drawn{parts, static_cast<std::size_t>(sure - parts.begin()), around};

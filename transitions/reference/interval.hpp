@@ -26,13 +26,13 @@ struct AroundParts {
 };
 
 /// The root of a sum, from parts that were drawn without replacement in two phases: some are looked
-/// at, all alike, and of these some are drawn with known chances. Squares of errors have heavy tails
-/// (a few pixels at edges carry them), where the normal interval is too short and ends too low; the
-/// bootstrap of Student's t follows the skew (Efron, Tibshirani 1993, ch. 12). It draws anew in both
-/// phases, in the first by how often (Poisson) what a part stands for would be looked at again. The
-/// wider end of both is taken on each side. The spread of the second phase is that of draws with
-/// replacement, each times how likely it was not drawn (Brewer, Hanif 1983, ch. 4): too large rather
-/// than too small where draws were spread along an order.
+/// at, all alike, and of these some are drawn with known chances. Squares of errors have heavy
+/// tails (a few pixels at edges carry them), where the normal interval is too short and ends too
+/// low; the bootstrap of Student's t follows the skew (Efron, Tibshirani 1993, ch. 12). It draws
+/// anew in both phases, in the first by how often (Poisson) what a part stands for would be looked
+/// at again. The wider end of both is taken on each side. The spread of the second phase is that of
+/// draws with replacement, each times how likely it was not drawn (Brewer, Hanif 1983, ch. 4): too
+/// large rather than too small where draws were spread along an order.
 /// @param seed  of the resampling; the same parts and seed give the same interval
 Interval root_sum_interval(std::vector<Part> parts, const AroundParts& around, std::uint64_t seed);
 

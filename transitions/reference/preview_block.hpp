@@ -25,7 +25,7 @@ class PreviewBlock {
     PreviewBlock(const ReferenceField& field, const Region& cells,
                  std::pmr::memory_resource* memory);
 
-    /// Channel values at p; p is clamped here. Not finite where a sample is not that counts.
+    /// Channel values at p; p is clamped here. Not finite where the nearest sample is not.
     void hold(PreviewHold hold, const Vec3& p, double* values) const;
     /// Of one channel, at many places at once.
     void hold(PreviewHold hold, const Places& places, double* values, int channel = 0) const;

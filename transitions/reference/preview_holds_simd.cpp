@@ -66,23 +66,29 @@ void NearestAt(const HeldBox<float>& box, const Places& places, double* values) 
         values[i] = static_cast<double>(box.first[offset[i]]);
 }
 
-/// What rays read there where a sample is not finite: one that weighs no more than places are
-/// rounded by does not count.
+/// What rays read there where a sample is not finite: nothing where that is the nearest one, else
+/// the finite ones with weights that add up to 1.
 float linear_near_gap(const float* near, const std::array<std::int32_t, 3>& stride,
                       const std::array<float, 3>& f) {
-    constexpr float kOnSample = 1e-3f;
-    const auto blend = [](float a, float b, float part) {
-        return part < kOnSample ? a : part > 1 - kOnSample ? b : a + part * (b - a);
-    };
-    std::array<float, 4> line;
-    for (int k = 0; k < 2; ++k)
-        for (int j = 0; j < 2; ++j) {
-            const float* at =
-                near + (j > 0 && f[1] > 0 ? stride[1] : 0) + (k > 0 && f[2] > 0 ? stride[2] : 0);
-            line[static_cast<std::size_t>(2 * k + j)] =
-                blend(at[0], at[f[0] > 0 ? stride[0] : 0], f[0]);
+    const float* nearest = near;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (f[axis] >= 0.5F) nearest += stride[axis];
+    if (!std::isfinite(*nearest)) return *nearest;
+    float sum = 0, share = 0;
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        float weight = 1;
+        const float* at = near;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const bool is_upper = corner >> axis & 1;
+            weight *= is_upper ? f[axis] : 1 - f[axis];
+            // On a sample the next one weighs nothing and may lie beyond the box.
+            if (is_upper && f[axis] > 0) at += stride[axis];
         }
-    return blend(blend(line[0], line[1], f[1]), blend(line[2], line[3], f[1]), f[2]);
+        if (!std::isfinite(*at)) continue;
+        sum += weight * *at;
+        share += weight;
+    }
+    return sum / share;
 }
 
 void LinearAt(const HeldBox<float>& box, const Places& places, double* values) {

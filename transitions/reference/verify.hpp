@@ -88,9 +88,9 @@ class Verifier {
     };
     /// Sums over what was compared; weights add up to 1.
     struct Compared {
-        std::vector<Part> parts;   // where not all are compared
-        double sum = 0;            // of weighted squares
-        double left_out = 0;       // weights where there is no reference
+        std::vector<Part> parts;  // where not all are compared
+        double sum = 0;           // of weighted squares
+        double left_out = 0;      // weights where there is no reference
         double squares = 0, largest_square = 0, largest_difference = 0;
         double low = std::numeric_limits<double>::infinity(), high = -low;
         std::int64_t samples = 0, differ = 0;

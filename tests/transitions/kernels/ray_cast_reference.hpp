@@ -130,14 +130,20 @@ inline double sampled(const Grid& g, Hold hold, Vector p) {
             weights[axis][k] = weight(hold, p[axis] - static_cast<double>(i));
             indices[axis][k] = mirrored(i, g.extent[axis]);
         }
-    double sum = 0;
+    double sum = 0, share = 0;
     for (int k = 0; k < 4; ++k)
         for (int j = 0; j < 4; ++j)
             for (int i = 0; i < 4; ++i) {
                 const double w = weights[0][i] * weights[1][j] * weights[2][k];
-                if (w != 0) sum += w * stored(g, indices[0][i], indices[1][j], indices[2][k]);
+                if (w == 0) continue;
+                const double value = stored(g, indices[0][i], indices[1][j], indices[2][k]);
+                // Coefficients that are not finite spoil all around; samples leave the others.
+                if (hold == Hold::foh && !std::isfinite(value)) continue;
+                sum += w * value;
+                share += w;
             }
-    return sum;
+    if (hold != Hold::foh || share > 1 - 1e-9) return sum;
+    return std::isfinite(sampled(g, Hold::zoh, p)) ? sum / share : std::nan("");
 }
 
 struct Interval {
