@@ -16,7 +16,7 @@ namespace edgewise::charts {
 namespace {
 
 constexpr int kWidth = 1100, kPlotHeight = 640, kLine = 19, kMargin = 140;  // [pixel]
-constexpr int kTop = 50, kLeft = 94, kRight = 1067;                         // of the frame [pixel]
+constexpr int kTop = 50, kLeft = 116, kRight = 1067;                         // of the frame [pixel]
 constexpr std::size_t kMostListed = 24;                                     // of the front
 
 /// All of a scatter plot's parts, in the order in which they lie on each other.
@@ -42,9 +42,9 @@ class Scatter {
         text += fmt::format("set title {} noenhanced\n", quoted(shortened(table_.title, 120)));
         text += axis_text("x", seconds_) + axis_text("y", error_);
         text +=
-            "set xlabel 'time, logarithmic'\nset ylabel 'error (NRMSE), logarithmic' offset 1,0\n";
+            "set xlabel 'time, logarithmic'\nset ylabel 'error (NRMSE), logarithmic'\n";
         text += fmt::format(
-            "set key at screen 0.085,{:.4f} left top Left reverse samplen 2 spacing 1 noenhanced "
+            "set key at screen 0.105,{:.4f} left top Left reverse samplen 2 spacing 1 noenhanced "
             "maxcols 1\n",
             1 - double(kTop + kPlotHeight + 62) / height);
         if (listed > 0) text += list_of_front(listed, height);
@@ -80,7 +80,7 @@ class Scatter {
         std::string text;
         const double foot = kTop + kPlotHeight + 72 + kLine * double(families_.size() + 4);
         const auto line = [&](std::size_t row, const std::string& words) {
-            text += fmt::format("set label {} at screen 0.085,{:.4f} left noenhanced font ',11'\n",
+            text += fmt::format("set label {} at screen 0.105,{:.4f} left noenhanced font ',11'\n",
                                 quoted(words), 1 - (foot + kLine * double(row)) / height);
         };
         line(0, listed < front_.size()

@@ -35,19 +35,24 @@ bool close(double a, double b) {
     return std::abs(a - b) <= kThin * std::max(std::abs(a), std::abs(b));
 }
 
-/// Plans that no other beats in seconds, bytes and error, fastest first.
+/// The more a plan has of what Budget::like asks, the fewer others make it superfluous.
+int rank(Likeness likeness) {
+    return likeness == Likeness::alike ? 2 : likeness == Likeness::worse ? 1 : 0;
+}
+
+/// Plans that no other beats in seconds, bytes, error and likeness, fastest first.
 std::vector<Plan> reported_front(std::vector<Plan> plans) {
     // A plan that beats another comes before it, also where they tie in some of the three.
-    const auto rank = [](const Plan& plan) {
+    const auto taken = [](const Plan& plan) {
         return std::tuple(plan.predicted.seconds, plan.predicted.bytes, plan.predicted.error);
     };
     std::stable_sort(plans.begin(), plans.end(),
-                     [&](const Plan& a, const Plan& b) { return rank(a) < rank(b); });
+                     [&](const Plan& a, const Plan& b) { return taken(a) < taken(b); });
     std::vector<Plan> front;
     for (Plan& plan : plans) {
         const bool superfluous = std::any_of(front.begin(), front.end(), [&](const Plan& other) {
             const Predicted &a = other.predicted, &b = plan.predicted;
-            if (a.known != b.known) return false;
+            if (a.known != b.known || rank(a.likeness) < rank(b.likeness)) return false;
             const bool beaten = a.bytes <= b.bytes && a.error <= b.error;
             return beaten || (close(a.seconds, b.seconds) && close(a.bytes, b.bytes) &&
                               close(a.error, b.error));

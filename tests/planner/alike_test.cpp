@@ -89,9 +89,10 @@ TEST(Alike, ABarredFilterIsNotTakenThoughFasterAndMoreAccurate) {
     ASSERT_TRUE(answer.plain);
     EXPECT_EQ(answer.plain->step, "toy.plain/filter=foh");
     EXPECT_DOUBLE_EQ(answer.plain->error, 2);
-    EXPECT_EQ(answer.front.size(), 1u);  // what could be had, whatever is asked for
+    ASSERT_EQ(answer.front.size(), 2u);  // what else could be had, and what that does not replace
     EXPECT_EQ(answer.front[0].texts(), std::vector<std::string>{"toy.plain/filter=zoh"});
     EXPECT_EQ(answer.front[0].predicted.likeness, Likeness::barred);
+    EXPECT_EQ(answer.front[1].texts(), answer.plan->texts());
 }
 
 TEST(Alike, OfLabelsTheNearestSampleIsThePlainWay) {
