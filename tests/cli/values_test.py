@@ -86,6 +86,15 @@ class Values(Running):
             self.assertEqual(out.read_bytes()[68:70], (1002).to_bytes(2, "little"))
         self.warp(source, self.folder / "view.png", "--rotate", "0,0,27", "--size", "17x14x1")
 
+    def test_labels_with_a_slope_keep_their_stored_numbers(self):
+        a = blobs((6, 14, 17), range(-5, 5), "<i2")
+        source, out = self.folder / "slope.nii", self.folder / "out.nii"
+        files.write_nifti(source, a, intent=1002, slope=0.3, inter=-1.7)
+        report = self.report(source, out, "--rotate", "0,0,27", "--outside", "-1.7", "--max-error", "0", "--verify=all")
+        self.assertEqual(report["measured"]["error"]["nrmse"], 0)
+        stored = np.frombuffer(out.read_bytes(), "<i2", offset=352)
+        self.assertLessEqual(set(stored), set(range(-5, 5)))
+
     def test_outside_joins_the_labels(self):
         a = blobs((3, 9, 9), self.LARGE["<u4"], "<u4")
         source, out = self.folder / "o.nrrd", self.folder / "out.nrrd"
