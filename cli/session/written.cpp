@@ -122,10 +122,15 @@ Tail view_tail(Type type, int channels, const Input& input, Job job) {
 /// Endings of formats that hold this, for who asked for another.
 std::string instead(store::Header header) {
     header.values = {};
+    store::Header as_f32 = header;
+    as_f32.type = Type::f32;
     std::vector<std::string> endings;
-    for (const store::Format& format : store::formats())
-        if (format.writes && store::cannot_write("x" + format.endings[0], header).empty())
+    for (const store::Format& format : store::formats()) {
+        const std::string path = "x" + format.endings[0];
+        if (format.writes && (store::cannot_write(path, header).empty() ||
+                              store::cannot_write(path, as_f32).empty()))
             endings.push_back(format.endings[0]);
+    }
     return endings.empty() ? "" : fmt::format("; {} can", fmt::join(endings, ", "));
 }
 

@@ -86,6 +86,15 @@ class Values(Running):
             self.assertEqual(out.read_bytes()[68:70], (1002).to_bytes(2, "little"))
         self.warp(source, self.folder / "view.png", "--rotate", "0,0,27", "--size", "17x14x1")
 
+    def test_labels_with_a_slope_keep_their_stored_numbers(self):
+        a = blobs((6, 14, 17), range(-5, 5), "<i2")
+        source, out = self.folder / "slope.nii", self.folder / "out.nii"
+        files.write_nifti(source, a, intent=1002, slope=0.3, inter=-1.7)
+        report = self.report(source, out, "--rotate", "0,0,27", "--outside", "-1.7", "--max-error", "0", "--verify=all")
+        self.assertEqual(report["measured"]["error"]["nrmse"], 0)
+        stored = np.frombuffer(out.read_bytes(), "<i2", offset=352)
+        self.assertLessEqual(set(stored), set(range(-5, 5)))
+
     def test_outside_joins_the_labels(self):
         a = blobs((3, 9, 9), self.LARGE["<u4"], "<u4")
         source, out = self.folder / "o.nrrd", self.folder / "out.nrrd"
@@ -97,15 +106,16 @@ class Values(Running):
         self.warp(source, out, "--labels", "--reference", "linear", code=2)
 
     def test_integers_that_f32_rounds_are_counted(self):
-        """1e9 and a little: f32 has steps of 64 there."""
-        a = (10**9 + 100 * GENERATOR.random((6, 12, 12))).astype("<i4")
+        """From 1e9 to 1e5 more: f32 has steps of 64 there, whose rounding is 64 / sqrt(12) of 1e5, 1.8e-4."""
+        a = (10**9 + 100000 * GENERATOR.random((6, 12, 12))).astype("<i4")
         source, out = self.folder / "far.nrrd", self.folder / "out.nrrd"
         files.write_nrrd(source, a)
-        done = self.run_it("warp", source, "-o", out, "--rotate", "0,0,27", "--max-error", "0.01", code=3)
+        words = ["--rotate", "0,0,27", "--reference", "linear", "--via", "warp.backward/filter=foh"]
+        done = self.run_it("warp", source, "-o", out, *words, "--max-error", "1e-5", code=3)
         self.assertIn(b"i32", done.stderr)
-        report = self.report(source, out, "--rotate", "0,0,27", "--max-error", "10", "--verify=all")
-        self.assertGreater(report["measured"]["error"]["nrmse"], 0.1)
-        self.assertGreater(report["plan"]["predicted"]["error"], 0.1)
+        report = self.report(source, out, *words, "--max-error", "10", "--verify=all")
+        self.assertGreater(report["measured"]["error"]["nrmse"], 1e-4)
+        self.assertGreater(report["plan"]["predicted"]["error"], report["measured"]["error"]["nrmse"])
         # Where f32 holds the integers it costs nothing.
         files.write_nrrd(source, a - 10**9)
         self.report(source, out, "--labels", "--rotate", "0,0,27", "--max-error", "0")
@@ -135,6 +145,8 @@ class Values(Running):
         # What holds the values: PNG and JPEG hold pictures, which are views of other types.
         written = 0
         for kind, image, channels in itertools.product(kinds, (True, False), (1, 2, 3, 4)):
+            if not image and channels in (2, 4):
+                continue
             a = GENERATOR.integers(0, 100, (1 if image else 3, 5, 6, channels)).astype(kind)
             if kind == "<f2":
                 if not image:
@@ -162,13 +174,11 @@ class Values(Running):
                 if ending == ".png" and kind not in ("u1", "<u2"):
                     self.assertEqual(got.dtype, np.dtype("u1"), label)  # a view
                     continue
-                holds = kind if ending in (".tif", ".nii", ".nrrd", ".mha", ".png") and not (kind == "<f2" and ending in (".nii", ".nrrd", ".mha")) else \
-                    kind if kind == "<f2" else "<f4"
-                if ending in (".nii", ".nrrd", ".mha") and kind == "<f2":
-                    holds = "<f4"
+                held = {".tif": kinds, ".exr": ["<f2", "<f4"], ".png": ["u1", "<u2"]}.get(ending, [k for k in kinds if k != "<f2"])
+                holds = kind if kind in held else "<f4"
                 self.assertEqual(got.dtype.newbyteorder("<"), np.dtype(holds), label)
                 np.testing.assert_array_equal(got, a, label)
-        self.assertGreater(written, 250)
+        self.assertGreater(written, 150)
 
     def run_any(self, *words):
         import subprocess
@@ -228,6 +238,7 @@ class Values(Running):
     def test_what_is_promised_is_the_file(self):
         source, a = self.dim(20)
         out = self.folder / "out.nrrd"
+        out.unlink(missing_ok=True)
         words = ["--rotate", "0,0,30", "--via", "warp.backward/filter=bspline3", "--verify=all"]
         exact = self.report(source, self.folder / "exact.nrrd", *words, "--max-error", "0.001", "--bits", "32")
         self.assertLess(exact["measured"]["error"]["nrmse"], 1e-4)
@@ -269,7 +280,7 @@ class Values(Running):
         for words in ((), ("--rotate", "0,0,90"), ("--translate", "3,0,0"), ("--rotate", "0,0,30", "--reference", "nearest")):
             report = self.report(source, out, *words, "--max-error", "0", "--verify=all")
             self.assertEqual(report["plan"]["predicted"]["error"], 0, words)
-            self.assertEqual(report["measured"]["error"]["nrmse"], 0, words)
+            self.assertLess(report["measured"]["error"]["nrmse"], 1e-12, words)  # the reference's own rounding, f64
         for via in ("warp.backward/filter=foh", "warp.backward/filter=bspline3"):
             report = self.report(source, out, "--translate", "3,0,0", "--via", via, "--max-error", "1e-5", "--verify=all")
             self.assertLess(report["measured"]["error"]["nrmse"], 1e-5)

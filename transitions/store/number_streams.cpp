@@ -278,9 +278,9 @@ Narrowed narrowest(Stream& from, std::int64_t count, Wide wide, bool big_endian,
 }
 
 void take_narrowed(Header& header, const Narrowed& found) {
-    if (found.type == Type::f64 && header.labels)
-        refuse(header.file, fmt::format("labels of {}: 64-bit integers, which fit into no type of "
-                                        "at most 32 bits; number them anew",
+    if (!found.exact && header.labels)
+        refuse(header.file, fmt::format("labels of {}: 64-bit integers beyond 2^53, which no type "
+                                        "here holds; number them anew",
                                         found.range));
     header.type = found.type;
     header.warnings.push_back(fmt::format("{}: its 64-bit integers of {} are read as {}{}",

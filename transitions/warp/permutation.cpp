@@ -113,8 +113,10 @@ Error error(const Offer& offer, const Ask& ask) {
     Error error{.noise = 0x1p-23 * greatest};  // f32 rounds twice, by half of this
     error.copies = scene.fits_f32(offer.from.type, offer.from.values) &&
                    (send != Send::foh || (most == 0 && ask.want.views.different() == looked_at));
-    // What f32 holds is sent as it is.
-    if (send != Send::foh && error.copies && offer.from.values.identity()) error.noise = 0;
+    // What f32 holds is sent as it is; and which label it is, rounding does not change.
+    const bool labels = ask.want.job == Job::warp && ask.want.field == Field::nearest;
+    if (send != Send::foh && error.copies && (labels || offer.from.values.identity()))
+        error.noise = 0;
     // Mean of the sum of squared weights of linear interpolation over all fractions: 2/3 an axis.
     if (send == Send::foh) error.noise_gain = std::pow(2.0 / 3, fewest / 2.0);
     if (most == 0 && ask.want.views.different() == looked_at) return error;
