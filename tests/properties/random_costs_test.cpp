@@ -37,6 +37,7 @@ TEST(RandomCosts, ChooseManyPathsAllOfWhichKeepTheirWord) {
         const auto same = std::find_if(honest.begin(), honest.end(),
                                        [&](const Plan& path) { return path.texts() == texts; });
         ASSERT_NE(same, honest.end());
+        if (!same->predicted.known) continue;
         EXPECT_LE(expected.error_of(results_of(*answer.plan, ask, input, 2, memory)),
                   same->predicted.error)
             << fmt::format("{}", fmt::join(texts, " "));

@@ -1,8 +1,6 @@
 #include "transitions/spectrum/slice.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum_slice.hpp"
@@ -55,29 +53,11 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                 slice, kernels::SpectrumShape::period_of(offer.from.extent))};
 }
 
-// What sampling at pixel centres folds into the picture: 3e-3 with pixels as large as voxels, 4e-3
-// and 1.2e-2 with two and four times as large.
-constexpr double kFolded = 3e-3, kFoldedMean = 6e-3, kFoldedGrowth = 1.3;
-
-/// The largest distance of pixels, in the smallest spacing of the input.
-double pixel_size(const Request& want) {
-    double largest = 0;
-    for (int variant = 0; variant < want.views.different(); ++variant) {
-        const Mat4& view = want.views.at(want.views.first_view(variant));
-        for (int row = 0; row < 2; ++row) {
-            const Vec3 along = view.block<1, 3>(row, 0).transpose();
-            largest = std::max(largest, 1 / along.cwiseQuotient(want.spacing).norm());
-        }
-    }
-    return largest / want.spacing.minCoeff();
-}
-
-/// What is left out of the picture's band; spectrum.forward knows the rest.
-Error error(const Offer& offer, const Ask& ask) {
-    if (offer.with.word("band") == "volume") return {};
-    const double folded = ask.want.mode == Mode::mean ? kFoldedMean : kFolded;
-    return {.bias = folded * std::pow(std::max(1., pixel_size(ask.want)), kFoldedGrowth) *
-                    ask.scene.range};
+/// spectrum.forward knows what the volume's band loses. What lies beyond the picture's own depends
+/// on how its edges fall between pixels: a face along the rays rings by up to a tenth of what it
+/// bounds, and nothing that a preview measures tells of it.
+Error error(const Offer& offer, const Ask&) {
+    return offer.with.word("band") == "volume" ? Error{} : Error::unknown();
 }
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,

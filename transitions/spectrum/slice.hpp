@@ -12,7 +12,8 @@ namespace edgewise {
 ///         stay outside
 /// Work    width^3 complex taps a sample of the slice
 /// Error   band=volume: what the field has beyond 3/4 cycle a voxel. band=picture: what it has
-///         beyond the picture's own band, which sampling at pixel centres would fold back
+///         beyond the picture's own band, which sampling at pixel centres would fold back; unknown,
+///         so that no budget is promised
 /// Source  Bracewell 1956; [M93]; [W93] 5.1
 Transition spectrum_slice();
 

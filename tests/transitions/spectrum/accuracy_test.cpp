@@ -73,7 +73,20 @@ TEST(SpectrumAccuracy, XrayOfTheSplineField) {
         const Measured fine = measure(data, want, {6, 1.25, "volume"});
         expect_predicted(fine);
         EXPECT_LT(fine.error, 1e-3);
-        expect_predicted(measure(data, want, {4, 1.25, "picture"}));
+    }
+}
+
+/// What lies beyond the picture's band is not measured: a face along the rays rings by up to a
+/// tenth of what it bounds.
+TEST(SpectrumAccuracy, ThePicturesOwnBandPromisesNothing) {
+    std::pmr::memory_resource* const memory = std::pmr::new_delete_resource();
+    const Data data = blobs(kExtent, 0, memory);
+    const Request want = request_of(kExtent, Vec3(1, 1, 1), Mode::xray, 2);
+    const Scene scene = scene_of(data);
+    const Ask ask{want, scene};
+    for (const bool whole : {true, false}) {
+        const Path path(data.what, ask, {6, 1.25, whole ? "volume" : "picture"});
+        EXPECT_EQ(path.slice.error(path.cut, ask).known, whole);
     }
 }
 
