@@ -96,6 +96,8 @@ store::Selection selection_of(const SelectionWords& words) {
         selection.orient = *words.orient;
     }
     if (words.spacing) selection.spacing = numbers_of("--input-spacing", *words.spacing);
+    if (words.unit && words.unit->empty())
+        throw RequestError("--input-unit: expected mm, um or nm");
     if (words.unit) selection.unit = *words.unit;
     return selection;
 }
