@@ -251,9 +251,24 @@ class Parser {
             else if (opens(here))
                 open_sequence(here);
             else {
+                check_depth(here);
                 take(here);
                 at_ = here.value + here.length;
             }
+        }
+    }
+    /// What is skipped is not read, but sequences that hold little but each other are an attack on
+    /// whatever reads the file next: the first element of the first item, and so on, tells.
+    void check_depth(const Element& here) {
+        std::uint64_t at = here.value, end = here.value + here.length;
+        for (std::size_t depth = levels_.size() / 2; here.vr == "SQ" && end - at >= 20; ++depth) {
+            if (depth > kDeepest)
+                refuse(out_.path, fmt::format("sequences nested deeper than {} at byte {}",
+                                              kDeepest, here.value));
+            std::byte head[20];
+            bytes(at, head);
+            if (head[12] != std::byte{'S'} || head[13] != std::byte{'Q'}) return;
+            at += sizeof head;
         }
     }
     bool more() {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -17,6 +18,7 @@ namespace edgewise::store {
 namespace {
 
 constexpr std::string_view kRle = "1.2.840.10008.1.2.5";
+constexpr std::int64_t kRleDensest = 64;  // two bytes stand for 128 at most
 constexpr std::string_view kJpegs = "1.2.840.10008.1.2.4.";
 
 bool has_table(const DicomTable& table) { return !table.descriptor.empty(); }
@@ -95,6 +97,27 @@ Size size_of_jpeg2000(std::span<const std::byte> bytes) {
     if (double(x) / tile_x * (double(y) / tile_y) > 65535) return {};
     return {x - x0, y - y0, big16(bytes, at + 40),
             (std::to_integer<std::int64_t>(bytes[at + 42]) & 0x7f) + 1, std::nullopt};
+}
+
+/// The last number of a syntax's UID: from 50 JPEG, from 80 JPEG-LS, from 90 JPEG 2000.
+std::int64_t jpeg_of(const DicomFile& file) {
+    return to_integer(std::string_view(file.syntax).substr(kJpegs.size())).value_or(0);
+}
+
+/// What the stream says of its size must be what the file says, before a library believes it.
+/// @param whole  all of the frame is there; else it may say nothing yet
+Size expect_size(const DicomFile& file, std::int64_t k, std::span<const std::byte> bytes,
+                 bool whole) {
+    const Size size = jpeg_of(file) >= 90 ? size_of_jpeg2000(bytes) : size_of_jpeg(bytes);
+    if (size.columns == 0 && !whole) return size;
+    if (size.columns != file.columns || size.rows != file.rows || size.samples != file.samples ||
+        size.bits < 1 || size.bits > file.allocated)
+        refuse(file.path,
+               fmt::format("frame {}: its compressed pixels are {} x {} of {} samples of {} bits; "
+                           "the file says {} x {}, {}, {}",
+                           k, size.columns, size.rows, size.samples, size.bits, file.columns,
+                           file.rows, file.samples, file.stored));
+    return size;
 }
 
 /// PackBits (PS3.5 annex G). @return bytes written
@@ -262,8 +285,13 @@ DicomFrames::DicomFrames(const DicomFile& file) : file_(file), bytes_(file.path)
         values_of(file, file.modality_table);
     if (file.compressed) {
         find_starts();
-        check_density(file.path, static_cast<std::int64_t>(raw_bytes(file)), file.pixel_bytes,
-                      kDensest);
+        check_density(file.path,
+                      product(file.path, static_cast<std::int64_t>(raw_bytes(file)), file.frames),
+                      file.pixel_bytes, file.syntax == kRle ? kRleDensest : kDensest);
+        // Nothing is allocated for a stream of another size, if its beginning tells.
+        constexpr std::size_t kBeginning = 1 << 16;
+        const Bytes first = compressed(0, kBeginning);
+        if (file.syntax != kRle) expect_size(file, 0, first, first.size() < kBeginning);
     }
 }
 
@@ -347,22 +375,23 @@ std::pair<std::size_t, std::size_t> DicomFrames::fragments_of(std::int64_t k) co
             frame + 1 < starts_.size() ? starts_[frame + 1] : file_.fragments.size()};
 }
 
-Bytes DicomFrames::compressed(std::int64_t k) const {
+Bytes DicomFrames::compressed(std::int64_t k, std::size_t most) const {
     const auto [begin, end] = fragments_of(k);
     std::size_t total = 0;
     for (std::size_t i = begin; i < end; ++i) total += file_.fragments[i].length;
-    Bytes bytes(total);
+    Bytes bytes(std::min(total, most));
     std::size_t done = 0;
-    for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t i = begin; i < end && done < bytes.size(); ++i) {
         const DicomFile::Fragment& part = file_.fragments[i];
-        bytes_.read(part.offset, std::span(bytes).subspan(done, part.length));
-        done += part.length;
+        const std::size_t length = std::min<std::size_t>(part.length, bytes.size() - done);
+        bytes_.read(part.offset, std::span(bytes).subspan(done, length));
+        done += length;
     }
     return bytes;
 }
 
 void DicomFrames::decode(std::int64_t k) {
-    const Bytes bytes = compressed(k);
+    const Bytes bytes = compressed(k, std::numeric_limits<std::size_t>::max());
     check_density(file_.path, static_cast<std::int64_t>(raw_bytes(file_)), bytes.size(), kDensest);
     samples_.resize(raw_bytes(file_));
     if (file_.syntax == kRle) {
@@ -370,20 +399,10 @@ void DicomFrames::decode(std::int64_t k) {
         planar_ = false;
         return;
     }
-    // What the stream says of its size must be what the file says, before a library believes it.
-    const int number = static_cast<int>(
-        to_integer(std::string_view(file_.syntax).substr(kJpegs.size())).value_or(0));
-    const bool jpeg2000 = number >= 90;
-    const Size size = jpeg2000 ? size_of_jpeg2000(bytes) : size_of_jpeg(bytes);
-    if (size.columns != file_.columns || size.rows != file_.rows || size.samples != file_.samples ||
-        size.bits < 1 || size.bits > file_.allocated)
-        refuse(file_.path,
-               fmt::format("frame {}: its compressed pixels are {} x {} of {} samples of {} bits; "
-                           "the file says {} x {}, {}, {}",
-                           k, size.columns, size.rows, size.samples, size.bits, file_.columns,
-                           file_.rows, file_.samples, file_.stored));
+    const Size size = expect_size(file_, k, bytes, true);
     ModuleFrame frame;
-    frame.kind = jpeg2000 ? "JPEG 2000" : number >= 80 ? "JPEG-LS" : "JPEG";
+    const std::int64_t number = jpeg_of(file_);
+    frame.kind = number >= 90 ? "JPEG 2000" : number >= 80 ? "JPEG-LS" : "JPEG";
     frame.columns = static_cast<int>(file_.columns);
     frame.rows = static_cast<int>(file_.rows);
     frame.samples = file_.samples;

@@ -27,7 +27,7 @@ class DicomFrames {
  private:
     void read_plain(std::int64_t k);
     void decode(std::int64_t k);
-    Bytes compressed(std::int64_t k) const;
+    Bytes compressed(std::int64_t k, std::size_t most) const;
     std::pair<std::size_t, std::size_t> fragments_of(std::int64_t k) const;
     void find_starts();
     void clear_unused_bits();
