@@ -323,7 +323,7 @@ def make_request(seed, index, kinds):
         size = [int(n) for n in rng.integers(4, 48, dims if job == "warp" else 2)]
     if job == "render":
         # Keep what the reference has to look at within bounds.
-        expected = size or default_size(volume, frames, spacing or [volume.spacing.min()] * 2)
+        expected = size or default_size(volume, frames, spacing[:2] if spacing else [volume.spacing.min()] * 2)
         load = ray_samples(volume, frames, expected)
         if load > MOST_RAY_SAMPLES:
             shrink = (MOST_RAY_SAMPLES / load) ** .5
@@ -359,7 +359,7 @@ def make_request(seed, index, kinds):
             if rng.random() < .4:
                 background = tuple(rounded(c, 3) for c in rng.random(3))
                 words += ["--background", listed(background)]
-            if rng.random() < .7:
+            if rng.random() < .7 or high == low:  # a ramp over no range is nothing that is defined
                 points = random_transfer(rng, low, high)
                 unit = rounded(volume.spacing.min() * rng.choice([1, .5, 2, 3]), 4) if rng.random() < .5 else None
                 words += ["--transfer", "TRANSFER"]
