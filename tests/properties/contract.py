@@ -147,14 +147,16 @@ class Field:
         # Whole-sample symmetry is the continuation under which the coefficients were found.
         value = ndimage.map_coordinates(self.samples, at, order=self.order, mode="mirror", prefilter=False)
         if self.holes:
-            # Every sample that is read with a weight: two each axis, for the spline the same two, beyond which it is filled.
-            missing = ndimage.map_coordinates((~self.finite).astype(float), at, order=1, mode="nearest")
-            value = np.where(missing > 1e-12, np.nan, value)
+            # In the voxel of a sample that is not finite there is nothing; elsewhere the weights of the others add up to 1. (Of a
+            # spline that is a guess: the program says what its field is beside them.)
+            index = tuple(np.floor(at + 0.5).astype(int))
+            share = ndimage.map_coordinates(self.finite.astype(float), at, order=1, mode="nearest")
+            value = np.where(self.finite[index], value / np.maximum(share, 1e-9) if self.order == 1 else value, np.nan)
         return value
 
     def unsure(self, positions):
         """Where the nearest sample is anybody's guess: half-way between two."""
-        if self.order:
+        if self.order and not self.holes:
             return np.zeros(positions.shape[:-1], bool)
         last = self.last[::-1]
         fraction = positions - np.floor(positions)

@@ -60,9 +60,9 @@ class ReferenceTest(unittest.TestCase):
         values[2, 2, 2] = np.nan
         look = contract.default_look(volume(values), "xray")
         frames = contract.placements(volume(values), [], "z")
-        for reference, left in (("nearest", 4), ("linear", 3)):
+        for reference in ("nearest", "linear"):
             picture = contract.render(volume(values), frames, (5, 5), (1, 1), look, reference).values[0]
-            self.assertAlmostEqual(picture[2, 2], left)
+            self.assertAlmostEqual(picture[2, 2], 4)
             self.assertAlmostEqual(picture[2, 3], 5)
 
 
