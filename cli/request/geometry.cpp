@@ -283,7 +283,10 @@ Geometry geometry_of(const GeometryWords& words, const InputGrid& input, Job job
         // The eye sees the whole scene, of which a zoom shows the middle.
         geometry.eye = eye_of(*words.perspective, geometry.grid, maps, corners);
     }
-    if (words.zoom) zoom(geometry.grid, *words.zoom, job);
+    if (words.zoom) {
+        zoom(geometry.grid, *words.zoom, job);
+        if (geometry.eye) take_steps(*geometry.eye, geometry.grid);
+    }
     if (job == Job::render) geometry.unit = geometry.grid.spacing.z();
     for (const Mat4& map : maps) geometry.views.push_back(on_grid(map, input, geometry.grid));
     for (const Mat4& map : geometry.views)

@@ -187,9 +187,13 @@ Eye eye_of(const std::string& degrees, const ScreenGrid& grid, const std::vector
     Eye eye;
     eye.at = {(grid.extent.x - 1) / 2.0, (grid.extent.y - 1) / 2.0, depth(z)};
     eye.plane = depth(z + half_height / up);
+    take_steps(eye, grid);
+    return eye;
+}
+
+void take_steps(Eye& eye, const ScreenGrid& grid) {
     eye.width = grid.spacing.x() / grid.spacing.z();
     eye.height = grid.spacing.y() / grid.spacing.z();
-    return eye;
 }
 
 }  // namespace edgewise::cli

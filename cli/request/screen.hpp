@@ -26,4 +26,8 @@ void zoom(ScreenGrid& grid, const std::string& by, Job job);
 Eye eye_of(const std::string& degrees, const ScreenGrid& grid, const std::vector<Mat4>& maps,
            const std::vector<Vec3>& corners);
 
+/// What one step along the grid's axes is to an eye, in steps in depth: to be said again of a grid
+/// whose spacing has changed.
+void take_steps(Eye& eye, const ScreenGrid& grid);
+
 }  // namespace edgewise::cli

@@ -92,14 +92,14 @@ def placements(volume, steps, view, about=None):
     if about is not None:
         fixed[:dims] = volume.spacing * (np.array(about) - (volume.extent - 1) / 2)
     fixed = first[:3, :3] @ fixed
-    frames = [np.eye(4)]
+    frames = [first]
     for step in steps:
-        if isinstance(step, tuple):
+        if isinstance(step, tuple):  # a turntable stands in the middle of the screen
             turns = [affine(rotation((0, 360 * k / step[1], 0))) for k in range(step[1])]
             frames = [turn @ frame for frame in frames for turn in turns]
         else:
-            frames = [step @ frame for frame in frames]
-    return [affine(np.eye(3), fixed) @ frame @ affine(np.eye(3), -fixed) @ first for frame in frames]
+            frames = [affine(np.eye(3), fixed) @ step @ affine(np.eye(3), -fixed) @ frame for frame in frames]
+    return frames
 
 
 def corners(volume, placed):
@@ -288,6 +288,19 @@ def along_rays(values, length, counts, starts, look, volume):
     return np.stack(colours, -1), inside
 
 
+@dataclasses.dataclass
+class Eye:
+    distance: float  # [mm] before the plane z = 0 of the screen
+    plane: float  # [mm] from the eye to where pixels are `spacing` apart
+
+
+def eye_of(volume, frames, angle, size, spacing):
+    """The picture spans the angle from top to bottom, whatever its spacing is, which only gives it its proportions."""
+    height = size[1] * spacing[1]
+    return Eye(eye_distance(volume, frames, angle, size[0] * spacing[0] / height),
+               height / 2 / math.tan(math.radians(angle) / 2))
+
+
 def render(volume, frames, size, spacing, look, reference, eye=None, finer=1):
     """`finer` divides the step of 1/8 of the smallest spacing."""
     field = Field(volume.values, reference)
@@ -297,8 +310,8 @@ def render(volume, frames, size, spacing, look, reference, eye=None, finer=1):
     if eye is None:
         origin, heading = pixels, np.broadcast_to([0.0, 0.0, 1.0], pixels.shape)
     else:
-        origin = np.broadcast_to([0.0, 0.0, -eye], pixels.shape)
-        heading = pixels - origin
+        origin = np.broadcast_to([0.0, 0.0, -eye.distance], pixels.shape)
+        heading = pixels + [0.0, 0.0, eye.plane]
         heading = heading / np.linalg.norm(heading, axis=-1, keepdims=True)
     step = volume.spacing.min() / 8 / finer
     pictures, seen, missed = [], [], []
@@ -345,16 +358,18 @@ def render(volume, frames, size, spacing, look, reference, eye=None, finer=1):
 # Errors
 
 
-def nrmse(output, answer, wanted_range=None, seen=None):
-    """As the contract defines it: over what sees the input, range of the right answer there."""
-    seen = answer.seen if seen is None else seen
-    right, given = answer.values[seen], output[seen]
+def nrmse(output, answer, wanted_range=None, scale=0.0):
+    """As the contract defines it: over what sees the input, range of the right answer there.
+
+    `scale`: of the numbers that the answer is made of; f64 leaves 1e-12 of them in what is zero or constant.
+    """
+    right, given = answer.values[answer.seen], output[answer.seen]
     if right.size == 0:
-        return 0.0, 0.0
+        return 0.0, 1.0
     width = right.max() - right.min()
     magnitude = np.abs(right).max()
-    if width <= 1e-9 * magnitude or width == 0:  # f64 leaves 1e-12 of a constant field
-        width = magnitude or 1.0
+    if width <= 1e-9 * max(magnitude, scale):
+        width = magnitude if magnitude > 1e-9 * scale else 1.0
     if wanted_range:
         width = wanted_range
     return float(np.sqrt(np.mean((given.astype(float) - right) ** 2)) / width), float(width)

@@ -297,8 +297,10 @@ Tallies tally_all(const Drawn& drawn, const Setting& setting, const ViewGeometry
             const auto& [corner, among, weight, chance, side, with_short] = draws[i];
             bundles[i] = bundle_at(want, geometry, corner, side, with_short);
             measure(bundles[i], setting, whole ? &*whole : nullptr, memory);
+            // Where all were drawn none was looked at: there is no mean of looks to compare with.
+            const bool looked = !drawn.all && among != kChosen && !drawn.from[among].looked.empty();
             for (Traced& traced : bundles[i].rays)
-                if (!drawn.all && among != kChosen) traced.look = look_at(traced.ray, want, field);
+                if (looked) traced.look = look_at(traced.ray, want, field);
             if (!spectrum) return;
             add_spectra(bundles[i], *spectrum, want);
         });

@@ -12,6 +12,7 @@
 #include "transitions/kernels/axis_permutation.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/scalar_load.hpp"
+#include "transitions/warp/outside.hpp"
 
 namespace edgewise {
 namespace {
@@ -104,7 +105,7 @@ std::optional<AxisPermutation> permutation_to_screen(const Representation& from,
 }
 
 /// Why the samples cannot be copied to the screen, or "".
-std::string no_copy(const Representation& from, const Request& want) {
+std::string no_copy(const Representation& from, const Request& want, double outside) {
     bool covered = true;
     for (int variant = 0; variant < want.views.different(); ++variant) {
         const int view = want.views.first_view(variant);
@@ -114,14 +115,14 @@ std::string no_copy(const Representation& from, const Request& want) {
                 "view {}: its map is no signed permutation of the axes with a whole shift", view);
         covered = covered && covers(*permutation, from.extent, want.screen);
     }
-    if (!covered && !stored(from, want.outside))
-        return fmt::format("the value {} outside the input cannot be stored as {}", want.outside,
+    if (!covered && !stored(from, outside))
+        return fmt::format("the value {} outside the input cannot be stored as {}", outside,
                            name_of(from.type));
     return {};
 }
 
 Offer offer_screen(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (std::string reason = no_copy(from, ask.want); !reason.empty())
+    if (std::string reason = no_copy(from, ask.want, outside_of(ask)); !reason.empty())
         return Offer::no(std::move(reason));
     Representation to = screen_scalar(from, ask.want);
     to.type = from.type;
@@ -206,7 +207,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     Stored outside{};
     if (to_screen(offer.with)) {
         permutation = permutation_to_screen(offer.from, ask.want, context.view).value();
-        outside = stored(offer.from, ask.want.outside).value_or(Stored{});
+        outside = stored(offer.from, outside_of(ask)).value_or(Stored{});
     } else {
         permutation = permutation_to_rays(offer.from, ask.want, context.view);
         out.what.extent = kernels::permuted_extent(permutation, in.what.extent);
@@ -236,7 +237,8 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 }  // namespace
 
 bool copies_samples(const Representation& from, const Request& want) {
-    return want.job == Job::warp && from.type != Type::c64 && no_copy(from, want).empty();
+    return want.job == Job::warp && from.type != Type::c64 &&
+           no_copy(from, want, want.outside).empty();
 }
 
 bool can_store(const Representation& as, double value) { return stored(as, value).has_value(); }

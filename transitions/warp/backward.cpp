@@ -12,6 +12,7 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
+#include "transitions/warp/outside.hpp"
 
 namespace edgewise {
 namespace {
@@ -272,7 +273,7 @@ Partition parts(const Offer& offer, const Ask& ask) {
 kernels::BackwardWarp warp_of(const Offer& offer, const Ask& ask, const Data& in, int view) {
     const Mat4 map = to_input(offer.from, ask.want, view);
     const kernels::Grid grid = kernels::grid_of(in);
-    const auto outside = static_cast<float>(ask.want.outside);
+    const auto outside = static_cast<float>(outside_of(ask));
     const Hold hold = hold_of(offer.with);
     if (affine(map)) return {grid, kernels::affine_of(map), hold, outside};
     constexpr int kKept[3] = {0, 1, 3};  // an image has no z

@@ -11,6 +11,7 @@
 #include "transitions/kernels/permutation.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
+#include "transitions/warp/outside.hpp"
 
 namespace edgewise {
 namespace {
@@ -148,7 +149,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const kernels::PermutationWarp warp(kernels::grid_of(in),
                                         chain_of(offer.from, ask.want, context.view),
                                         send_of(offer.with), out.what.extent);
-    const auto outside = static_cast<float>(ask.want.outside);
+    const auto outside = static_cast<float>(outside_of(ask));
     const std::int64_t row = out.what.extent.x * out.what.channels;
     float* screen = out.as<float>();
     in_tiles({{0, 0, 0}, {1, out.what.extent.y, out.what.extent.z}}, {1, 64, 1}, context,

@@ -15,6 +15,7 @@
 #include "transitions/kernels/shear.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
+#include "transitions/warp/outside.hpp"
 
 namespace edgewise {
 namespace {
@@ -205,7 +206,7 @@ void mask(const Offer& offer, const Ask& ask, Data& out, Context& context) {
     const kernels::Affine to_input = inverse_map(offer.from, ask.want, context.view);
     tbb::parallel_for(std::int64_t{0}, screen.z * screen.y, [&](std::int64_t row) {
         const std::int64_t y = row % screen.y, z = row / screen.y;
-        kernels::mask_outside(to_input, offer.from.extent, static_cast<float>(ask.want.outside),
+        kernels::mask_outside(to_input, offer.from.extent, static_cast<float>(outside_of(ask)),
                               out.as<float>(), screen, {{0, y, z}, {screen.x, y + 1, z + 1}});
     });
 }
