@@ -22,7 +22,7 @@ class JsonFields {
         try {
             const nlohmann::json json = nlohmann::json::parse(text);
             if (json.is_object()) return json;
-        } catch (const nlohmann::json::parse_error& error) {
+        } catch (const nlohmann::json::exception& error) {
             reject("(whole file)", std::string("not JSON: ") + error.what());
         }
         reject("(whole file)", "not a JSON object: {...}");

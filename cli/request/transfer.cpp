@@ -74,7 +74,7 @@ nlohmann::json parsed(const std::string& file) {
     };
     try {
         return nlohmann::json::parse(stream, shallow);
-    } catch (const nlohmann::json::parse_error& error) {
+    } catch (const nlohmann::json::exception& error) {
         refuse(file, fmt::format("is not JSON: {}", error.what()));
     }
 }

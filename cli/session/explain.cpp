@@ -274,7 +274,8 @@ std::string result_of(const Session& session) {
     else if (predicted.known)
         parts.push_back(fmt::format("error {} predicted", error_text(predicted)));
     else if (like && predicted.likeness == Likeness::alike)
-        parts.push_back(fmt::format("as good as {}", like->name));
+        parts.push_back(want.field == Field::nearest ? "no new value"
+                                                     : fmt::format("as good as {}", like->name));
     return fmt::format("{}", fmt::join(parts, ", "));
 }
 

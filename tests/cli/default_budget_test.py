@@ -80,6 +80,7 @@ class DefaultBudget(Running):
         report = self.report(*request, "-o", out)
         self.assertEqual(report["request"]["budget"]["default"], "linear")
         self.assertEqual(self.steps(report)[-1], "warp.backward/filter=zoh")
+        self.assertIn(b", no new value\n", self.run_it(*request, "-o", out).stderr)
 
     def test_it_is_a_wish(self):
         done = self.run_it("render", "phantom:gaussians:24", "-o", "null:", "--rotate", "10,20,30",

@@ -49,6 +49,7 @@ class WrittenFiles(Running):
                 (changed(TRANSFER, "units", to=2), ["units", "unit"]),
                 (changed(TRANSFER, "unit", to=0), ["unit is 0"]),
                 ({"unit": 1}, ["points", '"value": 300']),
+                ('{"points": [{"value": 1e400, "opacity": 0, "color": [0, 0, 0]}]}', ["1e400"]),
                 ('{"points": [\n{"value": 1,}]}', ["not JSON", "line 2"])):
             said = self.render(content, code=2)
             for word in ["written.json", *words]:
@@ -62,6 +63,7 @@ class WrittenFiles(Running):
                 (changed(MACHINE, "procesors", to=4), ["procesors", "no such field", "processors"]),
                 (changed(MACHINE, "schema", to=2), ["schema", '"schema": 1']),
                 (changed(MACHINE, "levels", to=[{"bytes": "x", "streamed": 0, "gather": 0}]), ["levels.0.bytes"]),
+                ('{"schema": 1, "operation": 1e400}', ["1e400"]),
                 ('{"schema": 1,\n"name": }', ["not JSON", "line 2"])):
             said = self.machine(content, code=4).stderr.decode()
             for word in ["written.json", *words]:

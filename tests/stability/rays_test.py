@@ -140,11 +140,15 @@ class Opacity(Rays):
                                  "--max-error", "9", *via("project.ray_cast/filter=foh/step=1"))
             predicted[name] = report["plan"]["predicted"]["error"]
         self.assertGreater(predicted["thin"], 5 * predicted["wide"])
-        done = self.report("render", self.folder / "ramp.nrrd", "-o", "null:", *self.transfer(thin),
-                           "--reference", "linear", "--range", "1", "--verify=all")
-        measured = done["measured"]["error"]["nrmse"]
-        self.assertLessEqual(measured, done["plan"]["predicted"]["error"])
-        self.assertTrue(measured <= 0.03 or done["warnings"])
+        done = self.run_it("render", self.folder / "ramp.nrrd", "-o", "null:", *self.transfer(thin),
+                           "--reference", "linear", "--range", "1", "--verify=all", "--max-error", "0.03",
+                           "--json", "-", "--quiet", code=None)
+        self.assertIn(done.returncode, (0, 3))
+        if done.returncode == 0:
+            report = json.loads(done.stdout)
+            measured = report["measured"]["error"]["nrmse"]
+            self.assertLessEqual(measured, report["plan"]["predicted"]["error"])
+            self.assertLessEqual(measured, 0.03)
         coarse = self.report("render", self.folder / "ramp.nrrd", "-o", "null:",
                              *self.transfer(thin), "--reference", "linear", "--range", "1",
                              "--verify=all", "--max-error", "9",
