@@ -307,7 +307,7 @@ TEST(Verifier, RoundsResultsAsTheyAreWritten) {
     }
     const Verified found = verified(want, field, frames, 0, 1);
     const double rms = std::sqrt(squares / static_cast<double>(seen));
-    ASSERT_GT(rms, 0.05);
+    ASSERT_GT(rms, 0.04);
     EXPECT_NEAR(found.nrmse * found.range, rms, 1e-6);
     EXPECT_NEAR(found.max, most, 1e-6);
 }
