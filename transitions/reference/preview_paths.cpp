@@ -275,7 +275,11 @@ void ShearedPicture::trace(const PreviewBlock& block, double end, const Request&
 void ShearedPicture::give_length(double share, Mode mode, std::span<double, 4> values) noexcept {
     if (mode == Mode::xray) values[0] *= share;
     if (mode != Mode::composite || !(values[3] > 0)) return;
-    const double opacity = 1 - std::pow(std::max(0.0, 1 - values[3]), share);
+    // A ray ends where so little is left to see: what an opaque neighbour would have let through
+    // of a shorter way is not known any more.
+    constexpr double kEnded = 1.0 / 4096;
+    const double left = 1 - values[3];
+    const double opacity = left < kEnded && share < 1 ? 1 : 1 - std::pow(left, share);
     const double scale = opacity / values[3];
     for (double& value : values) value *= scale;
 }
