@@ -103,7 +103,26 @@ double one_factor(const Extent& field, const Extent& size, int axes) {
     return factor;
 }
 
+/// A plane of a volume that becomes a picture: no viewer would heed its spacing, so its pixels are
+/// square, as many as show all of the plane.
+void take_picture_size(ScreenGrid& grid, const GeometryWords& words, const char* expected) {
+    const double unit = grid.spacing.minCoeff();
+    Extent field = grid.extent;  // in square pixels
+    for (int k = 0; k < 2; ++k)
+        field[k] = whole_samples(double(grid.extent[k]) * grid.spacing[k], unit, "--size");
+    const Extent size = size_of(*words.size, field, 3, expected);
+    double pixel = 0;
+    for (int k = 0; k < 2; ++k)
+        pixel = std::max(pixel, double(grid.extent[k]) * grid.spacing[k] / double(size[k]));
+    grid.spacing.head<2>().setConstant(pixel);
+    grid.extent = size;
+}
+
 void take_size(ScreenGrid& grid, const GeometryWords& words, int axes, const char* expected) {
+    if (axes == 3 && words.upright && !words.spacing) {
+        take_picture_size(grid, words, expected);
+        return;
+    }
     const Extent size = size_of(*words.size, grid.extent, axes, expected);
     if (!words.spacing) {
         const double factor = one_factor(grid.extent, size, axes);
