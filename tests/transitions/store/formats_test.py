@@ -125,7 +125,11 @@ class Integers64(Formats):
         v[1, 2, 3] = -2**63
         self.info(self.put("c.nii", w.nifti(v)))
         self.info(self.put("d.nii", w.nifti(np.full((3, 4, 5), 2**64 - 1, "u8"))))
+        # Labels must be exact, which f64 is up to 2^53.
+        v[1, 2, 3] = 2**53 + 1
         self.refused("e.nii", w.nifti(v, intent=1002), "labels", "64-bit")
+        v[1, 2, 3] = 2**53 - 1
+        self.check("f.nii", w.nifti(v, intent=1002), v, type="f64")
 
 
 class Nifti(Formats):
