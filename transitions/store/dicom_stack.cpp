@@ -548,7 +548,11 @@ class Builder {
         header_.origin = *planes_[0].position;
         double step = std::abs(first_.between.value_or(0));
         if (!(step > 0)) step = std::abs(first_.thickness.value_or(0));
-        if (!(step > 0)) step = 1;
+        if (!(step > 0)) {
+            step = 1;
+            if (header_.volume && starts_.size() == 1)
+                warn("nothing says how thick its one slice is; taken as 1");
+        }
         Vector z = normal_of(first_);
         if (starts_.size() > 1) {
             step = distance();

@@ -487,6 +487,12 @@ class Places(Dicom):
             files = [{**picture(pixels[k], number=k + 1), **more} for k in (2, 0, 3, 1)]
             self.expect(self.put_folder(files), pixels, spacing=(1, 1, step), warning="InstanceNumber")
 
+    def test_one_slice_of_a_folder(self):
+        e = picture(ramp(6, 5), position=(1, 2, 3), more={0x00180050: ("DS", 4)})
+        self.expect(self.put_folder([e]), ramp(1, 6, 5), spacing=(1, 1, 4), origin=(1, 2, 3))
+        del e[0x00180050]
+        self.expect(self.put_folder([e]), ramp(1, 6, 5), spacing=(1, 1, 1), warning="how thick")
+
     def test_mosaics(self):
         """Tiles are slices; the position is that of a slice as large as the mosaic."""
         row, column, normal = turned(15)
