@@ -23,6 +23,9 @@ TEST(Budgets, AreReadInTheirUnits) {
     EXPECT_DOUBLE_EQ(memory_budget("512MiB"), 512.0 * 1024 * 1024);
     EXPECT_DOUBLE_EQ(memory_budget("2GB"), 2e9);
     EXPECT_DOUBLE_EQ(memory_budget("1000"), 1000);
+    EXPECT_DOUBLE_EQ(memory_budget("2gb"), 2e9);  // words in any case
+    EXPECT_DOUBLE_EQ(error_budget("40DB"), 0.01);
+    EXPECT_DOUBLE_EQ(error_budget("1%"), 0.01);
 }
 
 TEST(Budgets, RefuseWhatIsNone) {
@@ -30,7 +33,7 @@ TEST(Budgets, RefuseWhatIsNone) {
         EXPECT_THROW(error_budget(text), RequestError) << text;
     for (const char* text : {"", "ms", "5 ms", "-2s", "3weeks", "s5"})
         EXPECT_THROW(time_budget(text), RequestError) << text;
-    for (const char* text : {"", "MiB", "5mb", "-1GB"})
+    for (const char* text : {"", "MiB", "5mx", "-1GB"})
         EXPECT_THROW(memory_budget(text), RequestError) << text;
 }
 
