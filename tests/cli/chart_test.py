@@ -89,7 +89,10 @@ class OneChart(Chart):
         without = [] if any(s.startswith("store") for s in point["steps"]) else ["--without", "store"]
         run = json.loads(self.run_it(*REQUEST, "-o", "null:", "--verify=512", *via, *without, "--json", "-", "--quiet").stdout)
         self.assertEqual([s["transition"] for s in run["plan"]["steps"]], [s["transition"] for s in point["plan"]["steps"]])
-        self.assertEqual(run["measured"]["error"]["nrmse"], point["measured"]["error"]["nrmse"])
+        # What is drawn follows the first result that is compared, so the draws differ, and the intervals overlap.
+        alone, charted = run["measured"]["error"], point["measured"]["error"]
+        self.assertLessEqual(alone["low"], charted["high"])
+        self.assertLessEqual(charted["low"], alone["high"])
 
     def test_csv_holds_the_numbers_of_the_report(self):
         lines = (self.folder / "c.csv").read_text().splitlines()

@@ -103,10 +103,13 @@ TEST(VerifiedError, IntervalOfFewSamplesCoversTheWholeError) {
         constexpr int kSeeds = 20;
         int covered = 0;
         for (int seed = 1; seed <= kSeeds; ++seed) {
-            Verifier verifier(want, field, 300, static_cast<std::uint64_t>(seed), &memory);
+            // Few enough for a part to be drawn: four times as many would all be compared.
+            Verifier verifier(want, field, 100, static_cast<std::uint64_t>(seed), &memory);
             verifier.frame(0, *result[0]);
             const Verified verified = verifier.finish();
-            covered += verified.low <= error && error <= verified.high;
+            constexpr double kRounding = 1e-6;  // of sums in another order
+            covered += verified.low <= error * (1 + kRounding) &&
+                       error <= verified.high * (1 + kRounding);
         }
         // Of 20 intervals of 95 % four or more miss in 2 cases of 100.
         EXPECT_GE(covered, kSeeds - 3) << name_of(mode);

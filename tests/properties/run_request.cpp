@@ -1,9 +1,11 @@
 #include "tests/properties/run_request.hpp"
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include "planner/planner.hpp"
 #include "runtime/runtime.hpp"
@@ -130,6 +132,13 @@ Expected::Expected(const Request& want, const ReferenceField& field,
             for (std::int64_t y = 0; y < n.y; ++y)
                 for (std::int64_t x = 0; x < n.x; ++x) samples.push_back({frame, x, y, z});
     values_ = reference.values(samples);
+    if (want.job == Job::render && want.mode == Mode::composite) {
+        // What is written over black is the premultiplied colour; opacity is not written.
+        if (want.background != std::array<double, 3>{0, 0, 0})
+            throw std::invalid_argument("over black alone");
+        for (std::size_t i = 3; i < values_.size(); i += 4)
+            values_[i] = std::numeric_limits<double>::quiet_NaN();
+    }
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (double value : values_) {
         if (std::isnan(value)) continue;

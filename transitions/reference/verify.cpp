@@ -496,12 +496,18 @@ Interval Verifier::interval(double mean) const {
     if (labels_) return root_share_interval(compared_.differ, compared_.samples);
     double looked = 0;
     for (const Looked& each : looked_) looked += each.is_certain ? 0 : 1;
-    return root_sum_interval(compared_.parts,
-                             {.looked = looked,
-                              .seen = looked_at_all_ ? 1 : std::min(1.0, looked / population_),
-                              .least = compared_.squares / population_,
-                              .most = compared_.largest_square},
-                             seed_);
+    const Interval found =
+        root_sum_interval(compared_.parts,
+                          {.looked = looked,
+                           .seen = looked_at_all_ ? 1 : std::min(1.0, looked / population_),
+                           .least = compared_.squares / population_,
+                           .most = compared_.largest_square},
+                          seed_);
+    if (looked_at_all_) return found;
+    // Where all that was found to err is certain, the draws have no spread, and still there may be
+    // small errors where nobody looked: with one peak in 40^3 samples they were up to 0.7 %.
+    constexpr double kUnseen = 0.01;
+    return {std::min(found.low, (1 - kUnseen) * root), std::max(found.high, (1 + kUnseen) * root)};
 }
 
 void Verifier::begin_again() {
