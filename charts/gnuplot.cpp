@@ -16,7 +16,7 @@ namespace edgewise::charts {
 namespace {
 
 constexpr int kWidth = 1100, kPlotHeight = 640, kLine = 19, kMargin = 140;  // [pixel]
-constexpr int kTop = 50, kLeft = 116, kRight = 1067;                         // of the frame [pixel]
+constexpr int kTop = 50, kLeft = 116, kRight = 1067;                        // of the frame [pixel]
 constexpr std::size_t kMostListed = 24;                                     // of the front
 
 /// All of a scatter plot's parts, in the order in which they lie on each other.
@@ -41,8 +41,7 @@ class Scatter {
                             double(kLeft) / kWidth, double(kRight) / kWidth);
         text += fmt::format("set title {} noenhanced\n", quoted(shortened(table_.title, 120)));
         text += axis_text("x", seconds_) + axis_text("y", error_);
-        text +=
-            "set xlabel 'time, logarithmic'\nset ylabel 'error (NRMSE), logarithmic'\n";
+        text += "set xlabel 'time, logarithmic'\nset ylabel 'error (NRMSE), logarithmic'\n";
         text += fmt::format(
             "set key at screen 0.105,{:.4f} left top Left reverse samplen 2 spacing 1 noenhanced "
             "maxcols 1\n",

@@ -108,8 +108,8 @@ TEST(VerifiedError, IntervalOfFewSamplesCoversTheWholeError) {
             verifier.frame(0, *result[0]);
             const Verified verified = verifier.finish();
             constexpr double kRounding = 1e-6;  // of sums in another order
-            covered += verified.low <= error * (1 + kRounding) &&
-                       error <= verified.high * (1 + kRounding);
+            covered +=
+                verified.low <= error * (1 + kRounding) && error <= verified.high * (1 + kRounding);
         }
         // Of 20 intervals of 95 % four or more miss in 2 cases of 100.
         EXPECT_GE(covered, kSeeds - 3) << name_of(mode);

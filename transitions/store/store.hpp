@@ -67,8 +67,8 @@ struct Selection {
     std::string unit;                   // of these, and of the file's: "mm", "um", "nm" ...
     Padding padding = Padding::stored;
     std::optional<double> nothing;  // that value; none: 0, or the smallest where that is negative
-    std::size_t memory_limit = 0;       // for samples and reading, bytes; 0: no limit
-    bool as_stored = false;             // 32-bit integers and f64 too
+    std::size_t memory_limit = 0;   // for samples and reading, bytes; 0: no limit
+    bool as_stored = false;         // 32-bit integers and f64 too
 };
 
 /// One DICOM series of a folder.
