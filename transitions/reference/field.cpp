@@ -102,6 +102,32 @@ bool ReferenceField::near_non_finite(const Vec3& p) const noexcept {
     return false;
 }
 
+bool ReferenceField::has_no_nearest(const Vec3& p) const noexcept {
+    std::array<std::array<std::int64_t, 2>, 3> near{};
+    bool on_face = false;
+    for (int axis = 0; axis < axes(); ++axis) {
+        const auto last = static_cast<double>(extent()[axis] - 1);
+        for (int side = 0; side < 2; ++side) {
+            const double at = p[axis] + (side == 0 ? -kFaceSlack : kFaceSlack);
+            near[axis][side] =
+                static_cast<std::int64_t>(std::floor(std::clamp(at, 0.0, last) + 0.5));
+        }
+        on_face = on_face || near[axis][0] != near[axis][1];
+    }
+    if (!on_face) return false;
+    const auto place = [&](int corner) {
+        return place_of(extent(), near[0][corner & 1], near[1][corner >> 1 & 1],
+                        near[2][corner >> 2]);
+    };
+    const int channels = samples_.what.channels;
+    for (int corner = 1; corner < 8; ++corner)
+        for (int c = 0; c < channels; ++c)
+            if (value_at(samples_, place(corner) * channels + c) !=
+                value_at(samples_, place(0) * channels + c))
+                return true;
+    return false;
+}
+
 void ReferenceField::nearest(const Vec3& p, double* values) const noexcept {
     const Vec3 q = (p.array() + 0.5).floor().matrix();
     const std::int64_t at =

@@ -43,6 +43,10 @@ class ReferenceField {
     /// along each axis), so that a result at p need not be finite either.
     bool near_non_finite(const Vec3& p) const noexcept;
 
+    /// Whether no sample is the nearest one: p lies on a face between voxels of different values, but
+    /// for rounding. Either value is right there.
+    bool has_no_nearest(const Vec3& p) const noexcept;
+
     /// All channels at p; false where the field is absent. Of the spline by its cardinal function,
     /// 48 samples along each axis: exact to 2e-14 of the data's range, no memory, 0.1 ms in a
     /// volume.

@@ -117,8 +117,11 @@ Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_
 
 bool Verifier::counts(const OutputSample& at) const {
     if (!reference_.sees_input(at)) return false;
-    return want_.job == Job::render ||
-           !reference_.field().near_non_finite(*reference_.geometry().point(at));
+    if (want_.job == Job::render) return true;
+    const ReferenceField& field = reference_.field();
+    const Vec3 point = *reference_.geometry().point(at);
+    if (field.kind() == Field::nearest && field.has_no_nearest(point)) return false;
+    return !field.near_non_finite(point);
 }
 
 /// Some of the output samples that count, in random order; all where there are no more.

@@ -122,27 +122,31 @@ std::optional<Loose> loose_axis(const Matrix& a) {
 }
 
 /// EQ 32: [a b; c d] = [1 b1; 0 1] [1 0; b2 1] [1 b3; 0 1]. Where c is nearly 0, b1 = (a - 1) / c
-/// is noise, and any b1 serves: b3 then makes up for it.
+/// is noise, and any b1 serves, as b3 makes up for it: 0, so that one pass is left where c is 0 too.
 std::array<double, 3> three_shears(double a, double b, double c, double d) {
     const bool nearly_upright = std::abs(c) < 1e-6 && std::abs(a - 1) < 1e-10;
     if (std::abs(a) < std::abs(d)) {
-        const double b3 = nearly_upright ? b / 2 : (d - 1) / c;
+        const double b3 = nearly_upright ? b : (d - 1) / c;
         return {(b - b3) / d, c, b3};  // b = b1 (1 + b2 b3) + b3, and 1 + b2 b3 = d
     }
-    const double b1 = nearly_upright ? b / 2 : (a - 1) / c;
+    const double b1 = nearly_upright ? 0 : (a - 1) / c;
     return {b1, c, (b - b1) / a};
 }
 
-/// Three shears of the axes p, q, p after the permutation that the chain already has.
+/// Shears of the axes p, q, p after the permutation that the chain already has: those of the three
+/// that move anything, for each pass interpolates once.
 void shear_two_axes(ShearChain& chain, const Matrix& b, int p, int q) {
     const std::array<double, 3> by = three_shears(b[p][p], b[p][q], b[q][p], b[q][q]);
-    chain.count = 3;
-    chain.shears[0] = {.axis = p};
-    chain.shears[1] = {.axis = q};
-    chain.shears[2] = {.axis = p};
-    chain.shears[0].by[q] = by[2];
-    chain.shears[1].by[p] = by[1];
-    chain.shears[2].by[q] = by[0];
+    chain.count = 0;
+    const auto add = [&](int axis, int from, double step) {
+        if (step == 0) return;
+        Shear& shear = chain.shears[chain.count++];
+        shear = {.axis = axis};
+        shear.by[from] = step;
+    };
+    add(p, q, by[2]);
+    add(q, p, by[1]);
+    add(p, q, by[0]);
 }
 
 /// a P^T: what is left of a behind the permutation.

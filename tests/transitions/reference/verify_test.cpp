@@ -284,6 +284,36 @@ TEST(Verifier, CountsLabelsThatDiffer) {
     EXPECT_GE(some.high, all.nrmse);
 }
 
+/// On a face between two labels either is right, and neither tells anything.
+TEST(Verifier, LeavesOutWhereNoLabelIsNearest) {
+    Representation what;
+    what.extent = {9, 6, 1};
+    what.axes = 2;
+    Data data = Data::make(what, heap());
+    for (std::int64_t i = 0; i < what.samples(); ++i) data.as<float>()[i] = float(i % 9 < 4);
+    Request want;
+    want.job = Job::warp;
+    want.axes = 2;
+    want.input = want.screen = what.extent;
+    want.field = Field::nearest;
+    Mat4 shift = Mat4::Identity();
+    shift(0, 3) = 0.5;
+    want.views = shift;
+    const ReferenceField field(data, Field::nearest);
+    Data result = Data::make(what, heap());
+    // Taken from the left, where the reference takes the right one: the face at 3.5 lies under x
+    // = 4.
+    for (std::int64_t i = 0; i < what.samples(); ++i) result.as<float>()[i] = float(i % 9 < 5);
+    std::vector<Data> frames;
+    frames.push_back(std::move(result));
+    const Verified all = verified(want, field, frames, 0, 1);
+    EXPECT_EQ(all.nrmse, 0);
+    EXPECT_EQ(all.samples, what.samples() - 6);
+    frames[0].as<float>()[0] = 0;  // all others still count
+    EXPECT_NEAR(verified(want, field, frames, 0, 1).nrmse, std::sqrt(1.0 / double(all.samples)),
+                1e-12);
+}
+
 /// What is compared is what a file of integers says, clipped at the ends of its type.
 TEST(Verifier, RoundsResultsAsTheyAreWritten) {
     const Data data = make_phantom("gaussians", 40, heap());

@@ -122,6 +122,21 @@ TEST(ShearChain, TurnsAboutOneAxisNeedThreeShears) {
     EXPECT_LE(worst, 1.0675);
 }
 
+/// Each pass interpolates, so what one pass can do takes one.
+TEST(ShearChain, OneShearIsOnePass) {
+    for (int axis = 0; axis < 3; ++axis)
+        for (int from = 0; from < 3; ++from) {
+            if (from == axis) continue;
+            Matrix3d a = Matrix3d::Identity();
+            a(axis, from) = 0.7;
+            const Vector3d translation = 0.25 * Vector3d::Unit(axis);
+            const auto chain = shear_chain(affine(a, translation));
+            ASSERT_TRUE(chain) << axis << ' ' << from;
+            EXPECT_EQ(chain->count, 1) << axis << ' ' << from;
+            expect_product(*chain, a, translation);
+        }
+}
+
 TEST(ShearChain, AnglesNextToAQuarterTurnAreNoSpecialCase) {
     std::mt19937 random(2);
     std::uniform_real_distribution<double> exponent(-16, -1);
