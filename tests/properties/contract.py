@@ -154,6 +154,11 @@ class Field:
             value = np.where(self.finite[index], value / np.maximum(share, 1e-9) if self.order == 1 else value, np.nan)
         return value
 
+    def beside_holes(self, positions):
+        """Where a filter of two samples reads one that is not finite: a result of a warp need not be finite there."""
+        at = np.moveaxis(np.clip(positions[..., ::-1], 0, self.last), -1, 0)
+        return ndimage.map_coordinates(self.finite.astype(float), at, order=1, mode="nearest") < 1 - 1e-12
+
     def unsure(self, positions):
         """Where the nearest sample is anybody's guess: half-way between two."""
         if self.order and not self.holes:
@@ -185,6 +190,8 @@ def warp(volume, placed, size, spacing, reference, outside):
     beyond = np.maximum(-0.5 - at, at - (volume.extent - 0.5)).max(-1)
     values = np.where(beyond < 0, field(at), outside)
     unsure = field.unsure(at) | ~np.isfinite(values)
+    if field.holes:
+        unsure |= field.beside_holes(at)
     return Answer(values, (beyond < -NEAR) & ~unsure, beyond > NEAR, outside)
 
 
