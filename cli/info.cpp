@@ -16,8 +16,8 @@
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
 #include "runtime/memory_budget.hpp"
-#include "transitions/reference/histogram.hpp"
-#include "transitions/reference/statistics.hpp"
+#include "scene/histogram.hpp"
+#include "scene/statistics.hpp"
 #include "transitions/spectrum/radial_power.hpp"
 
 namespace edgewise::cli {

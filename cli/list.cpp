@@ -13,10 +13,10 @@
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
+#include "io/store.hpp"
 #include "planner/machines.hpp"
+#include "reference/phantoms.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/phantoms.hpp"
-#include "transitions/store/store.hpp"
 
 namespace edgewise::cli {
 namespace {

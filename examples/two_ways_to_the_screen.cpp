@@ -2,10 +2,10 @@
 #include <cstdio>
 
 #include "planner/planner.hpp"
+#include "reference/phantoms.hpp"
 #include "runtime/runtime.hpp"
+#include "scene/scene.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/phantoms.hpp"
-#include "transitions/reference/scene.hpp"
 
 int main() {
     using namespace edgewise;
@@ -17,9 +17,9 @@ int main() {
     want.input = want.screen = sphere->what.extent;
     want.budget.error = 0.01;
     const Statistics statistics = statistics_of(*sphere, &memory);
-    const Scene scene = measure_scene(*sphere, statistics, want, nullptr, &memory);
-    const Ask ask{want, scene};
     const Catalogue edges = catalogue();
+    const Scene scene = measure_scene(edges, *sphere, statistics, want, nullptr, &memory);
+    const Ask ask{want, scene};
 
     float first = 0;
     for (const char* via : {"", "spectrum.slice"}) {

@@ -21,6 +21,9 @@
 
 namespace edgewise {
 
+class Model;  // scene/model.hpp
+struct ModelSetting;
+
 /// What an edge is asked about: all five answers see both.
 struct Ask {
     const Request& want;
@@ -93,9 +96,17 @@ struct Transition {
     std::function<Offer(const Representation& from, const Ask&, const Parameters& with)> offer = {};
     /// One run, one view.
     std::function<Work(const Offer&, const Ask&, int view)> work = {};
-    std::function<Error(const Offer&, const Ask&)> error = [](const Offer&, const Ask&) {
-        return Error{};
-    };
+    /// What it adds, and how what came before passes. Absent: it is measured by running the edge on
+    /// a few drawn tiles (error_of).
+    std::function<Error(const Offer&, const Ask&)> error = {};
+    /// Adds what its counts ask of the data to the facts of a scene. Absent: the statistics do.
+    std::function<void(const Data& input, const Request&, std::map<std::string, double>& facts,
+                       std::pmr::memory_resource*)>
+        count = {};
+    /// How single output samples of it are worked out in f64, so that a preview can measure its
+    /// errors; null where it has nothing to say of a request. Absent: `error` needs no facts, or is
+    /// measured.
+    std::function<std::shared_ptr<const Model>(const ModelSetting&)> model = {};
     std::function<Partition(const Offer&, const Ask&)> parts = [](const Offer&, const Ask&) {
         return Partition{};
     };
@@ -108,7 +119,14 @@ struct Transition {
         run = {};
 
     std::string family() const { return name.substr(0, name.find('.')); }
+    /// `error`; of an edge without one what running it gave, or unknown.
+    Error error_of(const Offer& offer, const Ask& ask) const;
 };
+
+/// The error of an edge that adds none.
+Error exact(const Offer& offer, const Ask& ask);
+/// The fact that tells what running an edge gave.
+std::string fact_of_runs(const Transition& edge, const Parameters& with);
 
 /// Regions of a step; cut from extents and leaf alone, so that bytes never depend on threads.
 std::vector<Region> regions_of(const Partition& parts, const Offer& offer);

@@ -114,7 +114,7 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
     }
     cost.scratch = cost.work.scratch * threads + cost.work.workspace +
                    part_bytes(edge.parts(offer, ask), offer);
-    cost.error = edge.error(offer, ask);
+    cost.error = edge.error_of(offer, ask);
     // One number that is none, or a negative one, would let the search go round a cycle for ever.
     const Error& e = cost.error;
     for (const double number : {cost.seconds, cost.scratch, e.gain, e.noise_gain, e.bias, e.noise})

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "graph/scene.hpp"
-#include "transitions/reference/statistics.hpp"
-#include "transitions/store/store.hpp"
+#include "io/store.hpp"
+#include "scene/statistics.hpp"
 
 namespace edgewise::cli {
 

@@ -9,9 +9,9 @@
 #include "cli/request/input_identity.hpp"
 #include "cli/request/selection_words.hpp"
 #include "graph/data.hpp"
-#include "transitions/reference/phantoms.hpp"
-#include "transitions/store/labels.hpp"
-#include "transitions/store/store.hpp"
+#include "io/labels.hpp"
+#include "io/store.hpp"
+#include "reference/phantoms.hpp"
 
 namespace edgewise::cli {
 

@@ -5,7 +5,7 @@
 #include "cli/request/options.hpp"
 #include "cli/request/outputs.hpp"
 #include "cli/request/tail.hpp"
-#include "transitions/reference/statistics.hpp"
+#include "scene/statistics.hpp"
 
 namespace edgewise::cli {
 

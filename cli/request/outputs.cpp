@@ -10,7 +10,7 @@
 #include "cli/request/numbers.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
-#include "transitions/store/file.hpp"
+#include "io/file.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "transitions/store/store.hpp"
+#include "io/store.hpp"
 
 namespace edgewise::cli {
 

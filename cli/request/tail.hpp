@@ -7,8 +7,8 @@
 
 #include "cli/request/options.hpp"
 #include "graph/data.hpp"
-#include "transitions/store/labels.hpp"
-#include "transitions/store/store.hpp"
+#include "io/labels.hpp"
+#include "io/store.hpp"
 
 namespace edgewise::cli {
 

@@ -6,7 +6,7 @@
 
 #include "cli/machine/quantiles.hpp"
 #include "cli/session/session.hpp"
-#include "transitions/reference/stored.hpp"
+#include "reference/stored.hpp"
 
 namespace edgewise::cli {
 namespace {

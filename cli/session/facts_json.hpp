@@ -4,8 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "transitions/reference/histogram.hpp"
-#include "transitions/reference/statistics.hpp"
+#include "scene/histogram.hpp"
+#include "scene/statistics.hpp"
 #include "transitions/spectrum/radial_power.hpp"
 
 namespace edgewise::cli {

@@ -4,7 +4,7 @@
 #include <memory_resource>
 #include <optional>
 
-#include "transitions/reference/verify.hpp"
+#include "reference/verify.hpp"
 
 namespace edgewise::cli {
 

@@ -7,8 +7,7 @@
 #include "cli/request/request_text.hpp"
 #include "cli/session/facts_json.hpp"
 #include "cli/session/known_facts.hpp"
-#include "transitions/project/casting.hpp"
-#include "transitions/reference/scene.hpp"
+#include "scene/scene.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -77,13 +76,13 @@ RadialPower known_spectrum(const Input& input, const Statistics& statistics,
     });
 }
 
-Scene known_scene(const Input& input, const Statistics& statistics, const Request& want,
-                  std::pmr::memory_resource* memory, int times) {
+Scene known_scene(const Catalogue& edges, const Input& input, const Statistics& statistics,
+                  const Request& want, std::pmr::memory_resource* memory, int times) {
     return scene_of(statistics, known<Seen>(input, kView, name_of_view(want, times), [&] {
                         const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
-                        Scene scene =
-                            measure_scene(*input.data, statistics, want, formula, memory, times);
-                        measure_casting(*input.data, want, scene.facts, memory);
+                        Scene scene = measure_scene(edges, *input.data, statistics, want, formula,
+                                                    memory, times);
+                        count_scene(edges, *input.data, want, scene, memory);
                         return Seen{scene.range, std::move(scene.facts), std::move(scene.likely),
                                     scene.draws, scene.exhausted};
                     }));

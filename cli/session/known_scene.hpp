@@ -6,8 +6,9 @@
 #include "cli/request/input.hpp"
 #include "graph/request.hpp"
 #include "graph/scene.hpp"
-#include "transitions/reference/histogram.hpp"
-#include "transitions/reference/statistics.hpp"
+#include "graph/transition.hpp"
+#include "scene/histogram.hpp"
+#include "scene/statistics.hpp"
 #include "transitions/spectrum/radial_power.hpp"
 
 namespace edgewise::cli {
@@ -20,10 +21,10 @@ Statistics known_statistics(const Input& input, std::pmr::memory_resource* memor
 Histogram known_histogram(const Input& input, const Statistics& statistics);
 RadialPower known_spectrum(const Input& input, const Statistics& statistics,
                            std::pmr::memory_resource* memory);
-/// Statistics, preview, and what a ray caster takes of the data (transitions/project/casting.hpp).
+/// Statistics, preview, and what counts of edges ask of the data (scene/scene.hpp).
 /// @param times  so many times the usual draws of a preview
-Scene known_scene(const Input& input, const Statistics& statistics, const Request& want,
-                  std::pmr::memory_resource* memory, int times = 1);
+Scene known_scene(const Catalogue& edges, const Input& input, const Statistics& statistics,
+                  const Request& want, std::pmr::memory_resource* memory, int times = 1);
 /// The same where an earlier run has left it, else nothing.
 std::optional<Scene> kept_scene(const Input& input, const Statistics& statistics,
                                 const Request& want);

@@ -42,7 +42,7 @@ double worth(const std::optional<Plan>& sure, const std::optional<Plan>& likely,
 
 Scene drawn_more(Session& session, int times) {
     const auto begin = std::chrono::steady_clock::now();
-    Scene scene = known_scene(*session.input, session.statistics, session.want(),
+    Scene scene = known_scene(session.edges, *session.input, session.statistics, session.want(),
                               session.memory.get(), times);
     session.spent.preview +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

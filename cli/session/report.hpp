@@ -5,7 +5,7 @@
 #include <string>
 
 #include "graph/plan.hpp"
-#include "transitions/reference/verify.hpp"
+#include "reference/verify.hpp"
 
 namespace edgewise::cli {
 

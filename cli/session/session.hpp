@@ -12,9 +12,9 @@
 #include "cli/session/way_out.hpp"
 #include "cli/session/written.hpp"
 #include "planner/margin.hpp"
+#include "reference/verify.hpp"
 #include "runtime/runtime.hpp"
-#include "transitions/reference/statistics.hpp"
-#include "transitions/reference/verify.hpp"
+#include "scene/statistics.hpp"
 
 namespace edgewise::cli {
 

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "graph/errors.hpp"
-#include "transitions/store/geometry.hpp"
+#include "io/geometry.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "transitions/reference/phantoms.hpp"
+#include "reference/phantoms.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -5,9 +5,9 @@
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
+#include "reference/verify.hpp"
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/verify.hpp"
 
 namespace edgewise {
 namespace {

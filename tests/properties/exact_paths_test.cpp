@@ -8,11 +8,11 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "io/store.hpp"
 #include "planner/planner.hpp"
+#include "reference/phantoms.hpp"
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/phantoms.hpp"
-#include "transitions/store/store.hpp"
 
 namespace edgewise {
 namespace {

@@ -1,8 +1,6 @@
 // A preview predicts the error of shear-warp by working it out once more, ray by ray and in f64.
 // What it works out must be the picture that the edge makes, pixel by pixel: not only near it on
 // the average.
-#include "transitions/reference/preview_paths.hpp"
-
 #include <cmath>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -12,6 +10,7 @@
 #include "planner/planner.hpp"
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
+#include "transitions/project/shear_warp_model.hpp"
 
 namespace edgewise {
 namespace {

@@ -8,9 +8,10 @@
 #include <stdexcept>
 
 #include "planner/planner.hpp"
+#include "reference/verify.hpp"
 #include "runtime/runtime.hpp"
-#include "transitions/reference/scene.hpp"
-#include "transitions/reference/verify.hpp"
+#include "scene/scene.hpp"
+#include "transitions/catalogue.hpp"
 
 namespace edgewise {
 namespace {
@@ -79,7 +80,7 @@ Request request_of(Job job, Mode mode, const Representation& input,
 
 Scene scene_of(const Data& input, const Request& want, MemoryBudget& memory,
                const Phantom* formula) {
-    return measure_scene(input, statistics_of(input, &memory), want, formula, &memory);
+    return measure_scene(catalogue(), input, statistics_of(input, &memory), want, formula, &memory);
 }
 
 std::vector<std::shared_ptr<const Data>> results_of(const Plan& plan, const Ask& ask,

@@ -7,9 +7,9 @@
 #include "graph/plan.hpp"
 #include "graph/scene.hpp"
 #include "graph/transform_graph.hpp"
+#include "reference/answer.hpp"
+#include "reference/phantoms.hpp"
 #include "runtime/memory_budget.hpp"
-#include "transitions/reference/answer.hpp"
-#include "transitions/reference/phantoms.hpp"
 
 namespace edgewise {
 

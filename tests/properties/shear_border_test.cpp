@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "planner/planner.hpp"
+#include "reference/view_geometry.hpp"
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/view_geometry.hpp"
 
 namespace edgewise {
 namespace {

@@ -4,10 +4,10 @@
 #include <cstdio>
 
 #include "planner/planner.hpp"
+#include "reference/phantoms.hpp"
 #include "runtime/runtime.hpp"
+#include "scene/scene.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/reference/phantoms.hpp"
-#include "transitions/reference/scene.hpp"
 
 namespace {
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -32,6 +33,17 @@ AxisPermutation into_place(AxisPermutation permutation, const Extent& in) noexce
 
 /// Extent of the input behind the permutation.
 Extent permuted_extent(const AxisPermutation& permutation, const Extent& in) noexcept;
+
+/// The axis along which a direction advances fastest. A rounding error does not decide between
+/// equals: of these the last is taken.
+template <class Vector>
+int fastest_axis(const Vector& along) {
+    constexpr double kClearlyFaster = 1e-9;
+    int axis = 2;
+    for (int k = 1; k >= 0; --k)
+        if (std::abs(along[k]) > std::abs(along[axis]) * (1 + kClearlyFaster)) axis = k;
+    return axis;
+}
 
 /// Copies the samples of a region of the output, byte for byte; `outside` where there is no input.
 /// Regions may be copied at the same time; regions of whole rows of some 32 y or more are quickest.

@@ -19,6 +19,8 @@ class KaiserBessel {
 
     int width() const noexcept { return width_; }
     double padding() const noexcept { return padding_; }
+    /// b
+    double shape() const noexcept { return shape_; }
     static bool known(int width, double padding) noexcept;
 
     double operator()(double t) const noexcept;

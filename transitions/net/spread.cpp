@@ -40,6 +40,7 @@ Transition spread_over_ranks() {
                           "how ranks share the box: all of z, or cut on every axis")}};
     edge.offer = offer;
     edge.work = [](const Offer&, const Ask&, int) { return Work{}; };
+    edge.error = exact;
     edge.run = [](const Offer&, const Ask&, const Data&, Data&, const Region&, Context&) {
         throw RunError("net.spread: runs are on one rank");
     };

@@ -9,6 +9,7 @@
 #include "transitions/kernels/combine.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_path.hpp"
+#include "transitions/project/combine_model.hpp"
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
 
@@ -145,6 +146,7 @@ Transition combine() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
+    edge.model = combine_model;
     edge.parts = parts;
     edge.run = run;
     return edge;

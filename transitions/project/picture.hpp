@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 
@@ -45,6 +46,9 @@ inline constexpr double kCorrectionOperations = 60;
 
 /// A ray ends where so little is left to see: far below half of an 8-bit step.
 inline constexpr double kTerminated = 1.0 / 4096;
+
+/// Steps that casts are measured with, in order; of others the error is told from these.
+inline constexpr std::array<double, 4> kCastSteps = {0.25, 0.5, 1, 2};
 
 // Errors of pictures and gains of what came before, measured on the preview (Scene::facts), else
 // guesses.

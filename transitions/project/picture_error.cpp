@@ -9,8 +9,6 @@
 namespace edgewise {
 namespace {
 
-constexpr std::array<double, 4> kMeasuredSteps = {0.25, 0.5, 1, 2};
-
 /// RMS errors over the range of the picture where nothing was measured: those of a real MR head,
 /// 160 x 232 x 160 samples turned by 30, 20 and 10 degrees, step 1 (DESIGN, section 4).
 double guess(const std::string& filter, Mode mode) {
@@ -43,10 +41,10 @@ std::string exact_filter(Field field) {
 
 /// Between measured steps linearly; beyond the longest in proportion to the step.
 double at_step(const std::string& filter, double step, const Ask& ask) {
-    if (step >= kMeasuredSteps.back())
-        return measured(filter, kMeasuredSteps.back(), ask) * step / kMeasuredSteps.back();
-    if (step <= kMeasuredSteps.front()) return measured(filter, kMeasuredSteps.front(), ask);
-    const auto above = std::upper_bound(kMeasuredSteps.begin(), kMeasuredSteps.end(), step);
+    if (step >= kCastSteps.back())
+        return measured(filter, kCastSteps.back(), ask) * step / kCastSteps.back();
+    if (step <= kCastSteps.front()) return measured(filter, kCastSteps.front(), ask);
+    const auto above = std::upper_bound(kCastSteps.begin(), kCastSteps.end(), step);
     const double low = *(above - 1), high = *above, f = (step - low) / (high - low);
     return (1 - f) * measured(filter, low, ask) + f * measured(filter, high, ask);
 }

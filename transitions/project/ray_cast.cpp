@@ -10,8 +10,10 @@
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_path.hpp"
 #include "transitions/project/bricks_of.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/project/ray_cast_model.hpp"
 
 namespace edgewise {
 namespace {
@@ -253,6 +255,8 @@ Transition ray_cast() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
+    edge.model = ray_cast_model;
+    edge.count = measure_casting;
     edge.run = run;
     return edge;
 }

@@ -11,6 +11,7 @@
 #include "transitions/kernels/spline_prefilter.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/shear_border.hpp"
+#include "transitions/project/shear_warp_model.hpp"
 
 namespace edgewise {
 namespace {
@@ -297,6 +298,7 @@ Transition shear_warp() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
+    edge.model = shear_warp_model;
     edge.run = run;
     return edge;
 }

@@ -7,6 +7,7 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum.hpp"
 #include "transitions/spectrum/projection.hpp"
+#include "transitions/spectrum/spectrum_model.hpp"
 
 namespace edgewise {
 namespace {
@@ -128,11 +129,12 @@ Transition spectrum_forward() {
         edge.joins.emplace_back("object/scalar", spectrum_kind(window));
     edge.parameters = {
         {"width", number(4, 6, {4, 6}, "taps of the window along each axis: 4 or 6")},
-        {"padding", number(1.25, 2, {1.25}, "period over extent: 1.25, 1.5 or 2")}};
+        {"padding", number(1.25, 2, {kTriedPadding}, "period over extent: 1.25, 1.5 or 2")}};
     edge.laws = {Law::linear};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
+    edge.model = spectrum_model;
     edge.run = run;
     return edge;
 }

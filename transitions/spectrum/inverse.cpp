@@ -86,6 +86,7 @@ Transition spectrum_inverse() {
     edge.laws = {Law::linear};
     edge.offer = offer;
     edge.work = work;
+    edge.error = exact;  // all that a spectrum gets wrong is counted by spectrum.forward
     edge.run = run;
     return edge;
 }

@@ -45,14 +45,18 @@ std::string window_facet(const kernels::KaiserBessel& window) {
     return fmt::format("window{}x{}", window.width(), window.padding());
 }
 
+std::string fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
+                             const Request& want) {
+    return fmt::format("picture/spectrum/{}x{}{}", window.width(), window.padding(),
+                       box == want.input ? "" : "/" + text_of(box, want.axes));
+}
+
 std::optional<double> measured_error(const kernels::KaiserBessel& window,
                                      const Representation& from, const Ask& ask) {
     // Rays of the preview are few, and what they see of far ghosts is less than all: on CT and MR a
     // sixth of the measured errors were larger without this, by up to twice.
     constexpr double kUnseen = 1.3;
-    const bool whole = from.extent == ask.want.input;
-    const auto seen = ask.scene.fact(fmt::format("picture/spectrum/{}x{}{}", window.width(),
-                                                 window.padding(), whole ? "" : "/cropped"));
+    const auto seen = ask.scene.fact(fact_of_spectrum(window, from.extent, ask.want));
     return seen ? std::optional(kUnseen * *seen) : std::nullopt;
 }
 

@@ -11,8 +11,14 @@ namespace edgewise {
 
 /// Vertices of the spectrum differ by the window that they were made for: a facet names it.
 std::string window_facet(const kernels::KaiserBessel& window);
+/// The padding that is planned with unless a path asks for another.
+inline constexpr double kTriedPadding = 1.25;
+/// The fact that tells what pictures by a window get wrong [value of the picture].
+/// @param box  of what is transformed: all of the input, or what is kept of it
+std::string fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
+                             const Request& want);
 /// What a preview measured that pictures by this window get wrong, all in all [value].
-/// @param from  what is transformed: the input, or what store.crop leaves of it
+/// @param from  what is transformed: the input, or the box that is kept of it
 std::optional<double> measured_error(const kernels::KaiserBessel& window,
                                      const Representation& from, const Ask& ask);
 /// The window of a spectrum.

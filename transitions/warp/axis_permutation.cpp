@@ -133,19 +133,13 @@ Offer offer_screen(const Representation& from, const Ask& ask, const Parameters&
 // ---- aligned with the rays
 // -------------------------------------------------------------------------
 
-/// How much farther than the others an axis must advance to be chosen, so that a rounding error
-/// does not decide between equals.
-constexpr double kClearlyFaster = 1e-9;
-
 /// The signed permutation that makes the input axis along which a ray advances fastest (in samples)
 /// z; so no slice is crossed by less than 45 degrees, in samples, and the image's shear is at
 /// most 1.
 AxisPermutation permutation_to_rays(const Representation& from, const Request& want, int view) {
     const Mat4 map = residual(from, want, view);
     const Vec3 along = map.topLeftCorner<3, 3>().inverse() * Vec3::UnitZ();
-    int axis = 2;
-    for (int k = 1; k >= 0; --k)
-        if (std::abs(along[k]) > std::abs(along[axis]) * (1 + kClearlyFaster)) axis = k;
+    const int axis = kernels::fastest_axis(along);
     AxisPermutation permutation;
     permutation.from = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2, axis};
     permutation.sign = {1, 1, along[axis] < 0 ? -1 : 1};
@@ -235,13 +229,6 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 }
 
 }  // namespace
-
-bool copies_samples(const Representation& from, const Request& want) {
-    return want.job == Job::warp && from.type != Type::c64 &&
-           no_copy(from, want, want.outside).empty();
-}
-
-bool can_store(const Representation& as, double value) { return stored(as, value).has_value(); }
 
 Transition axis_permutation_warp() {
     Transition edge;

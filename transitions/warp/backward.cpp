@@ -10,6 +10,7 @@
 #include "graph/spread.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
+#include "transitions/warp/backward_model.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 #include "transitions/warp/outside.hpp"
@@ -319,6 +320,7 @@ Transition backward_warp() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
+    edge.model = backward_model;
     edge.parts = parts;
     edge.run = run;
     return edge;

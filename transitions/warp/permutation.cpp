@@ -12,6 +12,7 @@
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 #include "transitions/warp/outside.hpp"
+#include "transitions/warp/permutation_model.hpp"
 
 namespace edgewise {
 namespace {
@@ -179,6 +180,7 @@ Transition permutation_warp() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
+    edge.model = permutation_model;
     edge.run = run;
     return edge;
 }

@@ -16,6 +16,7 @@
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 #include "transitions/warp/outside.hpp"
+#include "transitions/warp/shear_model.hpp"
 
 namespace edgewise {
 namespace {
@@ -259,6 +260,7 @@ Transition shear_warp_passes() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
+    edge.model = shear_model;
     edge.run = run;
     return edge;
 }

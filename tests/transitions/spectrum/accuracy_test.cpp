@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "reference/answer.hpp"
 #include "tests/transitions/spectrum/spectrum_scene.hpp"
-#include "transitions/reference/answer.hpp"
 
 namespace edgewise {
 namespace {

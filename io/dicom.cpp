@@ -1,0 +1,423 @@
+// A DICOM file, or the slices of one series of a folder, as one volume in LPS [mm].
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fmt/format.h>
+#include <limits>
+#include <map>
+
+#include "graph/errors.hpp"
+#include "io/dicom_file.hpp"
+#include "io/dicom_pixels.hpp"
+#include "io/dicom_stack.hpp"
+#include "io/geometry.hpp"
+#include "io/reader.hpp"
+#include "io/text.hpp"
+#include "io/tiff_layout.hpp"
+
+namespace edgewise::store {
+namespace {
+
+using Files = std::vector<DicomFile>;
+
+struct Group {
+    std::string uid;
+    Files files;
+};
+
+/// What a folder holds.
+struct Study {
+    std::vector<Group> series;  // of pictures
+    std::vector<Group> others;  // structures, plans, reports, directories: no pixels
+    std::vector<std::pair<std::string, std::string>> damaged;  // series where known, message
+
+    std::string skipped() const;
+};
+
+std::string Study::skipped() const {
+    std::map<std::string, std::vector<std::string>> kinds;
+    for (const Group& group : others)
+        for (const DicomFile& file : group.files)
+            kinds[file.kind_of_object()].push_back(
+                std::filesystem::path(file.path).filename().string());
+    std::string text;
+    for (const auto& [kind, names] : kinds)
+        text += fmt::format("{}{} ('{}'{})", text.empty() ? "" : ", ", kind, shown(names[0]),
+                            names.size() > 1 ? fmt::format(" and {} more", names.size() - 1) : "");
+    return text;
+}
+
+Group& group_of(std::vector<Group>& groups, const std::string& uid) {
+    for (Group& group : groups)
+        if (group.uid == uid) return group;
+    return groups.emplace_back(Group{uid, {}});
+}
+
+template <class Iterator>
+std::vector<std::string> dicom_files(Iterator entries) {
+    std::vector<std::string> paths;
+    for (const auto& entry : entries)
+        if (entry.is_regular_file() && !entry.path().filename().string().starts_with('.') &&
+            is_dicom(entry.path().string()))
+            paths.push_back(entry.path().string());
+    std::sort(paths.begin(), paths.end(), numeric_less);
+    return paths;
+}
+
+Study study_of(const std::vector<std::string>& paths) {
+    Study study;
+    for (const std::string& path : paths) {
+        std::string damage;
+        DicomFile file(path, damage);
+        if (!damage.empty()) {
+            study.damaged.emplace_back(file.series, damage);
+            continue;
+        }
+        const bool pixels = file.kind != DicomFile::Pixels::none;
+        Group& group = group_of(pixels ? study.series : study.others, file.series);
+        group.files.push_back(std::move(file));
+    }
+    for (auto* groups : {&study.series, &study.others})
+        std::sort(groups->begin(), groups->end(),
+                  [](const Group& a, const Group& b) { return numeric_less(a.uid, b.uid); });
+    return study;
+}
+
+Study study_in(const std::string& folder) {
+    namespace fs = std::filesystem;
+    Study study = study_of(dicom_files(fs::directory_iterator(folder)));
+    // A medium with a directory (PS3.10) keeps its pictures in folders below.
+    const bool medium = std::any_of(study.others.begin(), study.others.end(), [](const Group& g) {
+        return g.files[0].kind_of_object() == "DICOMDIR";
+    });
+    if (!study.series.empty() || !medium) return study;
+    return study_of(dicom_files(fs::recursive_directory_iterator(folder)));
+}
+
+std::string text_of(const Files& files) {
+    return files[0].modality + (files[0].text.empty() ? "" : " " + files[0].text);
+}
+
+/// A damaged file may be a slice of the series: what is left of it would be a wrong volume.
+void expect_whole(const Study& study, const std::string& uid, Header& header) {
+    for (const auto& [series, message] : study.damaged) {
+        if (series.empty() || series == uid) throw InputError(message);
+        header.warnings.push_back("skipped, of another series: " + message);
+    }
+}
+
+Group chosen(const std::string& folder, const Selection& pick, Header& header) {
+    Study study = study_in(folder);
+    const std::string skipped = study.skipped();
+    if (study.series.empty() && !study.damaged.empty()) throw InputError(study.damaged[0].second);
+    if (study.series.empty())
+        refuse(folder,
+               skipped.empty() ? "holds no DICOM files" : "holds no pictures, but " + skipped);
+    if (!skipped.empty())
+        header.warnings.push_back(folder + ": holds no pictures and is skipped: " + skipped);
+    std::string list;
+    for (std::size_t i = 0; i < study.series.size(); ++i) {
+        Group& group = study.series[i];
+        if (pick.series && (*pick.series == group.uid || *pick.series == std::to_string(i))) {
+            expect_whole(study, group.uid, header);
+            return std::move(group);
+        }
+        list += fmt::format("\n  {}  {}  {} files  {}", i, shown(group.uid), group.files.size(),
+                            shown(text_of(group.files)));
+    }
+    for (const Group& group : study.others)
+        if (pick.series && *pick.series == group.uid)
+            throw RequestError(
+                fmt::format("{}: series '{}' holds no pictures, but {}; pictures are{}", folder,
+                            shown(group.uid), group.files[0].kind_of_object(), list));
+    if (pick.series)
+        throw RequestError(folder + ": no series '" + shown(*pick.series) + "'; it holds" + list);
+    if (study.series.size() > 1)
+        throw RequestError(fmt::format("{}: holds {} series, choose one with --series{}", folder,
+                                       study.series.size(), list));
+    expect_whole(study, study.series[0].uid, header);
+    return std::move(study.series[0]);
+}
+
+/// What the numbers of one frame mean (PS3.3 C.11.1, C.7.6.16.2.9, C.8.8.3).
+ValueMap values_of(const DicomFile& file, std::int64_t k) {
+    const bool looked_up = !file.modality_table.descriptor.empty();
+    if (sample_channels(file) > 1 || looked_up) return {};
+    if (file.dose_scaling > 0) return {file.dose_scaling, 0};
+    if (file.fractional) return {1 / std::max(1.0, file.most_fraction), 0};
+    const DicomFrame frame = file.frame(k);
+    if (frame.slope || frame.intercept)
+        return {frame.slope.value_or(1), frame.intercept.value_or(0)};
+    if (frame.world_slope && *frame.world_slope != 0)
+        return {*frame.world_slope, frame.world_intercept.value_or(0)};
+    return {};
+}
+
+template <class F>
+void with_number(Type type, F use) {
+    switch (type) {
+        case Type::u8:
+            return use(std::uint8_t{});
+        case Type::i8:
+            return use(std::int8_t{});
+        case Type::u16:
+            return use(std::uint16_t{});
+        case Type::i16:
+            return use(std::int16_t{});
+        case Type::u32:
+            return use(std::uint32_t{});
+        case Type::i32:
+            return use(std::int32_t{});
+        case Type::f64:
+            return use(double{});
+        default:
+            return use(float{});
+    }
+}
+
+using Range = std::array<double, 2>;
+
+class DicomReader : public Reader {
+ public:
+    DicomReader(Files files, DicomStack stack, Type stored, bool rescales)
+        : files_(std::move(files)), stack_(std::move(stack)), type_(stored), rescales_(rescales) {}
+
+    void read(const Header& header, const Selection& pick, std::span<std::byte> into,
+              std::vector<std::string>& warnings) const override {
+        Planes planes(*this, header, pick.padding != Padding::stored);
+        Stored one;
+        one.type = rescales_ ? Type::f32 : type_;
+        one.axes = {
+            {Axis::channel, header.channels}, {Axis::x, stack_.columns}, {Axis::y, stack_.rows}};
+        const std::size_t slice = into.size() / static_cast<std::size_t>(stack_.slices);
+        for (std::int64_t z = 0; z < stack_.slices; ++z) {
+            const auto& plane = stack_.plane(z, stack_.times > 1 ? pick.time.value_or(0) : 0);
+            MemoryStream stream(planes.samples(plane));
+            const auto place = into.subspan(static_cast<std::size_t>(z) * slice, slice);
+            scatter(one, pick, stream, header.file, place, warnings);
+        }
+        if (planes.overlaps > 0)
+            warnings.push_back(
+                fmt::format("{}: {} samples belong to several segments; the one "
+                            "that comes last in the file counts",
+                            header.file, planes.overlaps));
+        if (pick.padding != Padding::stored && files_[0].padding && header.channels == 1)
+            with_number(loaded_type(header.type, pick.as_stored), [&]<class T>(T) {
+                fill_padding(std::span(reinterpret_cast<T*>(into.data()), into.size() / sizeof(T)),
+                             header, pick, warnings);
+            });
+    }
+
+    std::optional<std::vector<std::string>> files() const override {
+        std::vector<std::string> paths;
+        for (const DicomFile& file : files_) paths.push_back(file.path);
+        return paths;
+    }
+
+ private:
+    /// Makes planes of frames; the file that was read last stays open.
+    class Planes {
+     public:
+        Planes(const DicomReader& reader, const Header& header, bool marks)
+            : reader_(reader),
+              width_(bytes_of(reader.type_) * static_cast<std::size_t>(header.channels)),
+              marks_(marks) {}
+
+        std::span<const std::byte> samples(const std::vector<DicomPiece>& pieces) {
+            const DicomStack& stack = reader_.stack_;
+            const auto pixels = static_cast<std::size_t>(stack.columns * stack.rows);
+            std::span<const std::byte> plane;
+            const bool whole = pieces.size() == 1 && !stack.labels &&
+                               pieces[0].columns == reader_.files_[pieces[0].file].columns &&
+                               pieces[0].rows == reader_.files_[pieces[0].file].rows;
+            if (whole) {
+                plane = frame(pieces[0]);
+            } else {
+                plane_.assign(pixels * width_, std::byte{0});
+                for (const DicomPiece& piece : pieces)
+                    stack.labels ? put_labels(piece) : put(piece);
+                plane = plane_;
+            }
+            return reader_.rescales_ ? rescaled(plane, pieces[0]) : plane;
+        }
+        std::int64_t overlaps = 0;
+
+     private:
+        std::span<const std::byte> frame(const DicomPiece& piece) {
+            if (!frames_ || piece.file != file_) frames_.emplace(reader_.files_[piece.file]);
+            file_ = piece.file;
+            return frames_->frame(piece.frame);
+        }
+        void put(const DicomPiece& piece) {
+            const std::span<const std::byte> from = frame(piece);
+            const std::int64_t columns = reader_.files_[piece.file].columns;
+            const auto run = static_cast<std::size_t>(piece.columns) * width_;
+            for (std::int64_t y = 0; y < piece.rows; ++y)
+                std::memcpy(plane_.data() + width_ * static_cast<std::size_t>(
+                                                         (piece.to_y + y) * reader_.stack_.columns +
+                                                         piece.to_x),
+                            from.data() + width_ * static_cast<std::size_t>(
+                                                       (piece.from_y + y) * columns + piece.from_x),
+                            run);
+        }
+        void put_labels(const DicomPiece& piece) {
+            const std::span<const std::byte> ones = frame(piece);
+            with_number(reader_.type_, [&]<class T>(T) {
+                const auto label = static_cast<T>(piece.segment);
+                for (std::size_t i = 0; i < ones.size(); ++i) {
+                    if (ones[i] == std::byte{0}) continue;
+                    T before;
+                    std::memcpy(&before, plane_.data() + i * sizeof(T), sizeof(T));
+                    overlaps += before != 0 && before != label;
+                    std::memcpy(plane_.data() + i * sizeof(T), &label, sizeof(T));
+                }
+            });
+        }
+        /// Values in f32; padding becomes NaN where it is to be replaced.
+        std::span<const std::byte> rescaled(std::span<const std::byte> plane,
+                                            const DicomPiece& piece) {
+            const DicomFile& file = reader_.files_[piece.file];
+            const ValueMap map = values_of(file, piece.frame);
+            const Range padding = file.padding.value_or(Range{1, 0});
+            with_number(reader_.type_, [&]<class T>(T) {
+                const std::size_t count = plane.size() / sizeof(T);
+                values_.resize(count * sizeof(float));
+                for (std::size_t i = 0; i < count; ++i) {
+                    T stored;
+                    std::memcpy(&stored, plane.data() + i * sizeof(T), sizeof stored);
+                    const auto number = static_cast<double>(stored);
+                    float value = static_cast<float>(map(number));
+                    if (marks_ && number >= padding[0] && number <= padding[1])
+                        value = std::numeric_limits<float>::quiet_NaN();
+                    std::memcpy(values_.data() + i * sizeof value, &value, sizeof value);
+                }
+            });
+            return values_;
+        }
+
+        const DicomReader& reader_;
+        std::size_t width_;
+        bool marks_;
+        std::optional<DicomFrames> frames_;
+        std::size_t file_ = 0;
+        Bytes plane_, values_;
+    };
+
+    template <class T>
+    void fill_padding(std::span<T> samples, const Header& header, const Selection& pick,
+                      std::vector<std::string>& warnings) const {
+        const Range range = *files_[0].padding;
+        const auto is_padding = [&](T sample) {
+            if (rescales_) return sample != sample;
+            const auto number = static_cast<double>(sample);
+            return number >= range[0] && number <= range[1];
+        };
+        double smallest = std::numeric_limits<double>::infinity();
+        std::int64_t count = 0;
+        for (const T sample : samples) {
+            if (is_padding(sample))
+                ++count;
+            else
+                smallest = std::min(smallest, header.values(static_cast<double>(sample)));
+        }
+        if (count == 0) return;
+        const bool all = static_cast<std::size_t>(count) == samples.size();
+        warnings.push_back(fmt::format("{}: {}{} samples are padding (0028,0120), no measurements",
+                                       header.file, all ? "all " : "", count));
+        if (all) smallest = 0;
+        double value = smallest;
+        if (pick.padding == Padding::nothing)
+            value = pick.nothing.value_or(std::min(0.0, smallest));
+        double stored = (value - header.values.offset) / header.values.slope;
+        if constexpr (std::is_integral_v<T>) {
+            const double nearest =
+                std::clamp(std::nearbyint(stored), double(std::numeric_limits<T>::lowest()),
+                           double(std::numeric_limits<T>::max()));
+            if (header.values(nearest) != value && std::abs(nearest - stored) > 1e-6)
+                warnings.push_back(
+                    fmt::format("{}: padding counts as {:.6g}, the nearest to {:.6g} "
+                                "that its type holds",
+                                header.file, header.values(nearest), value));
+            stored = nearest;
+        }
+        for (T& sample : samples)
+            if (is_padding(sample)) sample = static_cast<T>(stored);
+    }
+
+    Files files_;
+    DicomStack stack_;
+    Type type_;  // of decoded frames, or of labels
+    bool rescales_;
+};
+
+/// Whether each frame has values of its own, so that only numbers in f32 can hold them all.
+bool takes_values(Header& header, const Files& files, const DicomStack& stack) {
+    if (stack.labels) return false;
+    const DicomPiece& first = stack.planes[0][0];
+    header.values = values_of(files[first.file], first.frame);
+    bool differ = false;
+    for (const auto& plane : stack.planes)
+        for (const DicomPiece& piece : plane) {
+            const ValueMap map = values_of(files[piece.file], piece.frame);
+            if (map.slope == 0) refuse(files[piece.file].path, "RescaleSlope (0028,1053) is 0");
+            differ |= map != header.values;
+        }
+    for (const DicomFile& file : files) differ |= file.padding != files[0].padding;
+    if (differ) header.values = {};
+    return differ && header.channels == 1;
+}
+
+}  // namespace
+
+Header inspect_dicom(const std::string& path, const Selection& pick) {
+    Header header;
+    header.file = path;
+    header.format = "DICOM";
+    const bool folder = std::filesystem::is_directory(path);
+    Files files;
+    if (folder)
+        files = chosen(path, pick, header).files;
+    else
+        files.emplace_back(path);
+    const DicomFile& first = files[0];
+    if (first.kind == DicomFile::Pixels::none)
+        refuse(path, "pixel data (7fe0,0010) are missing: it is " + first.kind_of_object() +
+                         ", no picture");
+    for (const DicomFile& file : files) DicomFrames check(file);
+    DicomStack stack = stack_of(files, folder, header);
+    if (first.photometric == "MONOCHROME1")
+        header.warnings.push_back(header.file +
+                                  ": MONOCHROME1: small values are bright; kept as stored");
+    // Label maps hold labels in their samples, other segmentations a picture for each label.
+    header.labels |= first.sop_class == "1.2.840.10008.5.1.4.1.1.66.7";
+    Type type = sample_type(first);
+    if (stack.labels) type = stack.most_label > 255 ? Type::u16 : Type::u8;
+
+    Stored shape;
+    shape.type = type;
+    shape.axes = {{Axis::channel, sample_channels(first)},
+                  {Axis::x, stack.columns},
+                  {Axis::y, stack.rows},
+                  {Axis::z, stack.slices},
+                  {Axis::time, stack.times}};
+    take_axes(header, shape);
+    const bool rescales = takes_values(header, files, stack);
+    if (rescales) header.type = Type::f32;
+    header.reading_bytes =
+        decoding_bytes(first) + 8 * static_cast<std::size_t>(stack.columns * stack.rows);
+    header.reader =
+        std::make_shared<const DicomReader>(std::move(files), std::move(stack), type, rescales);
+    return header;
+}
+
+std::vector<Series> list_series(const std::string& source) {
+    std::vector<Series> list;
+    if (!std::filesystem::is_directory(source)) return tiff_series(source);
+    for (const Group& group : study_in(source).series)
+        list.push_back({group.uid, text_of(group.files), static_cast<int>(group.files.size())});
+    return list;
+}
+
+}  // namespace edgewise::store

@@ -1,0 +1,442 @@
+// What the pages of a TIFF are. ImageJ writes lines of "key=value" into the description of the
+// first page; OME-TIFF an XML document (www.openmicroscopy.org/Schemas/OME/2016-06).
+
+#include "io/tiff_layout.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <map>
+#include <set>
+
+#include "graph/errors.hpp"
+#include "io/geometry.hpp"
+#include "io/text.hpp"
+#include "io/xml.hpp"
+
+namespace edgewise::store {
+namespace {
+
+constexpr std::uint64_t kLongestImageJ = 1 << 20;
+constexpr std::uint64_t kLongestOme = 256 << 20;
+constexpr int kMostTags = 1 << 22;
+constexpr std::int64_t kMostPlanes = 1 << 22;
+constexpr double kInch = 25.4, kCentimetre = 10;  // [mm]
+
+std::string start_of(const File& file, const TiffPage& page, std::uint64_t most) {
+    std::string text(static_cast<std::size_t>(std::min(page.text_bytes, most)), '\0');
+    text.resize(file.read_some(page.text, std::as_writable_bytes(std::span(text))));
+    text.resize(std::min(text.size(), text.find('\0')));
+    return text;
+}
+
+TiffLayout stack_of(const std::vector<TiffPage>& pages) {
+    TiffLayout layout;
+    for (std::size_t i = 0; i < pages.size(); ++i)
+        if (pages.size() == 1 || !pages[i].reduced) layout.pages.push_back(i);
+    layout.slices = static_cast<std::int64_t>(layout.pages.size());
+    layout.volume = layout.slices > 1;
+    return layout;
+}
+
+/// Spacing in pages of a size that was said: x and y by their resolution, `between` pages.
+void take_resolution(Header& header, const TiffPage& page, double millimetres_a_unit,
+                     std::optional<double> between) {
+    for (std::size_t axis = 0; axis < 2; ++axis) header.spacing[axis] = 1 / page.resolution[axis];
+    header.spacing[2] = between.value_or(header.spacing[0]);
+    if (millimetres_a_unit > 0) to_millimetres(header, millimetres_a_unit);
+}
+
+bool has_resolution(const TiffPage& page) {
+    return std::all_of(page.resolution, page.resolution + 2, [](double value) {
+        return std::isfinite(value) && value > 1e-12 && value < 1e12;
+    });
+}
+
+/// A resolution without more is how dense to print, unless it is a scientist's. Pictures keep
+/// pixels, but where it is per centimetre; stacks take it, with a word.
+void plain_spacing(Header& header, const TiffPage& page, bool volume) {
+    if (!has_resolution(page)) return;
+    const bool centimetre = page.resolution_unit == 3;
+    if (!centimetre && page.resolution_unit != 2) return;
+    if (!volume && !centimetre) {
+        if (page.resolution[0] != page.resolution[1])
+            header.warnings.push_back(fmt::format(
+                "{}: is {} x {} pixels an inch, so its pixels are not square; --input-spacing says "
+                "how large they are",
+                header.file, page.resolution[0], page.resolution[1]));
+        return;
+    }
+    take_resolution(header, page, centimetre ? kCentimetre : kInch, std::nullopt);
+    if (volume)
+        header.warnings.push_back(fmt::format(
+            "{}: {} pixels {} are taken as {:.6g} mm, and pages as far apart as columns, which it "
+            "does not say; --input-spacing says otherwise",
+            header.file, page.resolution[0], centimetre ? "a centimetre" : "an inch",
+            header.spacing[0]));
+}
+
+// ImageJ -------------------------------------------------------------------------------------
+
+std::map<std::string, std::string> lines_of(const std::string& text) {
+    std::map<std::string, std::string> values;
+    for (std::string_view line : split(text, '\n'))
+        if (const auto equal = line.find('='); equal != line.npos)
+            values.emplace(trim(line.substr(0, equal)), trim(line.substr(equal + 1)));
+    return values;
+}
+
+class ImageJ {
+ public:
+    ImageJ(Header& header, const std::vector<TiffPage>& pages, const std::string& text)
+        : header_(header), pages_(pages), values_(lines_of(text)) {}
+
+    TiffLayout run() {
+        TiffLayout layout = stack_of(pages_);
+        layout.indices = true;
+        const auto there = static_cast<std::int64_t>(layout.pages.size());
+        const std::int64_t channels = count("channels"), frames = count("frames");
+        const std::int64_t images = count("images");
+        std::int64_t slices = count("slices");
+        // A stack of no more words is one of slices.
+        if (!values_.contains("slices") && channels * frames == 1) slices = images;
+        const std::int64_t planes =
+            product(header_.file, product(header_.file, channels, slices), frames);
+        layout.one_directory = there == 1 && planes > 1 && planes <= kMostPlanes;
+        if (planes == there || layout.one_directory) {
+            layout.channels = channels;
+            layout.slices = slices;
+            layout.times = frames;
+            layout.volume = slices > 1;
+            layout.pages.resize(static_cast<std::size_t>(planes), 0);
+        } else {
+            header_.warnings.push_back(fmt::format(
+                "{}: its description says {} channels, {} slices and {} frames, but it has {} "
+                "pages: taken as a stack of these",
+                header_.file, channels, slices, frames, there));
+        }
+        spacing();
+        return layout;
+    }
+
+ private:
+    std::string value(const std::string& key) const {
+        const auto found = values_.find(key);
+        return found == values_.end() ? "" : found->second;
+    }
+    std::int64_t count(const std::string& key) const {
+        return std::max<std::int64_t>(to_integer(value(key)).value_or(1), 1);
+    }
+    void spacing() {
+        const TiffPage& page = pages_[0];
+        if (!has_resolution(page)) {
+            if (const auto step = to_double(value("spacing")); step && *step != 0)
+                header_.spacing[2] = std::abs(*step);
+            return;
+        }
+        std::string unit = value("unit");
+        // As ImageJ: 72 pixels an inch are what programs write that know no size.
+        const bool nominal = page.resolution[0] == 72 && page.resolution_unit == 2;
+        if (unit.empty() && nominal) return;
+        if (unit.empty())
+            unit = page.resolution_unit == 3 ? "cm" : page.resolution_unit == 2 ? "inch" : "pixel";
+        const double factor = millimetres(unit);
+        const auto step = to_double(value("spacing"));
+        const bool known = step && std::isfinite(*step) && *step != 0;
+        take_resolution(header_, page, factor, known ? std::abs(*step) : 1);
+        if (factor == 0 && unit != "pixel" && unit != "pixels")
+            header_.warnings.push_back(
+                fmt::format("{}: its unit {} is not known: lengths are kept as they stand; "
+                            "--input-unit says which it is",
+                            header_.file, in_quotes(unit)));
+    }
+
+    Header& header_;
+    const std::vector<TiffPage>& pages_;
+    std::map<std::string, std::string> values_;
+};
+
+// OME ----------------------------------------------------------------------------------------
+
+struct TiffData {
+    std::int64_t ifd, z, c, t, planes;  // -1: not said
+};
+
+struct OmeImage {
+    std::string name;
+    std::map<std::string, std::string> pixels;  // attributes
+    std::vector<TiffData> data;
+    std::int64_t samples = 1;  // of one page, as the first channel says
+};
+
+struct Ome {
+    std::vector<OmeImage> images;
+    std::set<std::string> files;  // that planes are said to lie in
+};
+
+/// The few characters beyond ASCII that units need.
+std::string without_entities(std::string text) {
+    constexpr std::pair<std::string_view, std::string_view> kEntities[] = {
+        {"&#181;", "\xc2\xb5"},  {"&#xb5;", "\xc2\xb5"},  {"&#xB5;", "\xc2\xb5"},
+        {"&#956;", "\xce\xbc"},  {"&#x3bc;", "\xce\xbc"}, {"&#197;", "\xc3\x85"},
+        {"&#8491;", "\xc3\x85"}, {"&amp;", "&"}};
+    for (const auto& [entity, letter] : kEntities)
+        if (const auto at = text.find(entity); at != text.npos)
+            text.replace(at, entity.size(), letter);
+    return text;
+}
+
+Ome parsed(const FilePointer& file, const TiffPage& page) {
+    Ome ome;
+    std::uint64_t bytes = page.text_bytes;
+    // The text ends with a zero, which is no XML.
+    std::byte last{1};
+    while (bytes > 0 && file->read_some(page.text + bytes - 1, {&last, 1}) == 1 &&
+           last == std::byte{0})
+        --bytes;
+    TagReader tags(file, page.text, page.text + bytes, kMostTags);
+    Tag tag;
+    bool inside = false;
+    while (tags.next(tag)) {
+        if (tag.closes) {
+            if (tag.name.ends_with("Pixels")) inside = false;
+            continue;
+        }
+        const auto colon = tag.name.find(':');
+        const std::string name = colon == tag.name.npos ? tag.name : tag.name.substr(colon + 1);
+        if (name == "Image") {
+            ome.images.push_back({});
+            ome.images.back().name = tag.attribute("Name");
+        }
+        if (ome.images.empty()) continue;
+        OmeImage& image = ome.images.back();
+        const auto whole = [&](const char* key) {
+            const std::string text = tag.attribute(key);
+            if (text.empty()) return std::int64_t{-1};
+            const auto value = to_integer(text);
+            if (!value || *value < 0)
+                refuse(file->path(), fmt::format("OME attribute '{}' is '{}'", key, shown(text)));
+            return *value;
+        };
+        if (name == "Pixels" && image.pixels.empty()) {
+            image.pixels = tag.attributes;
+            inside = !tag.empty;
+        } else if (inside && name == "Channel") {
+            image.samples = std::max<std::int64_t>(image.samples, whole("SamplesPerPixel"));
+        } else if (inside && name == "TiffData") {
+            image.data.push_back({whole("IFD"), whole("FirstZ"), whole("FirstC"), whole("FirstT"),
+                                  whole("PlaneCount")});
+        } else if (inside && name == "UUID" && !tag.attribute("FileName").empty()) {
+            ome.files.insert(tag.attribute("FileName"));
+        }
+    }
+    return ome;
+}
+
+/// Puts the planes of one image where its order and its TiffData say.
+class OmeLayout {
+ public:
+    OmeLayout(Header& header, const std::vector<TiffPage>& pages, const OmeImage& image)
+        : header_(header), pages_(pages), image_(image) {}
+
+    TiffLayout run() {
+        TiffLayout layout;
+        const std::int64_t channels = size("SizeC");
+        layout.slices = size("SizeZ");
+        layout.times = size("SizeT");
+        if (image_.samples < 1 || channels % image_.samples != 0)
+            refuse(header_.file, fmt::format("OME attribute 'SizeC' is {}, but {} samples a pixel",
+                                             channels, image_.samples));
+        layout.channels = channels / image_.samples;
+        const std::int64_t planes = product(
+            header_.file, product(header_.file, layout.channels, layout.slices), layout.times);
+        if (planes > kMostPlanes || planes > static_cast<std::int64_t>(pages_.size()))
+            refuse(header_.file,
+                   fmt::format("OME says {} channels, {} slices and {} times, but the "
+                               "file has {} pages",
+                               layout.channels, layout.slices, layout.times, pages_.size()));
+        layout.volume = layout.slices > 1;
+        place(layout, planes);
+        for (const char* axis : {"X", "Y"}) {
+            const std::int64_t said = size(std::string("Size") + axis);
+            const TiffPage& page = pages_[layout.pages[0]];
+            if (const std::int64_t is = axis[0] == 'X' ? page.width : page.height; said != is)
+                refuse(header_.file,
+                       fmt::format("OME attribute 'Size{}' is {}, but its pages have {}", axis,
+                                   said, is));
+        }
+        spacing();
+        return layout;
+    }
+
+ private:
+    std::string attribute(const std::string& key) const {
+        const auto found = image_.pixels.find(key);
+        return found == image_.pixels.end() ? "" : found->second;
+    }
+    std::int64_t size(const std::string& key) const {
+        const auto value = to_integer(attribute(key));
+        if (!value || *value < 1 || *value > (std::int64_t{1} << 31))
+            refuse(header_.file,
+                   fmt::format("OME attribute '{}' is '{}', expected a number of 1 or more", key,
+                               shown(attribute(key))));
+        return *value;
+    }
+
+    void place(TiffLayout& layout, std::int64_t planes) const {
+        const std::string order = attribute("DimensionOrder");
+        std::string sorted = order;
+        std::sort(sorted.begin(), sorted.end());
+        if (!order.starts_with("XY") || sorted != "CTXYZ")
+            refuse(header_.file, "OME attribute 'DimensionOrder' is '" + shown(order) +
+                                     "', expected XYCZT or another order of these");
+        const auto size_of = [&](char axis) {
+            return axis == 'C' ? layout.channels : axis == 'Z' ? layout.slices : layout.times;
+        };
+        constexpr auto kNone = static_cast<std::size_t>(-1);
+        layout.pages.assign(static_cast<std::size_t>(planes), kNone);
+        const std::vector<TiffData> all{{-1, -1, -1, -1, -1}};
+        for (const TiffData& data : image_.data.empty() ? all : image_.data) {
+            std::map<char, std::int64_t> at{{'Z', std::max<std::int64_t>(data.z, 0)},
+                                            {'C', std::max<std::int64_t>(data.c, 0)},
+                                            {'T', std::max<std::int64_t>(data.t, 0)}};
+            // FirstC counts samples; a page may hold several.
+            at['C'] /= image_.samples;
+            std::int64_t index = 0, step = 1;
+            for (const char axis : order.substr(2)) {
+                if (at[axis] >= size_of(axis))
+                    refuse(header_.file, "OME TiffData lie beyond the sizes of the image");
+                index += at[axis] * step;
+                step *= size_of(axis);
+            }
+            const std::int64_t first = std::max<std::int64_t>(data.ifd, 0);
+            const std::int64_t count = data.planes >= 0 ? data.planes
+                                       : data.ifd >= 0  ? 1
+                                                        : planes - index;
+            if (count > planes - index || first > static_cast<std::int64_t>(pages_.size()) - count)
+                refuse(header_.file, fmt::format("OME TiffData of {} planes from page {}: the file "
+                                                 "has {} pages",
+                                                 count, first, pages_.size()));
+            for (std::int64_t i = 0; i < count; ++i) {
+                std::int64_t rest = index + i;
+                for (const char axis : order.substr(2)) {
+                    at[axis] = rest % size_of(axis);
+                    rest /= size_of(axis);
+                }
+                layout.pages[static_cast<std::size_t>(
+                    at['C'] + layout.channels * (at['Z'] + layout.slices * at['T']))] =
+                    static_cast<std::size_t>(first + i);
+            }
+        }
+        if (const auto missing = std::count(layout.pages.begin(), layout.pages.end(), kNone))
+            refuse(header_.file,
+                   fmt::format("OME TiffData say nothing of {} of {} planes", missing, planes));
+    }
+
+    void spacing() {
+        std::optional<double> step[3];
+        double factor = 0;
+        constexpr const char* kNames[] = {"X", "Y", "Z"};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::string key = std::string("PhysicalSize") + kNames[axis];
+            const auto size = to_double(attribute(key));
+            if (!size || !std::isfinite(*size) || *size <= 0) continue;
+            std::string unit = without_entities(attribute(key + "Unit"));
+            if (unit.empty()) unit = "um";  // the schema's default
+            factor = millimetres(unit);
+            if (factor == 0) {
+                if (unit != "pixel" && unit != "reference frame")
+                    header_.warnings.push_back(fmt::format(
+                        "{}: OME attribute '{}Unit' is {}, which is not known; --input-unit says "
+                        "which it is",
+                        header_.file, key, in_quotes(unit)));
+                step[axis] = *size;
+                unitless_ = true;
+                continue;
+            }
+            step[axis] = *size * factor;
+            known_ = true;
+        }
+        if (!step[0] && !step[1] && !step[2]) return;
+        // Without a unit for all of them there is none.
+        if (!step[0]) step[0] = step[1] ? step[1] : step[2];
+        if (!step[1]) step[1] = step[0];
+        if (!step[2]) {
+            step[2] = step[0];
+            if (size("SizeZ") > 1)
+                header_.warnings.push_back(
+                    fmt::format("{}: OME says no 'PhysicalSizeZ': pages are taken to be as far "
+                                "apart as columns; --input-spacing says otherwise",
+                                header_.file));
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) header_.spacing[axis] = *step[axis];
+        if (!known_ || unitless_) return;
+        header_.unit = "mm";
+        header_.file_unit = factor;
+    }
+
+    Header& header_;
+    const std::vector<TiffPage>& pages_;
+    const OmeImage& image_;
+    bool known_ = false, unitless_ = false;
+};
+
+bool is_ome(const std::string& text) {
+    return text.find("<OME") != text.npos || text.find("<ome:OME") != text.npos ||
+           text.find("<OME:OME") != text.npos;
+}
+
+std::string list_of(const Ome& ome) {
+    std::string list;
+    for (std::size_t i = 0; i < ome.images.size(); ++i)
+        list += fmt::format("\n  {}  {}", i, shown(ome.images[i].name));
+    return list;
+}
+
+std::size_t chosen(const Header& header, const Ome& ome, const Selection& pick) {
+    if (ome.images.size() == 1 && !pick.series) return 0;
+    if (!pick.series)
+        throw RequestError(fmt::format("{}: holds {} images, choose one with --series N:{}",
+                                       header.file, ome.images.size(), list_of(ome)));
+    const auto index = to_integer(*pick.series);
+    if (!index || *index < 0 || *index >= static_cast<std::int64_t>(ome.images.size()))
+        throw RequestError(fmt::format("{}: --series {}: it holds images{}", header.file,
+                                       shown(*pick.series), list_of(ome)));
+    return static_cast<std::size_t>(*index);
+}
+
+}  // namespace
+
+TiffLayout tiff_layout(Header& header, FilePointer file, const std::vector<TiffPage>& pages,
+                       const Selection& pick) {
+    const std::string text = start_of(*file, pages[0], kLongestImageJ);
+    if (is_ome(text.substr(0, 1 << 14)) && pages[0].text_bytes <= kLongestOme) {
+        const Ome ome = parsed(file, pages[0]);
+        if (ome.files.size() > 1)
+            refuse(header.file, fmt::format("is one of a set of {} files by its OME description; "
+                                            "sets of files are not supported",
+                                            ome.files.size()));
+        if (!ome.images.empty())
+            return OmeLayout(header, pages, ome.images[chosen(header, ome, pick)]).run();
+    }
+    if (text.starts_with("ImageJ=")) return ImageJ(header, pages, text).run();
+    TiffLayout layout = stack_of(pages);
+    if (!layout.pages.empty()) plain_spacing(header, pages[layout.pages[0]], layout.volume);
+    return layout;
+}
+
+std::vector<Series> tiff_series(const std::string& path) {
+    std::vector<Series> list;
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return list;
+    const auto file = std::make_shared<const File>(path);
+    if (!is_tiff(file->head(4))) return list;
+    const auto pages = tiff_pages(*file);
+    if (!is_ome(start_of(*file, pages[0], 1 << 14))) return list;
+    for (const OmeImage& image : parsed(file, pages[0]).images)
+        list.push_back({std::to_string(list.size()), image.name, 1});
+    return list;
+}
+
+}  // namespace edgewise::store

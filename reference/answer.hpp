@@ -1,0 +1,72 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "reference/field.hpp"
+#include "reference/view_geometry.hpp"
+
+namespace edgewise {
+
+/// A stretch of a view ray, combined: front and back join associatively (Lemma 4.1), so that
+/// stretches may be worked out in any order.
+struct Stretch {
+    std::array<double, 3>
+        light{};              // composite: premultiplied; else [0]: largest value, or integral
+    double transparency = 1;  // composite
+    double length = 0;        // where the field is present [unit]
+
+    static Stretch empty(Mode mode) noexcept;
+    /// Adds a value that holds for a length [unit].
+    void add(double value, double piece, const Request& want) noexcept;
+    /// Those of many, one after another, that are finite.
+    void add(std::span<const double> values, const double* pieces, const Request& want) noexcept;
+    /// What lies behind this stretch.
+    void append(const Stretch& behind, Mode mode) noexcept;
+    /// One value, or red, green, blue, opacity, premultiplied and without background.
+    void result(const Request& want, double* values) const noexcept;
+};
+
+/// The answer without shortcuts, in f64, one output sample at a time.
+///
+/// Warp: the field at the sample's place. Render: cells k/8 <= t < (k + 1)/8 of each ray, cut at
+/// the faces of the input, each sampled at the middle of what is left of it and weighed by its
+/// length; no early end; where the field is absent, nothing. Result values are those that edges
+/// deliver: for composite premultiplied red, green, blue and opacity, before the background.
+/// Written without the kernels that it judges.
+class Reference {
+ public:
+    static constexpr int kStepsPerUnit = 8;
+
+    /// All must stay alive.
+    Reference(const Request& want, const ReferenceField& field, std::pmr::memory_resource* memory)
+        : want_(want), field_(field), geometry_(want), memory_(memory) {}
+
+    /// Values of one output sample.
+    int channels() const noexcept;
+    /// Whether an output sample counts: a warp's comes from inside the input, a pixel's ray meets
+    /// it.
+    bool sees_input(const OutputSample& at) const;
+    /// [samples][channels]; NaN where a sample does not see the input, or sees no finite value.
+    /// Runs in threads; the bytes do not depend on their number.
+    std::vector<double> values(std::span<const OutputSample> samples) const;
+    /// Bytes that values() takes at most beside what it returns.
+    double bytes(double samples, int threads) const noexcept;
+
+    const ReferenceField& field() const noexcept { return field_; }
+    const ViewGeometry& geometry() const noexcept { return geometry_; }
+
+ private:
+    std::vector<double> warped(std::span<const OutputSample> samples) const;
+    void render(std::span<const OutputSample> samples, double* values) const;
+    std::int64_t tile_side() const noexcept { return field_.axes() == 2 ? 384 : 48; }
+    std::int64_t tile_of(const Vec3& p) const;
+    Region cells_of(std::int64_t tile) const;
+
+    const Request& want_;
+    const ReferenceField& field_;
+    ViewGeometry geometry_;
+    std::pmr::memory_resource* memory_;
+};
+
+}  // namespace edgewise

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "reference/field.hpp"
+#include "reference/preview_holds.hpp"
+
+namespace edgewise {
+
+/// The holds that a preview compares, and their names in Scene::facts.
+inline constexpr std::array<const char*, 3> kPreviewHolds = {"zoh", "foh", "bspline3"};
+enum PreviewHold { kZoh, kFoh, kSpline };
+
+/// A repeatable number in [0, 1) for each n.
+double hashed(std::uint64_t n) noexcept;
+
+/// A small part of the input in f32, where all reconstructions are cheap: enough precision to
+/// measure errors of 1e-4 of the range and more. Values are mapped.
+class PreviewBlock {
+ public:
+    static constexpr int kSquare = 6;  // places along an axis of linear_square
+
+    /// @param cells  floor of the clamped positions that will be asked for
+    PreviewBlock(const ReferenceField& field, const Region& cells,
+                 std::pmr::memory_resource* memory);
+
+    /// Channel values at p; p is clamped here. Not finite where the nearest sample is not.
+    void hold(PreviewHold hold, const Vec3& p, double* values) const;
+    /// Of one channel, at many places at once.
+    void hold(PreviewHold hold, const Places& places, double* values, int channel = 0) const;
+    /// First-order hold at p + (i, j), i fastest, in the plane of two axes; p is a whole number
+    /// along the third. One channel. Calls each(i, j, value) where both coordinates are inside the
+    /// input.
+    template <class Each>
+    void linear_square(const Vec3& p, const std::array<int, 2>& plane, Each&& each) const {
+        std::array<Line, 2> lines;
+        for (std::size_t axis = 0; axis < 2; ++axis) lines[axis] = line(p, plane[axis]);
+        const auto& [across, down] = lines;
+        const int along = 3 - plane[0] - plane[1];
+        const float* first =
+            samples_ + (static_cast<std::int64_t>(p[along]) - held_.begin[along]) * stride(along);
+        for (int j = down.begin; j < down.end; ++j)
+            for (int i = across.begin; i < across.end; ++i) {
+                const float* at = first + across.offset[i] + down.offset[j];
+                const float* below = at + down.step[j];
+                const float a = at[0] + across.f[i] * (at[across.step[i]] - at[0]);
+                const float b = below[0] + across.f[i] * (below[across.step[i]] - below[0]);
+                each(i, j, a + down.f[j] * (b - a));
+            }
+    }
+    /// What the samples stand for; false where that is absent.
+    bool reference(const Vec3& p, double* values) const;
+    /// Of channel 0, at many places at once: NaN where the field is absent.
+    void reference(const Places& places, double* values) const;
+    /// What zoh or foh makes of independent noise of RMS 1 in the samples.
+    double noise(PreviewHold hold, const Vec3& p) const;
+
+ private:
+    void load();
+    void spline_at(const Places& places, double* values, int channel) const;
+    HeldBox<float> box(int channel) const;
+    /// That of the field, which is no formula.
+    PreviewHold own_hold() const;
+    /// Places along one axis of a square, of which begin to end are inside.
+    struct Line {
+        int begin = 0, end = 0;
+        std::array<std::int64_t, kSquare> offset, step;  // of the lower sample; to the upper one
+        std::array<float, kSquare> f;
+    };
+    Line line(const Vec3& p, int axis) const;
+    std::int64_t stride(int axis) const;
+
+    const ReferenceField& field_;
+    int channels_;
+    Region held_;
+    Array copy_;  // [z][y][x][channel]
+    const float* samples_ = nullptr;
+    std::optional<SplineBlock<float>> spline_;
+    bool constant_ = false, all_finite_ = true;
+};
+
+}  // namespace edgewise

@@ -1,0 +1,69 @@
+#include "reference/view_geometry.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace edgewise {
+namespace {
+
+/// Cuts [span.low, span.high] to where the ray lies between two planes.
+void cut(RaySpan& span, int axis, double from, double to) {
+    const double o = span.origin[axis], d = span.direction[axis];
+    if (d == 0) {
+        if (o < from || o > to) span.high = span.low;
+        return;
+    }
+    const double enters = d > 0 ? from : to, leaves = d > 0 ? to : from;
+    span.low = std::max(span.low, (enters - o) / d);
+    span.high = std::min(span.high, (leaves - o) / d);
+}
+
+}  // namespace
+
+bool RaySpan::clip(const Extent& input) noexcept {
+    for (int axis = 0; axis < 3; ++axis)
+        cut(*this, axis, -0.5, static_cast<double>(input[axis]) - 0.5);
+    return low < high;
+}
+
+ViewGeometry::ViewGeometry(const Request& want) : want_(want) {
+    for (int view = 0; view < want.frames; ++view) {
+        const Mat4& map = want.views.at(view);
+        // An exact map stays exact.
+        to_input_.push_back(map == Mat4::Identity() ? map : Mat4(map.inverse()));
+    }
+}
+
+std::optional<Vec3> ViewGeometry::point(const OutputSample& at) const {
+    const Eigen::Vector4d screen(static_cast<double>(at.x), static_cast<double>(at.y),
+                                 static_cast<double>(at.z), 1);
+    const Eigen::Vector4d p = to_input_[at.view] * screen;
+    if (!(p[3] > 0)) return {};
+    return Vec3(p.head<3>() / p[3]);
+}
+
+std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
+    const Mat4& map = to_input_[view];
+    const auto linear = map.topLeftCorner<3, 3>();
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    RaySpan span;
+    if (want_.eye) {
+        const Eye& eye = *want_.eye;
+        const Vec3 along = Vec3(x, y, eye.plane) - eye.at;
+        const double length = std::hypot(along.x() * eye.width, along.y() * eye.height, along.z());
+        span.origin = linear * eye.at + map.topRightCorner<3, 1>();
+        span.direction = linear * along / length;
+        span.low = 0;
+    } else {
+        span.origin = linear * Vec3(x, y, 0) + map.topRightCorner<3, 1>();
+        span.direction = linear.col(2);
+        span.low = -kFar;
+    }
+    span.high = kFar;
+    if (!span.clip(want_.input)) return {};
+    return span;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,44 @@
+#include "reference/written.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace edgewise {
+namespace {
+
+bool is_composite(const Request& want) noexcept {
+    return want.job == Job::render && want.mode == Mode::composite;
+}
+
+/// Of what cancels where an X-ray takes a value away from samples that are as large.
+double cancelling(const Request& want) noexcept {
+    if (want.job != Job::render || want.mode != Mode::xray) return 0;
+    const auto depth = static_cast<double>(std::max<std::int64_t>(1, want.screen.z));
+    return std::abs(want.zero) * want.unit * depth;
+}
+
+}  // namespace
+
+int written_channels(const Request& want, int delivered) noexcept {
+    return is_composite(want) ? 3 : delivered;
+}
+
+void as_written(const Request& want, double* values) noexcept {
+    if (!is_composite(want)) return;
+    const double through = 1 - values[3];
+    for (int c = 0; c < 3; ++c) values[c] += through * want.background[c];
+}
+
+double mean_square(const double* a, const double* b, int channels) noexcept {
+    double sum = 0;
+    for (int c = 0; c < channels; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+    return sum / channels;
+}
+
+double range_of(const Request& want, double low, double high) noexcept {
+    if (want.job == Job::warp && want.field == Field::nearest) return 1;
+    return want.range.value_or(range_between(low, high, cancelling(want)));
+}
+
+}  // namespace edgewise

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <mutex>
+#include <tbb/enumerable_thread_specific.h>
+#include <vector>
+
+#include "scene/tally.hpp"
+
+namespace edgewise {
+
+/// How often each number of a type of 8 or 16 bits is stored. Threads count side by side.
+class LevelCounts {
+ public:
+    /// Takes memory, 0.25 MiB a thread at most and 0.5 MiB for all, as counting begins.
+    LevelCounts(Type type, std::pmr::memory_resource* memory);
+
+    void count(const Stretched& values);
+
+    struct Level {
+        double stored;
+        std::int64_t times;
+    };
+    /// The number that is stored most often; of ties the smallest. After all counting.
+    Level commonest();
+
+ private:
+    struct Part {
+        std::pmr::vector<std::uint32_t> counts;
+        std::int64_t counted = 0;
+    };
+    /// Adds what a thread has counted to the sum.
+    void add(Part& part);
+
+    Type type_;
+    std::size_t levels_;
+    std::pmr::memory_resource* memory_;
+    std::mutex summing_;
+    std::pmr::vector<std::int64_t> sum_;  // by the bits of a number
+    tbb::enumerable_thread_specific<Part> parts_;
+};
+
+}  // namespace edgewise

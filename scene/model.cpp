@@ -1,0 +1,108 @@
+#include "scene/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "graph/transform_graph.hpp"
+#include "reference/written.hpp"
+#include "scene/scene.hpp"
+
+namespace edgewise {
+
+double PointMade::square(std::span<const double> got) const noexcept {
+    double square = 0;
+    for (std::size_t c = 0; c < expected.size(); ++c) {
+        const double d = got[c] - expected[c];
+        if (labels)
+            square = std::max(square, d != 0 ? 1.0 : 0.0);
+        else
+            square += std::isfinite(d) ? d * d / static_cast<double>(expected.size()) : 0;
+    }
+    return square;
+}
+
+bool RayPiece::take(double end, double front, double step, std::int64_t& next) {
+    cells_.take(end, front, step, ray_, next);
+    places_.count = 0;
+    for (std::size_t i = 0; i < cells_.count; ++i)
+        places_.add(ray_.origin + cells_.middle[i] * ray_.direction);
+    known_.fill(false);
+    return cells_.count > 0;
+}
+
+std::span<const double> RayPiece::held(PreviewHold hold) {
+    if (!known_[hold]) block_.hold(hold, places_, values_[hold].data());
+    known_[hold] = true;
+    return {values_[hold].data(), cells_.count};
+}
+
+std::span<const double> RayPiece::reference() {
+    constexpr std::size_t kReference = 3;
+    if (!known_[kReference]) block_.reference(places_, values_[kReference].data());
+    known_[kReference] = true;
+    return {values_[kReference].data(), cells_.count};
+}
+
+RayAnswer::RayAnswer(const Stretch& reference, const Request& want)
+    : want_(want),
+      channels_(written_channels(want, want.mode == Mode::composite ? 4 : 1)),
+      expected_(written(reference)),
+      transparency_(reference.transparency) {}
+
+PixelValues RayAnswer::written(const Stretch& got) const noexcept {
+    PixelValues values{};
+    got.result(want_, values.data());
+    as_written(want_, values.data());
+    return values;
+}
+
+double RayAnswer::between(const PixelValues& a, const PixelValues& b) const noexcept {
+    return mean_square(a.data(), b.data(), channels_);
+}
+
+namespace {
+
+/// The boxes of the input that paths read samples of, the whole first.
+std::vector<Region> boxes_of(const TransformGraph& spanned, const Request& want) {
+    std::vector<Region> boxes = {Region::all(want.input)};
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
+        const Representation& from = spanned.graph[arc].offer.from;
+        if (from.space != "object" || from.placed.one_a_view()) continue;
+        Region box;
+        for (int axis = 0; axis < 3; ++axis) {
+            box.begin[axis] = std::llround(-from.placed.at(0)(axis, 3));
+            box.end[axis] = box.begin[axis] + from.extent[axis];
+        }
+        if (std::find(boxes.begin(), boxes.end(), box) == boxes.end()) boxes.push_back(box);
+    }
+    return boxes;
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
+                                                    const Representation& input,
+                                                    ModelSetting& setting) {
+    const Scene scene = unseen_scene(setting.statistics);
+    const Ask ask{setting.want, scene};
+    const TransformGraph spanned = expand(catalogue, ask, {{input}});
+    setting.boxes = boxes_of(spanned, setting.want);
+    std::vector<std::shared_ptr<const Model>> models;
+    const auto add = [&](bool warps) {
+        for (const Transition& edge : catalogue) {
+            const bool makes_screen =
+                std::any_of(edge.joins.begin(), edge.joins.end(),
+                            [](const auto& join) { return join.second == "screen/scalar"; });
+            if (!edge.model || makes_screen != warps) continue;
+            auto model = edge.model(setting);
+            if (!model) continue;
+            for (const auto& made : model->makes()) setting.warps.push_back(made);
+            models.push_back(std::move(model));
+        }
+    };
+    add(true);
+    add(false);
+    return models;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,190 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "graph/transition.hpp"
+#include "reference/answer.hpp"
+#include "reference/preview_block.hpp"
+#include "reference/ray_cells.hpp"
+#include "reference/ray_look.hpp"
+#include "scene/statistics.hpp"
+
+namespace edgewise {
+
+// How an edge's errors are worked out without running it: a model makes, in f64 and from the field
+// itself, what the edge would make of a few output samples that are drawn. A preview compares that
+// with the reference. An edge's model lies beside it (<edge>_model.cpp) and is the only place that
+// knows its algorithm twice; what is drawn, and how errors are told from it, is the preview's.
+
+/// Values of one output sample: one, or red, green, blue and opacity.
+using PixelValues = std::array<double, 4>;
+
+/// Errors by the name of their fact (Scene::facts): upper estimates, and what draws say themselves.
+struct FactMaps {
+    std::map<std::string, double> upper, likely;
+};
+
+/// What a model measures.
+struct ModelFact {
+    std::string name;
+    /// The look whose squares go best with these (kCasts: none does); of warps 0 for what goes with
+    /// nearest samples, 1 with linear ones.
+    RayLook::Cast like = RayLook::kCasts;
+    std::size_t like_point = 1;
+    /// Of pictures: squares of samples along rays, weighed by length; else one a ray.
+    bool of_points = false;
+    /// Whether promises hang on it, so that it is an upper estimate; else the likely value.
+    bool promised = true;
+};
+
+/// One output sample of a warp.
+struct PointMade {
+    const PreviewBlock& block;
+    Vec3 place;                        // in the input [input index]
+    Vec3 p;                            // the same, whole numbers exactly so
+    bool exact = false;                // p is a sample
+    bool labels = false;               // errors count values that differ
+    std::span<const double> expected;  // by channel
+
+    /// Mean square of the difference over channels; of labels 1 where any differs.
+    double square(std::span<const double> got) const noexcept;
+};
+
+/// Cells of a ray, one after another, with the field at their middles. What several models read is
+/// worked out once.
+class RayPiece {
+ public:
+    RayPiece(const PreviewBlock& block, const RaySpan& ray) : block_(block), ray_(ray) {}
+
+    /// The next cells whose middles lie before `end`. @return false: none
+    bool take(double end, double front, double step, std::int64_t& next);
+    std::size_t count() const noexcept { return cells_.count; }
+    const RayCells& cells() const noexcept { return cells_; }
+    const Places& places() const noexcept { return places_; }
+    const PreviewBlock& block() const noexcept { return block_; }
+    std::span<const double> held(PreviewHold hold);
+    std::span<const double> reference();
+    /// Adds values at the cells' middles to a stretch of the ray.
+    void add(std::span<const double> values, Stretch& to, const Request& want) const {
+        to.add(values, cells_.length.data(), want);
+    }
+
+ private:
+    using Values = std::array<double, Places::kMost>;
+    const PreviewBlock& block_;
+    const RaySpan& ray_;
+    RayCells cells_;
+    Places places_;
+    std::array<Values, 4> values_;  // by hold; the reference
+    std::array<bool, 4> known_{};
+};
+
+/// The reference of one pixel, as it is written, and how far other answers are from it.
+class RayAnswer {
+ public:
+    RayAnswer(const Stretch& reference, const Request& want);
+
+    const PixelValues& expected() const noexcept { return expected_; }
+    /// Of the reference: what is left to see behind it.
+    double transparency() const noexcept { return transparency_; }
+    PixelValues written(const Stretch& got) const noexcept;
+    /// Mean square over the channels that are written.
+    double square(const Stretch& got) const noexcept { return square(written(got)); }
+    double square(const PixelValues& got) const noexcept { return between(got, expected_); }
+    double between(const PixelValues& a, const PixelValues& b) const noexcept;
+
+ private:
+    const Request& want_;
+    int channels_;
+    PixelValues expected_;
+    double transparency_;
+};
+
+/// Where a model of a ray leaves what it measured.
+class RaySquares {
+ public:
+    virtual ~RaySquares() = default;
+    /// @param fact  place in Model::facts()
+    virtual void add(std::size_t fact, double square) = 0;
+    /// Of facts of points: sums over the ray.
+    virtual void add_points(std::size_t fact, double squares, double points) = 0;
+};
+
+/// One ray as an edge sees it, traced piece by piece from near to far.
+class RayModel {
+ public:
+    virtual ~RayModel() = default;
+    /// Cells of a step that Model::steps() names.
+    virtual void take(double /*step*/, RayPiece& /*piece*/) {}
+    /// Samples of its own with t < end.
+    virtual void trace(const PreviewBlock& /*block*/, double /*end*/) {}
+    /// How far samples of its own reach [t]; begin > end: not beyond the ray.
+    virtual double begin() const { return std::numeric_limits<double>::infinity(); }
+    virtual double end() const { return -std::numeric_limits<double>::infinity(); }
+    /// After the last piece.
+    virtual void finish(const RayAnswer& answer, RaySquares& squares) = 0;
+};
+
+/// Samples that a warp makes at places in the input: what models of edges behind it read.
+class WarpModel {
+ public:
+    virtual ~WarpModel() = default;
+    /// @param alike  by place: what moves samples moves those of one number alike
+    virtual void make(const PreviewBlock& block, const Places& places,
+                      std::span<const std::uint64_t> alike, double* values) const = 0;
+};
+
+class Model {
+ public:
+    virtual ~Model() = default;
+    const std::vector<ModelFact>& facts() const noexcept { return facts_; }
+
+    // Of a warp.
+    /// @param squares  by fact; 0 before
+    virtual void at(const PointMade& /*point*/, std::span<double> /*squares*/) const {}
+    /// The samples that its facts are about, by the last part of a fact's name; a warp whose errors
+    /// have no samples of their own has none.
+    virtual std::vector<std::pair<std::string, const WarpModel*>> makes() const { return {}; }
+
+    // Of a picture.
+    virtual std::vector<double> steps() const { return {}; }
+    /// Null: it has nothing to say of pictures.
+    virtual std::unique_ptr<RayModel> follow(const RaySpan& /*ray*/,
+                                             const OutputSample& /*at*/) const {
+        return nullptr;
+    }
+    /// Neighbours are wrong alike: one ray stands for all of a bundle but the short ones, each of
+    /// which is a case of its own.
+    virtual bool stands_for_neighbours() const { return false; }
+
+    /// Facts that follow from those that were measured, its own and others'.
+    virtual void derive(FactMaps& /*facts*/) const {}
+
+ protected:
+    std::vector<ModelFact> facts_;
+};
+
+/// What models are made for. All must stay alive.
+struct ModelSetting {
+    const Request& want;
+    const ReferenceField& field;
+    const Statistics& statistics;
+    /// Boxes of the input that paths keep of it, the whole first.
+    std::vector<Region> boxes;
+    /// Those of warps, made before.
+    std::vector<std::pair<std::string, const WarpModel*>> warps;
+};
+
+/// The models of all edges, warps' first. @param input  the vertex that paths begin with
+std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
+                                                    const Representation& input,
+                                                    ModelSetting& setting);
+
+}  // namespace edgewise

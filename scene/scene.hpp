@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory_resource>
+
+#include "graph/data.hpp"
+#include "graph/request.hpp"
+#include "graph/scene.hpp"
+#include "graph/transition.hpp"
+#include "reference/phantoms.hpp"
+#include "scene/statistics.hpp"
+
+namespace edgewise {
+
+/// Measures what errors of a catalogue's edges hang on beyond the statistics: a preview of a few
+/// hundred rays (or points of a warp), by the edges' models against the reference. At most 8 MB of
+/// memory, with more draws too. Edges without a model and without an answer of their own are run on
+/// a few small tiles. The same for any number of threads.
+///
+/// Errors are upper estimates (97 %, one-sided), and the range is that of reference values which
+/// really occur, so that it is rather too small than too large.
+/// @param input       the loaded samples
+/// @param statistics  of the same samples
+/// @param formula     of Field::formula, else null
+/// @param times       so many times the usual draws, within what there is and what fits
+Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
+                    const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
+                    int times = 1);
+
+/// Adds what the counts of a catalogue's edges ask of the data (Transition::count).
+void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,
+                 std::pmr::memory_resource* memory);
+
+/// The same without the preview: costs are as exact, errors are the models' guesses.
+Scene unseen_scene(const Statistics& statistics);
+
+}  // namespace edgewise

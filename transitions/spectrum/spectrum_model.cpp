@@ -1,0 +1,471 @@
+#include "transitions/spectrum/spectrum_model.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+
+#include "reference/stored.hpp"
+#include "scene/scene.hpp"
+#include "transitions/kernels/spectrum.hpp"
+#include "transitions/spectrum/projection.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kFine = 64;            // places a sample at which a step is tabulated
+constexpr double kFaceStep = 0.125;  // [sample]: the error changes its sign every sample
+
+/// The window's transform, but for a factor.
+double faded(const kernels::KaiserBessel& window, double x) {
+    const double turn = kPi * window.width() * x;
+    const double square = window.shape() * window.shape() - turn * turn;
+    const double root = std::sqrt(std::abs(square));
+    return root < 1e-6 ? 1 : (square > 0 ? std::sinh(root) : std::sin(root)) / root;
+}
+
+/// Sum of faded() over all x + m, m whole, by Poisson's rule.
+double faded_everywhere(const kernels::KaiserBessel& window, double x) {
+    const int half = window.width() / 2;
+    double sum = 0;
+    for (int k = -half; k <= half; ++k) {
+        const double s = static_cast<double>(k) / half;
+        // At its ends the window is cut: a jump counts half.
+        sum += std::cyl_bessel_i(0, window.shape() * std::sqrt(1 - s * s)) *
+               (std::abs(k) == half ? 0.5 : 1) * std::cos(2 * kPi * k * x);
+    }
+    return sum / window.width();
+}
+
+/// What the last tap adds that has no other to make it symmetric, where all taps fall on samples.
+double turned(const kernels::KaiserBessel& window, double x) {
+    return std::sin(kPi * window.width() * x) / window.width();
+}
+
+/// The field through samples that are 1 at u <= 0 and 0 at u >= 1, as the slice has it.
+double step_through_samples(double u, Field field, int reach) {
+    if (field == Field::linear) return std::clamp(1 - u, 0.0, 1.0);
+    if (field != Field::spline) {
+        // Of a field without samples the band-limited one, whose ringing ends nowhere: it is faded.
+        double sum = 0;
+        const int first = static_cast<int>(std::floor(u)) - reach;
+        for (int n = first; n <= 0; ++n) {
+            const double d = kPi * (u - n), fade = std::cos(0.5 * kPi * (u - n) / (reach + 1));
+            if (std::abs(u - n) < reach + 1)
+                sum += (std::abs(d) < 1e-9 ? 1 : std::sin(d) / d) * fade * fade;
+        }
+        return sum;
+    }
+    const double pole = std::numbers::sqrt3 - 2;
+    const auto coefficient = [pole](std::int64_t i) {
+        // Sums of the inverse kernel sqrt(3) pole^|k| over the samples that are 1.
+        const double tail = std::numbers::sqrt3 / (1 - pole);
+        return i > 0 ? tail * std::pow(pole, static_cast<double>(i))
+                     : 1 - tail * std::pow(pole, static_cast<double>(1 - i));
+    };
+    const double cell = std::floor(u), f = u - cell, g = 1 - f;
+    const auto i = static_cast<std::int64_t>(cell);
+    return (g * g * g * coefficient(i - 1) + (4 - 6 * f * f + 3 * f * f * f) * coefficient(i) +
+            (4 - 6 * g * g + 3 * g * g * g) * coefficient(i + 1) + f * f * f * coefficient(i + 2)) /
+           6;
+}
+
+/// The same of the slice, which knows a field up to 3/4 of a cycle a sample: the integral of the
+/// field's response times the spectrum of the samples, 1 / (1 - exp(2 pi i f)), up to there.
+/// @param places  u, kFine of them a sample
+std::vector<double> cut_step(Field field, const std::vector<double>& places) {
+    constexpr double kCutoff = 0.75;
+    constexpr int kFrequencies = 400;  // midpoints; leave 1e-7
+    std::vector<double> step(places.size(), 0.5);
+    for (int i = 0; i < kFrequencies; ++i) {
+        const double f = (i + 0.5) / kFrequencies * kCutoff;
+        const double sinc = std::sin(kPi * f) / (kPi * f), square = sinc * sinc;
+        const double response =
+            field == Field::linear ? square : 3 * square * square / (2 + std::cos(2 * kPi * f));
+        const double weight = response * kCutoff / kFrequencies, slope = 1 / std::tan(kPi * f);
+        const std::complex<double> turn = std::polar(1.0, 2 * kPi * f / kFine);
+        std::complex<double> wave = std::polar(1.0, 2 * kPi * f * places.front());
+        for (double& sum : step) {
+            sum += weight * (wave.real() - slope * wave.imag());
+            wave *= turn;
+        }
+    }
+    return step;
+}
+
+/// Where a box lies on the screen along x or y [pixel].
+struct Along {
+    double low = 1e300, high = -1e300;
+};
+Along shadow_of(const Mat4& view, const Region& box, int along) {
+    Along shadow;
+    for (int corner = 0; corner < 8; ++corner) {
+        double seen = view(along, 3);
+        for (int axis = 0; axis < 3; ++axis)
+            seen +=
+                view(along, axis) *
+                (static_cast<double>(corner >> axis & 1 ? box.end[axis] : box.begin[axis]) - 0.5);
+        shadow.low = std::min(shadow.low, seen);
+        shadow.high = std::max(shadow.high, seen);
+    }
+    return shadow;
+}
+
+std::int64_t size_along(const Region& box, int axis) { return box.end[axis] - box.begin[axis]; }
+
+}  // namespace
+
+const std::array<kernels::KaiserBessel, SpectrumRays::kWindows>& SpectrumRays::windows() {
+    static const std::array<kernels::KaiserBessel, kWindows> all = {
+        {{4, kTriedPadding}, {6, kTriedPadding}}};
+    return all;
+}
+
+SpectrumRays::SpectrumRays(const Request& want, const Data& input, const Statistics& statistics,
+                           const Region& box)
+    : want_(want),
+      input_(input),
+      empty_(statistics.commonest),
+      box_(box),
+      // A step's error is 3e-4 there; that of a band-limited step hardly fades.
+      reach_(want.field == Field::formula ? 16 : 6) {
+    for (int view = 0; view < want.frames; ++view)
+        to_input_.push_back(want.views.at(view).inverse());
+    const Extent period = picture_period_of(want);
+    period_ = {static_cast<double>(period.x), static_cast<double>(period.y)};
+    std::vector<double> places;
+    for (int i = 0; i <= (2 * reach_ + 2) * kFine; ++i) {
+        places.push_back(static_cast<double>(i) / kFine - reach_ - 0.5);
+        step_.push_back(step_through_samples(places.back(), want.field, reach_));
+    }
+    if (want.field == Field::spline || want.field == Field::linear) {
+        lost_ = step_;
+        step_ = cut_step(want.field, places);
+        for (std::size_t i = 0; i < lost_.size(); ++i) lost_[i] = step_[i] - lost_[i];
+    }
+    for (int axis = 0; axis < 3; ++axis) weights_[axis] = weights_along(axis);
+}
+
+SpectrumRays::Weights SpectrumRays::weights_along(int axis) const {
+    const std::int64_t n = size_along(box_, axis);
+    const kernels::SpectrumShape shape(box_.extent(), windows().front());  // all pad alike
+    Weights weights{.period = static_cast<double>(shape.period[axis]), .of = {}, .turned = {}};
+    for (int repetition = -kRepetitions; repetition <= kRepetitions; ++repetition)
+        for (std::int64_t i = 0; i < n; ++i) {
+            const double x = static_cast<double>(i - n / 2) / weights.period;
+            auto& of = weights.of.emplace_back();
+            if (repetition == 0) weights.turned.emplace_back();
+            for (std::size_t w = 0; w < kWindows; ++w) {
+                const kernels::KaiserBessel& window = windows()[w];
+                const double here = faded(window, x);
+                // In the middle stands what all repetitions together leave on one line.
+                of[w] = repetition == 0 ? faded_everywhere(window, x) / here - 1
+                                        : faded(window, x + repetition) / here;
+                if (repetition == 0) weights.turned.back()[w] = turned(window, x) / here;
+            }
+        }
+    return weights;
+}
+
+SpectrumRays::Stretch1d SpectrumRays::within(const Line& line, const Region& box,
+                                             double wider) const {
+    Stretch1d span{-std::numeric_limits<double>::infinity(),
+                   std::numeric_limits<double>::infinity()};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double first = static_cast<double>(box.begin[axis]) - 0.5 - wider - line.origin[axis];
+        const double last = static_cast<double>(box.end[axis]) - 0.5 + wider - line.origin[axis];
+        const double d = line.direction[axis];
+        if (first > last) return {1, 0};
+        if (std::abs(d) < 1e-12) {
+            if (first > 0 || last < 0) return {1, 0};
+            continue;
+        }
+        span.low = std::max(span.low, std::min(first / d, last / d));
+        span.high = std::min(span.high, std::max(first / d, last / d));
+    }
+    return span;
+}
+
+void SpectrumRays::add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const {
+    // The line, seen from the repetition, through the box itself.
+    const Weights& weights = weights_[axis];
+    Line through = line;
+    through.origin[axis] -= repetition * weights.period;
+    const Stretch1d inside = within(through, box_, 0);
+    const double low = inside.low, high = inside.high;
+    if (!(low < high)) return;
+    const double pieces = std::max(1.0, std::ceil(high - low)), piece = (high - low) / pieces;
+    const auto* of = weights.of.data() + (repetition + kRepetitions) * size_along(box_, axis);
+    const Extent& n = want_.input;
+    with_stored_type(input_.what.type, [&](auto zero) {
+        const auto* stored = input_.as<decltype(zero)>();
+        for (double k = 0.5; k < pieces; ++k) {
+            const Vec3 p = through.origin + (low + k * piece) * through.direction;
+            std::array<std::int64_t, 3> at;
+            for (int i = 0; i < 3; ++i)
+                at[i] = std::clamp(static_cast<std::int64_t>(std::floor(p[i] + 0.5)), box_.begin[i],
+                                   box_.end[i] - 1);
+            const double value =
+                input_.what.values(as_double(stored[at[0] + n.x * (at[1] + n.y * at[2])]));
+            const auto& weight = of[at[axis] - box_.begin[axis]];
+            for (std::size_t w = 0; w < weight.size(); ++w)
+                sum.seen[w] += (value - empty_) * weight[w] * piece;
+            if (repetition != 0) continue;
+            const auto& across = weights.turned[at[axis] - box_.begin[axis]];
+            for (std::size_t w = 0; w < across.size(); ++w)
+                sum.turned[w] += (value - empty_) * across[w] * piece;
+        }
+    });
+}
+
+SpectrumRays::Ghosts SpectrumRays::ghosts(int view, double x, double y) const {
+    const Mat4 &map = to_input_[static_cast<std::size_t>(view)], &to_screen = want_.views.at(view);
+    const std::array<Along, 2> shadow = {shadow_of(to_screen, box_, 0),
+                                         shadow_of(to_screen, box_, 1)};
+    const Vec3 along = map.topLeftCorner<3, 3>().col(2);
+    const auto line_at = [&](double u, double v) {
+        return Line{map.topLeftCorner<3, 3>() * Vec3(u, v, 0) + map.topRightCorner<3, 1>(), along};
+    };
+    Ghosts sum{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double moved_x = to_screen(0, axis) * weights_[axis].period;
+        const double moved_y = to_screen(1, axis) * weights_[axis].period;
+        if (std::hypot(moved_x, moved_y) < 0.1) {  // rays along the axis meet all repetitions
+            add_ghost(line_at(x, y), axis, 0, sum);
+            continue;
+        }
+        for (int m = -kRepetitions; m <= kRepetitions; ++m) {
+            if (m == 0) continue;
+            // Pixels a period of the picture apart, of which the repetition's shadow covers some.
+            const double last_x = std::floor((shadow[0].high + m * moved_x - x) / period_[0]);
+            const double last_y = std::floor((shadow[1].high + m * moved_y - y) / period_[1]);
+            for (double i = std::ceil((shadow[0].low + m * moved_x - x) / period_[0]); i <= last_x;
+                 ++i)
+                for (double j = std::ceil((shadow[1].low + m * moved_y - y) / period_[1]);
+                     j <= last_y; ++j)
+                    add_ghost(line_at(x + i * period_[0], y + j * period_[1]), axis, m, sum);
+        }
+    }
+    return sum;
+}
+
+double SpectrumRays::step_at(double u) const {
+    const double at = (u + reach_ + 0.5) * kFine;
+    if (at < 0) return 1;
+    if (at + 1 >= static_cast<double>(step_.size())) return 0;
+    const auto i = static_cast<std::size_t>(at);
+    return step_[i] + (at - static_cast<double>(i)) * (step_[i + 1] - step_[i]);
+}
+
+double SpectrumRays::lost_at(double u) const {
+    const auto of_step = [&](double at) {
+        const double i = (at + reach_ + 0.5) * kFine;
+        return i < 0 || i + 0.5 >= static_cast<double>(lost_.size())
+                   ? 0
+                   : lost_[static_cast<std::size_t>(i + 0.5)];
+    };
+    return of_step(u) - of_step(u + 1);
+}
+
+double SpectrumRays::line_sum(int axis, std::array<std::int64_t, 3> at) const {
+    const Extent& n = want_.input;
+    const std::int64_t stride = axis == 0 ? 1 : axis == 1 ? n.x : n.x * n.y;
+    at[axis] = 0;
+    const std::int64_t first = at[0] + n.x * (at[1] + n.y * at[2]);
+    double sum = 0;
+    for (std::int64_t i = 0; i < n[axis]; ++i) sum += value_at(input_, first + i * stride) - empty_;
+    return sum;
+}
+
+std::optional<double> SpectrumRays::beyond(const RaySpan& ray) const {
+    int along = 0;
+    for (int axis = 1; axis < 3; ++axis)
+        if (std::abs(ray.direction[axis]) > std::abs(ray.direction[along])) along = axis;
+    const double speed = std::abs(ray.direction[along]);
+    for (int axis = 0; axis < 3; ++axis)
+        if (axis != along && std::abs(ray.direction[axis]) > 1e-6 * speed) return {};
+    if (lost_.empty()) return {};
+    std::array<std::int64_t, 3> nearest{};
+    for (int axis = 0; axis < 3; ++axis)
+        nearest[axis] =
+            std::clamp<std::int64_t>(std::llround(ray.origin[axis]), 0, want_.input[axis] - 1);
+    double sum = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (axis == along) continue;
+        const double p = ray.origin[axis];
+        for (auto i = static_cast<std::int64_t>(std::ceil(p)) - reach_;
+             i <= static_cast<std::int64_t>(std::floor(p)) + reach_; ++i) {
+            std::array<std::int64_t, 3> at = nearest;
+            at[axis] = std::clamp<std::int64_t>(i, 0, want_.input[axis] - 1);
+            sum += lost_at(p - static_cast<double>(i)) * line_sum(along, at);
+        }
+    }
+    return sum / speed;
+}
+
+double SpectrumRays::wrong_at(const Vec3& p, bool inside) const {
+    double held = 1;
+    std::array<std::int64_t, 3> at;
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::int64_t last = want_.input[axis] - 1;
+        const double before = -p[axis], after = p[axis] - static_cast<double>(last);
+        held *= step_at(before) + step_at(after) - 1;
+        // What is wrong near a face is a matter of its outermost layer.
+        if (std::max(before, after) > -reach_)
+            at[axis] = before > after ? 0 : last;
+        else
+            at[axis] = std::llround(p[axis]);
+    }
+    const Extent& n = want_.input;
+    return (held - (inside ? 1 : 0)) *
+           (value_at(input_, at[0] + n.x * (at[1] + n.y * at[2])) - empty_);
+}
+
+double SpectrumRays::faces_between(const RaySpan& ray, double from, double to, bool inside) const {
+    if (!(from < to)) return 0;
+    const double pieces = std::ceil((to - from) * ray.direction.cwiseAbs().maxCoeff() / kFaceStep);
+    const double piece = (to - from) / pieces;
+    double sum = 0;
+    for (double k = 0.5; k < pieces; ++k)
+        sum += wrong_at(ray.origin + (from + k * piece) * ray.direction, inside);
+    return sum * piece;
+}
+
+double SpectrumRays::faces(const RaySpan& ray) const {
+    const Region all = Region::all(want_.input);
+    const Line line{ray.origin, ray.direction};
+    const Stretch1d wide = within(line, all, reach_);
+    Stretch1d deep = within(line, all, -reach_);
+    deep.low = std::clamp(deep.low, ray.low, ray.high);
+    deep.high = std::clamp(deep.high, ray.low, ray.high);
+    double sum = faces_between(ray, wide.low, ray.low, false) +
+                 faces_between(ray, ray.high, wide.high, false);
+    if (deep.low < deep.high)
+        sum += faces_between(ray, ray.low, deep.low, true) +
+               faces_between(ray, deep.high, ray.high, true);
+    else
+        sum += faces_between(ray, ray.low, ray.high, true);
+    return sum;
+}
+
+namespace {
+
+/// What lies beyond the cutoff, over the difference of a linear and a spline picture. Both come
+/// from the same frequencies: of the spline response(1 - f) over |response(f) - sinc(f)^2| is
+/// at most 0.06 for f < 1/4, and 0.02 over white noise; of the trilinear field 0.3 to 0.45.
+constexpr double kBeyond = 0.05, kBeyondLinear = 0.4, kBeyondBand = 0.6;
+/// All ghosts over those that are looked at: farther ones, and those along two axes at once.
+constexpr double kAllGhosts = 1.15;
+/// Tables are exact to 4e-6 of the largest value; what one ray has of that, over the values of the
+/// longest ray.
+constexpr double kRounding = 3e-7;
+
+/// Cast through the spline and through the trilinear field, as the picture's own frequencies have
+/// it: what lies beyond the cutoff is told from their difference.
+constexpr double kKnownStep = 0.25;
+
+class SpectrumModel final : public Model {
+ public:
+    explicit SpectrumModel(const ModelSetting& setting)
+        : want_(setting.want), low_(setting.statistics.low), high_(setting.statistics.high) {
+        for (int axis = 0; axis < 3; ++axis)
+            longest_ = std::max(longest_, static_cast<double>(want_.input[axis]));
+        facts_.push_back({.name = "picture/spectrum/ends", .like = RayLook::kFoh1});
+        boxes_.reserve(setting.boxes.size());
+        for (const Region& box : setting.boxes) {
+            boxes_.emplace_back(want_, setting.field.samples(), setting.statistics, box);
+            for (const kernels::KaiserBessel& window : SpectrumRays::windows())
+                facts_.push_back({.name = fact_of_spectrum(window, box.extent(), want_),
+                                  .like = RayLook::kFoh1});
+        }
+    }
+    std::vector<double> steps() const override { return {kKnownStep}; }
+    bool stands_for_neighbours() const override { return true; }
+    std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample& at) const override;
+
+    /// What is known of a ray already [value of the picture].
+    struct Known {
+        double expected = 0;  // the reference
+        double spline = 0;    // cast through the spline, and through the trilinear field
+        double linear = 0;
+    };
+    void finish(const RaySpan& ray, const OutputSample& at, const Known& known,
+                RaySquares& squares) const {
+        const bool mean = want_.mode == Mode::mean;
+        const double scale = mean ? 1 / (ray.high - ray.low) : want_.unit;
+        const std::optional<double> lost = boxes_.front().beyond(ray);
+        const double beyond =
+            lost ? *lost * scale
+                 : (known.linear - known.spline) * (want_.field == Field::linear   ? kBeyondLinear
+                                                    : want_.field == Field::spline ? kBeyond
+                                                                                   : kBeyondBand);
+        const double spread = high_ - low_, rounding = kRounding * spread * longest_ * scale;
+        const double clean = want_.field == Field::formula ? known.spline : known.expected;
+        const auto square = [&](double wrong, double turned) {
+            double got = clean + wrong * scale;
+            if (mean) got = std::clamp(got, low_, high_);
+            const double noise = std::hypot(beyond, rounding, turned * scale);
+            return std::pow(got - known.expected, 2) +
+                   std::pow(mean ? std::min(noise, spread) : noise, 2);
+        };
+        const double ends = boxes_.front().faces(ray);
+        std::size_t fact = 0;
+        squares.add(fact++, square(ends, 0));
+        for (const SpectrumRays& box : boxes_) {
+            const SpectrumRays::Ghosts ghosts =
+                box.ghosts(at.view, static_cast<double>(at.x), static_cast<double>(at.y));
+            for (std::size_t w = 0; w < SpectrumRays::kWindows; ++w)
+                squares.add(fact++, square(ends + kAllGhosts * ghosts.seen[w],
+                                           kAllGhosts * ghosts.turned[w]));
+        }
+    }
+
+ private:
+    const Request& want_;
+    double low_, high_, longest_ = 0;
+    std::vector<SpectrumRays> boxes_;  // the whole first
+};
+
+class SpectrumRay final : public RayModel {
+ public:
+    SpectrumRay(const SpectrumModel& model, const RaySpan& ray, const OutputSample& at,
+                const Request& want)
+        : model_(model), ray_(ray), at_(at), want_(want) {
+        cast_.fill(Stretch::empty(want.mode));
+    }
+    void take(double, RayPiece& piece) override {
+        piece.add(piece.held(kSpline), cast_[0], want_);
+        piece.add(piece.held(kFoh), cast_[1], want_);
+    }
+    void finish(const RayAnswer& answer, RaySquares& squares) override {
+        model_.finish(ray_, at_,
+                      {.expected = answer.expected()[0],
+                       .spline = answer.written(cast_[0])[0],
+                       .linear = answer.written(cast_[1])[0]},
+                      squares);
+    }
+
+ private:
+    const SpectrumModel& model_;
+    RaySpan ray_;
+    OutputSample at_;
+    const Request& want_;
+    std::array<Stretch, 2> cast_;  // spline, trilinear
+};
+
+std::unique_ptr<RayModel> SpectrumModel::follow(const RaySpan& ray, const OutputSample& at) const {
+    return std::make_unique<SpectrumRay>(*this, ray, at, want_);
+}
+
+}  // namespace
+
+std::shared_ptr<const Model> spectrum_model(const ModelSetting& setting) {
+    const Scene scene = unseen_scene(setting.statistics);
+    if (setting.want.axes != 3 || !no_projection({setting.want, scene}).empty()) return nullptr;
+    return std::make_shared<SpectrumModel>(setting);
+}
+
+}  // namespace edgewise

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "scene/model.hpp"
+#include "transitions/kernels/kaiser_bessel.hpp"
+
+namespace edgewise {
+
+/// What a slice of the volume's spectrum gets wrong along one ray of an X-ray or mean, worked out
+/// where it arises, in object space and without a spectrum. Errors are integrals along the ray
+/// [value x unit].
+///
+/// - *Ghosts.* A spectrum read between its samples is that of a volume repeated a period away and
+///   faded by the window: a sample at x, in periods from the middle, appears once more at x + m
+///   with the weight W(x + m) / W(x), W the window's transform. What of these repetitions lies on
+///   the pixel's line, or on that of the same pixel periods of the picture away, is added up.
+/// - *Faces.* The slice knows samples that are the commonest value beyond the box, while the field
+///   that is asked for ends at a face at once. The difference is a product of errors of steps, one
+///   an axis, and is added up along the line as far as it is near a face.
+///
+/// - *Cutoff.* The slice knows nothing beyond 3/4 of a cycle a sample: its steps ring a little, and
+///   detail of rays along an axis loses a little.
+///
+/// Left out: frequencies beyond the picture's band. Parallel rays,
+/// finite samples. Sources: Malzbender 1993; Jackson et al. 1991.
+class SpectrumRays {
+ public:
+    /// Windows that are measured: those that are planned with unless a path asks for others.
+    static constexpr std::size_t kWindows = 2;
+    static const std::array<kernels::KaiserBessel, kWindows>& windows();
+    struct Ghosts {
+        std::array<double, kWindows> seen{};
+        /// Of rays along an axis, the part that comes turned by a quarter of each wave along the
+        /// picture's rows: only its size is known here.
+        std::array<double, kWindows> turned{};
+    };
+
+    /// @param box  the samples that are transformed; the others have the commonest value
+    /// Request and input must stay alive.
+    SpectrumRays(const Request& want, const Data& input, const Statistics& statistics,
+                 const Region& box);
+
+    double faces(const RaySpan& ray) const;
+    /// Of a ray along an axis: what samples inside lose beyond the frequencies that the slice
+    /// knows. Such a ray meets the same fraction of a sample all along, so that nothing averages
+    /// out; of others the preview's own pictures tell.
+    std::optional<double> beyond(const RaySpan& ray) const;
+    /// By window, in a pixel.
+    Ghosts ghosts(int view, double x, double y) const;
+
+ private:
+    static constexpr int kRepetitions = 3;  // on either side
+
+    struct Line {
+        Vec3 origin, direction;
+    };
+    struct Weights {
+        double period = 1;                                     // of the padded volume [voxel]
+        std::vector<std::array<double, kWindows>> of, turned;  // [repetition][sample of the box]
+    };
+    struct Stretch1d {
+        double low, high;
+    };
+    Weights weights_along(int axis) const;
+    void add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const;
+    double wrong_at(const Vec3& p, bool inside) const;
+    double step_at(double u) const;
+    /// How much more of a sample at a distance u than the field has of it.
+    double lost_at(double u) const;
+    /// Sum of the samples on a line along an axis, of what they differ from the commonest value.
+    double line_sum(int axis, std::array<std::int64_t, 3> at) const;
+    double faces_between(const RaySpan& ray, double from, double to, bool inside) const;
+    /// Where a line lies in the box, widened on all sides; high < low: nowhere.
+    Stretch1d within(const Line& line, const Region& box, double wider) const;
+
+    const Request& want_;
+    const Data& input_;
+    double empty_;
+    Region box_;
+    int reach_;                       // samples from a face in which its error counts
+    std::vector<Mat4> to_input_;      // one a view
+    std::array<double, 2> period_{};  // of the picture [pixel]
+    std::vector<double> step_;        // the slice's, through samples: by distance from the last 1
+    std::vector<double> lost_;        // by which that is more than the field's
+    std::array<Weights, 3> weights_;
+};
+
+/// Pictures by slices of a spectrum: facts as fact_of_spectrum() names them, one a window and box
+/// that is transformed, and "picture/spectrum/ends", what of it comes from the ends of rays. Null
+/// where a spectrum gives no such picture.
+std::shared_ptr<const Model> spectrum_model(const ModelSetting& setting);
+
+}  // namespace edgewise

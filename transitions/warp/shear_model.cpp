@@ -1,0 +1,126 @@
+#include "transitions/warp/shear_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/warp/backward_model.hpp"
+#include "transitions/warp/shear_chain.hpp"
+
+namespace edgewise {
+namespace {
+
+/// Steps from node to node of the slanted lines that passes interpolate along [input index].
+std::vector<Vec3> slanted_lines(const Request& want) {
+    std::vector<Vec3> lines;
+    if (want.eye || want.projective()) return lines;
+    for (int variant = 0; variant < std::min(want.views.different(), 8); ++variant) {
+        const auto chain =
+            shear_chain(kernels::affine_of(want.views.at(want.views.first_view(variant))));
+        for (int pass = 0; chain && pass < chain->count; ++pass) {
+            if (!kernels::is_slanted_pass(*chain, pass)) continue;
+            const std::array<double, 3> line = kernels::line_of_pass(*chain, pass);
+            const Vec3 step(line[0], line[1], line[2]);
+            if (step.cwiseAbs().maxCoeff() <= kernels::kCoarsestLine) lines.push_back(step);
+        }
+    }
+    return lines;
+}
+
+/// What one pass gets wrong at p: the field interpolated linearly and by a spline along a line
+/// through p, which lies anywhere between two of its nodes. Channel 0; 0 where nodes are absent.
+/// @param f  of p between the two, 0 to 1
+std::array<double, 2> wrong_of_pass(const PreviewBlock& block, const Vec3& p, const Vec3& line,
+                                    double f) {
+    // Nodes on either side. Lines reach 1.25 samples from node to node (kCoarsestLine), so that
+    // four lie in the margin of the block.
+    constexpr int kReach = 4;
+    Places places;
+    for (int k = 0; k < 2 * kReach; ++k) places.add(p + (k + 1 - kReach - f) * line);
+    places.add(p);
+    std::array<double, 2 * kReach + 1> value{};
+    block.reference(places, value.data());
+    if (!std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); }))
+        return {};
+    // The natural spline: what it bends to at its ends fades by 0.27 a node.
+    std::array<double, 2 * kReach> bend{}, upper{};  // second derivatives
+    for (int k = 1; k < 2 * kReach - 1; ++k) {
+        const double pivot = 1 / (4 - upper[k - 1]);
+        upper[k] = pivot;
+        bend[k] = pivot * (6 * (value[k - 1] - 2 * value[k] + value[k + 1]) - bend[k - 1]);
+    }
+    for (int k = 2 * kReach - 2; k > 0; --k) bend[k] -= upper[k] * bend[k + 1];
+    const int low = kReach - 1;
+    const double g = 1 - f, linear = g * value[low] + f * value[low + 1];
+    const double spline =
+        linear + ((g * g * g - g) * bend[low] + (f * f * f - f) * bend[low + 1]) / 6;
+    return {linear - value.back(), spline - value.back()};
+}
+
+/// At one of the lines, somewhere between two nodes: both drawn by a number of the place.
+std::array<double, 2> wrong_at(const PreviewBlock& block, const Vec3& p,
+                               const std::vector<Vec3>& lines, std::uint64_t drawn) {
+    return wrong_of_pass(block, p, lines[drawn % lines.size()], hashed(drawn));
+}
+
+class ShearedAlongRay final : public RayModel {
+ public:
+    ShearedAlongRay(const ReferenceField& field, const std::vector<Vec3>& lines)
+        : field_(field), lines_(lines) {}
+    void take(double, RayPiece& piece) override {
+        for_each_present(piece, field_, [&](std::size_t i, double) {
+            if ((piece.cells().index[i] & 3) != 0) return;  // a few will do
+            const Vec3 p = piece.places()[i];
+            const auto drawn =
+                static_cast<std::uint64_t>(std::abs(1e3 * (piece.cells().middle[i] + p.sum())));
+            const std::array<double, 2> wrong = wrong_at(piece.block(), p, lines_, drawn);
+            for (std::size_t k = 0; k < wrong.size(); ++k)
+                if (std::isfinite(wrong[k])) squares_[k] += wrong[k] * wrong[k];
+            ++points_;
+        });
+    }
+    void finish(const RayAnswer&, RaySquares& squares) override {
+        for (std::size_t k = 0; k < squares_.size(); ++k)
+            squares.add_points(k, squares_[k], points_);
+    }
+
+ private:
+    const ReferenceField& field_;
+    const std::vector<Vec3>& lines_;
+    std::array<double, 2> squares_{};
+    double points_ = 0;
+};
+
+class ShearModel final : public Model {
+ public:
+    ShearModel(const ModelSetting& setting, std::vector<Vec3> lines)
+        : setting_(setting), lines_(std::move(lines)) {
+        for (const char* name : {"sheared/foh", "sheared/bspline3"})
+            facts_.push_back({.name = name, .of_points = true});
+    }
+    void at(const PointMade& point, std::span<double> squares) const override {
+        if (point.labels) return;
+        const auto drawn = static_cast<std::uint64_t>(std::abs(1e3 * point.p.sum()));
+        const std::array<double, 2> wrong = wrong_at(point.block, point.p, lines_, drawn);
+        for (std::size_t k = 0; k < wrong.size(); ++k)
+            if (std::isfinite(wrong[k])) squares[k] = wrong[k] * wrong[k];
+    }
+    std::vector<double> steps() const override { return {kFieldStep}; }
+    std::unique_ptr<RayModel> follow(const RaySpan&, const OutputSample&) const override {
+        return std::make_unique<ShearedAlongRay>(setting_.field, lines_);
+    }
+
+ private:
+    const ModelSetting& setting_;
+    std::vector<Vec3> lines_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Model> shear_model(const ModelSetting& setting) {
+    std::vector<Vec3> lines = slanted_lines(setting.want);
+    if (lines.empty()) return nullptr;
+    return std::make_shared<ShearModel>(setting, std::move(lines));
+}
+
+}  // namespace edgewise
