@@ -19,23 +19,10 @@ struct Scene {
     double occupied_fraction = 1;  // of all samples
     double range = 1;              // of the reference over the result: an error of 1
 
-    /// Facts by name, measured on a preview against the reference; absolute, in values of the
-    /// result:
-    ///  - "field/FILTER": RMS error of the samples reconstructed by zoh, foh, bspline3, me;
-    ///  - "written": RMS of what writing changes of the reference (Request::written);
-    ///  - "combined/FILTER": the same as far as a picture combined of warped samples shows it;
-    ///  - "sheared/FILTER": RMS error of one pass of shears along slanted lines (foh, bspline3);
-    ///  - "picture/FILTER/STEP": RMS error of a picture cast with that hold and step (1, 0.5,
-    ///  0.25);
-    ///  - "picture/combined": what combining along z adds; "picture/screen/FILTER": with the warp;
-    ///  - "picture/shear_warp/FILTER": RMS error of a picture by shear-warp;
-    ///  - "picture/ended": root of the share of rays that end early, of composite;
-    ///  - "picture/spectrum/WINDOW[/cropped]": RMS error of pictures by slices of a spectrum;
-    ///  - "picture/spectrum/ends": what of it comes from the ends of rays;
-    ///  - "cast/all", "cast/taken", "cast/bricks": samples a pixel that a ray caster takes;
-    ///  - "cast/corrected", "cast/corrected/ends": shares of samples whose opacity it corrects;
-    ///  - "gain/blur": error of a combined picture over that of its samples ("combined/...");
-    ///  - "gain/noise/FILTER": error of a picture over independent noise of its samples (zoh, foh).
+    /// Facts by name, as edges ask for them: errors that models measured on a preview against the
+    /// reference (Transition::model; absolute, in values of the result), what running an edge gave
+    /// (fact_of_runs), and what counts ask of the data (Transition::count). Each edge's headers list
+    /// its own. "written": RMS of what writing changes of the reference (Request::written).
     std::map<std::string, double> facts{};
     /// Errors among the facts are upper estimates. What the draws themselves say of them, without
     /// standard errors.
