@@ -265,6 +265,26 @@ Demand demand_of(const std::string& text, const Catalogue& catalogue) {
     return demand;
 }
 
+Demands untried(const Demands& demands, const Catalogue& catalogue) {
+    Demands found;
+    for (const Demand& demand : demands.via) {
+        const auto is_untried = [&](const Transition& edge) {
+            return demand.names(edge) &&
+                   std::any_of(demand.with.all().begin(), demand.with.all().end(),
+                               [&](const auto& parameter) {
+                                   const auto domain = edge.parameters.find(parameter.first);
+                                   if (domain == edge.parameters.end()) return false;
+                                   const auto& tried = domain->second.tried;
+                                   return std::find(tried.begin(), tried.end(), parameter.second) ==
+                                          tried.end();
+                               });
+        };
+        if (std::any_of(catalogue.begin(), catalogue.end(), is_untried))
+            found.via.push_back(demand);
+    }
+    return found;
+}
+
 TransformGraph expand(const Catalogue& catalogue, const Ask& ask,
                       const std::vector<Source>& sources, const Demands& demands) {
     return Expansion(catalogue, ask, demands).span(sources);

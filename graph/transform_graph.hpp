@@ -29,6 +29,9 @@ struct Demands {
     std::vector<Demand> without = {};  // none of these
 };
 
+/// Those of the demanded edges with a value that nobody tries unasked.
+Demands untried(const Demands& demands, const Catalogue& catalogue);
+
 /// Data that is there already, and what a path that starts with it begins with.
 struct Source {
     Representation what = {};

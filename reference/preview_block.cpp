@@ -95,6 +95,43 @@ void PreviewBlock::hold(PreviewHold hold, const Places& places, double* values, 
         spline_at(places, values, channel);
 }
 
+void PreviewBlock::read(const Filter& filter, const Places& places, double* values,
+                        int channel) const {
+    for (const PreviewHold known : {kZoh, kFoh, kSpline})
+        if (filter.name == kPreviewHolds[known]) return hold(known, places, values, channel);
+    weighted_at(filter, places, values, channel);
+}
+
+void PreviewBlock::weighted_at(const Filter& filter, const Places& places, double* values,
+                               int channel) const {
+    constexpr int kMost = 2 * kMargin;
+    const Extent& n = field_.extent();
+    for (std::size_t i = 0; i < places.count; ++i) {
+        std::array<std::array<double, kMost>, 3> weights;
+        std::array<std::array<std::int64_t, kMost>, 3> offsets;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double last = static_cast<double>(n[axis] - 1);
+            const double p = std::clamp(places.at[axis][i], 0.0, last), cell = std::floor(p);
+            filter.weights(p - cell, weights[axis].data());
+            for (int tap = 0; tap < filter.taps; ++tap) {
+                const auto at = static_cast<std::int64_t>(cell) + tap + 1 - filter.taps / 2;
+                offsets[axis][tap] = stride(axis) * (std::clamp<std::int64_t>(at, 0, n[axis] - 1) -
+                                                     held_.begin[axis]);
+            }
+        }
+        double sum = 0;
+        for (int c = 0; c < filter.taps; ++c)
+            for (int b = 0; b < filter.taps; ++b) {
+                const float* row = samples_ + channel + offsets[2][c] + offsets[1][b];
+                double along = 0;
+                for (int a = 0; a < filter.taps; ++a)
+                    along += weights[0][a] * static_cast<double>(row[offsets[0][a]]);
+                sum += weights[2][c] * weights[1][b] * along;
+            }
+        values[i] = sum;
+    }
+}
+
 void PreviewBlock::spline_at(const Places& places, double* values, int channel) const {
     cubic_at(spline_->box(field_.extent(), channel), places, values);
     if (!spline_->has_gaps()) return;

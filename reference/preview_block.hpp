@@ -5,6 +5,7 @@
 
 #include "reference/field.hpp"
 #include "reference/preview_holds.hpp"
+#include "transitions/filters/filter.hpp"
 
 namespace edgewise {
 
@@ -29,6 +30,8 @@ class PreviewBlock {
     void hold(PreviewHold hold, const Vec3& p, double* values) const;
     /// Of one channel, at many places at once.
     void hold(PreviewHold hold, const Places& places, double* values, int channel = 0) const;
+    /// By any filter, of one channel.
+    void read(const Filter& filter, const Places& places, double* values, int channel = 0) const;
     /// First-order hold at p + (i, j), i fastest, in the plane of two axes; p is a whole number
     /// along the third. One channel. Calls each(i, j, value) where both coordinates are inside the
     /// input.
@@ -58,6 +61,7 @@ class PreviewBlock {
 
  private:
     void load();
+    void weighted_at(const Filter& filter, const Places& places, double* values, int channel) const;
     void spline_at(const Places& places, double* values, int channel) const;
     HeldBox<float> box(int channel) const;
     /// That of the field, which is no formula.

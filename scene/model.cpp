@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <variant>
 
 #include "graph/transform_graph.hpp"
 #include "reference/written.hpp"
@@ -26,21 +28,21 @@ bool RayPiece::take(double end, double front, double step, std::int64_t& next) {
     places_.count = 0;
     for (std::size_t i = 0; i < cells_.count; ++i)
         places_.add(ray_.origin + cells_.middle[i] * ray_.direction);
-    known_.fill(false);
+    std::fill(known_.begin(), known_.end(), 0);
     return cells_.count > 0;
 }
 
-std::span<const double> RayPiece::held(PreviewHold hold) {
-    if (!known_[hold]) block_.hold(hold, places_, values_[hold].data());
-    known_[hold] = true;
-    return {values_[hold].data(), cells_.count};
+std::span<const double> RayPiece::held(const Filter& filter) {
+    const auto place = static_cast<std::size_t>(1 + (&filter - filters().data()));
+    if (!known_[place]) block_.read(filter, places_, values_[place].data());
+    known_[place] = 1;
+    return {values_[place].data(), cells_.count};
 }
 
 std::span<const double> RayPiece::reference() {
-    constexpr std::size_t kReference = 3;
-    if (!known_[kReference]) block_.reference(places_, values_[kReference].data());
-    known_[kReference] = true;
-    return {values_[kReference].data(), cells_.count};
+    if (!known_[0]) block_.reference(places_, values_[0].data());
+    known_[0] = 1;
+    return {values_[0].data(), cells_.count};
 }
 
 RayAnswer::RayAnswer(const Stretch& reference, const Request& want)
@@ -78,15 +80,33 @@ std::vector<Region> boxes_of(const TransformGraph& spanned, const Request& want)
     return boxes;
 }
 
+/// Those of edges' parameters, in the order of filters().
+std::vector<const Filter*> filters_of(const TransformGraph& spanned, const Demands& asked) {
+    std::set<std::string> names;
+    const auto add = [&](const Parameters& with) {
+        const auto found = with.all().find("filter");
+        if (found == with.all().end()) return;
+        if (const auto* word = std::get_if<std::string>(&found->second)) names.insert(*word);
+    };
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph)))
+        add(spanned.graph[arc].offer.with);
+    for (const Demand& demand : asked.via) add(demand.with);
+    std::vector<const Filter*> used;
+    for (const Filter& filter : filters())
+        if (names.contains(filter.name)) used.push_back(&filter);
+    return used;
+}
+
 }  // namespace
 
 std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
                                                     const Representation& input,
-                                                    ModelSetting& setting) {
+                                                    const Demands& asked, ModelSetting& setting) {
     const Scene scene = unseen_scene(setting.statistics);
     const Ask ask{setting.want, scene};
     const TransformGraph spanned = expand(catalogue, ask, {{input}});
     setting.boxes = boxes_of(spanned, setting.want);
+    setting.filters = filters_of(spanned, asked);
     std::vector<std::shared_ptr<const Model>> models;
     const auto add = [&](bool warps) {
         for (const Transition& edge : catalogue) {

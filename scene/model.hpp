@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "graph/transform_graph.hpp"
 #include "graph/transition.hpp"
 #include "reference/answer.hpp"
 #include "reference/preview_block.hpp"
@@ -61,7 +62,8 @@ struct PointMade {
 /// worked out once.
 class RayPiece {
  public:
-    RayPiece(const PreviewBlock& block, const RaySpan& ray) : block_(block), ray_(ray) {}
+    RayPiece(const PreviewBlock& block, const RaySpan& ray)
+        : block_(block), ray_(ray), values_(1 + filters().size()), known_(values_.size()) {}
 
     /// The next cells whose middles lie before `end`. @return false: none
     bool take(double end, double front, double step, std::int64_t& next);
@@ -69,7 +71,9 @@ class RayPiece {
     const RayCells& cells() const noexcept { return cells_; }
     const Places& places() const noexcept { return places_; }
     const PreviewBlock& block() const noexcept { return block_; }
-    std::span<const double> held(PreviewHold hold);
+    std::span<const double> held(PreviewHold hold) { return held(filters()[hold]); }
+    /// By one of filters().
+    std::span<const double> held(const Filter& filter);
     std::span<const double> reference();
     /// Adds values at the cells' middles to a stretch of the ray.
     void add(std::span<const double> values, Stretch& to, const Request& want) const {
@@ -82,8 +86,8 @@ class RayPiece {
     const RaySpan& ray_;
     RayCells cells_;
     Places places_;
-    std::array<Values, 4> values_;  // by hold; the reference
-    std::array<bool, 4> known_{};
+    std::vector<Values> values_;  // the reference's, then by place in filters()
+    std::vector<char> known_;
 };
 
 /// The reference of one pixel, as it is written, and how far other answers are from it.
@@ -178,13 +182,17 @@ struct ModelSetting {
     const Statistics& statistics;
     /// Boxes of the input that paths keep of it, the whole first.
     std::vector<Region> boxes;
+    /// Filters that some path reads by.
+    std::vector<const Filter*> filters;
     /// Those of warps, made before.
     std::vector<std::pair<std::string, const WarpModel*>> warps;
 };
 
-/// The models of all edges, warps' first. @param input  the vertex that paths begin with
+/// The models of all edges, warps' first.
+/// @param input  the vertex that paths begin with
+/// @param asked  demands whose parameters are measured beside those that a planner tries
 std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
                                                     const Representation& input,
-                                                    ModelSetting& setting);
+                                                    const Demands& asked, ModelSetting& setting);
 
 }  // namespace edgewise

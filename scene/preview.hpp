@@ -3,6 +3,7 @@
 #include <map>
 #include <string>
 
+#include "graph/transform_graph.hpp"
 #include "graph/transition.hpp"
 #include "reference/answer.hpp"
 #include "scene/statistics.hpp"
@@ -20,13 +21,13 @@ struct Preview {
 
 /// Of warps: points.
 /// @param times  so many times the usual draws, within what there is
-Preview preview_points(const Catalogue& catalogue, const Request& want, const ReferenceField& field,
-                       const Statistics& statistics, std::pmr::memory_resource* memory,
-                       int times = 1);
+Preview preview_points(const Catalogue& catalogue, const Demands& asked, const Request& want,
+                       const ReferenceField& field, const Statistics& statistics,
+                       std::pmr::memory_resource* memory, int times = 1);
 
 /// Of pictures: rays.
-Preview preview_rays(const Catalogue& catalogue, const Request& want, const ReferenceField& field,
-                     const Statistics& statistics, std::pmr::memory_resource* memory,
-                     int times = 1);
+Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Request& want,
+                     const ReferenceField& field, const Statistics& statistics,
+                     std::pmr::memory_resource* memory, int times = 1);
 
 }  // namespace edgewise

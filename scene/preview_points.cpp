@@ -325,11 +325,12 @@ void measure(const Reference& reference, const PointSetting& setting, Cluster& c
 
 }  // namespace
 
-Preview preview_points(const Catalogue& catalogue, const Request& want, const ReferenceField& field,
-                       const Statistics& statistics, std::pmr::memory_resource* memory, int times) {
+Preview preview_points(const Catalogue& catalogue, const Demands& asked, const Request& want,
+                       const ReferenceField& field, const Statistics& statistics,
+                       std::pmr::memory_resource* memory, int times) {
     const Reference reference(want, field, memory);
-    ModelSetting made{want, field, statistics, {}, {}};
-    const PointSetting setting(want, models_of(catalogue, field.samples().what, made));
+    ModelSetting made{want, field, statistics, {}, {}, {}};
+    const PointSetting setting(want, models_of(catalogue, field.samples().what, asked, made));
     Drawn drawn = draw(want, reference, times);
     std::vector<Cluster>& clusters = drawn.clusters;
     for (const auto& [place, before] :

@@ -191,11 +191,12 @@ Tallies tally_all(const Drawn& drawn, const RaySetting& setting, const ViewGeome
 
 }  // namespace
 
-Preview preview_rays(const Catalogue& catalogue, const Request& want, const ReferenceField& field,
-                     const Statistics& statistics, std::pmr::memory_resource* memory, int times) {
+Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Request& want,
+                     const ReferenceField& field, const Statistics& statistics,
+                     std::pmr::memory_resource* memory, int times) {
     const ViewGeometry geometry(want);
-    ModelSetting made{want, field, statistics, {}, {}};
-    const RaySetting setting(want, field, models_of(catalogue, field.samples().what, made));
+    ModelSetting made{want, field, statistics, {}, {}, {}};
+    const RaySetting setting(want, field, models_of(catalogue, field.samples().what, asked, made));
     // In a small input rays cost little, and in a small picture a few pixels carry the error.
     const bool take_every =
         field.extent().samples() <= kSmallInput &&

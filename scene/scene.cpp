@@ -28,12 +28,12 @@ void count_scene(const Catalogue& catalogue, const Data& input, const Request& w
 
 Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
-                    int times) {
+                    int times, const Demands& asked) {
     Scene scene = unseen_scene(statistics);
 
     const ReferenceField field(input, want.field, formula);
     const auto see = want.job == Job::warp ? preview_points : preview_rays;
-    Preview preview = see(catalogue, want, field, statistics, memory, times);
+    Preview preview = see(catalogue, asked, want, field, statistics, memory, times);
     scene.facts = std::move(preview.facts);
     scene.likely = std::move(preview.likely);
     scene.draws = preview.draws;

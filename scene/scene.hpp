@@ -5,6 +5,7 @@
 #include "graph/data.hpp"
 #include "graph/request.hpp"
 #include "graph/scene.hpp"
+#include "graph/transform_graph.hpp"
 #include "graph/transition.hpp"
 #include "reference/phantoms.hpp"
 #include "scene/statistics.hpp"
@@ -22,9 +23,10 @@ namespace edgewise {
 /// @param statistics  of the same samples
 /// @param formula     of Field::formula, else null
 /// @param times       so many times the usual draws, within what there is and what fits
+/// @param asked       demands whose parameters are measured beside those that a planner tries
 Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
-                    int times = 1);
+                    int times = 1, const Demands& asked = {});
 
 /// Adds what the counts of a catalogue's edges ask of the data (Transition::count).
 void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,

@@ -42,8 +42,10 @@ Fact known(const Input& input, const std::string& name, const std::string& of,
 constexpr const char* kView = "view";
 
 /// Each by itself: whether more is drawn depends on budgets, which are no part of the request.
-std::string name_of_view(const Request& want, int times) {
-    return request_text(want) + (times > 1 ? fmt::format(" draws {}", times) : "");
+std::string name_of_view(const Request& want, int times, const Demands& asked) {
+    std::string name = request_text(want) + (times > 1 ? fmt::format(" draws {}", times) : "");
+    for (const Demand& demand : asked.via) name += " " + demand.name + demand.with.text();
+    return name;
 }
 
 Scene scene_of(const Statistics& statistics, const Seen& seen) {
@@ -77,8 +79,9 @@ RadialPower known_spectrum(const Input& input, const Statistics& statistics,
 }
 
 Scene known_scene(const Catalogue& edges, const Input& input, const Statistics& statistics,
-                  const Request& want, std::pmr::memory_resource* memory, int times) {
-    return scene_of(statistics, known<Seen>(input, kView, name_of_view(want, times), [&] {
+                  const Request& want, std::pmr::memory_resource* memory, int times,
+                  const Demands& asked) {
+    return scene_of(statistics, known<Seen>(input, kView, name_of_view(want, times, asked), [&] {
                         const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
                         Scene scene = measure_scene(edges, *input.data, statistics, want, formula,
                                                     memory, times);
@@ -89,8 +92,8 @@ Scene known_scene(const Catalogue& edges, const Input& input, const Statistics& 
 }
 
 std::optional<Scene> kept_scene(const Input& input, const Statistics& statistics,
-                                const Request& want) {
-    const auto seen = kept<Seen>(input, kView, name_of_view(want, 1));
+                                const Request& want, const Demands& asked) {
+    const auto seen = kept<Seen>(input, kView, name_of_view(want, 1, asked));
     return seen ? std::optional(scene_of(statistics, *seen)) : std::nullopt;
 }
 

@@ -6,6 +6,7 @@
 #include "cli/request/input.hpp"
 #include "graph/request.hpp"
 #include "graph/scene.hpp"
+#include "graph/transform_graph.hpp"
 #include "graph/transition.hpp"
 #include "scene/histogram.hpp"
 #include "scene/statistics.hpp"
@@ -23,10 +24,12 @@ RadialPower known_spectrum(const Input& input, const Statistics& statistics,
                            std::pmr::memory_resource* memory);
 /// Statistics, preview, and what counts of edges ask of the data (scene/scene.hpp).
 /// @param times  so many times the usual draws of a preview
+/// @param asked  demands whose parameters are measured beside those that a planner tries
 Scene known_scene(const Catalogue& edges, const Input& input, const Statistics& statistics,
-                  const Request& want, std::pmr::memory_resource* memory, int times = 1);
+                  const Request& want, std::pmr::memory_resource* memory, int times = 1,
+                  const Demands& asked = {});
 /// The same where an earlier run has left it, else nothing.
 std::optional<Scene> kept_scene(const Input& input, const Statistics& statistics,
-                                const Request& want);
+                                const Request& want, const Demands& asked);
 
 }  // namespace edgewise::cli

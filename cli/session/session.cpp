@@ -427,13 +427,15 @@ std::vector<Source> Session::sources() const {
 
 void look_at_data(Session& session, bool draw) {
     const auto begin = Clock::now();
+    const Demands asked = untried(session.demands, session.edges);
     const Input& input = *session.input;
     const Statistics& statistics = session.statistics;
     std::pmr::memory_resource* memory = session.memory.get();
     session.drawn = 1;
     if (draw) {
-        session.scene = known_scene(session.edges, input, statistics, session.want(), memory);
-    } else if (auto kept = kept_scene(input, statistics, session.want())) {
+        session.scene =
+            known_scene(session.edges, input, statistics, session.want(), memory, 1, asked);
+    } else if (auto kept = kept_scene(input, statistics, session.want(), asked)) {
         session.scene = std::move(*kept);
     } else {
         session.drawn = 0;

@@ -23,10 +23,11 @@ Affine snapped(Affine map) {
     return map;
 }
 
-BackwardPlan common_plan(const Grid& input, Hold hold, float outside) {
+BackwardPlan common_plan(const Grid& input, Hold hold, float outside, const Filter* filter) {
     BackwardPlan plan;
     plan.input = input;
     plan.hold = hold;
+    plan.filter = filter;
     plan.axes = input.extent.z == 1 ? 2 : 3;
     plan.mapped = !input.values.identity();
     plan.slope = float(input.values.slope);
@@ -45,6 +46,7 @@ bool has_lanes(const BackwardPlan& plan) {
     for (int a = 0; a < plan.axes; ++a)
         if (plan.extent[a] > kLongest) return false;
     if (plan.axes == 3 && plan.input.channels > 1) return false;
+    if (plan.hold == Hold::weighted) return false;
     const Type type = plan.input.type;
     return in_lanes(type) && (type == Type::f32 || plan.hold != Hold::bspline3);
 }
@@ -99,8 +101,9 @@ Scalar scalar_path(Type type) {
 
 }  // namespace
 
-BackwardWarp::BackwardWarp(const Grid& input, const Affine& to_input, Hold hold, float outside)
-    : plan_(common_plan(input, hold, outside)) {
+BackwardWarp::BackwardWarp(const Grid& input, const Affine& to_input, Hold hold, float outside,
+                           const Filter* filter)
+    : plan_(common_plan(input, hold, outside, filter)) {
     plan_.map = snapped(to_input);
     // A volume of one plane is an image only while its points stay in the plane.
     const Affine& m = plan_.map;
@@ -119,8 +122,9 @@ BackwardWarp::BackwardWarp(const Grid& input, const Affine& to_input, Hold hold,
     }
 }
 
-BackwardWarp::BackwardWarp(const Grid& input, const Homography& to_input, Hold hold, float outside)
-    : plan_(common_plan(input, hold, outside)) {
+BackwardWarp::BackwardWarp(const Grid& input, const Homography& to_input, Hold hold, float outside,
+                           const Filter* filter)
+    : plan_(common_plan(input, hold, outside, filter)) {
     plan_.homography = to_input;
     plan_.projective = true;
     const double bytes = double(plan_.stride[1]) * double(plan_.extent[1]);

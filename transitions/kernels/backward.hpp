@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "graph/samples.hpp"
+#include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid.hpp"
 
 namespace edgewise::kernels {
@@ -29,9 +30,10 @@ using Homography = std::array<double, 9>;
 struct BackwardPlan {
     Grid input;
     Hold hold = Hold::foh;
-    int axes = 3;             // 2: an image, whose z coordinate is ignored
-    Affine map{};             // output index -> input index, snapped
-    Homography homography{};  // used where `projective`
+    const Filter* filter = nullptr;  // of Hold::weighted
+    int axes = 3;                    // 2: an image, whose z coordinate is ignored
+    Affine map{};                    // output index -> input index, snapped
+    Homography homography{};         // used where `projective`
     bool projective = false;
     bool vector = false;  // false: the scalar path, for what lanes cannot count
     bool mapped = false;  // the value map is not the identity
@@ -51,22 +53,26 @@ struct BackwardPlan {
 /// Border  a point belongs to the input up to half a sample beyond the outermost centres (1e-9
 /// slack);
 ///         there the nearest sample continues; farther out the output is `outside`
-/// Holds   zoh floor(p + 1/2); foh; bspline3 on f32 coefficients (spline_prefilter), mirrored taps
+/// Filters zoh floor(p + 1/2); foh; bspline3 on f32 coefficients (spline_prefilter), mirrored taps;
+///         others by their weights, beyond the ends the outermost samples continue
 /// Exact   identity, whole-sample shifts and quarter turns copy bytes for zoh and foh: entries of
 /// the
 ///         map within 1e-12 of an integer, translations within 1e-9, are taken as that integer
 /// Places  positions are right to 2^-22 sample whatever the row length: each 64 columns start from
 ///         f64, and lanes count in fixed point; so a value does not depend on the region either
 /// Speed   u8, i8, u16, i16, f32 (bspline3: f32) in vector lanes; u32, i32, f16, f64, column steps
-///         beyond 14 samples and volumes with several channels take a scalar path in f64
+///         beyond 14 samples, other filters and volumes with several channels take a scalar path in
+///         f64
 /// Source  [W93] FIGURE 26 and 27
 class BackwardWarp {
  public:
-    /// `input` must stay alive. Values are mapped (slope, offset) after reconstruction; `outside`
-    /// is in mapped values.
-    BackwardWarp(const Grid& input, const Affine& to_input, Hold hold, float outside);
+    /// `input` and the filter of Hold::weighted must stay alive. Values are mapped (slope, offset)
+    /// after reconstruction; `outside` is in mapped values.
+    BackwardWarp(const Grid& input, const Affine& to_input, Hold hold, float outside,
+                 const Filter* filter = nullptr);
     /// Images only: the input index is (u/w, v/w), and w <= 0 is outside.
-    BackwardWarp(const Grid& input, const Homography& to_input, Hold hold, float outside);
+    BackwardWarp(const Grid& input, const Homography& to_input, Hold hold, float outside,
+                 const Filter* filter = nullptr);
 
     /// Fills `region` (within output.held).
     void operator()(const WarpOutput& output, const Region& region) const noexcept;

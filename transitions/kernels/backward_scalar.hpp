@@ -26,12 +26,13 @@ struct Half {
     }
 };
 
-/// Up to four taps along one axis: offsets in bytes and weights that are not zero, so that a NaN
+/// Taps along one axis: offsets in bytes and weights that are not zero, so that a NaN
 /// outside of the footprint does not enter as 0 * NaN.
 struct AxisTaps {
     int count = 0;
-    std::array<std::int64_t, 4> offset{};
-    std::array<double, 4> weight{};
+    static constexpr int kMost = 8;
+    std::array<std::int64_t, kMost> offset{};
+    std::array<double, kMost> weight{};
 
     void add(std::int64_t index, std::int64_t stride, double w) {
         if (w == 0) return;
@@ -48,7 +49,8 @@ inline std::int64_t mirrored(std::int64_t index, std::int64_t n) {
     return std::min(index, period - index);
 }
 
-inline AxisTaps taps_at(double p, std::int64_t n, std::int64_t stride, Hold hold) {
+inline AxisTaps taps_at(double p, std::int64_t n, std::int64_t stride, const BackwardPlan& plan) {
+    const Hold hold = plan.hold;
     AxisTaps taps;
     p = std::clamp(p, 0.0, double(n - 1));
     if (hold == Hold::zoh) {
@@ -60,6 +62,14 @@ inline AxisTaps taps_at(double p, std::int64_t n, std::int64_t stride, Hold hold
     if (hold == Hold::foh) {
         taps.add(i, stride, g);
         taps.add(std::min(i + 1, n - 1), stride, f);
+        return taps;
+    }
+    if (hold == Hold::weighted) {
+        std::array<double, AxisTaps::kMost> weights;
+        plan.filter->weights(f, weights.data());
+        const int first = 1 - plan.filter->taps / 2;
+        for (int tap = 0; tap < plan.filter->taps; ++tap)
+            taps.add(std::clamp<std::int64_t>(i + first + tap, 0, n - 1), stride, weights[tap]);
         return taps;
     }
     taps.add(mirrored(i - 1, n), stride, g * g * g / 6);
@@ -118,7 +128,7 @@ void backward_scalar(const BackwardPlan& plan, const WarpOutput& output, const R
                 std::array<AxisTaps, 3> taps;
                 taps[2].add(0, 0, 1);
                 for (int a = 0; a < plan.axes; ++a)
-                    taps[a] = taps_at(p[a], plan.extent[a], plan.stride[a], plan.hold);
+                    taps[a] = taps_at(p[a], plan.extent[a], plan.stride[a], plan);
                 for (int c = 0; c < channels; ++c) {
                     const double value = weighted_sum<T>(samples + c * sizeof(T), taps);
                     row[x * channels + c] = float(plan.mapped ? plan.input.values(value) : value);

@@ -40,8 +40,9 @@ inline std::array<double, 3> apply(const Affine& m, double x, double y, double z
             m[8] * x + m[9] * y + m[10] * z + m[11]};
 }
 
-/// Reconstruction from samples: nearest, linear, or cubic B-spline on prefiltered coefficients.
-enum class Hold { zoh, foh, bspline3 };
+/// Reconstruction from samples: nearest, linear, cubic B-spline on prefiltered coefficients, or by
+/// the weights of any other filter (transitions/filters), which are told at run time.
+enum class Hold { zoh, foh, bspline3, weighted };
 
 /// A place this near a sample is on it, as far as samples beside it that are not finite could spoil
 /// its value: f32 places along a ray are off by some 2^-23 of the longest axis.

@@ -103,7 +103,7 @@ void Packet::reckon(const RayCast& cast, const ParallelRays& shared, std::size_t
         }
     }
     const Extent& n = cast.volume.extent;
-    const double below = cast.hold == Hold::zoh ? -0.5 : cast.hold == Hold::foh ? 0 : 1;
+    const double below = taps_below(cast);
 
     const hn::Rebind<float, DD> narrow;
     const hn::Rebind<int, DD> whole;
@@ -454,13 +454,23 @@ struct Tile {
                     return filled<SplineSampler<Read>, Sum>();
                 else
                     return filled<SplineSampler<Walked>, Sum>();
+            case Hold::weighted:
+                // Other types are read one lane after the other: what is planned often is f32.
+                if constexpr (Read::kFloats)
+                    return filled<WeightedSampler<Read>, Sum>();
+                else
+                    return filled<WeightedSampler<Walked>, Sum>();
         }
     }
 
  private:
     template <class Sampler, class Sum>
     void filled() const {
-        fill<Sampler, Sum>(cast, Sampler(cast.volume), x, y, width, height, out, row_floats);
+        if constexpr (Sampler::kWeighted)
+            fill<Sampler, Sum>(cast, Sampler(cast.volume, *cast.weights), x, y, width, height, out,
+                               row_floats);
+        else
+            fill<Sampler, Sum>(cast, Sampler(cast.volume), x, y, width, height, out, row_floats);
     }
 };
 

@@ -9,6 +9,7 @@
 
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/optics.hpp"
+#include "transitions/kernels/tap_polynomials.hpp"
 
 namespace edgewise::kernels {
 
@@ -76,6 +77,7 @@ constexpr int kPacketSide = 4;  // pixels; rays of so many columns and rows go t
 struct RayCast {
     Grid volume;  // one channel; with Hold::bspline3 f32 coefficients, mirrored at the ends
     Hold hold = Hold::foh;
+    const TapPolynomials* weights = nullptr;  // of Hold::weighted
     Combine rule = Combine::max;
     Rays rays = {};
     double step = 1;                 // [t]
@@ -88,6 +90,22 @@ struct RayCast {
     const Bricks* bricks = nullptr;
     Taken* taken = nullptr;  // counts; of one thread
 };
+
+/// How far below a place its first tap lies, in whole samples from the one before it: all taps of
+/// a place are inside where it is this far from the outermost centres.
+inline double taps_below(const RayCast& cast) noexcept {
+    switch (cast.hold) {
+        case Hold::zoh:
+            return -0.5;
+        case Hold::foh:
+            return 0;
+        case Hold::bspline3:
+            return 1;
+        case Hold::weighted:
+            break;
+    }
+    return static_cast<double>(cast.weights->taps() / 2 - 1);
+}
 
 /// Fills width x height pixels, from pixel (x, y) on. Single-threaded; no allocation; each pixel
 /// depends on nothing but its ray.

@@ -157,7 +157,7 @@ inline RayPath ray_path(const RayCast& cast, double px, double py) noexcept {
     const double cell = cast.step / std::hypot(measure[0], measure[1], measure[2]);
     const Extent& n = cast.volume.extent;
     // The tap of a hold that lies farthest out must be a sample; a margin absorbs f32 rounding.
-    const double below = cast.hold == Hold::zoh ? -0.5 : cast.hold == Hold::foh ? 0 : 1;
+    const double below = taps_below(cast);
 
     RayPath path;
     double low = cast.rays.start / cast.step, high = std::numeric_limits<double>::infinity();

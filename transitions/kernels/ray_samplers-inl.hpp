@@ -15,6 +15,7 @@
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/optics-inl.hpp"
 #include "transitions/kernels/scalar_load.hpp"
+#include "transitions/kernels/tap_polynomials.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::HWY_NAMESPACE {
@@ -177,7 +178,7 @@ class Walked {
 template <class Read>
 class NearestSampler {
  public:
-    static constexpr bool kPrefetches = Read::kPrefetches;
+    static constexpr bool kPrefetches = Read::kPrefetches, kWeighted = false;
     explicit NearestSampler(const Grid& grid) : read_(grid), bounds_(grid.extent) {}
 
     template <bool kInner>
@@ -208,7 +209,7 @@ class NearestSampler {
 template <class Read>
 class LinearSampler {
  public:
-    static constexpr bool kPrefetches = Read::kPrefetches;
+    static constexpr bool kPrefetches = Read::kPrefetches, kWeighted = false;
     explicit LinearSampler(const Grid& grid) : read_(grid), bounds_(grid.extent) {
         if constexpr (!std::is_same_v<Read, Walked>) {
             if (grid.extent.y > 1) down_ = read_.row();
@@ -363,6 +364,7 @@ template <class Read>
 class SplineSampler {
  public:
     static constexpr bool kPrefetches = false;  // 16 rows of 4 taps: arithmetic takes longer
+    static constexpr bool kWeighted = false;
     explicit SplineSampler(const Grid& grid) : read_(grid), bounds_(grid.extent) {}
 
     template <bool kInner>
@@ -422,6 +424,67 @@ class SplineSampler {
     }
     Read read_;
     Bounds bounds_;
+};
+
+/// Any filter, by its weights; beyond the ends the outermost samples continue.
+template <class Read>
+class WeightedSampler {
+ public:
+    static constexpr bool kPrefetches = false, kWeighted = true;
+    WeightedSampler(const Grid& grid, const TapPolynomials& weights)
+        : read_(grid), bounds_(grid.extent), weights_(weights), taps_(weights.taps()) {}
+
+    template <bool kInner>
+    HWY_INLINE VF at(VF x, VF y, VF z) const {
+        VI i[kMost], j[kMost], k[kMost];
+        VF u[kMost], v[kMost], w[kMost];
+        taps<kInner>(x, 0, i, u);
+        taps<kInner>(y, 1, j, v);
+        taps<kInner>(z, 2, k, w);
+        VF sum = hn::Zero(DF());
+        for (int c = 0; c < taps_; ++c) {
+            VF plane = hn::Zero(DF());
+            for (int b = 0; b < taps_; ++b) {
+                VF row = hn::Zero(DF());
+                for (int a = 0; a < taps_; ++a)
+                    row = hn::MulAdd(u[a], value(i[a], j[b], k[c]), row);
+                plane = hn::MulAdd(v[b], row, plane);
+            }
+            sum = hn::MulAdd(w[c], plane, sum);
+        }
+        return sum;
+    }
+
+ private:
+    static constexpr int kMost = TapPolynomials::kMostTaps;
+
+    HWY_INLINE VF value(VI i, VI j, VI k) const {
+        if constexpr (std::is_same_v<Read, Walked>)
+            return read_.at(i, j, k);
+        else
+            return read_.at(read_.offset(i, j, k));
+    }
+    template <bool kInner>
+    HWY_INLINE void taps(VF p, int axis, VI index[kMost], VF weight[kMost]) const {
+        const DF d;
+        const DI di;
+        if constexpr (!kInner) p = bounds_.clamped(p, axis);
+        const VI i = truncated(p);
+        const VF f = hn::Sub(p, hn::ConvertTo(d, i));
+        for (int tap = 0; tap < taps_; ++tap) {
+            index[tap] = hn::Add(i, hn::Set(di, tap + 1 - taps_ / 2));
+            if constexpr (!kInner)
+                index[tap] = hn::Min(hn::Max(index[tap], hn::Zero(di)), bounds_.last[axis]);
+            VF sum = hn::Set(d, weights_.coefficient(tap, weights_.degree()));
+            for (int power = weights_.degree(); power-- > 0;)
+                sum = hn::MulAdd(sum, f, hn::Set(d, weights_.coefficient(tap, power)));
+            weight[tap] = sum;
+        }
+    }
+    Read read_;
+    Bounds bounds_;
+    const TapPolynomials& weights_;
+    int taps_;
 };
 
 }  // namespace

@@ -65,7 +65,7 @@ class CombineModel final : public Model {
  public:
     explicit CombineModel(const ModelSetting& setting) : setting_(setting) {
         for (const auto& [name, warp] : setting.warps) {
-            const bool nearest = name == "zoh" || name == "me";
+            const bool nearest = name == "zoh" || name == "me";  // what moves is no filter's
             facts_.push_back({.name = "picture/screen/" + name,
                               .like = nearest ? RayLook::kZoh1 : RayLook::kFoh1});
         }

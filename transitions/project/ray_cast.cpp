@@ -9,6 +9,8 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_path.hpp"
+#include "transitions/kernels/read_by.hpp"
+#include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/project/bricks_of.hpp"
 #include "transitions/project/casting.hpp"
 #include "transitions/project/parallel_product.hpp"
@@ -29,24 +31,17 @@ std::int64_t tile_side(const Extent& picture) {
     return side;
 }
 
-Hold hold_of(const Parameters& with) {
-    const std::string& filter = with.word("filter");
-    return filter == "zoh" ? Hold::zoh : filter == "foh" ? Hold::foh : Hold::bspline3;
-}
+const Filter& filter_of(const Parameters& with) { return filter_named(with.word("filter")); }
+Hold hold_of(const Parameters& with) { return kernels::hold_of(filter_of(with)); }
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
-    const Hold hold = hold_of(with);
-    const bool coefficients = from.content == "coefficients";
-    if (coefficients != (hold == Hold::bspline3))
-        return Offer::no(coefficients ? "coefficients are read by filter=bspline3 alone"
-                                      : "filter=bspline3 reads the coefficients of a prefilter");
+    if (std::string reason = not_read_by(filter_of(with), from.content, ask); !reason.empty())
+        return Offer::no(std::move(reason));
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
     if (is_spread(from) && ask.want.eye)
         return Offer::no(
             "over ranks: the eye is at a finite distance, boxes have no order along z");
-    if (ask.want.field == Field::nearest && hold != Hold::zoh)
-        return Offer::no("labels: only filter=zoh makes no new value");
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
@@ -92,7 +87,8 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
 bool with_bricks(const Offer& offer, const Ask& ask, int view) {
     const Hold hold = hold_of(offer.with);
     const bool leaves_out = ask.want.mode == Mode::mip || ask.want.mode == Mode::composite;
-    if (!leaves_out || hold == Hold::zoh) return false;
+    // Bricks bound what is read of them by filters without negative weights.
+    if (!leaves_out || hold == Hold::zoh || hold == Hold::weighted) return false;
     const double samples = samples_of(offer, ask, view);
     const double sample = hold == Hold::foh ? 1 : 8;  // taps: 8 and 64
     const double voxels = static_cast<double>(offer.from.samples());
@@ -151,8 +147,11 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const Hold hold = hold_of(offer.with);
     // TABLE 6: a first-order hold in 3D takes 7 interpolations of 3; a cubic one 3 x 16 for weights
     // and 21 sums of four products. Place: 3 products and sums, 3 roundings.
-    const double filter = hold == Hold::zoh ? 0 : hold == Hold::foh ? 21 : 48 + 147;
-    const double taps = hold == Hold::zoh ? 1 : hold == Hold::foh ? 2 : 4;  // along each axis
+    const double filter = hold == Hold::zoh        ? 0
+                          : hold == Hold::foh      ? 21
+                          : hold == Hold::bspline3 ? 48 + 147
+                                                   : filter_of(offer.with).operations_of(3);
+    const double taps = filter_of(offer.with).taps;  // along each axis
     const double samples = samples_of(offer, ask, view);
     const bool bricks = with_bricks(offer, ask, view);
     const double taken = taken_of(offer, ask, samples, bricks);
@@ -178,7 +177,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double lines = taken * lines_touched(lattice, bytes, Vec3::Constant(taps));
     // Of sparse samples they are asked for ahead, which leaves some of the wait: least squares over
     // casts of 13 to 32 MB have 0.5 to 0.85.
-    const double waits = sparse && hold != Hold::bspline3 ? 0.6 : 1;
+    const double waits = sparse && taps <= 2 ? 0.6 : 1;
     // Few rays come back to their own lines alone, one view after the other.
     const double own = kLineBytes * lines * ask.want.views.different();
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
@@ -197,7 +196,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
         .span = spread ? 0 : std::min(offer.from.bytes(), own),
         .others = kLineBytes * lines / std::max(1.0, tiles),
         .workspace = bricks ? brick_bytes(offer.from) : 0,
-        .way = way_of(bricks, sparse, ask.want.eye.has_value())};
+        .way =
+            hold == Hold::weighted ? "weighted" : way_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }
@@ -211,8 +211,12 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const Request& want = ask.want;
     const kernels::Optics optics = optics_of(want, in.what.values);
     const bool composite = want.mode == Mode::composite;
+    const Hold hold = hold_of(offer.with);
     kernels::RayCast cast{.volume = kernels::grid_of(in),
-                          .hold = hold_of(offer.with),
+                          .hold = hold,
+                          .weights = hold == Hold::weighted
+                                         ? &kernels::TapPolynomials::of(filter_of(offer.with))
+                                         : nullptr,
                           .rule = combine_of(want.mode),
                           // Cells of parallel rays begin at the front of the screen's first layer,
                           // so that a step of 1 samples its layers where they are.
@@ -245,11 +249,9 @@ Transition ray_cast() {
     edge.name = "project.ray_cast";
     edge.source = "Wittenbrink 1993, 4.1.4, EQ 62 and 63, TABLE 6 and 37";
     edge.joins = {{"object/scalar", "screen/picture"}, {"object/coefficients", "screen/picture"}};
-    edge.parameters = {
-        {"filter", one_of({"zoh", "foh", "bspline3"},
-                          "reconstruction: zoh nearest, foh linear, bspline3 cubic B-spline")},
-        {"step",
-         number(0.01, 4, {1, 0.5, 0.25, 2}, "distance of samples, in the smallest spacing")}};
+    edge.parameters = {{"filter", any_filter({"zoh", "foh", "bspline3"})},
+                       {"step", number(0.01, 4, {1, 0.5, 0.25, 2},
+                                       "distance of samples, in the smallest spacing")}};
     edge.laws = {Law::constant};
     edge.plain = Parameters{{"step", 1.0}};
     edge.offer = offer;

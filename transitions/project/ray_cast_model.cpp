@@ -9,37 +9,35 @@
 namespace edgewise {
 namespace {
 
-constexpr std::array<PreviewHold, 3> kHolds = {kZoh, kFoh, kSpline};
+using Filters = std::vector<const Filter*>;
+
+/// Noise of samples between which a spline runs passes as that of linear interpolation does.
 constexpr std::array<PreviewHold, 2> kNoisy = {kZoh, kFoh};
 constexpr std::size_t kNoisyStep = 2;  // of kCastSteps
 
-/// Where facts stand.
-constexpr std::size_t place_of(PreviewHold hold, std::size_t step) {
-    return static_cast<std::size_t>(hold) * kCastSteps.size() + step;
-}
-constexpr std::size_t kCasts = kHolds.size() * kCastSteps.size();
-
 class CastRay final : public RayModel {
  public:
-    CastRay(const Request& want, double noise) : want_(want), noise_(noise) {
+    CastRay(const Request& want, const Filters& by, double noise)
+        : want_(want), by_(by), noise_(noise), cast_(by.size()) {
         for (auto& steps : cast_) steps.fill(Stretch::empty(want.mode));
         noisy_.fill(Stretch::empty(want.mode));
+        clean_.fill(Stretch::empty(want.mode));
     }
     void take(double step, RayPiece& piece) override {
         const auto s = static_cast<std::size_t>(
             std::find(kCastSteps.begin(), kCastSteps.end(), step) - kCastSteps.begin());
-        for (const PreviewHold hold : kHolds) piece.add(piece.held(hold), cast_[hold][s], want_);
+        for (std::size_t i = 0; i < by_.size(); ++i)
+            piece.add(piece.held(*by_[i]), cast_[i][s], want_);
         if (s == kNoisyStep && noise_ > 0) add_noisy(piece);
     }
     void finish(const RayAnswer& answer, RaySquares& squares) override {
-        for (const PreviewHold hold : kHolds)
-            for (std::size_t s = 0; s < kCastSteps.size(); ++s)
-                squares.add(place_of(hold, s), answer.square(cast_[hold][s]));
-        std::size_t fact = kCasts;
+        std::size_t fact = 0;
+        for (const auto& steps : cast_)
+            for (const Stretch& cast : steps) squares.add(fact++, answer.square(cast));
         if (noise_ > 0)
             for (const PreviewHold hold : kNoisy)
                 squares.add(fact++, answer.between(answer.written(noisy_[hold]),
-                                                   answer.written(cast_[hold][kNoisyStep])) /
+                                                   answer.written(clean_[hold])) /
                                         (noise_ * noise_));
         if (want_.mode == Mode::composite)
             squares.add(fact, answer.transparency() < kTerminated ? 1 : 0);
@@ -53,13 +51,15 @@ class CastRay final : public RayModel {
             for (std::size_t i = 0; i < piece.count(); ++i)
                 noisy[i] = held[i] + noise_ * piece.block().noise(hold, piece.places()[i]);
             piece.add({noisy.data(), piece.count()}, noisy_[hold], want_);
+            piece.add(held, clean_[hold], want_);
         }
     }
 
     const Request& want_;
-    double noise_;  // RMS of the samples' [value]
-    std::array<std::array<Stretch, kCastSteps.size()>, kHolds.size()> cast_;
-    std::array<Stretch, kNoisy.size()> noisy_;
+    const Filters& by_;
+    double noise_;                                              // RMS of the samples' [value]
+    std::vector<std::array<Stretch, kCastSteps.size()>> cast_;  // by filter
+    std::array<Stretch, kNoisy.size()> noisy_, clean_;
 };
 
 class RayCastModel final : public Model {
@@ -67,6 +67,7 @@ class RayCastModel final : public Model {
     /// About the rounding to 8 bits: gains of a maximum depend on how large noise is.
     explicit RayCastModel(const ModelSetting& setting)
         : want_(setting.want),
+          by_(setting.filters),
           noise_(1e-3 * range_between(setting.statistics.low, setting.statistics.high)) {
         for (const PreviewHold hold : kHolds)
             for (const double step : kCastSteps) {
@@ -84,11 +85,12 @@ class RayCastModel final : public Model {
     }
     std::vector<double> steps() const override { return {kCastSteps.begin(), kCastSteps.end()}; }
     std::unique_ptr<RayModel> follow(const RaySpan&, const OutputSample&) const override {
-        return std::make_unique<CastRay>(want_, noise_);
+        return std::make_unique<CastRay>(want_, by_, noise_);
     }
 
  private:
     const Request& want_;
+    const Filters& by_;
     double noise_;
 };
 

@@ -10,6 +10,8 @@
 #include "graph/spread.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/read_by.hpp"
+#include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/warp/backward_model.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
@@ -20,10 +22,8 @@ namespace {
 
 using kernels::Hold;
 
-Hold hold_of(const Parameters& with) {
-    const std::string& filter = with.word("filter");
-    return filter == "zoh" ? Hold::zoh : filter == "foh" ? Hold::foh : Hold::bspline3;
-}
+const Filter& filter_of(const Parameters& with) { return filter_named(with.word("filter")); }
+Hold hold_of(const Parameters& with) { return kernels::hold_of(filter_of(with)); }
 
 bool affine(const Mat4& map) { return map.row(3) == Eigen::RowVector4d(0, 0, 0, 1); }
 
@@ -38,13 +38,8 @@ Mat4 to_input(const Representation& from, const Request& want, int view) {
 
 /// What only needs the request: kept apart, so that views are looked at last.
 std::string refusal(const Representation& from, const Ask& ask, const Parameters& with) {
-    const Hold hold = hold_of(with);
-    const bool coefficients = from.content == "coefficients";
-    if (coefficients != (hold == Hold::bspline3))
-        return coefficients ? "coefficients are read by filter=bspline3 alone"
-                            : "filter=bspline3 reads the coefficients of filter.prefilter";
-    if (ask.want.field == Field::nearest && hold != Hold::zoh)
-        return "labels: only filter=zoh makes no new value";
+    if (std::string reason = not_read_by(filter_of(with), from.content, ask); !reason.empty())
+        return reason;
     if (ask.want.eye) return "the eye is at a finite distance: its rays are not parallel to z";
     if (from.type == Type::c64) return "complex samples have no hold";
     if (!is_whole(from) && !is_spread(from))
@@ -134,10 +129,14 @@ struct Count {
     double place, filter, points;
 };
 
-Count count_of(Hold hold, int axes) {
+Count count_of(const Filter& filter, int axes) {
+    const Hold hold = kernels::hold_of(filter);
     // FIGURE 27: a clip of two comparisons an axis, which TABLE 6 leaves out.
     const WarpCounts counts = backward_counts(hold == Hold::foh ? 1 : 0, axes);
     const double place = counts.inverse.sum() + 2 * axes;
+    if (hold == Hold::weighted)
+        return {place + axes * filter.operations,
+                filter.operations_of(axes) - axes * filter.operations, std::pow(filter.taps, axes)};
     if (hold != Hold::bspline3) return {place, counts.filter.sum(), counts.congested};
     // Weights 16 an axis; a sum of four products (7) for each row of taps, each row of these, ...
     return axes == 2 ? Count{place + 32, 35, 16} : Count{place + 48, 147, 64};
@@ -159,7 +158,7 @@ Work spread_work(const Offer& offer, const Ask& ask, int view) {
 
 Work work(const Offer& offer, const Ask& ask, int view) {
     if (is_spread(offer.from)) return spread_work(offer, ask, view);
-    const Count count = count_of(hold_of(offer.with), offer.from.axes);
+    const Count count = count_of(filter_of(offer.with), offer.from.axes);
     const Mat4 map = to_input(offer.from, ask.want, view);
     const double seen = static_cast<double>(offer.to.samples()) * blocked_share(map, offer);
     const double taps = std::pow(count.points, 1.0 / offer.from.axes);
@@ -183,7 +182,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             // A line is fetched before it is written, and driven out by those that follow.
             .other_lines = (fetched + 1) * offer.to.bytes() / kLineBytes,
             .span = both,
-            .others = both};
+            .others = both,
+            .way = hold_of(offer.with) == Hold::weighted ? "weighted" : ""};
 }
 
 /// What the samples stand for is just what the hold computes.
@@ -205,15 +205,6 @@ int fractional_axes(const Mat4& map, int axes) {
     return count;
 }
 
-/// Noise of neighbouring samples is independent, so that reading between them averages it: by the
-/// root of the mean of the sum of squared weights over all fractions, for each fractional axis.
-double noise_gain_of(Hold hold) {
-    if (hold == Hold::zoh) return 1;
-    if (hold == Hold::foh) return std::sqrt(2.0 / 3);
-    return 0.935;  // of prefilter and spline together: root of the integral of the cardinal
-                   // spline^2
-}
-
 Error error(const Offer& offer, const Ask& ask) {
     const Hold hold = hold_of(offer.with);
     const Scene& scene = ask.scene;
@@ -226,7 +217,9 @@ Error error(const Offer& offer, const Ask& ask) {
     }
     // 2^-23: lanes keep so much of a fraction, and f32 rounds by half of it twice.
     const double greatest = std::max(std::abs(scene.low), std::abs(scene.high));
-    Error error{.noise_gain = std::pow(noise_gain_of(hold), fewest), .noise = 0x1p-23 * greatest};
+    // Noise of neighbouring samples is independent, so that reading between them averages it.
+    Error error{.noise_gain = std::pow(filter_of(offer.with).noise_gain, fewest),
+                .noise = 0x1p-23 * greatest};
     const bool fits = scene.fits_f32(offer.from.type, offer.from.values);
     error.copies = fits && (hold == Hold::zoh || (most == 0 && ask.want.views.different() <= 8));
     // What f32 holds is read and written as it is; and which label it is, rounding does not change.
@@ -239,10 +232,10 @@ Error error(const Offer& offer, const Ask& ask) {
 }
 
 /// The box of the input that a box of the screen is made of.
-Region reads(const Mat4& map, Hold hold, const Extent& input, const Region& out) {
+Region reads(const Mat4& map, int taps, const Extent& input, const Region& out) {
     Region box = Region::all(input);
     if (!affine(map) || out.empty()) return box;
-    const double reach = hold == Hold::bspline3 ? 2 : 1;  // taps beyond the cell, and roundings
+    const double reach = std::max(1, taps / 2);  // taps beyond the cell, and roundings
     for (int row = 0; row < 3; ++row) {
         double low = map(row, 3), high = low;
         for (int k = 0; k < 3; ++k) {
@@ -264,9 +257,9 @@ Partition parts(const Offer& offer, const Ask& ask) {
     Partition parts;
     parts.kind = Partition::output;
     parts.leaf = {offer.to.extent.x, offer.to.axes == 2 ? tile.y : offer.to.extent.y, tile.z};
-    parts.reads = [from = offer.from, hold = hold_of(offer.with), want = ask.want](
+    parts.reads = [from = offer.from, taps = filter_of(offer.with).taps, want = ask.want](
                       const Region& out, int view) {
-        return reads(to_input(from, want, view), hold, from.extent, out);
+        return reads(to_input(from, want, view), taps, from.extent, out);
     };
     return parts;
 }
@@ -275,13 +268,14 @@ kernels::BackwardWarp warp_of(const Offer& offer, const Ask& ask, const Data& in
     const Mat4 map = to_input(offer.from, ask.want, view);
     const kernels::Grid grid = kernels::grid_of(in);
     const auto outside = static_cast<float>(outside_of(ask));
-    const Hold hold = hold_of(offer.with);
-    if (affine(map)) return {grid, kernels::affine_of(map), hold, outside};
+    const Filter& filter = filter_of(offer.with);
+    const Hold hold = kernels::hold_of(filter);
+    if (affine(map)) return {grid, kernels::affine_of(map), hold, outside, &filter};
     constexpr int kKept[3] = {0, 1, 3};  // an image has no z
     kernels::Homography plane;
     for (int row = 0; row < 3; ++row)
         for (int k = 0; k < 3; ++k) plane[3 * row + k] = map(kKept[row], kKept[k]);
-    return {grid, plane, hold, outside};
+    return {grid, plane, hold, outside, &filter};
 }
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
@@ -312,9 +306,7 @@ Transition backward_warp() {
     edge.name = "warp.backward";
     edge.source = "Wittenbrink 1993, FIGURE 26 and 27, TABLE 6";
     edge.joins = {{"object/scalar", "screen/scalar"}, {"object/coefficients", "screen/scalar"}};
-    edge.parameters = {
-        {"filter", one_of({"zoh", "foh", "bspline3"},
-                          "reconstruction: zoh nearest, foh linear, bspline3 cubic B-spline")}};
+    edge.parameters = {{"filter", any_filter({"zoh", "foh", "bspline3"})}};
     edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
     edge.plain = Parameters{};
     edge.offer = offer;

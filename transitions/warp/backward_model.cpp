@@ -1,80 +1,90 @@
 #include "transitions/warp/backward_model.hpp"
 
 #include <cmath>
+#include <deque>
 #include <fmt/format.h>
 
 namespace edgewise {
 namespace {
 
-constexpr std::array<PreviewHold, 3> kHolds = {kZoh, kFoh, kSpline};
+using Filters = std::vector<const Filter*>;
 
 class Held final : public WarpModel {
  public:
-    explicit Held(PreviewHold hold) : hold_(hold) {}
+    explicit Held(const Filter& filter) : filter_(filter) {}
     void make(const PreviewBlock& block, const Places& places, std::span<const std::uint64_t>,
               double* values) const override {
-        block.hold(hold_, places, values);
+        block.read(filter_, places, values);
     }
 
  private:
-    PreviewHold hold_;
+    const Filter& filter_;
 };
 
 class HeldAlongRay final : public RayModel {
  public:
-    explicit HeldAlongRay(const ReferenceField& field) : field_(field) {}
+    HeldAlongRay(const Filters& by, const ReferenceField& field)
+        : by_(by), field_(field), squares_(by.size()), held_(by.size()) {}
     void take(double, RayPiece& piece) override {
-        std::array<std::span<const double>, kHolds.size()> held;
-        for (const PreviewHold hold : kHolds) held[hold] = piece.held(hold);
-        for_each_present(piece, field_, [&](std::size_t i, double expected) {
-            const double length = piece.cells().length[i];
-            for (const PreviewHold hold : kHolds) {
-                const double d = held[hold][i] - expected;
-                if (std::isfinite(d)) squares_[hold] += d * d * length;
+        for (std::size_t i = 0; i < by_.size(); ++i) held_[i] = piece.held(*by_[i]);
+        for_each_present(piece, field_, [&](std::size_t at, double expected) {
+            const double length = piece.cells().length[at];
+            for (std::size_t i = 0; i < by_.size(); ++i) {
+                const double d = held_[i][at] - expected;
+                if (std::isfinite(d)) squares_[i] += d * d * length;
             }
             points_ += length;
         });
     }
     void finish(const RayAnswer&, RaySquares& squares) override {
-        for (const PreviewHold hold : kHolds) squares.add_points(hold, squares_[hold], points_);
+        for (std::size_t i = 0; i < by_.size(); ++i) squares.add_points(i, squares_[i], points_);
     }
 
  private:
+    const Filters& by_;
     const ReferenceField& field_;
-    std::array<double, kHolds.size()> squares_{};
+    std::vector<double> squares_;
+    std::vector<std::span<const double>> held_;
     double points_ = 0;
 };
 
 class BackwardModel final : public Model {
  public:
     explicit BackwardModel(const ModelSetting& setting) : setting_(setting) {
-        for (const PreviewHold hold : kHolds)
-            facts_.push_back({.name = fmt::format("field/{}", kPreviewHolds[hold]),
-                              .like_point = hold == kZoh ? 0u : 1u,
+        for (const Filter* filter : setting.filters) {
+            held_.emplace_back(*filter);
+            facts_.push_back({.name = fmt::format("field/{}", filter->name),
+                              .like_point = filter->taps == 1 ? 0u : 1u,
                               .of_points = true});
+        }
     }
     void at(const PointMade& point, std::span<double> squares) const override {
         std::vector<double> got(point.expected.size());
-        for (const PreviewHold hold : kHolds) {
-            // Every filter copies what lies on a sample.
-            point.block.hold(point.exact ? kZoh : hold, point.p, got.data());
-            squares[hold] = point.square(got);
+        Places place;
+        place.add(point.p);
+        for (std::size_t i = 0; i < held_.size(); ++i) {
+            for (std::size_t c = 0; c < got.size(); ++c) {
+                // Every filter copies what lies on a sample.
+                const Filter& by = point.exact ? filters().front() : *setting_.filters[i];
+                point.block.read(by, place, &got[c], static_cast<int>(c));
+            }
+            squares[i] = point.square(got);
         }
     }
     std::vector<std::pair<std::string, const WarpModel*>> makes() const override {
         std::vector<std::pair<std::string, const WarpModel*>> all;
-        for (const Held& held : held_)
-            all.emplace_back(kPreviewHolds[static_cast<std::size_t>(&held - held_.data())], &held);
+        for (std::size_t i = 0; i < held_.size(); ++i)
+            all.emplace_back(setting_.filters[i]->name, &held_[i]);
         return all;
     }
     std::vector<double> steps() const override { return {kFieldStep}; }
     std::unique_ptr<RayModel> follow(const RaySpan&, const OutputSample&) const override {
-        return std::make_unique<HeldAlongRay>(setting_.field);
+        return std::make_unique<HeldAlongRay>(setting_.filters, setting_.field);
     }
 
  private:
     const ModelSetting& setting_;
-    std::array<Held, kHolds.size()> held_ = {Held(kZoh), Held(kFoh), Held(kSpline)};
+    std::deque<Held> held_;  // others point to them
 };
 
 }  // namespace

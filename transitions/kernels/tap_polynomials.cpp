@@ -1,0 +1,81 @@
+#include "transitions/kernels/tap_polynomials.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace edgewise::kernels {
+namespace {
+
+using Weights = std::array<double, TapPolynomials::kMostTaps>;
+
+Weights weights_at(const Filter& filter, double f) {
+    Weights weights{};
+    filter.weights(f, weights.data());
+    return weights;
+}
+
+/// Coefficients [power][tap] through the weights at Chebyshev's nodes, of which none is 0 or 1.
+Eigen::MatrixXd through_nodes(const Filter& filter, int degree) {
+    const int nodes = degree + 1;
+    Eigen::MatrixXd powers(nodes, nodes), values(nodes, filter.taps);
+    for (int node = 0; node < nodes; ++node) {
+        const double f = 0.5 - 0.5 * std::cos(std::numbers::pi * (node + 0.5) / nodes);
+        const Weights weights = weights_at(filter, f);
+        for (int power = 0; power < nodes; ++power) powers(node, power) = std::pow(f, power);
+        for (int tap = 0; tap < filter.taps; ++tap) values(node, tap) = weights[tap];
+    }
+    return powers.fullPivLu().solve(values);
+}
+
+double farthest_off(const Filter& filter, const Eigen::MatrixXd& coefficients) {
+    constexpr int kPlaces = 257;
+    double most = 0;
+    for (int i = 0; i < kPlaces; ++i) {
+        const double f = static_cast<double>(i) / kPlaces;
+        const Weights weights = weights_at(filter, f);
+        for (int tap = 0; tap < filter.taps; ++tap) {
+            double value = 0;
+            for (auto power = coefficients.rows(); power-- > 0;)
+                value = value * f + coefficients(power, tap);
+            most = std::max(most, std::abs(value - weights[tap]));
+        }
+    }
+    return most;
+}
+
+}  // namespace
+
+TapPolynomials::TapPolynomials(const Filter& filter) : taps_(filter.taps) {
+    if (filter.taps > kMostTaps)
+        throw std::invalid_argument("filter " + filter.name + ": too many taps");
+    for (degree_ = 0; degree_ <= kMostDegree; ++degree_) {
+        const Eigen::MatrixXd found = through_nodes(filter, degree_);
+        if (farthest_off(filter, found) > 0x1p-24) continue;
+        for (int tap = 0; tap < taps_; ++tap)
+            for (int power = 0; power <= degree_; ++power)
+                coefficients_[tap][power] = static_cast<float>(found(power, tap));
+        return;
+    }
+    throw std::invalid_argument("filter " + filter.name + ": its weights are no polynomials");
+}
+
+const TapPolynomials& TapPolynomials::of(const Filter& filter) {
+    static std::mutex mutex;
+    static std::map<std::string, TapPolynomials> made;
+    const std::lock_guard lock(mutex);
+    return made.try_emplace(filter.name, filter).first->second;
+}
+
+Hold hold_of(const Filter& filter) noexcept {
+    if (filter.name == "zoh") return Hold::zoh;
+    if (filter.name == "foh") return Hold::foh;
+    return filter.name == "bspline3" ? Hold::bspline3 : Hold::weighted;
+}
+
+}  // namespace edgewise::kernels
