@@ -20,7 +20,7 @@ Filter keys_filter() {
             .taps = 4,
             .positive = false,
             .order = 3,
-            .noise_gain = std::sqrt(321.0 / 420),  // integral of the squared kernel
+            .noise_gain = std::sqrt(57.0 / 70),  // integral of the squared kernel
             .operations = 15,
             .weights =
                 [](double f, double* weights) {

@@ -26,7 +26,7 @@ Filter lanczos3_filter() {
             .taps = 2 * kLobes,
             .positive = false,
             .order = 1,
-            .noise_gain = 0.943,  // of the normalised weights, by quadrature
+            .noise_gain = 0.9452,  // of the normalised weights, by quadrature
             .operations = 100,
             .weights =
                 [](double f, double* weights) {

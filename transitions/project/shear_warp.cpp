@@ -9,6 +9,7 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/shear_warp.hpp"
 #include "transitions/kernels/spline_prefilter.hpp"
+#include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/shear_border.hpp"
 #include "transitions/project/shear_warp_model.hpp"
@@ -232,8 +233,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const Request& want = ask.want;
     const Factored f = factored(in.what, want, context.view);
     const kernels::Optics optics = optics_of(want, in.what.values);
-    const kernels::Hold hold =
-        offer.with.word("filter") == "zoh" ? kernels::Hold::zoh : kernels::Hold::foh;
+    const kernels::Hold hold = kernels::hold_of(filter_named(offer.with.word("filter")));
     const kernels::ShearWarp warp{.volume = kernels::grid_of(in),
                                   .hold = hold,
                                   .with = {.rule = combine_of(want.mode),

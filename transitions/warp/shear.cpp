@@ -13,6 +13,7 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/shear.hpp"
+#include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 #include "transitions/warp/outside.hpp"
@@ -27,9 +28,7 @@ using kernels::ShearPass;
 
 constexpr double kSteepest = 8;  // samples of shift from line to line
 
-Hold hold_of(const Parameters& with) {
-    return with.word("filter") == "foh" ? Hold::foh : Hold::bspline3;
-}
+Hold hold_of(const Parameters& with) { return kernels::hold_of(filter_named(with.word("filter"))); }
 
 /// Refuses maps that are far from a rotation of the samples, as turns of oblong pixels are.
 std::string too_steep(int view, const ShearChain& chain) {
