@@ -25,7 +25,7 @@ constexpr std::int64_t kMargin = 8;  // samples around what a tile sees, for fil
 /// A tile of one view's output, and the part of the input that it sees.
 struct Tile {
     int view = 0;
-    Region output, input;
+    Region output = {}, input = {};
 };
 
 void include(const Vec3& p, Region& box) {

@@ -38,7 +38,7 @@ struct Cluster {
     bool outer = false, counted = true;
     double weight = 1;               // the inverse of how likely it was to be drawn
     std::array<double, 2> looked{};  // squares of zoh and foh, as looked at
-    std::vector<double> squares;     // by fact
+    std::vector<double> squares = {};  // by fact
     double count = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
