@@ -13,6 +13,7 @@
 #include "cli/session/rivals.hpp"
 #include "cli/session/session.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "graph/version.hpp"
 #include "planner/advise.hpp"
 
 namespace edgewise::cli {
@@ -34,8 +35,7 @@ Advised advise_on(const JobOptions& options, const std::string& text) {
     take_request(session);
     make_plan(session);
     const Plan& plan = *session.answer->plan;
-    return {text, plan.texts(),
-            advise(*candidates_of(session), plan, session.profile, EDGEWISE_VERSION)};
+    return {text, plan.texts(), advise(*candidates_of(session), plan, session.profile, version())};
 }
 
 std::string costs_text(const std::vector<AdvisedCost>& costs) {
@@ -117,7 +117,7 @@ Json report_json(const std::vector<Advised>& all, const Summary& summary) {
                         {"gain", each.gain},
                         {"requests", each.requests}});
     }
-    return {{"schema", 1},         {"version", EDGEWISE_VERSION},  {"requests", requests},
+    return {{"schema", 1},         {"version", version()},         {"requests", requests},
             {"costs", costs},      {"measured", summary.measured}, {"idle", summary.idle},
             {"missing_arcs", arcs}};
 }

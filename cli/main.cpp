@@ -11,6 +11,7 @@
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
+#include "graph/version.hpp"
 #include "graph/words.hpp"
 #include "runtime/one_thread_a_core.hpp"
 
@@ -88,7 +89,7 @@ int parse_failed(const CLI::App& main, const CLI::ParseError& error, int count, 
 int run(int count, char** words) {
     CLI::App main("The cheapest way from the volume or image you have to the picture you want.",
                   "edgewise");
-    main.set_version_flag("--version", "edgewise " EDGEWISE_VERSION);
+    main.set_version_flag("--version", "edgewise " + version());
     main.require_subcommand(1);
     main.ignore_case();  // of verbs
     const Verb verbs[] = {add_info(main),  add_warp(main),   add_render(main),    add_plan(main),

@@ -71,11 +71,12 @@ enum class Likeness { alike, barred, worse };
 
 /// What a plan or a step is expected to take.
 struct Predicted {
-    double seconds = 0;  // all frames
-    double spread = 0;   // of seconds: standard deviation of the log
-    double bytes = 0;    // peak at most: what budgets are held against
-    double error = 0;    // NRMSE
-    bool known = true;   // of error
+    double seconds = 0;   // all frames
+    double spread = 0;    // of seconds: standard deviation of the log
+    double bytes = 0;     // peak at most: what budgets are held against
+    double error = 0;     // NRMSE
+    bool known = true;    // of error
+    bool copied = false;  // Label::copied
     /// The peak that is expected: with frames side by side, without reserves. 0: as `bytes`.
     double expected = 0;
     Likeness likeness = Likeness::alike;  // of a plan; where nothing is asked for, alike

@@ -63,6 +63,7 @@ struct Budget {
     std::optional<double> seconds = {};  // all frames, from samples in memory to results in memory
     std::optional<double> bytes = {};    // peak resident memory of the process
     std::optional<Like> like = {};       // where no plan has it, the most accurate one does
+    bool copied = false;                 // samples are moved and never computed (Error::copies)
 };
 
 /// What someone wants: a job, its views, size and mode, and what it may cost.

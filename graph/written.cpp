@@ -29,6 +29,12 @@ double stored_number(Type type, double value) noexcept {
 
 }  // namespace
 
+bool can_store(Type type, const ValueMap& values, double value) noexcept {
+    const double number = (value - values.offset) / values.slope;
+    if (type == Type::c64 || !std::isfinite(number)) return false;
+    return stored_number(type, number) == number;
+}
+
 Half half_of(float value) noexcept {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     const auto sign = static_cast<std::uint16_t>(bits >> 16 & 0x8000);

@@ -56,6 +56,9 @@ struct WrittenAs {
     friend bool operator==(const WrittenAs&, const WrittenAs&) = default;
 };
 
+/// Whether some stored number means the value; f32 and f64 are taken to mean any finite one.
+bool can_store(Type type, const ValueMap& values, double value) noexcept;
+
 /// Turns one sample of a result (all its channels, as values) into what the file says of it:
 /// rounded and clipped. What is promised of an error is promised of this.
 void round_as(const WrittenAs& how, std::span<double> values) noexcept;

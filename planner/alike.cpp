@@ -19,7 +19,7 @@ constexpr std::uint64_t kSupposed = 24;
 Label after(const Label& label, const Transition& edge, const Offer& offer, const Ask& ask) {
     StepCost cost;
     cost.error = edge.error(offer, ask);
-    if (!ask.want.written) cost.error.copies = true;
+    if (!ask.want.written && !ask.want.budget.copied) cost.error.copies = true;
     if (is_target(offer.to, ask.want)) cost.rounding = rounding_of(ask);
     return extend(label, offer, cost, true, 0);
 }
@@ -79,7 +79,7 @@ std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& cat
         cost.barred = reads_by(what.offer.with, like.barred);
         if (cost.barred) continue;
         cost.error = catalogue[static_cast<std::size_t>(what.edge)].error(what.offer, likely);
-        if (!ask.want.written) cost.error.copies = true;
+        if (!ask.want.written && !ask.want.budget.copied) cost.error.copies = true;
         if (cost.rounding > 0) cost.rounding = rounding_of(likely);
     }
     alike->plain = plain_way(catalogue, likely, priced.sources, like.filter);

@@ -52,7 +52,7 @@ std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& cata
         StepCost& cost = costs[what.index];
         cost = cost_of(catalogue[what.edge], what.offer, ask, profile, threads);
         // Where it makes no difference to the file, it must make none to what beats what.
-        if (!ask.want.written) cost.error.copies = true;
+        if (!ask.want.written && !ask.want.budget.copied) cost.error.copies = true;
         if (spanned.graph[boost::target(arc, spanned.graph)].target)
             cost.rounding = rounding_of(ask);
         if (options.random_costs)
@@ -79,6 +79,7 @@ Predicted predicted_of(const Route& route, const Priced& priced, const Ask& ask,
             .bytes = bytes,
             .error = label.error() / ask.scene.range,
             .known = label.known,
+            .copied = label.copied,
             .expected = expected_bytes(bytes, side_by_side, ask, options),
             .likeness = likeness_of(route, priced)};
 }
@@ -112,6 +113,7 @@ Plan plan_of(const Route& route, const Priced& priced, const Catalogue& catalogu
 }
 
 bool accurate_enough(const Predicted& predicted, const Budget& budget) {
+    if (budget.copied && !predicted.copied) return false;
     if (budget.like && predicted.likeness != Likeness::alike) return false;
     if (!budget.error) return true;
     return predicted.known && predicted.error <= *budget.error;

@@ -94,6 +94,7 @@ std::vector<Plan> nearest_plans(const std::vector<Plan>& plans, const Budget& bu
 
 std::string missed(const Budget& budget) {
     std::vector<std::string> set;
+    if (budget.copied) set.push_back("all samples as they are stored");
     if (budget.error) set.push_back(fmt::format("an error of {:.3g}", *budget.error));
     if (budget.seconds) set.push_back(fmt::format("{:.3g} s", *budget.seconds));
     if (budget.bytes) set.push_back(fmt::format("{:.0f} MiB", *budget.bytes / 0x1p20));
@@ -150,7 +151,8 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
     Priced priced{spanned, sources, {}, options.pinned};
     priced.costs = price(spanned, catalogue, ask, profile, profile.processors, options);
     const Budget& budget = ask.want.budget;
-    const bool unbounded = !budget.error && !budget.like && !budget.seconds && !budget.bytes;
+    const bool unbounded =
+        !budget.error && !budget.like && !budget.copied && !budget.seconds && !budget.bytes;
     if (budget.like) priced.alike = alike_of(priced, catalogue, ask, *budget.like);
     std::vector<Route> routes = routes_to_choose_from(priced);
     if (unbounded && ask.want.minimize == Minimize::time) {

@@ -30,10 +30,11 @@ constexpr int kFewRuns = 3;
 /// kMoreSeconds: the least of several medians is too small by what they scatter.
 constexpr double kClose = 1.15, kMoreSeconds = 0.5;
 constexpr int kMoreRuns = 4;
-/// Rounds go on for so long at least, and until enough runs were calm: a core that is shared with
-/// others, a hyperthread's sibling or another machine's guest, is slow for tenths of a second and
-/// more. Sleeping between rounds would not do: a machine that has slept is slow.
-constexpr double kLeastSeconds = 1.2, kMostSeconds = 20;
+/// Rounds go on for so long at least (where there is the patience), and until enough runs were
+/// calm: a core that is shared with others, a hyperthread's sibling or another machine's guest, is
+/// slow for tenths of a second and more. Sleeping between rounds would not do: a machine that has
+/// slept is slow.
+constexpr double kLeastSeconds = 1.2;
 /// For so long paths that are no rivals are waited for until kFewRuns of their runs were calm.
 constexpr double kJudging = 2;
 
@@ -78,11 +79,12 @@ class Rounds {
  private:
     const MeasuredPath& path(std::size_t i) const { return request_.paths[i]; }
 
-    /// Until the chosen path and all that may win have enough calm runs, or for kMostSeconds.
+    /// Until the chosen path and all that may win have enough calm runs, or the patience ends.
     void run_rounds() {
         const auto begin = Clock::now();
-        for (int round = 0; round < settings_.repeat || since(begin) < kMostSeconds; ++round) {
-            judging_ = since(begin) < kJudging;
+        const double patience = settings_.patience;
+        for (int round = 0; round < settings_.repeat || since(begin) < patience; ++round) {
+            judging_ = since(begin) < std::min(kJudging, patience);
             const bool all = round < settings_.repeat || since(begin) < kLeastSeconds;
             const auto wanted = [&](std::size_t i) {
                 return (path(i).chosen || may_win(i)) && (all || !is_enough(i));

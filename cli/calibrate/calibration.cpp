@@ -23,6 +23,7 @@
 #include "cli/machine/stolen_time.hpp"
 #include "cli/machine/warming.hpp"
 #include "graph/errors.hpp"
+#include "graph/version.hpp"
 #include "planner/cost.hpp"
 
 namespace edgewise::cli {
@@ -364,7 +365,7 @@ class Calibration {
     Profile finished() {
         profile_.name = quick_ ? "this machine (quick)" : "this machine";
         profile_.cpu = cpu_name();
-        profile_.build = EDGEWISE_VERSION;
+        profile_.build = version();
         profile_.when = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
         for (const int threads : {1, profile_.processors}) {
             const Pace best = best_pace(threads);

@@ -4,6 +4,7 @@
 #include "charts/front.hpp"
 #include "cli/chart/chart.hpp"
 #include "cli/session/report.hpp"
+#include "graph/version.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -93,7 +94,7 @@ charts::Table table_of(const std::vector<Charted>& requests, const ChartSettings
 
 Json document_of(const std::vector<Charted>& requests, const ChartSettings& settings,
                  const charts::Table& table) {
-    Json json = {{"schema", 1}, {"version", EDGEWISE_VERSION}};
+    Json json = {{"schema", 1}, {"version", version()}};
     json["warnings"] = warnings_of(requests);
     if (std::any_of(requests.begin(), requests.end(),
                     [](const Charted& request) { return request.interrupted; }))

@@ -7,6 +7,7 @@
 
 #include "cli/machine/machine.hpp"
 #include "cli/request/input.hpp"
+#include "graph/version.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -29,7 +30,7 @@ std::string text_of(const struct stat& s) {
 const std::string& measured_by() {
     static const std::string text = [] {
         const auto self = status_of("/proc/self/exe");
-        return fmt::format("{}|{}|{}", EDGEWISE_VERSION, self ? text_of(*self) : "", cpu_name());
+        return fmt::format("{}|{}|{}", version(), self ? text_of(*self) : "", cpu_name());
     }();
     return text;
 }

@@ -19,6 +19,7 @@ namespace edgewise::cli {
 struct PathSettings {
     std::size_t limit = 200;  // paths a request
     int repeat = 5;           // warm runs of every path that is worth them
+    double patience = 20;     // [s]; so long an audit waits for calm runs of a request
     bool in_a_row = false;    // brief paths run several times each time that others ran before
     std::optional<std::int64_t>
         samples;             // output samples that an error is measured on, 0: all; absent: all of

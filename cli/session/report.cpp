@@ -5,6 +5,7 @@
 
 #include "cli/session/rivals.hpp"
 #include "cli/session/session.hpp"
+#include "graph/version.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -155,7 +156,7 @@ Json to_json(const std::optional<Verified>& error) {
             {"max", error->max},     {"range", error->range}, {"samples", error->samples}};
 }
 
-Json report_head() { return {{"schema", 1}, {"version", EDGEWISE_VERSION}}; }
+Json report_head() { return {{"schema", 1}, {"version", version()}}; }
 
 Json failure_of(int code, const std::string& message) {
     Json report = report_head();

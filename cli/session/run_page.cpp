@@ -18,6 +18,7 @@
 #include "cli/session/report.hpp"
 #include "cli/session/session.hpp"
 #include "graph/errors.hpp"
+#include "graph/version.hpp"
 #include "planner/cost.hpp"
 
 namespace edgewise::cli {
@@ -120,7 +121,7 @@ std::vector<Fact> machine_facts(const Session& session) {
     const Measured& measured = *session.measured;
     const std::string cpu = cpu_name();
     std::vector<Fact> facts = {
-        {"version", "edgewise " EDGEWISE_VERSION},
+        {"version", "edgewise " + version()},
         {"profile", session.profile.name},
         {"processor", cpu.empty() ? "not known" : cpu},
         {"threads", fmt::format("{} of {} cores", session.want().threads, usable_cores())},

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <limits>
 #include <malloc.h>
 
 #include "cli/machine/machine.hpp"
@@ -17,11 +18,12 @@
 #include "cli/session/refined_scene.hpp"
 #include "cli/session/shown.hpp"
 #include "graph/errors.hpp"
+#include "graph/transform_graph.hpp"
+#include "graph/version.hpp"
 #include "planner/cost.hpp"
 #include "transitions/catalogue.hpp"
 #include "transitions/project/casting.hpp"
 #include "transitions/reference/scene.hpp"
-#include "transitions/warp/axis_permutation.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -87,7 +89,7 @@ void take_edges(Session& session) {
         session.demands.without.push_back(demand_of(text, session.edges));
     session.profile = chosen_profile(session.options.machine);
     take_ranks(session);
-    if (session.profile.cpu == cpu_name() && session.profile.build == EDGEWISE_VERSION)
+    if (session.profile.cpu == cpu_name() && session.profile.build == version())
         for (const auto& [processors, looks] : session.profile.calm)
             know_pace(processors, {looks.loop, looks.hop});
     if (o.max_time && !o.explain && session.runs && is_built_in(session.profile))
@@ -98,10 +100,10 @@ void take_edges(Session& session) {
         session.profile.cpu != cpu_name())
         session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",
                                              session.profile.name, session.profile.cpu));
-    if (!session.profile.build.empty() && session.profile.build != EDGEWISE_VERSION)
+    if (!session.profile.build.empty() && session.profile.build != version())
         session.messages.warning(
             fmt::format("the profile '{}' was measured by version {}, this is {}: calibrate again",
-                        session.profile.name, session.profile.build, EDGEWISE_VERSION));
+                        session.profile.name, session.profile.build, version()));
 }
 
 /// The budget of all samples and scratch: what is allowed less what the process has already.
@@ -154,6 +156,23 @@ void take_written(Session& session, double low, double high) {
     if (written.rounds() && !tail.table) want.written = written;
 }
 
+/// Whether some path that may be taken brings the samples to where they are wanted and computes
+/// none of them anew, whatever their values are.
+bool can_be_copied(const Session& session, const Representation& stored) {
+    Scene any;
+    any.high = std::numeric_limits<double>::infinity();
+    any.low = -any.high;
+    const Ask ask{session.want(), any};
+    const TransformGraph spanned = expand(session.edges, ask, {{stored}}, session.demands);
+    const auto arcs = boost::make_iterator_range(boost::edges(spanned.graph));
+    return std::any_of(arcs.begin(), arcs.end(), [&](const auto arc) {
+        const Arc& what = spanned.graph[arc];
+        return spanned.graph[boost::source(arc, spanned.graph)].source >= 0 &&
+               spanned.graph[boost::target(arc, spanned.graph)].target &&
+               session.edges[static_cast<std::size_t>(what.edge)].error(what.offer, ask).copies;
+    });
+}
+
 /// What the samples have to keep: labels stay apart, and what only moves comes out bit for bit.
 void take_exactness(Session& session) {
     Input& input = *session.input;
@@ -163,16 +182,15 @@ void take_exactness(Session& session) {
     if (want.job != Job::warp || input.described || input.phantom || session.given) return;
     const Representation stored = stored_as(input);
     const bool labels = want.field == Field::nearest;
-    if (o.labels && o.outside && is_integer(stored.type) && !can_store(stored, want.outside))
+    if (o.labels && o.outside && is_integer(stored.type) &&
+        !can_store(stored.type, stored.values, want.outside))
         throw RequestError(fmt::format("--outside {}: labels of type {} cannot say it", *o.outside,
                                        name_of(stored.type)));
     const bool wide = bytes_of(stored.type) >= 4 && stored.type != Type::f32;
     const Tail& tail = session.written.tail;
     const bool kept_by_writing =
         !tail.view && (!input.premultiplied() || tail.alpha == store::Alpha::straight);
-    const bool free = session.demands.via.empty() && session.demands.without.empty();
-    if (free && kept_by_writing && (wide || input.premultiplied()) &&
-        copies_samples(stored, want)) {
+    if (kept_by_writing && (wide || input.premultiplied()) && can_be_copied(session, stored)) {
         take_keep(input, Keep::bits);
     } else if (labels) {
         input.outside = want.outside;
@@ -182,8 +200,7 @@ void take_exactness(Session& session) {
     if (input.bytes() > static_cast<double>(session.memory->limit()))
         take_keep(input, Keep::values);
     if (input.keep != Keep::bits) return;
-    // The one path that changes no bit; it is also the fastest.
-    session.demands.via.push_back(demand_of("warp.axis_permutation/to=screen", session.edges));
+    session.wish.want.budget.copied = true;
     take_written(session, 0, 0);
 }
 

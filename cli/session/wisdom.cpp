@@ -13,6 +13,7 @@
 #include "cli/session/hash.hpp"
 #include "cli/session/session.hpp"
 #include "graph/errors.hpp"
+#include "graph/version.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -122,7 +123,7 @@ void Wisdom::keep(const std::string& request, const std::string& about,
 
 std::string wisdom_key(const Session& session) {
     const Data& data = *session.input->data;
-    const std::string text = fmt::format("{}|{}|{}|{}|{:a} {:a}|{}", EDGEWISE_VERSION, cpu_name(),
+    const std::string text = fmt::format("{}|{}|{}|{}|{:a} {:a}|{}", version(), cpu_name(),
                                          usable_cores(), data.what.text(), data.what.values.slope,
                                          data.what.values.offset, request_text(session.want()));
     Hash hash;

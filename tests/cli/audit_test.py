@@ -41,7 +41,7 @@ class Audit(unittest.TestCase):
 
     def audit(self, requests, *words, code=0):
         self.write(requests)
-        self.run_it("audit", self.requests, "-o", self.out, "--quiet", *words, code=code)
+        self.run_it("audit", self.requests, "-o", self.out, "--quiet", "--patience", "0.5", *words, code=code)
         return json.loads(self.out.read_text())
 
     def paths_of_plan(self, args):

@@ -21,6 +21,20 @@ TEST(Written, IntegersAreTheNearestAndTheEven) {
     EXPECT_EQ(stored_as<std::uint8_t>(INFINITY), 255);
 }
 
+TEST(Written, TellsWhatATypeCanStore) {
+    EXPECT_TRUE(can_store(Type::u8, {}, 255));
+    EXPECT_FALSE(can_store(Type::u8, {}, 256));
+    EXPECT_FALSE(can_store(Type::u8, {}, 0.5));
+    EXPECT_TRUE(can_store(Type::u8, {.slope = 0.5}, 0.5));
+    EXPECT_TRUE(can_store(Type::i16, {.slope = 1, .offset = -1024}, -1024));
+    EXPECT_FALSE(can_store(Type::u16, {.slope = 1, .offset = 10}, 9));
+    EXPECT_TRUE(can_store(Type::f16, {}, 0.5));
+    EXPECT_FALSE(can_store(Type::f16, {}, 2049));
+    EXPECT_TRUE(can_store(Type::f32, {}, 0.1));
+    EXPECT_FALSE(can_store(Type::f32, {}, NAN));
+    EXPECT_FALSE(can_store(Type::c64, {}, 0));
+}
+
 /// Each half is the nearest to itself; between two, the middle goes to the even one.
 TEST(Written, HalvesAreTheNearestAndTheEven) {
     for (std::uint32_t bits = 0; bits < 0x7c00; ++bits) {

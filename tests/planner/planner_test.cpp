@@ -217,6 +217,19 @@ TEST(Planner, UnknownErrorsMeetNoErrorBudget) {
     EXPECT_FALSE(answer.nearest.empty());
 }
 
+TEST(Planner, WhereSamplesMustStayOnlyCopiesWill) {
+    ToyGraph toy = two_ways();
+    toy.edges[0].choices[0].error = {.copies = true};
+    Planned planned(toy);
+    EXPECT_EQ(planned.answer().plan->steps[0].by->name, "toy.e1");  // the faster
+    planned.want.budget.copied = true;
+    EXPECT_EQ(planned.answer().plan->steps[0].by->name, "toy.e0");
+    toy.edges[0].choices[0].error = {};  // exact, and yet no copy
+    Planned computed(toy);
+    computed.want.budget.copied = true;
+    EXPECT_EQ(computed.answer().problem, "no plan keeps to all samples as they are stored");
+}
+
 TEST(Planner, NearestPlansLieOnEitherSideOfTheBudget) {
     Planned planned(two_ways());
     planned.want.budget.seconds = 5;  // the fast way

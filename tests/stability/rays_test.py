@@ -356,6 +356,45 @@ class Boxes(Rays):
                     self.assertTrue(np.all(largest == 3))  # a ray that misses: the least value
 
 
+class Framing(Rays):
+    """What a picture shows more or less of must not change what is seen."""
+
+    def test_a_zoom_leaves_lengths_from_an_eye_as_they_are(self):
+        samples = np.ones((16, 16, 16), "f4")
+        for scale in ("1,1,1", "1,1,2", "1.5,1,0.5"):
+            words = ["--mode", "xray", "--perspective", "40", "--size", "9x9", "--scale", scale]
+            plain = self.cast(samples, words)
+            self.assertAlmostEqual(plain[4, 4], 16 * float(scale.split(",")[2]), places=3)
+            # Pixel k of a picture twice as large is at the place of pixel k / 2.
+            twice = self.cast(samples, [*words, "--zoom", "2"])
+            np.testing.assert_allclose(twice[::2, ::2], plain[2:7, 2:7], rtol=1e-4, err_msg=scale)
+
+    def test_what_is_cropped_away_is_still_there_for_rays(self):
+        """A warp between the crop and the picture reads beyond the box that is left."""
+        samples = np.full((40, 40, 40), 5, "f4")
+        samples[14:20, 18:24, 20:26] = np.random.default_rng(3).uniform(5, 9, (6, 6, 6))
+        for mode in (["mip"], ["xray", "--zero", "5"]):
+            words = ["--mode", *mode, "--rotate", "10,20,30", "--size", "50x50"]
+            made = {}
+            for first in ([], ["--via", "store.crop"]):
+                steps = [*first, "--via", "warp.backward/filter=foh", "--via", "project.combine"]
+                without = [] if first else ["--without", "store.crop"]
+                made[len(first)] = self.render(samples, *words, *steps, *without)
+            self.assertGreater(np.ptp(made[0]), 1)
+            np.testing.assert_allclose(made[2], made[0], atol=2e-4, err_msg=mode[0])
+
+    def test_errors_of_a_picture_with_wide_margins_are_predicted(self):
+        """Few pixels see the data, so that a preview draws them all and needs no guess."""
+        samples = np.random.default_rng(5).uniform(0, 100, (8, 8, 8)).astype("f4")
+        source = self.folder / "small.nrrd"
+        write_nrrd(source, samples)
+        for mode in ("mip", "mean"):
+            error = self.report("render", source, "-o", "null:", "--mode", mode, "--rotate", "20,30,0",
+                                "--size", "96x96", "--verify=all", *via("project.ray_cast/filter=foh/step=1"))
+            ratio = error["plan"]["predicted"]["error"] / error["measured"]["error"]["nrmse"]
+            self.assertTrue(2 / 3 < ratio < 3, f"{mode}: {ratio}")
+
+
 class Lattice(Rays):
     def test_S28_samples_do_not_move_with_the_box(self):
         """A volume cut to what is occupied has the same samples at the same places along rays."""

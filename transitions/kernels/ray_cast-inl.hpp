@@ -128,7 +128,9 @@ void Packet::reckon(const RayCast& cast, const ParallelRays& shared, std::size_t
     const VD far = hn::Set(d, std::numeric_limits<double>::max());
     const auto hits = hn::And(hn::Lt(box.low, box.high), hn::And(hn::Le(hn::Abs(box.low), far),
                                                                  hn::Le(hn::Abs(box.high), far)));
-    const VD begins = hn::Floor(box.low), ends = hn::Sub(hn::Ceil(box.high), one);
+    const VD sliver = hn::Set(d, kSliver);
+    const VD begins = hn::Floor(hn::Add(box.low, sliver));
+    const VD ends = hn::Max(begins, hn::Sub(hn::Ceil(hn::Sub(box.high, sliver)), one));
     const VD base = hn::Add(begins, half);
     for (int axis = 0; axis < 3; ++axis)
         keep(hn::Add(origin[axis], hn::Mul(base, along[axis])), position[axis]);

@@ -145,6 +145,10 @@ inline void clip(double o, double inverse, double from, double to, double& low,
     high = std::min(high, std::max(a, b));
 }
 
+/// What a ray has of a cell counts with the next cell where it is shorter [cell]. Rounding decides
+/// whether there is such a piece, and a maximum would take a sample of it.
+inline constexpr double kSliver = 1e-9;
+
 /// The ray of a pixel. All lengths in cells: one cell is one step.
 inline RayPath ray_path(const RayCast& cast, double px, double py) noexcept {
     const auto origin = cast.rays.origin.at(px, py);
@@ -167,8 +171,8 @@ inline RayPath ray_path(const RayCast& cast, double px, double py) noexcept {
              inner_high);
     }
     if (!(low < high) || !std::isfinite(low) || !std::isfinite(high)) return path;
-    path.first = static_cast<std::int64_t>(std::floor(low));
-    path.last = static_cast<std::int64_t>(std::ceil(high)) - 1;
+    path.first = static_cast<std::int64_t>(std::floor(low + kSliver));
+    path.last = std::max(path.first, static_cast<std::int64_t>(std::ceil(high - kSliver)) - 1);
     path.length = high - low;
     const double base = static_cast<double>(path.first) + 0.5;
     for (int axis = 0; axis < 3; ++axis)

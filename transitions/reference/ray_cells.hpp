@@ -19,14 +19,17 @@ struct RayCells {
     std::array<std::int64_t, Places::kMost> index;
     std::array<double, Places::kMost> middle, length;  // [t]
 
-    /// The next cells of one step whose middles lie before `end`; none: count 0.
+    /// The next cells of one step whose middles lie before `end`; none: count 0. Of a ray that is
+    /// longer, pieces of cells so short that rounding decides about them are left out.
     void take(double end, double front, double step, const RaySpan& ray, std::int64_t& next) {
+        constexpr double kSliver = 1e-9;  // [cell]
+        const double least = ray.high - ray.low > 2 * kSliver * step ? kSliver * step : 0;
         for (count = 0; count < Places::kMost; ++next) {
             const double begin = front + static_cast<double>(next) * step;
             const double low = std::max(ray.low, begin), high = std::min(ray.high, begin + step);
             const double at = 0.5 * (low + high);
             if (at >= end || begin >= ray.high) return;
-            if (!(low < high)) continue;
+            if (!(high - low > least)) continue;
             index[count] = next;
             middle[count] = at;
             length[count++] = high - low;

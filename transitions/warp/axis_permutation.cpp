@@ -236,13 +236,6 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 
 }  // namespace
 
-bool copies_samples(const Representation& from, const Request& want) {
-    return want.job == Job::warp && from.type != Type::c64 &&
-           no_copy(from, want, want.outside).empty();
-}
-
-bool can_store(const Representation& as, double value) { return stored(as, value).has_value(); }
-
 Transition axis_permutation_warp() {
     Transition edge;
     edge.name = "warp.axis_permutation";

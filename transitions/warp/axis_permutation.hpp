@@ -18,9 +18,4 @@ namespace edgewise {
 /// Source  [W93] 3.6 (90 degree turns); principal axis: Lacroute, Levoy 1994
 Transition axis_permutation_warp();
 
-/// Whether to=screen serves a warp: then all that is asked for is where samples go.
-bool copies_samples(const Representation& from, const Request& want);
-/// Whether a value is one of those that stored numbers mean.
-bool can_store(const Representation& as, double value);
-
 }  // namespace edgewise

@@ -79,5 +79,24 @@ TEST(Shadow, OfRaysFromAnEyeIsEverywhere) {
     EXPECT_EQ(told.hits + told.more, kSide * kSide);
 }
 
+/// Of a ray along z from the front face on: whether rounding leaves a piece of the cell before.
+TEST(RayPath, PiecesThatOnlyRoundingMakesAreNoCells) {
+    for (const double off : {-1e-13, 0.0, 1e-13}) {
+        Rays rays;
+        rays.direction.base = {0, 0, 1};
+        rays.origin.base = {0, 0, -0.5 - off};
+        const RayPath path = ray_path(cast_of({2, 2, 2}, rays), 0, 0);
+        EXPECT_EQ(path.first, 0) << off;
+        EXPECT_EQ(path.last, 1) << off;
+        EXPECT_NEAR(path.first_weight + path.last_weight, 2, 1e-12);
+    }
+    Rays corner;  // a ray that is shorter than that still meets the box
+    corner.direction.base = {1, 0, 1};
+    corner.origin.base = {1.5 - 1e-12, 0, -0.5};
+    const RayPath path = ray_path(cast_of({2, 2, 2}, corner), 0, 0);
+    EXPECT_TRUE(path.hit());
+    EXPECT_EQ(path.first, path.last);
+}
+
 }  // namespace
 }  // namespace edgewise::kernels
