@@ -9,13 +9,14 @@ option(EDGEWISE_PRECOMPILED_HEADERS "read common headers once" ON)
 # Optimisation by kind. Kernels and edges get all there is. The command and the tests wait for them, so
 # there the time that a build takes counts for more.
 set(edgewise_optimisation_library)
-set(edgewise_optimisation_command $<$<CONFIG:Release>:-O2>)
+set(edgewise_optimisation_command $<$<CONFIG:Release>:-O1>)
 set(edgewise_optimisation_tests $<$<CONFIG:Release>:-O1>)
 
 # Programs are compiled as position-independent executables and libraries as shared code, and a
 # precompiled header fits one of them. Its text names no folder of this machine, so that a compiler
 # cache serves several clones.
 if(EDGEWISE_PRECOMPILED_HEADERS)
+    add_compile_definitions(BOOST_ALL_NO_LIB) # as Boost's target has it: one header serves all
     foreach(kind IN ITEMS library command tests)
         set(owner edgewise_precompiled_${kind})
         if(kind STREQUAL tests)
@@ -28,7 +29,7 @@ if(EDGEWISE_PRECOMPILED_HEADERS)
         else()
             add_library(${owner} OBJECT cmake/precompiled/empty.cpp)
         endif()
-        target_link_libraries(${owner} PRIVATE Eigen3::Eigen fmt::fmt)
+        target_link_libraries(${owner} PRIVATE Eigen3::Eigen fmt::fmt Boost::headers TBB::tbb)
         target_include_directories(${owner} PRIVATE ${PROJECT_SOURCE_DIR}/cmake)
         target_compile_options(${owner} PRIVATE ${edgewise_optimisation_${kind}})
         edgewise_warnings(${owner})

@@ -1,5 +1,3 @@
-// What most sources of the command include.
+// What most sources of the command include. CLI11 and nlohmann::json are not among it: their inline
+// functions would be made once more for every source.
 #include "library.hpp"
-// Slow to read, so behind the others.
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>

@@ -6,6 +6,7 @@
 #include <any>
 #include <array>
 #include <atomic>
+#include <boost/graph/adjacency_list.hpp>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -22,6 +23,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <tbb/parallel_for.h>
 #include <tuple>
 #include <utility>
 #include <vector>

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
-#include <regex>
+#include <sstream>
 
 #include "tests/io/dicom_testing.hpp"
 
@@ -92,7 +92,7 @@ TEST(BadFiles, NrrdFields) {
         "type: short\ndimension: 3\nsizes: 5 4 3\nendian: little\nencoding: raw";
     EXPECT_EQ(refusal(scratch.put("a.nrrd", nrrd(good))), "");
     const auto with = [&](const std::string& from, const std::string& to) {
-        return nrrd(std::regex_replace(good, std::regex(from), to));
+        return nrrd(replaced(good, from, to));
     };
     expect_refusal(scratch, "a.nrrd", with("short", "quaternion"), "type");
     expect_refusal(scratch, "a.nrrd", with("type: short\n", ""), "type");
@@ -341,16 +341,19 @@ TEST(SharedData, HostileFilesGetTheVerdictOfTheirReadme) {
     const std::string data = shared_data();
     if (data.empty()) GTEST_SKIP() << "EDGEWISE_SHARED is not set";
     const std::string table = bytes_in(data + "/bad/README.md");
-    const std::regex row(R"(\| `([^`]+)` \|[^\n]*\| (REJECT|LOAD) \|)");
     int rows = 0;
     Selection pick;
     pick.memory_limit = 512 << 20;
-    for (std::sregex_iterator at(table.begin(), table.end(), row), end; at != end; ++at, ++rows) {
-        const std::string name = (*at)[1];
+    std::istringstream lines(table);
+    for (std::string line; std::getline(lines, line);) {  // | `name` | what it is | LOAD | ...
+        const bool rejects = line.find("| REJECT |") != line.npos;
+        if (!line.starts_with("| `") || (!rejects && line.find("| LOAD |") == line.npos)) continue;
+        ++rows;
+        const std::string name = line.substr(3, line.find('`', 3) - 3);
         const auto start = std::chrono::steady_clock::now();
         const std::string message = refusal(data + "/bad/" + name, pick);
         // A legal gigabyte, beyond the limit: the size must be said.
-        const bool loads = (*at)[2] == "LOAD" && name != "nii_bomb_honest.nii.gz";
+        const bool loads = !rejects && name != "nii_bomb_honest.nii.gz";
         EXPECT_EQ(message.empty(), loads) << name << ": " << message;
         if (!loads) {
             EXPECT_NE(message.find(name), std::string::npos) << message;

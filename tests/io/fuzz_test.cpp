@@ -8,7 +8,6 @@
 #include <map>
 #include <memory>
 #include <random>
-#include <regex>
 
 #include "tests/io/dicom_testing.hpp"
 
@@ -219,14 +218,14 @@ std::vector<Seed> text_seeds() {
         {"c.nrrd", nrrd_seed("ascii", text_of_ramp())},
         {"e.nrrd", nrrd_seed("hex", hexadecimal(data))},
         {"f.nrrd", nrrd_seed("bzip2", bzipped(data))},
-        {"g.nrrd", std::regex_replace(nrrd_seed("ascii", text_of_ramp()), std::regex("short"),
-                                      "int64\nunits: \"\" \"um\" \"um\" \"um\"")},
+        {"g.nrrd", replaced(nrrd_seed("ascii", text_of_ramp()), "short",
+                            "int64\nunits: \"\" \"um\" \"um\" \"um\"")},
         {"c.vtk", vtk_fields("BINARY", data, wide_ramp())},
         {"d.vtk", vtk_fields("ASCII", text_of_ramp(), text_of_ramp())},
-        {"d.vti", std::regex_replace(vti_seed("", "format=\"ascii\">" + text_of_ramp(), ""),
-                                     std::regex("Int16"), "Int64")},
-        {"e.vti", std::regex_replace(vti_seed("", "format=\"ascii\">" + text_of_ramp(), ""),
-                                     std::regex("PointData"), "CellData")},
+        {"d.vti",
+         replaced(vti_seed("", "format=\"ascii\">" + text_of_ramp(), ""), "Int16", "Int64")},
+        {"e.vti",
+         replaced(vti_seed("", "format=\"ascii\">" + text_of_ramp(), ""), "PointData", "CellData")},
         {"d.nhdr", nrrd_seed("raw\ndata file: d%02d.raw 1 3 1", "")},
         {"a.vtk", vtk_seed("BINARY", data)},
         {"b.vtk", vtk_seed("ASCII", text_of_ramp())},

@@ -50,6 +50,13 @@ class Scratch {
     std::filesystem::path folder_;
 };
 
+/// The text with every occurrence of `from` replaced.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size())
+        text.replace(at, from.size(), to);
+    return text;
+}
+
 inline std::string bytes_in(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
