@@ -37,14 +37,12 @@ function(edgewise_folder name)
     set_property(GLOBAL APPEND PROPERTY EDGEWISE_FOLDERS ${FOLDER_PATH})
 endfunction()
 
-# Vectors are written by hand in the sources of kernels (*_simd.cpp): what -O3 adds there, copies of
-# functions and vectors of its own, takes 0.6 of the time to compile and makes nothing faster.
-function(edgewise_vectors_by_hand target)
+# Sources with vectors (*_simd.cpp) read no precompiled header: it brings templates that are made once
+# more for each of them, and the processor's own header without what silences its warnings.
+function(edgewise_vectors target)
     get_target_property(sources ${target} SOURCES)
     list(FILTER sources INCLUDE REGEX "_simd\\.cpp$")
-    # Behind a precompiled header GCC 12 warns of the undefined registers of its own AVX-512 header.
-    set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS "$<$<CONFIG:Release>:-O2>"
-        SKIP_PRECOMPILE_HEADERS ON)
+    set_source_files_properties(${sources} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
 
 # Floating-point results must not depend on what a compiler contracts: fused operations are written.
