@@ -8,9 +8,9 @@ std::string fact_of_runs(const Transition& edge, const Parameters& with) {
     return "run/" + edge.name + with.text();
 }
 
-Error Transition::error_of(const Offer& offer, const Ask& ask) const {
-    if (error) return error(offer, ask);
-    const std::optional<double> measured = ask.scene.fact(fact_of_runs(*this, offer.with));
+Error Transition::error_of(const Offer& made, const Ask& ask) const {
+    if (error) return error(made, ask);
+    const std::optional<double> measured = ask.scene.fact(fact_of_runs(*this, made.with));
     return measured ? Error{.bias = *measured} : Error::unknown();
 }
 

@@ -69,11 +69,11 @@ class RayCastModel final : public Model {
         : want_(setting.want),
           by_(setting.filters),
           noise_(1e-3 * range_between(setting.statistics.low, setting.statistics.high)) {
-        for (const PreviewHold hold : kHolds)
+        for (const Filter* filter : by_)
             for (const double step : kCastSteps) {
                 const bool coarse = step == 2;
-                facts_.push_back({.name = fmt::format("picture/{}/{}", kPreviewHolds[hold], step),
-                                  .like = hold == kZoh
+                facts_.push_back({.name = fmt::format("picture/{}/{}", filter->name, step),
+                                  .like = filter->taps == 1
                                               ? (coarse ? RayLook::kZoh2 : RayLook::kZoh1)
                                               : (coarse ? RayLook::kFoh2 : RayLook::kFoh1)});
             }

@@ -47,8 +47,9 @@ std::string window_facet(const kernels::KaiserBessel& window) {
 
 std::string fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
                              const Request& want) {
-    return fmt::format("picture/spectrum/{}x{}{}", window.width(), window.padding(),
-                       box == want.input ? "" : "/" + text_of(box, want.axes));
+    const std::string whole =
+        fmt::format("picture/spectrum/{}x{}", window.width(), window.padding());
+    return box == want.input ? whole : fmt::format("{}/{}", whole, text_of(box, want.axes));
 }
 
 std::optional<double> measured_error(const kernels::KaiserBessel& window,
