@@ -124,16 +124,5 @@ TEST(RayLook, LeavesOutWhatIsNotFinite) {
         });
 }
 
-TEST(RayLook, KnowsWhichCastsGoWithAFact) {
-    EXPECT_EQ(cast_like("picture/zoh/0.5"), RayLook::kZoh1);
-    EXPECT_EQ(cast_like("picture/zoh/2"), RayLook::kZoh2);
-    EXPECT_EQ(cast_like("picture/bspline3/2"), RayLook::kFoh2);
-    EXPECT_EQ(cast_like("picture/screen/me"), RayLook::kZoh1);
-    EXPECT_EQ(cast_like("picture/shear_warp/zoh"), RayLook::kSlices);
-    EXPECT_EQ(cast_like("picture/shear_warp/foh"), RayLook::kFoh1);
-    EXPECT_EQ(cast_like("noisy/zoh"), RayLook::kCasts);
-    EXPECT_EQ(cast_like("picture/ended"), RayLook::kCasts);
-}
-
 }  // namespace
 }  // namespace edgewise
