@@ -84,7 +84,7 @@ Scene known_scene(const Catalogue& edges, const Input& input, const Statistics& 
     return scene_of(statistics, known<Seen>(input, kView, name_of_view(want, times, asked), [&] {
                         const Phantom* formula = input.phantom ? &*input.phantom : nullptr;
                         Scene scene = measure_scene(edges, *input.data, statistics, want, formula,
-                                                    memory, times);
+                                                    memory, times, asked);
                         count_scene(edges, *input.data, want, scene, memory);
                         return Seen{scene.range, std::move(scene.facts), std::move(scene.likely),
                                     scene.draws, scene.exhausted};
