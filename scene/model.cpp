@@ -69,7 +69,8 @@ std::vector<Region> boxes_of(const TransformGraph& spanned, const Request& want)
     std::vector<Region> boxes = {Region::all(want.input)};
     for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
         const Representation& from = spanned.graph[arc].offer.from;
-        if (from.space != "object" || from.placed.one_a_view()) continue;
+        if (from.space != "object" || from.content != "scalar" || from.placed.one_a_view())
+            continue;
         Region box;
         for (int axis = 0; axis < 3; ++axis) {
             box.begin[axis] = std::llround(-from.placed.at(0)(axis, 3));
@@ -80,17 +81,21 @@ std::vector<Region> boxes_of(const TransformGraph& spanned, const Request& want)
     return boxes;
 }
 
-/// Those of edges' parameters, in the order of filters().
-std::vector<const Filter*> filters_of(const TransformGraph& spanned, const Demands& asked) {
+/// Those that edges try or that are asked for, in the order of filters().
+std::vector<const Filter*> filters_of(const Catalogue& catalogue, const Demands& asked) {
     std::set<std::string> names;
-    const auto add = [&](const Parameters& with) {
-        const auto found = with.all().find("filter");
-        if (found == with.all().end()) return;
-        if (const auto* word = std::get_if<std::string>(&found->second)) names.insert(*word);
+    const auto add = [&](const Value& value) {
+        if (const auto* word = std::get_if<std::string>(&value)) names.insert(*word);
     };
-    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph)))
-        add(spanned.graph[arc].offer.with);
-    for (const Demand& demand : asked.via) add(demand.with);
+    for (const Transition& edge : catalogue) {
+        const auto found = edge.parameters.find("filter");
+        if (found == edge.parameters.end()) continue;
+        for (const Value& value : found->second.tried) add(value);
+    }
+    for (const Demand& demand : asked.via) {
+        const auto found = demand.with.all().find("filter");
+        if (found != demand.with.all().end()) add(found->second);
+    }
     std::vector<const Filter*> used;
     for (const Filter& filter : filters())
         if (names.contains(filter.name)) used.push_back(&filter);
@@ -106,7 +111,7 @@ std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
     const Ask ask{setting.want, scene};
     const TransformGraph spanned = expand(catalogue, ask, {{input}});
     setting.boxes = boxes_of(spanned, setting.want);
-    setting.filters = filters_of(spanned, asked);
+    setting.filters = filters_of(catalogue, asked);
     std::vector<std::shared_ptr<const Model>> models;
     const auto add = [&](bool warps) {
         for (const Transition& edge : catalogue) {

@@ -182,7 +182,7 @@ struct ModelSetting {
     const Statistics& statistics;
     /// Boxes of the input that paths keep of it, the whole first.
     std::vector<Region> boxes;
-    /// Filters that some path reads by.
+    /// Filters that edges try, or that are asked for.
     std::vector<const Filter*> filters;
     /// Those of warps, made before.
     std::vector<std::pair<std::string, const WarpModel*>> warps;
