@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -24,7 +25,8 @@ inline std::vector<std::string> cells(const std::string& line) {
 /// A file of comma separated values beside this one; lines that begin with # are skipped, the first
 /// other one names the columns. No cell holds a comma.
 inline std::vector<Row> rows_of(const std::string& name) {
-    std::ifstream file(std::filesystem::path(__FILE__).parent_path() / name);
+    const char* tests = std::getenv("EDGEWISE_TESTS");
+    std::ifstream file(std::filesystem::path(tests ? tests : "tests") / "thesis" / name);
     if (!file) throw std::runtime_error("cannot read " + name);
     std::vector<std::string> columns;
     std::vector<Row> rows;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -87,8 +88,10 @@ double worst_difference(const Fixture& fixture, bool cubic) {
 }
 
 TEST(BackwardWarpEdge, EqualsScipyInDoublePrecision) {
-    std::ifstream file(std::filesystem::path(__FILE__).parent_path() / "scipy_fixtures.bin",
-                       std::ios::binary);
+    const char* tests = std::getenv("EDGEWISE_TESTS");
+    std::ifstream file(
+        std::filesystem::path(tests ? tests : "tests") / "transitions/warp/scipy_fixtures.bin",
+        std::ios::binary);
     ASSERT_TRUE(file);
     int images = 0, volumes = 0, projective = 0;
     while (const auto fixture = next_fixture(file)) {
