@@ -122,7 +122,8 @@ std::optional<Loose> loose_axis(const Matrix& a) {
 }
 
 /// EQ 32: [a b; c d] = [1 b1; 0 1] [1 0; b2 1] [1 b3; 0 1]. Where c is nearly 0, b1 = (a - 1) / c
-/// is noise, and any b1 serves, as b3 makes up for it: 0, so that one pass is left where c is 0 too.
+/// is noise, and any b1 serves, as b3 makes up for it: 0, so that one pass is left where c is 0
+/// too.
 std::array<double, 3> three_shears(double a, double b, double c, double d) {
     const bool nearly_upright = std::abs(c) < 1e-6 && std::abs(a - 1) < 1e-10;
     if (std::abs(a) < std::abs(d)) {
