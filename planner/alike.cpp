@@ -18,8 +18,7 @@ constexpr std::uint64_t kSupposed = 24;
 /// The label behind an edge, as far as errors go; as `price` has them.
 Label after(const Label& label, const Transition& edge, const Offer& offer, const Ask& ask) {
     StepCost cost;
-    cost.error = edge.error_of(offer, ask);
-    if (!ask.want.written && !ask.want.budget.copied) cost.error.copies = true;
+    cost.error = counted_error(edge, offer, ask);
     if (is_target(offer.to, ask.want)) cost.rounding = rounding_of(ask);
     return extend(label, offer, cost, true, 0);
 }
@@ -78,8 +77,8 @@ std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& cat
         StepCost& cost = alike->likely.costs[what.index];
         cost.barred = reads_by(what.offer.with, like.barred);
         if (cost.barred) continue;
-        cost.error = catalogue[static_cast<std::size_t>(what.edge)].error_of(what.offer, likely);
-        if (!ask.want.written && !ask.want.budget.copied) cost.error.copies = true;
+        cost.error =
+            counted_error(catalogue[static_cast<std::size_t>(what.edge)], what.offer, likely);
         if (cost.rounding > 0) cost.rounding = rounding_of(likely);
     }
     alike->plain = plain_way(catalogue, likely, priced.sources, like.filter);

@@ -51,8 +51,6 @@ std::vector<StepCost> price(const TransformGraph& spanned, const Catalogue& cata
         const Arc& what = spanned.graph[arc];
         StepCost& cost = costs[what.index];
         cost = cost_of(catalogue[what.edge], what.offer, ask, profile, threads);
-        // Where it makes no difference to the file, it must make none to what beats what.
-        if (!ask.want.written && !ask.want.budget.copied) cost.error.copies = true;
         if (spanned.graph[boost::target(arc, spanned.graph)].target)
             cost.rounding = rounding_of(ask);
         if (options.random_costs)

@@ -93,6 +93,12 @@ std::string timing_name(const Transition& edge, const Offer& offer, const Reques
                        work.way, kind, name_of(timed_as(offer.from.type)));
 }
 
+Error counted_error(const Transition& edge, const Offer& offer, const Ask& ask) {
+    Error error = edge.error_of(offer, ask);
+    if (!ask.want.written && !ask.want.budget.copied) error.copies = true;
+    return error;
+}
+
 StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, const Profile& profile,
                  int threads) {
     StepCost cost;
@@ -114,7 +120,7 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
     }
     cost.scratch = cost.work.scratch * threads + cost.work.workspace +
                    part_bytes(edge.parts(offer, ask), offer);
-    cost.error = edge.error_of(offer, ask);
+    cost.error = counted_error(edge, offer, ask);
     // One number that is none, or a negative one, would let the search go round a cycle for ever.
     const Error& e = cost.error;
     for (const double number : {cost.seconds, cost.scratch, e.gain, e.noise_gain, e.bias, e.noise})

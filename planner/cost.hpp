@@ -21,6 +21,9 @@ struct StepCost {
     double rounding = 0;  // of writing what the edge makes, unless it is copied [value]
 };
 
+/// The error of an edge as labels count it: where copies make no difference to the file, all count
+/// as such, so that it makes none to what beats what.
+Error counted_error(const Transition& edge, const Offer& offer, const Ask& ask);
 /// What rounding and clipping to the type of the file add to results that are not copies of
 /// samples: as measured on the scene, else that of values spread evenly between neighbouring
 /// numbers [value].

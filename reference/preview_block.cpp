@@ -23,6 +23,13 @@ double hashed(std::uint64_t n) noexcept {
     return static_cast<double>((n ^ (n >> 31)) >> 11) * 0x1p-53;
 }
 
+const Filter& filter_of(PreviewHold hold) {
+    static const std::array<const Filter*, kPreviewHolds.size()> all = {
+        &filter_named(kPreviewHolds[kZoh]), &filter_named(kPreviewHolds[kFoh]),
+        &filter_named(kPreviewHolds[kSpline])};
+    return *all[hold];
+}
+
 PreviewBlock::PreviewBlock(const ReferenceField& field, const Region& cells,
                            std::pmr::memory_resource* memory)
     : field_(field), channels_(field.samples().what.channels) {
@@ -98,7 +105,7 @@ void PreviewBlock::hold(PreviewHold hold, const Places& places, double* values, 
 void PreviewBlock::read(const Filter& filter, const Places& places, double* values,
                         int channel) const {
     for (const PreviewHold known : {kZoh, kFoh, kSpline})
-        if (filter.name == kPreviewHolds[known]) return hold(known, places, values, channel);
+        if (&filter == &filter_of(known)) return hold(known, places, values, channel);
     weighted_at(filter, places, values, channel);
 }
 

@@ -12,6 +12,8 @@ namespace edgewise {
 /// The holds that a preview compares, and their names in Scene::facts.
 inline constexpr std::array<const char*, 3> kPreviewHolds = {"zoh", "foh", "bspline3"};
 enum PreviewHold { kZoh, kFoh, kSpline };
+/// The filter that a hold is.
+const Filter& filter_of(PreviewHold hold);
 
 /// A repeatable number in [0, 1) for each n.
 double hashed(std::uint64_t n) noexcept;

@@ -10,8 +10,8 @@
 
 namespace edgewise {
 
-/// Measures the errors of edges that have neither an answer of their own (Transition::error) nor a
-/// model, by running them: on a few tiles of the output that are drawn evenly, from the part of the
+/// Measures the errors of edges that have no answer of their own (Transition::error), by running
+/// them: on a few tiles of the output that are drawn evenly, from the part of the
 /// input that each tile sees, at full sampling. The result of the shortest path that goes through
 /// an edge is held against the reference of that part. Adds facts as fact_of_runs() names them, as
 /// errors of the edge's own samples: what later edges make of these is divided by their gains.

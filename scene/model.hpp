@@ -71,9 +71,10 @@ class RayPiece {
     const RayCells& cells() const noexcept { return cells_; }
     const Places& places() const noexcept { return places_; }
     const PreviewBlock& block() const noexcept { return block_; }
-    std::span<const double> held(PreviewHold hold) { return held(filters()[hold]); }
-    /// By one of filters().
+    std::span<const double> held(PreviewHold hold) { return held(filter_of(hold)); }
+    /// Values of the field at the cells' middles, as one of filters() reads it.
     std::span<const double> held(const Filter& filter);
+    /// The same as the reference has it: NaN where it is absent.
     std::span<const double> reference();
     /// Adds values at the cells' middles to a stretch of the ray.
     void add(std::span<const double> values, Stretch& to, const Request& want) const {
@@ -143,8 +144,12 @@ class WarpModel {
     /// @param alike  by place: what moves samples moves those of one number alike
     virtual void make(const PreviewBlock& block, const Places& places,
                       std::span<const std::uint64_t> alike, double* values) const = 0;
+    /// Whether they are samples of the input, one for each place: then its errors go with those of
+    /// nearest ones.
+    virtual bool takes_samples() const = 0;
 };
 
+/// What an edge says of a few of its output samples.
 class Model {
  public:
     virtual ~Model() = default;
@@ -158,6 +163,7 @@ class Model {
     virtual std::vector<std::pair<std::string, const WarpModel*>> makes() const { return {}; }
 
     // Of a picture.
+    /// Steps of the cells that its rays take [t].
     virtual std::vector<double> steps() const { return {}; }
     /// Null: it has nothing to say of pictures.
     virtual std::unique_ptr<RayModel> follow(const RaySpan& /*ray*/,

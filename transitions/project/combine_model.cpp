@@ -64,11 +64,9 @@ class CombinedRay final : public RayModel {
 class CombineModel final : public Model {
  public:
     explicit CombineModel(const ModelSetting& setting) : setting_(setting) {
-        for (const auto& [name, warp] : setting.warps) {
-            const bool nearest = name == "zoh" || name == "me";  // what moves is no filter's
+        for (const auto& [name, warp] : setting.warps)
             facts_.push_back({.name = "picture/screen/" + name,
-                              .like = nearest ? RayLook::kZoh1 : RayLook::kFoh1});
-        }
+                              .like = warp->takes_samples() ? RayLook::kZoh1 : RayLook::kFoh1});
     }
     std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample&) const override {
         return std::make_unique<CombinedRay>(ray, setting_);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "graph/range.hpp"
+#include "transitions/filters/filter.hpp"
 #include "transitions/project/picture.hpp"
 
 namespace edgewise {
@@ -12,7 +13,8 @@ namespace {
 /// RMS errors over the range of the picture where nothing was measured: those of a real MR head,
 /// 160 x 232 x 160 samples turned by 30, 20 and 10 degrees, step 1 (DESIGN, section 4).
 double guess(const std::string& filter, Mode mode) {
-    const int hold = filter == "zoh" ? 0 : filter == "bspline3" ? 2 : 1;
+    const Filter& by = filter_named(filter);
+    const int hold = by.taps == 1 ? 0 : by.coefficients ? 2 : 1;
     constexpr double kMip[] = {0.038, 0.050, 0.021};
     constexpr double kIntegral[] = {0.0044, 0.0026, 0.0013};
     constexpr double kComposite[] = {0.011, 0.014, 0.003};
@@ -87,7 +89,7 @@ double rounding(const std::string& filter, const Ask& ask) {
     constexpr double kFloat = 0x1p-24, kWeights = 2e-5;
     const auto longest =
         static_cast<double>(std::max({ask.want.input.x, ask.want.input.y, ask.want.input.z}));
-    const double sample = filter == "zoh" || filter == "foh" ? kWeights : 0.25 * kFloat * longest;
+    const double sample = filter_named(filter).taps <= 2 ? kWeights : 0.25 * kFloat * longest;
     if (ask.want.mode != Mode::xray && ask.want.mode != Mode::mean) return sample + kFloat;
     const double root =
         std::sqrt(static_cast<double>(std::max<std::int64_t>(1, ask.want.screen.z)));
@@ -98,7 +100,7 @@ double rounding(const std::string& filter, const Ask& ask) {
 
 Error cast_error(const std::string& filter, double step, const Ask& ask) {
     // The noise of samples that a spline runs through passes as that of linear interpolation does.
-    Error error = gains(filter == "zoh" ? "zoh" : "foh", ask);
+    Error error = gains(filter_named(filter).taps == 1 ? "zoh" : "foh", ask);
     error.bias = at_step(filter, step, ask) + terminated(ask);
     error.noise = rounding(filter, ask) * ask.scene.range;
     return error;

@@ -6,10 +6,10 @@
 
 #include "graph/lines_touched.hpp"
 #include "graph/spread.hpp"
+#include "transitions/filters/read_by.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_path.hpp"
-#include "transitions/kernels/read_by.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/project/bricks_of.hpp"
 #include "transitions/project/casting.hpp"
@@ -35,7 +35,11 @@ const Filter& filter_of(const Parameters& with) { return filter_named(with.word(
 Hold hold_of(const Parameters& with) { return kernels::hold_of(filter_of(with)); }
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (std::string reason = not_read_by(filter_of(with), from.content, ask); !reason.empty())
+    if (std::string reason =
+            not_read_by(filter_of(with), {.coefficients = from.content == "coefficients",
+                                          .labels = ask.want.field == Field::nearest,
+                                          .non_finite = ask.scene.non_finite});
+        !reason.empty())
         return Offer::no(std::move(reason));
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));

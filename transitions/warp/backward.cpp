@@ -8,9 +8,9 @@
 
 #include "graph/lines_touched.hpp"
 #include "graph/spread.hpp"
+#include "transitions/filters/read_by.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
-#include "transitions/kernels/read_by.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/warp/backward_model.hpp"
 #include "transitions/warp/counts.hpp"
@@ -38,7 +38,11 @@ Mat4 to_input(const Representation& from, const Request& want, int view) {
 
 /// What only needs the request: kept apart, so that views are looked at last.
 std::string refusal(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (std::string reason = not_read_by(filter_of(with), from.content, ask); !reason.empty())
+    if (std::string reason =
+            not_read_by(filter_of(with), {.coefficients = from.content == "coefficients",
+                                          .labels = ask.want.field == Field::nearest,
+                                          .non_finite = ask.scene.non_finite});
+        !reason.empty())
         return reason;
     if (ask.want.eye) return "the eye is at a finite distance: its rays are not parallel to z";
     if (from.type == Type::c64) return "complex samples have no hold";

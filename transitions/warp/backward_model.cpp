@@ -16,6 +16,7 @@ class Held final : public WarpModel {
               double* values) const override {
         block.read(filter_, places, values);
     }
+    bool takes_samples() const override { return filter_.taps == 1; }
 
  private:
     const Filter& filter_;
@@ -65,7 +66,7 @@ class BackwardModel final : public Model {
         for (std::size_t i = 0; i < held_.size(); ++i) {
             for (std::size_t c = 0; c < got.size(); ++c) {
                 // Every filter copies what lies on a sample.
-                const Filter& by = point.exact ? filters().front() : *setting_.filters[i];
+                const Filter& by = point.exact ? filter_of(kZoh) : *setting_.filters[i];
                 point.block.read(by, place, &got[c], static_cast<int>(c));
             }
             squares[i] = point.square(got);

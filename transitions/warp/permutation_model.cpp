@@ -26,6 +26,7 @@ class Assigned final : public WarpModel {
             moved.add(assigned_to(places[i], axes_, alike[i]));
         block.hold(kZoh, moved, values);
     }
+    bool takes_samples() const override { return true; }
 
  private:
     int axes_;
