@@ -37,9 +37,8 @@ struct Cell {
     double middle, length;
 };
 Cell cell_of(const RaySpan& ray, std::int64_t k) {
-    constexpr double step = 1.0 / Reference::kStepsPerUnit;
-    const double low = std::max(ray.low, static_cast<double>(k) * step);
-    const double high = std::min(ray.high, static_cast<double>(k + 1) * step);
+    const double low = std::max(ray.low, static_cast<double>(k) * ray.step);
+    const double high = std::min(ray.high, static_cast<double>(k + 1) * ray.step);
     return {0.5 * (low + high), high - low};
 }
 
@@ -224,8 +223,8 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
     for (std::size_t i = 0; i < samples.size(); ++i) {
         const std::optional<RaySpan> ray = geometry_.ray(samples[i]);
         if (!ray) continue;
-        const auto first = static_cast<std::int64_t>(std::floor(ray->low * kStepsPerUnit));
-        const auto last = static_cast<std::int64_t>(std::ceil(ray->high * kStepsPerUnit)) - 1;
+        const auto first = static_cast<std::int64_t>(std::floor(ray->low / ray->step));
+        const auto last = static_cast<std::int64_t>(std::ceil(ray->high / ray->step)) - 1;
         if (!tiled) {
             visits.push_back({static_cast<std::int64_t>(i / kTogether), i, first, last});
             continue;

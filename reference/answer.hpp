@@ -29,15 +29,13 @@ struct Stretch {
 
 /// The answer without shortcuts, in f64, one output sample at a time.
 ///
-/// Warp: the field at the sample's place. Render: cells k/8 <= t < (k + 1)/8 of each ray, cut at
-/// the faces of the input, each sampled at the middle of what is left of it and weighed by its
+/// Warp: the field at the sample's place. Render: cells of RaySpan::step of each ray, cut at the
+/// faces of the input, each sampled at the middle of what is left of it and weighed by its
 /// length; no early end; where the field is absent, nothing. Result values are those that edges
 /// deliver: for composite premultiplied red, green, blue and opacity, before the background.
 /// Written without the kernels that it judges.
 class Reference {
  public:
-    static constexpr int kStepsPerUnit = 8;
-
     /// All must stay alive.
     Reference(const Request& want, const ReferenceField& field, std::pmr::memory_resource* memory)
         : want_(want), field_(field), geometry_(want), memory_(memory) {}

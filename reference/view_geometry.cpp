@@ -20,6 +20,16 @@ void cut(RaySpan& span, int axis, double from, double to) {
     span.high = std::min(span.high, (leaves - o) / d);
 }
 
+/// An eighth of the smallest spacing, on the screen and in the input, where content that is drawn
+/// smaller lies closer; rounded down to a power of two. [t]
+double reference_step(const Vec3& direction, const Request& want) {
+    const double samples =
+        direction.cwiseProduct(want.spacing).norm() / want.spacing.minCoeff();  // in one t
+    constexpr double kRounding = 1e-6;
+    const double finer = std::ceil(std::log2(std::max(1.0, samples * (1 - kRounding))));
+    return std::ldexp(0.125, -static_cast<int>(std::min(finer, 20.0)));
+}
+
 }  // namespace
 
 bool RaySpan::clip(const Extent& input) noexcept {
@@ -63,6 +73,7 @@ std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
     }
     span.high = kFar;
     if (!span.clip(want_.input)) return {};
+    span.step = reference_step(span.direction, want_);
     return span;
 }
 

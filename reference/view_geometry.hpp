@@ -17,6 +17,7 @@ struct OutputSample {
 struct RaySpan {
     Vec3 origin, direction;  // input index; direction for one unit of length
     double low = 0, high = 0;
+    double step = 0.125;  // of the reference's cells [t], see reference_step()
 
     /// Cuts it to the box of an input; false where nothing is left.
     bool clip(const Extent& input) noexcept;

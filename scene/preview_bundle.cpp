@@ -9,7 +9,6 @@
 namespace edgewise {
 namespace {
 
-constexpr double kFine = 1.0 / Reference::kStepsPerUnit;
 constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers on its longest axis
 
 }  // namespace
@@ -51,7 +50,7 @@ Bundle bundle_at(const RaySetting& setting, const ViewGeometry& geometry,
                       .at = {corner.view, x, y, 0},
                       .reference = Stretch::empty(want.mode),
                       .models = {},
-                      .next = {static_cast<std::int64_t>(std::floor(ray->low / kFine))},
+                      .next = {static_cast<std::int64_t>(std::floor(ray->low / ray->step))},
                       .low = ray->low,
                       .high = ray->high,
                       .squares = {}};
@@ -75,7 +74,7 @@ namespace {
 /// One stretch of one ray.
 void trace(Traced& traced, const PreviewBlock& block, double end, const RaySetting& setting) {
     RayPiece piece(block, traced.ray);
-    while (piece.take(end, 0, kFine, traced.next[0]))
+    while (piece.take(end, 0, traced.ray.step, traced.next[0]))
         piece.add(piece.reference(), traced.reference, setting.want);
     for (const auto& model : traced.models)
         if (model) model->trace(block, end);

@@ -174,6 +174,7 @@ class Answer:
     seen: np.ndarray  # of the same shape without the colours: the sample sees the input
     missed: np.ndarray  # it surely does not; neither: on the border, or not defined
     miss: object  # the value there
+    edge: np.ndarray = None  # rays that run in a face of the volume: they may be counted as seeing it
 
 
 def warp(volume, placed, size, spacing, reference, outside):
@@ -308,8 +309,12 @@ def eye_of(volume, frames, angle, size, spacing):
                height / 2 / math.tan(math.radians(angle) / 2))
 
 
-def render(volume, frames, size, spacing, look, reference, eye=None, finer=1):
-    """`finer` divides the step of 1/8 of the smallest spacing."""
+def render(volume, frames, size, spacing, look, reference, eye=None, finer=1, phase=None):
+    """`finer` divides the step of 1/8 of the smallest spacing.
+
+    Where the first step begins is free: rays are cut into equal steps, or, with a phase, into whole ones of which the first
+    begins that part of a step before the volume.
+    """
     field = Field(volume.values, reference)
     miss = miss_value(volume, look)
     plane = grid(size, spacing)
@@ -321,7 +326,7 @@ def render(volume, frames, size, spacing, look, reference, eye=None, finer=1):
         heading = pixels + [0.0, 0.0, eye.plane]
         heading = heading / np.linalg.norm(heading, axis=-1, keepdims=True)
     step = volume.spacing.min() / 8 / finer
-    pictures, seen, missed = [], [], []
+    pictures, seen, missed, edges = [], [], [], []
     for placed in frames:
         linear, shift = to_object(volume, placed)
         start, along = origin @ linear.T + shift, heading @ linear.T
@@ -332,20 +337,25 @@ def render(volume, frames, size, spacing, look, reference, eye=None, finer=1):
         result = np.empty((len(pixels),) + np.shape(miss))
         result[...] = miss
         body_speed = np.linalg.norm(along * volume.spacing, axis=-1)  # body [mm] a screen [mm]
-        drawn = np.flatnonzero(hit)
-        counts = np.maximum(1, np.ceil((far - near)[drawn] * body_speed[drawn] / step)).astype(int)
+        edge = ~hit & (most[1] - most[0] > 2 * NEAR)
+        near, far = np.where(edge, most[0] + NEAR, near), np.where(edge, most[1] - NEAR, far)
+        drawn = np.flatnonzero(hit | edge)
+        early = phase or 0.0
+        counts = np.maximum(1, np.ceil((far - near)[drawn] * body_speed[drawn] / step + early)).astype(int)
         unsure = np.zeros(len(pixels), bool)
         begin = 0
         while begin < len(drawn):
             end = max(begin + 1, int(np.searchsorted(np.cumsum(counts[begin:]), 400_000)) + begin)
             ray, count = drawn[begin:end], counts[begin:end]
             starts = np.concatenate([[0], np.cumsum(count)[:-1]])
-            length = (far - near)[ray] / count
             within = np.arange(count.sum()) - np.repeat(starts, count)
-            t = np.repeat(near[ray], count) + (within + 0.5) * np.repeat(length, count)
             of = np.repeat(ray, count)
+            each = np.repeat((far - near)[ray] / count if phase is None else step / body_speed[ray], count)
+            low = np.maximum(near[of], near[of] + (within - early) * each)
+            high = np.minimum(far[of], near[of] + (within + 1 - early) * each)
+            t, length = 0.5 * (low + high), np.maximum(high - low, 0)
             values = field(start[of] + t[:, None] * along[of])
-            answer, inside = along_rays(values, np.repeat(length, count), count, starts, look, volume)
+            answer, inside = along_rays(values, length, count, starts, look, volume)
             empty = inside <= 0  # nothing but samples that are not finite
             answer[empty] = miss
             unsure[ray[empty]] = True
@@ -357,26 +367,29 @@ def render(volume, frames, size, spacing, look, reference, eye=None, finer=1):
                 # A corner of a voxel that is shorter than a step is met or missed by where samples begin, which the
                 # contract leaves open.
                 for shift in (np.arange(1, 8) / 8 if look.mode in ("mip", "minip") else ()):
-                    other = field(start[of] + (t + shift * np.repeat(length, count))[:, None] * along[of])
-                    other = along_rays(other, np.repeat(length, count), count, starts, look, volume)[0]
+                    other = field(start[of] + (t + shift * length)[:, None] * along[of])
+                    other = along_rays(other, length, count, starts, look, volume)[0]
                     unsure[ray] |= other != answer
             begin = end
         shape = plane.shape[:2]
         pictures.append(result.reshape(shape + np.shape(miss)))
         seen.append((hit & ~unsure).reshape(shape))
         missed.append(missing.reshape(shape))
-    return Answer(np.stack(pictures), np.stack(seen), np.stack(missed), miss)
+        edges.append((edge & ~unsure).reshape(shape))
+    return Answer(np.stack(pictures), np.stack(seen), np.stack(missed), miss, np.stack(edges))
 
 
 # Errors
 
 
-def nrmse(output, answer, wanted_range=None, scale=0.0):
+def nrmse(output, answer, wanted_range=None, scale=0.0, edges=False):
     """As the contract defines it: over what sees the input, range of the right answer there.
 
     `scale`: of the numbers that the answer is made of; f64 leaves 1e-12 of them in what is zero or constant.
+    `edges`: rays that run in a face count as well.
     """
-    right, given = answer.values[answer.seen], output[answer.seen]
+    seen = answer.seen | answer.edge if edges and answer.edge is not None else answer.seen
+    right, given = answer.values[seen], output[seen]
     if right.size == 0:
         return 0.0, 1.0
     width = right.max() - right.min()

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 
 #include "graph/spread.hpp"
 #include "transitions/kernels/combine.hpp"
@@ -75,11 +74,9 @@ Partition parts(const Offer& offer, const Ask& ask) {
             }};
 }
 
-/// Spans of a tile's rays inside the input. They are rounded inwards: a warp writes its outside
-/// value where its own arithmetic finds a sample outside.
+/// Spans of a tile's rays inside the input.
 void fill_spans(const kernels::RayCast& geometry, const Region& tile, std::ptrdiff_t pitch,
                 float* low, float* high) {
-    constexpr double kInwards = 1e-6;
     for (std::int64_t y = tile.begin[1]; y < tile.end[1]; ++y)
         for (std::int64_t x = tile.begin[0]; x < tile.end[0]; ++x) {
             const kernels::RayPath path =
@@ -94,9 +91,9 @@ void fill_spans(const kernels::RayCast& geometry, const Region& tile, std::ptrdi
             const double begin =
                 static_cast<double>(path.first) + 0.5 + path.first_offset - 0.5 * path.first_weight;
             const double end = begin + path.length;
-            constexpr float kFar = std::numeric_limits<float>::infinity();
-            low[i] = std::nextafter(static_cast<float>(begin + kInwards), kFar);
-            high[i] = std::nextafter(static_cast<float>(end - kInwards), -kFar);
+            const CombinedSpan span = combined_span(begin, end);
+            low[i] = span.low;
+            high[i] = span.high;
         }
 }
 

@@ -18,9 +18,9 @@ double share_of(std::int64_t k, double low, double high) {
 class CombinedRay final : public RayModel {
  public:
     CombinedRay(const RaySpan& ray, const ModelSetting& setting)
-        : ray_(ray),
+        : ray_(inwards(ray)),
           setting_(setting),
-          next_(static_cast<std::int64_t>(std::ceil(ray.low))),
+          next_(static_cast<std::int64_t>(std::ceil(ray_.low))),
           pictures_(setting.warps.size(), Stretch::empty(setting.want.mode)) {}
 
     void trace(const PreviewBlock& block, double end) override {
@@ -55,6 +55,13 @@ class CombinedRay final : public RayModel {
     }
 
  private:
+    static RaySpan inwards(RaySpan ray) {
+        const CombinedSpan span = combined_span(ray.low, ray.high);
+        ray.low = span.low;
+        ray.high = span.high;
+        return ray;
+    }
+
     RaySpan ray_;
     const ModelSetting& setting_;
     std::int64_t next_;

@@ -1,10 +1,24 @@
 #pragma once
 
+#include <cmath>
+#include <limits>
 #include <memory>
 
 #include "scene/model.hpp"
 
 namespace edgewise {
+
+/// The part of a ray whose samples are combined [z of the screen], rounded inwards: a warp writes
+/// its outside value where its own arithmetic finds a sample outside.
+struct CombinedSpan {
+    float low, high;
+};
+inline CombinedSpan combined_span(double low, double high) noexcept {
+    constexpr double kInwards = 1e-6;
+    constexpr float kFar = std::numeric_limits<float>::infinity();
+    return {std::nextafter(static_cast<float>(low + kInwards), kFar),
+            std::nextafter(static_cast<float>(high - kInwards), -kFar)};
+}
 
 /// Pictures combined of the samples that warps make: facts "picture/screen/WARP". From these follow
 ///  - "picture/combined": what combining adds to samples without error;

@@ -306,22 +306,66 @@ std::optional<double> SpectrumRays::beyond(const RaySpan& ray) const {
     return sum / speed;
 }
 
-double SpectrumRays::wrong_at(const Vec3& p, bool inside) const {
-    double held = 1;
-    std::array<std::int64_t, 3> at;
+double SpectrumRays::sample(const std::array<std::int64_t, 3>& at) const {
+    const Extent& n = want_.input;
+    return value_at(input_, at[0] + n.x * (at[1] + n.y * at[2])) - empty_;
+}
+
+double SpectrumRays::missing_inside(const Vec3& p) const {
+    // Weights of a cardinal function add up to 1. By axis `beyond` of it falls on places outside,
+    // where the field continues the outermost samples and the slice has none. Of the product of
+    // three axes each part looks at its own samples: at the face for an axis that is beyond it.
+    std::array<double, 3> beyond;
+    std::array<std::int64_t, 3> near, face;
     for (int axis = 0; axis < 3; ++axis) {
         const std::int64_t last = want_.input[axis] - 1;
         const double before = -p[axis], after = p[axis] - static_cast<double>(last);
-        held *= step_at(before) + step_at(after) - 1;
-        // What is wrong near a face is a matter of its outermost layer.
-        if (std::max(before, after) > -reach_)
-            at[axis] = before > after ? 0 : last;
-        else
-            at[axis] = std::llround(p[axis]);
+        beyond[axis] = 2 - step_at(before) - step_at(after);
+        near[axis] = std::clamp<std::int64_t>(std::llround(p[axis]), 0, last);
+        face[axis] = before > after ? 0 : last;
     }
-    const Extent& n = want_.input;
-    return (held - (inside ? 1 : 0)) *
-           (value_at(input_, at[0] + n.x * (at[1] + n.y * at[2])) - empty_);
+    double sum = 0;
+    for (int part = 1; part < 8; ++part) {
+        double weight = 1;
+        std::array<std::int64_t, 3> at;
+        for (int axis = 0; axis < 3; ++axis) {
+            const bool out = part >> axis & 1;
+            weight *= out ? beyond[axis] : 1 - beyond[axis];
+            at[axis] = out ? face[axis] : near[axis];
+        }
+        if (weight != 0) sum -= weight * sample(at);
+    }
+    return sum;
+}
+
+double SpectrumRays::spilled_outside(const Vec3& p) const {
+    // Across the face that is farthest the layers count one by one; along it, as they lie.
+    int across = 0;
+    double farthest = -std::numeric_limits<double>::infinity(), weight = 1;
+    std::array<std::int64_t, 3> at;
+    std::array<double, 3> held;
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::int64_t last = want_.input[axis] - 1;
+        const double before = -p[axis], after = p[axis] - static_cast<double>(last);
+        held[axis] = step_at(before) + step_at(after) - 1;
+        at[axis] = std::clamp<std::int64_t>(std::llround(p[axis]), 0, last);
+        if (std::max(before, after) > farthest) {
+            farthest = std::max(before, after);
+            across = axis;
+        }
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        if (axis != across) weight *= held[axis];
+    if (weight == 0) return 0;
+    const std::int64_t n = want_.input[across];
+    const bool first = p[across] < 0;
+    double sum = 0;
+    for (std::int64_t layer = 0; layer < std::min<std::int64_t>(n, reach_); ++layer) {
+        const double u = farthest + static_cast<double>(layer);
+        at[across] = first ? layer : n - 1 - layer;
+        sum += (step_at(u) - step_at(u + 1)) * sample(at);
+    }
+    return weight * sum;
 }
 
 double SpectrumRays::faces_between(const RaySpan& ray, double from, double to, bool inside) const {
@@ -329,8 +373,10 @@ double SpectrumRays::faces_between(const RaySpan& ray, double from, double to, b
     const double pieces = std::ceil((to - from) * ray.direction.cwiseAbs().maxCoeff() / kFaceStep);
     const double piece = (to - from) / pieces;
     double sum = 0;
-    for (double k = 0.5; k < pieces; ++k)
-        sum += wrong_at(ray.origin + (from + k * piece) * ray.direction, inside);
+    for (double k = 0.5; k < pieces; ++k) {
+        const Vec3 p = ray.origin + (from + k * piece) * ray.direction;
+        sum += inside ? missing_inside(p) : spilled_outside(p);
+    }
     return sum * piece;
 }
 

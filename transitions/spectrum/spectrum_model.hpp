@@ -19,8 +19,8 @@ namespace edgewise {
 ///   with the weight W(x + m) / W(x), W the window's transform. What of these repetitions lies on
 ///   the pixel's line, or on that of the same pixel periods of the picture away, is added up.
 /// - *Faces.* The slice knows samples that are the commonest value beyond the box, while the field
-///   that is asked for ends at a face at once. The difference is a product of errors of steps, one
-///   an axis, and is added up along the line as far as it is near a face.
+///   that is asked for continues the outermost samples to a face and ends there. The difference is
+///   added up along the line as far as it is near a face.
 ///
 /// - *Cutoff.* The slice knows nothing beyond 3/4 of a cycle a sample: its steps ring a little, and
 ///   detail of rays along an axis loses a little.
@@ -67,7 +67,12 @@ class SpectrumRays {
     };
     Weights weights_along(int axis) const;
     void add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const;
-    double wrong_at(const Vec3& p, bool inside) const;
+    /// What a sample has above the commonest value.
+    double sample(const std::array<std::int64_t, 3>& at) const;
+    /// What the slice has less than the field at a place inside, since it knows no samples outside.
+    double missing_inside(const Vec3& p) const;
+    /// What it has at a place outside, where the field has ended.
+    double spilled_outside(const Vec3& p) const;
     double step_at(double u) const;
     /// How much more of a sample at a distance u than the field has of it.
     double lost_at(double u) const;
