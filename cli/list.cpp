@@ -12,11 +12,13 @@
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
+#include "graph/mode.hpp"
 #include "graph/words.hpp"
 #include "io/store.hpp"
 #include "planner/machines.hpp"
 #include "reference/phantoms.hpp"
 #include "transitions/catalogue.hpp"
+#include "transitions/filters/filter.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -53,23 +55,16 @@ Json edges() {
     return list;
 }
 
-Json filters() {
+Json filter_list() {
     Json list = Json::array();
-    for (const auto& [name, meaning] : {std::pair{"zoh", "zero-order hold: the nearest sample"},
-                                        {"foh", "first-order hold: linear interpolation"},
-                                        {"bspline3", "the cubic B-spline through the samples"}})
-        list.push_back({{"name", name}, {"meaning", meaning}});
+    for (const Filter& filter : filters())
+        list.push_back({{"name", filter.name}, {"meaning", filter.help}});
     return list;
 }
 
-Json modes() {
+Json mode_list() {
     Json list = Json::array();
-    for (const auto& [name, meaning] :
-         {std::pair{"mip", "largest value along the ray"},
-          {"xray", "integral of (value - zero) along the ray"},
-          {"mean", "mean value over the ray's length inside the volume"},
-          {"composite", "emission and opacity, front to back"}})
-        list.push_back({{"name", name}, {"meaning", meaning}});
+    for (const Mode mode : modes()) list.push_back({{"name", mode->name}, {"meaning", mode->help}});
     return list;
 }
 
@@ -136,7 +131,7 @@ struct Kind {
     const char* name;
     Json (*entries)();
 };
-constexpr Kind kKinds[] = {{"edges", edges},     {"filters", filters},   {"modes", modes},
+constexpr Kind kKinds[] = {{"edges", edges},     {"filters", filter_list}, {"modes", mode_list},
                            {"formats", formats}, {"phantoms", phantoms}, {"machines", machines}};
 
 std::string domain_text(const Json& domain) {

@@ -7,11 +7,6 @@ namespace edgewise {
 
 std::string_view name_of(Job job) noexcept { return job == Job::warp ? "warp" : "render"; }
 
-std::string_view name_of(Mode mode) noexcept {
-    constexpr std::string_view names[] = {"mip", "xray", "mean", "composite"};
-    return names[static_cast<int>(mode)];
-}
-
 std::string_view name_of(Minimize what) noexcept {
     constexpr std::string_view names[] = {"time", "error", "memory"};
     return names[static_cast<int>(what)];
@@ -36,6 +31,20 @@ std::array<double, 4> Transfer::at(double value) const noexcept {
     for (int c = 0; c < 3; ++c) result[c] = low.color[c] + f * (high.color[c] - low.color[c]);
     result[3] = low.opacity + f * (high.opacity - low.opacity);
     return result;
+}
+
+void Stretch::add(std::span<const double> values, const double* pieces,
+                  const Request& want) noexcept {
+    want.mode->add(*this, values, pieces, want);
+}
+
+void Stretch::append(const Stretch& behind, Mode mode) noexcept {
+    mode->append(*this, behind);
+    length += behind.length;
+}
+
+void Stretch::result(const Request& want, double* values) const noexcept {
+    want.mode->result(*this, want, values);
 }
 
 bool Request::projective() const noexcept {
@@ -68,7 +77,7 @@ Representation screen_picture(const Representation& from, const Request& want) {
     to.content = "picture";
     to.axes = 2;
     to.extent = want.output();
-    to.channels = want.mode == Mode::composite ? 4 : 1;
+    to.channels = want.mode->channels;
     return to;
 }
 

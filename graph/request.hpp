@@ -6,20 +6,19 @@
 #include <string>
 #include <vector>
 
+#include "graph/mode.hpp"
 #include "graph/representation.hpp"
 #include "graph/written.hpp"
 
 namespace edgewise {
 
 enum class Job { warp, render };
-enum class Mode { mip, xray, mean, composite };
 /// What the samples stand for, and so what an answer without error is: the cubic B-spline through
 /// them, the trilinear field, labels (nearest; no new value appears), or a phantom's own formula.
 enum class Field { spline, linear, nearest, formula };
 enum class Minimize { time, error, memory };
 
 std::string_view name_of(Job job) noexcept;
-std::string_view name_of(Mode mode) noexcept;
 std::string_view name_of(Minimize what) noexcept;
 
 /// Opacity and colour as piecewise linear functions of the value, constant beyond the end points.
@@ -85,7 +84,7 @@ struct Request {
     double zero = 0;    // of xray: the value that adds nothing
     std::array<double, 3> background{0, 0, 0};
     double outside = 0;  // warp: value beyond the input
-    double miss = 0;     // mip: value of a ray that misses (least value of the data)
+    double miss = 0;     // value of a ray that meets nothing, see ModeTraits::miss
     Field field = Field::spline;
     std::optional<double> range;  // --range
     /// How a warp is stored, where that changes values: the error is that of the file. Absent: as
@@ -110,7 +109,7 @@ Mat4 residual(const Representation& from, const Request& want, int view);
 
 /// Samples of the input's kind in screen space, f32: what a warp leads to, for both jobs.
 Representation screen_scalar(const Representation& from, const Request& want);
-/// One f32 picture a view: one channel, or premultiplied red, green, blue, alpha for composite.
+/// One f32 picture a view: of a mode's channels.
 Representation screen_picture(const Representation& from, const Request& want);
 /// Whether a vertex is what the request asks for.
 bool is_target(const Representation& here, const Request& want);

@@ -314,20 +314,23 @@ class DicomReader : public Reader {
             const auto number = static_cast<double>(sample);
             return number >= range[0] && number <= range[1];
         };
-        double smallest = std::numeric_limits<double>::infinity();
+        double smallest = std::numeric_limits<double>::infinity(), largest = -smallest;
         std::int64_t count = 0;
         for (const T sample : samples) {
-            if (is_padding(sample))
+            if (is_padding(sample)) {
                 ++count;
-            else
-                smallest = std::min(smallest, header.values(static_cast<double>(sample)));
+                continue;
+            }
+            const double value = header.values(static_cast<double>(sample));
+            smallest = std::min(smallest, value);
+            largest = std::max(largest, value);
         }
         if (count == 0) return;
         const bool all = static_cast<std::size_t>(count) == samples.size();
         warnings.push_back(fmt::format("{}: {}{} samples are padding (0028,0120), no measurements",
                                        header.file, all ? "all " : "", count));
-        if (all) smallest = 0;
-        double value = smallest;
+        if (all) smallest = largest = 0;
+        double value = pick.padding == Padding::largest ? largest : smallest;
         if (pick.padding == Padding::nothing)
             value = pick.nothing.value_or(std::min(0.0, smallest));
         double stored = (value - header.values.offset) / header.values.slope;

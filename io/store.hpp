@@ -55,6 +55,7 @@ struct Header {
 enum class Padding {
     stored,    // they stay as they are
     smallest,  // they take the smallest value that was measured
+    largest,   // they take the largest
     nothing    // they take a value that adds nothing to a sum
 };
 

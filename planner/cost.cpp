@@ -85,7 +85,7 @@ std::string timing_name(const Transition& edge, const Offer& offer, const Reques
                         const Work& work) {
     // The box of a view is larger than the input, and its samples lie apart as the pixels do.
     const bool of_view = want.job == Job::render && offer.to.space == "screen";
-    const std::string_view kind = offer.to.content == "picture" ? name_of(want.mode)
+    const std::string_view kind = offer.to.content == "picture" ? (want.mode->timed_as.empty() ? want.mode->name : want.mode->timed_as)
                                   : offer.from.axes == 2        ? "2d"
                                   : of_view                     ? "view"
                                                                 : "3d";

@@ -42,94 +42,11 @@ Cell cell_of(const RaySpan& ray, std::int64_t k) {
     return {0.5 * (low + high), high - low};
 }
 
-/// x to a power. Steps are parts of the unit by powers of two nearly always: roots of these are as
-/// exact as std::pow, and three times as fast.
-double raised(double x, double power) noexcept {
-    if (power == 1) return x;
-    if (power == 2) return x * x;
-    if (power == 0.5) return std::sqrt(x);
-    if (power == 0.25) return std::sqrt(std::sqrt(x));
-    if (power == 0.125) return std::sqrt(std::sqrt(std::sqrt(x)));
-    return std::pow(x, power);
-}
-
 }  // namespace
-
-Stretch Stretch::empty(Mode mode) noexcept {
-    Stretch stretch;
-    if (mode == Mode::mip) stretch.light[0] = -std::numeric_limits<double>::infinity();
-    return stretch;
-}
-
-void Stretch::add(double value, double piece, const Request& want) noexcept {
-    length += piece;
-    if (want.mode == Mode::mip) {
-        light[0] = std::max(light[0], value);
-    } else if (want.mode == Mode::xray) {
-        light[0] += (value - want.zero) * piece * want.unit;
-    } else if (want.mode == Mode::mean) {
-        light[0] += value * piece;
-    } else {
-        const std::array<double, 4> optics = want.transfer.at(value);
-        if (optics[3] <= 0) return;
-        // EQ 63: the transparency of a length is that of the unit length to its power.
-        const double kept = raised(1 - optics[3], piece * want.unit / want.transfer.unit);
-        for (int c = 0; c < 3; ++c) light[c] += transparency * (1 - kept) * optics[c];
-        transparency *= kept;
-    }
-}
-
-void Stretch::add(std::span<const double> values, const double* pieces,
-                  const Request& want) noexcept {
-    const auto each = [&](auto&& combine) {
-        double sum = light[0], covered = length;
-        for (std::size_t i = 0; i < values.size(); ++i) {
-            if (!std::isfinite(values[i])) continue;
-            sum = combine(sum, values[i], pieces[i]);
-            covered += pieces[i];
-        }
-        light[0] = sum;
-        length = covered;
-    };
-    if (want.mode == Mode::mip)
-        each([](double most, double value, double) { return std::max(most, value); });
-    else if (want.mode == Mode::xray)
-        each([&](double sum, double value, double piece) {
-            return sum + (value - want.zero) * piece * want.unit;
-        });
-    else if (want.mode == Mode::mean)
-        each([](double sum, double value, double piece) { return sum + value * piece; });
-    else
-        for (std::size_t i = 0; i < values.size(); ++i)
-            if (std::isfinite(values[i])) add(values[i], pieces[i], want);
-}
-
-void Stretch::append(const Stretch& behind, Mode mode) noexcept {
-    length += behind.length;
-    if (mode == Mode::mip) {
-        light[0] = std::max(light[0], behind.light[0]);
-        return;
-    }
-    for (int c = 0; c < 3; ++c) light[c] += transparency * behind.light[c];
-    transparency *= behind.transparency;
-}
-
-void Stretch::result(const Request& want, double* values) const noexcept {
-    if (want.mode == Mode::composite) {
-        std::copy(light.begin(), light.end(), values);
-        values[3] = 1 - transparency;
-    } else if (want.mode == Mode::xray) {
-        values[0] = light[0];
-    } else if (length <= 0) {
-        values[0] = want.miss;
-    } else {
-        values[0] = want.mode == Mode::mean ? light[0] / length : light[0];
-    }
-}
 
 int Reference::channels() const noexcept {
     if (want_.job == Job::warp) return field_.channels();
-    return want_.mode == Mode::composite ? 4 : 1;
+    return want_.mode->channels;
 }
 
 bool Reference::sees_input(const OutputSample& at) const {

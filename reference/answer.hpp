@@ -8,25 +8,6 @@
 
 namespace edgewise {
 
-/// A stretch of a view ray, combined: front and back join associatively (Lemma 4.1), so that
-/// stretches may be worked out in any order.
-struct Stretch {
-    std::array<double, 3>
-        light{};              // composite: premultiplied; else [0]: largest value, or integral
-    double transparency = 1;  // composite
-    double length = 0;        // where the field is present [unit]
-
-    static Stretch empty(Mode mode) noexcept;
-    /// Adds a value that holds for a length [unit].
-    void add(double value, double piece, const Request& want) noexcept;
-    /// Those of many, one after another, that are finite.
-    void add(std::span<const double> values, const double* pieces, const Request& want) noexcept;
-    /// What lies behind this stretch.
-    void append(const Stretch& behind, Mode mode) noexcept;
-    /// One value, or red, green, blue, opacity, premultiplied and without background.
-    void result(const Request& want, double* values) const noexcept;
-};
-
 /// The answer without shortcuts, in f64, one output sample at a time.
 ///
 /// Warp: the field at the sample's place. Render: cells of RaySpan::step of each ray, cut at the

@@ -30,7 +30,7 @@ std::size_t ShortRays::class_of(const RaySpan& ray, const Request& want) noexcep
         low = std::max(low, std::min(first / d, last / d));
         high = std::min(high, std::max(first / d, last / d));
     }
-    const bool divides = want.mode == Mode::mean;
+    const bool divides = want.mode->divides;
     double length = ray.high - ray.low;
     if (divides) length /= std::min(1.0, thickness / kThick);
     if (length < kShortest) return 0;

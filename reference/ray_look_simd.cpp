@@ -28,7 +28,7 @@ using namespace stored_lanes::HWY_NAMESPACE;  // NOLINT: how values are loaded
 
 // Of cubic convolution: the slope at the neighbours. The spline's is 0.80.
 constexpr float kSlope = -0.75f;
-// A maximum is looked for where linear samples come so close to theirs, of their range.
+// An extreme is looked for where linear samples come so close to theirs, of their range.
 constexpr double kNear = 0.25;
 
 using Numbers = std::array<float, Places::kMost>;
@@ -129,9 +129,10 @@ class Stored {
         }
     }
 
-    /// As a finer hold where a maximum may be, else as linear.
+    /// As a finer hold where a maximum (sign 1) or minimum (-1) may be, else as linear.
     template <class Hold>
-    void finer_near_maximum(const Places& places, Values& values, Hold&& finer_hold) const {
+    void finer_near_extreme(int sign, const Places& places, Values& values,
+                            Hold&& finer_hold) const {
         linear(places, values);
         double low = std::numeric_limits<double>::infinity(), high = -low;
         for (std::size_t i = 0; i < places.count; ++i) {
@@ -142,7 +143,8 @@ class Stored {
         std::array<std::size_t, Places::kMost> from;
         near.count = 0;
         for (std::size_t i = 0; i < places.count; ++i) {
-            if (low == high || !(values[i] >= high - kNear * (high - low))) continue;
+            const double from_end = sign > 0 ? high - values[i] : values[i] - low;
+            if (low == high || !(from_end <= kNear * (high - low))) continue;
             from[near.count] = i;
             near.add(places[i]);
         }
@@ -285,15 +287,15 @@ std::array<double, 4> guessed(const Stored<T>& stored, Caster& caster, const Ray
         else
             stored.cubic(places, values);
     };
-    // A maximum moves by what lies between samples, and that of a formula with edges by what a ray
+    // An extreme moves by what lies between samples, and that of a formula with edges by what a ray
     // only grazes; integrals hardly tell.
-    const auto near_maximum = [&](const Places& places, Values& values) {
-        stored.finer_near_maximum(places, values, finest);
+    const auto near_extreme = [&](const Places& places, Values& values) {
+        stored.finer_near_extreme(want.mode->extreme, places, values, finest);
     };
     if (field.kind() == Field::nearest) return cast(0.25, zoh);
     if (field.kind() == Field::linear) return cast(0.25, foh);
-    if (want.mode != Mode::mip) return cast(1, finest);
-    return cast(field.kind() == Field::formula ? 0.25 : 0.5, near_maximum);
+    if (want.mode->extreme == 0) return cast(1, finest);
+    return cast(field.kind() == Field::formula ? 0.25 : 0.5, near_extreme);
 }
 
 template <class T>
@@ -309,7 +311,7 @@ RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceFiel
     const std::array<double, 4> slices = want.eye ? expected : caster.cast_slices(ray, zoh);
     std::array<std::array<double, 4>, RayLook::kCasts> got = {cast(1, zoh), cast(2, zoh),
                                                               cast(1, foh), cast(2, foh), slices};
-    const int channels = written_channels(want, want.mode == Mode::composite ? 4 : 1);
+    const int channels = written_channels(want, want.mode->channels);
     as_written(want, expected.data());
     RayLook look{.squares = {}, .low = 1, .high = 0};
     for (std::size_t i = 0; i < got.size(); ++i) {

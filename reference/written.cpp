@@ -7,13 +7,13 @@
 namespace edgewise {
 namespace {
 
-bool is_composite(const Request& want) noexcept {
-    return want.job == Job::render && want.mode == Mode::composite;
+bool over_background(const Request& want) noexcept {
+    return want.job == Job::render && want.mode->over_background;
 }
 
 /// Of what cancels where an X-ray takes a value away from samples that are as large.
 double cancelling(const Request& want) noexcept {
-    if (want.job != Job::render || want.mode != Mode::xray) return 0;
+    if (want.job != Job::render || !want.mode->takes_zero) return 0;
     const auto depth = static_cast<double>(std::max<std::int64_t>(1, want.screen.z));
     return std::abs(want.zero) * want.unit * depth;
 }
@@ -21,11 +21,11 @@ double cancelling(const Request& want) noexcept {
 }  // namespace
 
 int written_channels(const Request& want, int delivered) noexcept {
-    return is_composite(want) ? 3 : delivered;
+    return over_background(want) ? 3 : delivered;
 }
 
 void as_written(const Request& want, double* values) noexcept {
-    if (!is_composite(want)) return;
+    if (!over_background(want)) return;
     const double through = 1 - values[3];
     for (int c = 0; c < 3; ++c) values[c] += through * want.background[c];
 }

@@ -74,7 +74,7 @@ std::vector<OutputSample> likely_extremes(const Request& want, const ReferenceFi
     std::vector<OutputSample> found;
     for (const Before before : {is_higher, is_lower})
         add_ends(want, field, geometry, seen, before, found);
-    if (want.mode != Mode::mip || want.eye) return found;
+    if (want.mode->extreme <= 0 || want.eye) return found;
 
     const Extent& n = field.extent();
     const std::int64_t place = statistics.highest;

@@ -47,9 +47,9 @@ std::span<const double> RayPiece::reference() {
 
 RayAnswer::RayAnswer(const Stretch& reference, const Request& want)
     : want_(want),
-      channels_(written_channels(want, want.mode == Mode::composite ? 4 : 1)),
+      channels_(written_channels(want, want.mode->channels)),
       expected_(written(reference)),
-      transparency_(reference.transparency) {}
+      transparency_(want.mode->left ? want.mode->left(reference) : 1) {}
 
 PixelValues RayAnswer::written(const Stretch& got) const noexcept {
     PixelValues values{};

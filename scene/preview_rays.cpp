@@ -113,7 +113,7 @@ struct Tallies {
 void tally(const Bundle& bundle, const Draw& draw, const RaySetting& setting, bool even,
            Tallies& tallies) {
     const Request& want = setting.want;
-    const int channels = written_channels(want, want.mode == Mode::composite ? 4 : 1);
+    const int channels = written_channels(want, want.mode->channels);
     const double weight = draw.weight * (even ? 1 / static_cast<double>(bundle.rays.size()) : 1);
     for (const Traced& traced : bundle.rays) {
         const RayAnswer answer(traced.reference, want);

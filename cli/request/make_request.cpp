@@ -65,16 +65,20 @@ void take_budgets(Wish& wish, const JobOptions& o) {
 
 void take_mode(Wish& wish, const JobOptions& o) {
     Request& want = wish.want;
-    want.mode =
-        static_cast<Mode>(chosen("--mode", o.mode, {"mip", "xray", "mean", "composite"}, 0));
-    const auto only = [&](const char* option, const std::optional<std::string>& value, Mode mode) {
-        if (value && want.mode != mode)
-            throw RequestError(fmt::format("{}: of --mode {} only, not of {}", option,
-                                           name_of(mode), name_of(want.mode)));
+    if (o.mode) want.mode = mode_named(*o.mode);
+    const auto only = [&](const char* option, const std::optional<std::string>& value,
+                          bool ModeTraits::*takes) {
+        const ModeTraits& mode = *want.mode.operator->();
+        if (!value || mode.*takes) return;
+        std::vector<std::string_view> names;
+        for (const Mode other : modes())
+            if (other.operator->()->*takes) names.push_back(other->name);
+        throw RequestError(fmt::format("{}: of --mode {} only, not of {}", option,
+                                       fmt::join(names, ", "), mode.name));
     };
-    only("--zero", o.zero, Mode::xray);
-    only("--background", o.background, Mode::composite);
-    only("--transfer", o.transfer, Mode::composite);
+    only("--zero", o.zero, &ModeTraits::takes_zero);
+    only("--background", o.background, &ModeTraits::takes_transfer);
+    only("--transfer", o.transfer, &ModeTraits::takes_transfer);
     if (o.background) want.background = background_of(*o.background);
     if (o.zero) want.zero = number_of("--zero", *o.zero);
     if (o.outside) want.outside = number_of("--outside", *o.outside);
@@ -101,7 +105,9 @@ Wish wish_of(const JobOptions& o) {
     // Padding of DICOM is no measurement: rays must not take it for one. A warp keeps it as stored.
     if (o.job == Job::render)
         wish.selection.padding =
-            wish.want.mode == Mode::xray ? store::Padding::nothing : store::Padding::smallest;
+            wish.want.mode->takes_zero                              ? store::Padding::nothing
+            : wish.want.mode->miss == ModeTraits::Miss::highest ? store::Padding::largest
+                                                                : store::Padding::smallest;
     if (o.zero) wish.selection.nothing = wish.want.zero;
     return wish;
 }
@@ -152,9 +158,11 @@ Geometry take_geometry(Request& want, const JobOptions& o, const Input& input,
 
 void take_values(Wish& wish, const JobOptions& o, const Data& data, const Statistics& statistics) {
     Request& want = wish.want;
-    want.miss = statistics.low;
+    want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
+                : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
+                                                               : 0;
     if (!o.zero) want.zero = std::min(0.0, statistics.low);
-    if (want.job != Job::render || want.mode != Mode::composite) return;
+    if (want.job != Job::render || !want.mode->takes_transfer) return;
     const double unit = want.spacing.minCoeff();
     if (o.transfer) {
         want.transfer = load_transfer(*o.transfer, unit);

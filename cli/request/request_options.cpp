@@ -65,11 +65,20 @@ void add_input(CLI::App& app, JobOptions& o) {
     add_selection(app, o.selection);
 }
 
+/// "mip (default), xray, ..."
+std::string mode_help() {
+    std::string help;
+    for (const Mode mode : modes())
+        help += (help.empty() ? "" : ", ") + std::string(mode->name) +
+                (mode == Mode::mip ? " (default)" : "");
+    return help;
+}
+
 void add_mode(CLI::App& app, JobOptions& o) {
     if (o.job == Job::warp) {
         add_text(app, "--outside", o.outside, "value beyond the input; default 0")->type_name("V");
     } else {
-        add_text(app, "--mode", o.mode, "mip (default), xray, mean, composite")->type_name("MODE");
+        add_text(app, "--mode", o.mode, mode_help())->type_name("MODE");
         add_text(app, "--zero", o.zero, "xray: the value that adds nothing")->type_name("V");
         add_text(app, "--background", o.background, "composite: default 0,0,0")->type_name("R,G,B");
         add_text(app, "--transfer", o.transfer, "composite: opacity and colour (docs/files.md)")

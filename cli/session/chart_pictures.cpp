@@ -15,7 +15,7 @@ constexpr int kRows = 8;  // of the reference, between two looks at whether to g
 
 int result_channels(const Session& session) {
     const Request& want = session.want();
-    if (want.job == Job::render) return want.mode == Mode::composite ? 4 : 1;
+    if (want.job == Job::render) return want.mode->channels;
     return session.input->channels();
 }
 
@@ -47,7 +47,7 @@ std::vector<OutputSample> PictureTaker::pixels() const {
 /// Colours as they would be shown: a composite over its background, others without their alpha.
 void PictureTaker::put(const double* values, int channels, float* out) const {
     const Request& want = session_.want();
-    const bool composite = want.job == Job::render && want.mode == Mode::composite;
+    const bool composite = want.job == Job::render && want.mode->over_background;
     for (int c = 0; c < channels_; ++c) {
         const double under =
             composite ? (1 - values[3]) * want.background[static_cast<std::size_t>(c)] : 0;
@@ -100,7 +100,7 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
     pictures.white = *high;
     const store::Header& header = session_.input->header;
     const Request& want = session_.want();
-    if (want.job == Job::render && want.mode == Mode::composite) {
+    if (want.job == Job::render && want.mode->over_background) {
         pictures.black = 0;
         pictures.white = 1;
     } else if (!header.volume && (header.type == Type::u8 || !is_integer(header.type))) {

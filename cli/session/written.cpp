@@ -184,10 +184,10 @@ Written written_of(const Wish& wish, const Geometry& geometry, const Input& inpu
     written.header = described(want, geometry, input, outputs);
     written.header.format = outputs.none() ? "" : outputs.format().name;
     store::Header& header = written.header;
-    const bool composite = want.job == Job::render && want.mode == Mode::composite;
-    const int channels = composite ? 3 : want.job == Job::render ? 1 : input.channels();
+    const bool over_background = want.job == Job::render && want.mode->over_background;
+    const int channels = over_background ? 3 : want.job == Job::render ? 1 : input.channels();
     const auto finish = [&]() -> Written& {
-        written.tail.over_background = composite;
+        written.tail.over_background = over_background;
         written.tail.background = want.background;
         // What was not multiplied on the way in, or not divided on the way out, is as it was.
         const bool as_it_was = want.job == Job::warp && written.tail.alpha == store::Alpha::none &&

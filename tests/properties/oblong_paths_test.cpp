@@ -128,7 +128,7 @@ TEST(OblongPaths, PicturesKeepWhatTheyPredict) {
     MemoryBudget memory(std::size_t{1} << 30);
     const auto volume = blurred_noise({23, 14, 17}, 3, 1, memory);
     std::set<std::string> run;
-    for (const Mode mode : {Mode::mip, Mode::xray, Mode::mean, Mode::composite})
+    for (const Mode mode : modes())
         for (const Vec3& spacing : {Vec3(1, 1, 1), Vec3(0.7, 0.7, 2.5)})
             for (const std::array<double, 3>& angles :
                  {std::array{0.0, 0.0, 0.0}, {0.0, 7.0, 0.0}, {25.0, -35.0, 120.0}}) {

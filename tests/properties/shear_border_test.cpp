@@ -25,15 +25,11 @@ std::shared_ptr<const Data> constant(const Extent& extent, MemoryBudget& memory)
 
 /// The pixel of a ray that is inside a volume of kValue for a length [unit]; none: 0.
 double expected(const Request& want, double length) {
-    switch (want.mode) {
-        case Mode::xray:
-            return (kValue - want.zero) * length * want.unit;
-        case Mode::composite:
-            return 1 - std::pow(1 - want.transfer.at(kValue)[3],
-                                length * want.unit / want.transfer.unit);
-        default:
-            return length > 0 ? kValue : kMiss;
-    }
+    if (want.mode == Mode::xray) return (kValue - want.zero) * length * want.unit;
+    if (want.mode == Mode::composite)
+        return 1 -
+               std::pow(1 - want.transfer.at(kValue)[3], length * want.unit / want.transfer.unit);
+    return length > 0 ? kValue : kMiss;
 }
 
 /// Rays that may be in a face, and those that rounding makes short, are not compared.

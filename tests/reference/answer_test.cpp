@@ -213,7 +213,7 @@ TEST(Reference, TilesDoNotShow) {
     // 70 samples are two tiles along every axis; stretches are joined by "over".
     const Data data = make_phantom("marschner-lobb", 70, heap());
     const ReferenceField field(data, Field::spline);
-    for (Mode mode : {Mode::mip, Mode::xray, Mode::mean, Mode::composite}) {
+    for (Mode mode : modes()) {
         const Request want = picture_of(70, 0.9, mode);
         const Reference reference(want, field, heap());
         const OutputSample at{0, 68, 74, 0};

@@ -60,13 +60,12 @@ void for_each_look(const Request& want, const ReferenceField& field, Each&& each
     }
 }
 
-constexpr std::array kModes = {Mode::mip, Mode::xray, Mode::mean, Mode::composite};
 
 TEST(RayLook, FindsNothingWrongWithWhatIsTheSameEverywhere) {
     Data data = blobs(Type::f32);
     std::fill_n(data.as<float>(), data.what.samples(), 42.f);
     const ReferenceField field(data, Field::spline);
-    for (const Mode mode : kModes)
+    for (const Mode mode : modes())
         for_each_look(picture_of(mode), field, [&](const RayLook& look, const OutputSample&) {
             ASSERT_TRUE(look.seen());
             // Lengths and weights add up to rounding of f32, of at most 42 * 42 voxels.
@@ -117,7 +116,7 @@ TEST(RayLook, LeavesOutWhatIsNotFinite) {
     for (std::int64_t i = 0; i < data.what.samples(); i += 5)
         data.as<float>()[i] = std::numeric_limits<float>::quiet_NaN();
     const ReferenceField field(data, Field::spline);
-    for (const Mode mode : kModes)
+    for (const Mode mode : modes())
         for_each_look(picture_of(mode), field, [&](const RayLook& look, const OutputSample&) {
             for (const double square : look.squares) EXPECT_TRUE(std::isfinite(square));
             EXPECT_TRUE(std::isfinite(look.low) && std::isfinite(look.high));

@@ -327,7 +327,7 @@ TEST(Scene, TakesOneVoxelOnePlaneAndConstants) {
         what.extent = n;
         Data data = Data::make(what, heap());
         std::fill_n(data.as<float>(), n.samples(), 4.F);
-        for (Mode mode : {Mode::mip, Mode::xray, Mode::mean, Mode::composite}) {
+        for (Mode mode : modes()) {
             const Request want = request_for(data, Job::render, mode, 1);
             const Scene scene = scene_of(data, want);
             EXPECT_GT(scene.range, 0);

@@ -383,6 +383,26 @@ class Framing(Rays):
             self.assertGreater(np.ptp(made[0]), 1)
             np.testing.assert_allclose(made[2], made[0], atol=2e-4, err_msg=mode[0])
 
+    def test_a_sheet_between_two_planes_of_samples_is_predicted(self):
+        """One sample thick and seen from its side, it ends where samples of the screen lie: which of them count is the
+        kernel's to say, and the prediction's to know."""
+        source = self.folder / "sheet.nrrd"
+        # Turned by some degrees, as f32 has it: so its faces lie beside those planes by its roundings.
+        source.write_bytes(b"NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 1 11 20\n"
+                           b"space directions: (-0.07747802934914348,-0.3662948927753414,-0.08532998590691586) "
+                           b"(-0.029831922404587482,-0.08086206357323296,0.374202329068547) "
+                           b"(-0.3749176061134232,0.08213025143867286,-0.01214126948883184)\n"
+                           b"space origin: (48.21,-36.39,-24.62)\nendian: little\nencoding: raw\n\n" + bytes([178]) * 220)
+        wrong = 0
+        for path in ("warp.shear/filter=foh", "warp.backward/filter=foh"):
+            error = self.report("render", source, "-o", "null:", "--mode", "xray", "--view", "back", "--turntable", "4",
+                                "--range", "100", "--verify=all", "--via", path, "--via", "project.combine",
+                                "--max-error", "1e6")
+            predicted, measured = error["plan"]["predicted"]["error"], error["measured"]["error"]["nrmse"]
+            self.assertLess(measured, 1.1 * predicted + 1e-6, path)
+            wrong = max(wrong, measured)
+        self.assertGreater(wrong, .01, "some sheet is lost: else nothing was tested")
+
     def test_errors_of_a_picture_with_wide_margins_are_predicted(self):
         """Few pixels see the data, so that a preview draws them all and needs no guess."""
         samples = np.random.default_rng(5).uniform(0, 100, (8, 8, 8)).astype("f4")
@@ -466,6 +486,18 @@ class Lattice(Rays):
         # f32 itself holds 2^19 to 1/16; sums of 32 numbers round by 2^-24 each.
         np.testing.assert_allclose(made, detail.mean(0) + 2 ** 19, rtol=8 * 2 ** -24)
         np.testing.assert_array_equal(self.cast(samples, []), samples.max(0))
+
+    def test_S40_standard_deviations_over_a_large_offset(self):
+        """Detail of 1 on 2^19, by every way to the picture: squares of values would have no digit of it left."""
+        detail = np.random.default_rng(7).integers(0, 16, (64, 5, 6)) / 16
+        samples = (detail + 2 ** 19).astype("<f4")
+        ways = (["--via", "project.ray_cast/filter=foh/step=1"], ["--via", "project.shear_warp/filter=foh"],
+                ["--via", "warp.backward/filter=foh"])
+        for way in ways:
+            made = self.render(samples, "--mode", "stddev", *way)
+            # Differences of f32 are exact here; 64 sums of squares below 1 round by 2^-24 each.
+            np.testing.assert_allclose(made, detail.std(0), rtol=64 * 2 ** -24, err_msg=str(way))
+        np.testing.assert_array_equal(self.cast(samples, ["--mode", "minip"]), samples.min(0))
 
 
 if __name__ == "__main__":

@@ -15,14 +15,20 @@ namespace edgewise::kernels {
 /// convention of RayCast, but for the place of the end samples, which here are fixed.)
 struct Combining {
     Combine rule = Combine::max;
+    const RayRule* other = nullptr;  // of Combine::other
     ValueMap values = {};            // of the stored numbers
     double step = 1;                 // length of a cell along the ray [t]
     double unit = 1;                 // one t, in the file's unit; of sum
     double zero = 0;                 // of sum: the value that adds nothing
-    double miss = 0;                 // of max and mean: a ray without a sample
+    double miss = 0;                 // a ray without a sample
     const Optics* optics = nullptr;  // of over
     double bound = 0;                // of over, as in RayCast
 };
+
+/// How a rule's numbers become results.
+inline RayRule::Setting setting_of(const Combining& with) noexcept {
+    return {with.values, with.step * with.unit, with.zero, with.miss};
+}
 
 /// What is kept of pixels while planes are added: a few planes of floats, of which only the
 /// functions below know the meaning. Rows of `pitch` floats, a multiple of 16, kSlack bytes behind.
@@ -32,7 +38,8 @@ struct PixelStates {
     std::ptrdiff_t plane = 0;  // floats from plane to plane, at least rows * pitch
 
     /// Planes of a rule.
-    static constexpr int planes(Combine rule) noexcept {
+    static constexpr int planes(Combine rule, const RayRule* other = nullptr) noexcept {
+        if (rule == Combine::other) return other->planes;
         return rule == Combine::max ? 1 : rule == Combine::over ? 4 : 3;
     }
     static constexpr std::ptrdiff_t pitch_of(std::int64_t width) noexcept {

@@ -105,6 +105,22 @@ struct OverRule {
     }
 };
 
+/// A mode without vectors of its own.
+struct OtherRule {
+    const RayRule& rule;
+    RayRule::Setting setting;
+
+    explicit OtherRule(const Combining& with) : rule(*with.other), setting(setting_of(with)) {}
+
+    HWY_INLINE void add(VF value, VF weight, bool, MF none, float* state,
+                        std::ptrdiff_t plane) const {
+        HWY_ALIGN float stored[kLanes], weights[kLanes];
+        hn::Store(value, DF(), stored);
+        hn::Store(hn::IfThenZeroElse(none, weight), DF(), weights);
+        rule.add(setting, stored, weights, state, plane, static_cast<int>(kLanes));
+    }
+};
+
 /// Joins the sums of a block of planes to the totals: after every kBlockPlanes planes.
 HWY_INLINE void close_block(float* state, std::ptrdiff_t plane, std::int64_t n) {
     const DF d;
@@ -162,6 +178,8 @@ HWY_INLINE void with_rule(const Combining& with, const Body& body) {
         case Combine::over:
             return with.optics->grey ? body.template run<OverRule<kFinite, 1>>()
                                      : body.template run<OverRule<kFinite, 3>>();
+        case Combine::other:
+            return body.template run<OtherRule>();
     }
 }
 

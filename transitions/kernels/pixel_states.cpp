@@ -8,7 +8,8 @@ namespace edgewise::kernels {
 namespace {
 
 // Planes: max: the largest stored number, negated where the slope is negative. sum, mean: total,
-// the block that is open, length. over: red, green, blue, the transparency that is left.
+// the block that is open, length. over: red, green, blue, the transparency that is left. other: the
+// rule's own.
 
 /// One pixel of finished states.
 void finish(const Combining& with, const float* state, std::ptrdiff_t plane, float* out) {
@@ -36,6 +37,9 @@ void finish(const Combining& with, const float* state, std::ptrdiff_t plane, flo
             for (int c = 0; c < 3; ++c) out[c] = state[with.optics->grey ? 0 : c * plane];
             out[3] = 1 - state[3 * plane];
             return;
+        case Combine::other:
+            *out = with.other->finish(setting_of(with), state, plane);
+            return;
     }
 }
 
@@ -56,6 +60,9 @@ void merge(const Combining& with, float* into, std::ptrdiff_t plane, const float
             into[3 * plane] = left * from[3 * from_plane];
             return;
         }
+        case Combine::other:
+            with.other->join(into, plane, from, from_plane);
+            return;
     }
 }
 
@@ -63,6 +70,12 @@ void merge(const Combining& with, float* into, std::ptrdiff_t plane, const float
 
 void clear_states(const Combining& with, const PixelStates& states, std::int64_t width,
                   std::int64_t height) {
+    if (with.rule == Combine::other) {
+        for (std::int64_t row = 0; row < height; ++row)
+            with.other->clear(states.first + row * states.pitch, states.plane,
+                              static_cast<int>(width));
+        return;
+    }
     for (int p = 0; p < PixelStates::planes(with.rule); ++p) {
         const float start = with.rule == Combine::max ? -std::numeric_limits<float>::infinity()
                             : with.rule == Combine::over && p == 3 ? 1.0f

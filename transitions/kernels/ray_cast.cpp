@@ -13,6 +13,8 @@ void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t 
             case Combine::sum:
             case Combine::mean:
                 return ray_cast_line;
+            case Combine::other:
+                return ray_cast_other;
             case Combine::over:
                 break;
         }

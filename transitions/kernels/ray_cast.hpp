@@ -7,15 +7,14 @@
 #include <memory_resource>
 #include <vector>
 
+#include "graph/mode.hpp"
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/optics.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
 
 namespace edgewise::kernels {
 
-/// What becomes of the samples along a ray: the largest, the integral, the mean, or front-to-back
-/// compositing.
-enum class Combine { max, sum, mean, over };
+using edgewise::Combine;
 
 /// The stored number that is taken from every sample before it is summed: the one that adds
 /// nothing, for else detail on a large offset is rounded away (2^20 + 1/8 in sums of f32). 0 of a
@@ -79,11 +78,12 @@ struct RayCast {
     Hold hold = Hold::foh;
     const TapPolynomials* weights = nullptr;  // of Hold::weighted
     Combine rule = Combine::max;
+    const RayRule* other = nullptr;  // of Combine::other
     Rays rays = {};
     double step = 1;                 // [t]
     double unit = 1;                 // one t, in the file's unit; of sum
     double zero = 0;                 // of sum: the value that adds nothing
-    double miss = 0;                 // of max and mean: a ray that meets no sample
+    double miss = 0;                 // a ray that meets no sample
     const Optics* optics = nullptr;  // of over
     double bound = 0;  // of over: a ray ends where less than this transparency is left; the result
                        // differs by at most bound x the largest emission or background

@@ -9,6 +9,8 @@ void ray_cast_max(const RayCast& cast, std::int64_t x, std::int64_t y, std::int6
                   std::int64_t height, float* out, std::ptrdiff_t row_floats);
 void ray_cast_line(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
                    std::int64_t height, float* out, std::ptrdiff_t row_floats);
+void ray_cast_other(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                    std::int64_t height, float* out, std::ptrdiff_t row_floats);
 void ray_cast_over_grey(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
                         std::int64_t height, float* out, std::ptrdiff_t row_floats);
 void ray_cast_over_color(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,

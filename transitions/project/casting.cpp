@@ -41,19 +41,19 @@ void count(kernels::RayCast cast, const kernels::Bricks& bricks, std::int64_t x,
 
 void measure_casting(const Data& input, const Request& want, std::map<std::string, double>& facts,
                      std::pmr::memory_resource* memory) {
-    const bool leaves_out = want.mode == Mode::mip || want.mode == Mode::composite;
-    if (want.job != Job::render || !leaves_out || want.axes != 3) return;
+    const ModeTraits::Levels levels = want.mode->skips;
+    if (want.job != Job::render || levels == ModeTraits::Levels::none || want.axes != 3) return;
     const kernels::Optics optics = optics_of(want, input.what.values);
     kernels::Optics counting = optics;
     // So that opacities of whole cells are corrected too.
     if (counting.unit == 1) counting.unit = 1 + 1e-6;
-    kernels::RayCast cast{.volume = kernels::grid_of(input),
+    kernels::RayCast cast{.volume = rule_grid(input, want),
                           .hold = kernels::Hold::zoh,
-                          .rule = combine_of(want.mode),
+                          .rule = want.mode->combine,
                           .optics = &counting,
                           .bound = kTerminated};
     const auto bricks =
-        bricks_of(cast.volume, want.mode == Mode::composite ? &optics : nullptr, memory, nullptr);
+        bricks_of(cast.volume, levels == ModeTraits::Levels::opacities ? &optics : nullptr, memory, nullptr);
     // Spread evenly (Roberts 2018).
     constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};
     Counted sum;
@@ -78,7 +78,7 @@ void measure_casting(const Data& input, const Request& want, std::map<std::strin
     facts["cast/all"] = sum.all / pixels;
     facts["cast/taken"] = share(sum.plain.samples, pixels);
     facts["cast/bricks"] = share(sum.bricks.samples, pixels);
-    if (want.mode != Mode::composite) return;
+    if (!want.mode->takes_transfer) return;
     facts["cast/corrected"] = share(sum.plain.corrected, sum.all);
     facts["cast/corrected/ends"] =
         share(sum.plain.corrected_ends, static_cast<double>(sum.plain.ends));

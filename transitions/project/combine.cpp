@@ -29,16 +29,16 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
 }
 
 double tile_bytes(Mode mode) {
-    const int planes = kernels::PixelStates::planes(combine_of(mode)) + 2;
+    const int planes = kernels::PixelStates::planes(mode->combine, mode->rule) + 2;
     return planes * kWidth * kHeight * 4.0 + 2 * kArraySlack;
 }
 
 /// Spread over ranks as in the thesis: the samples lie along z already, one beside the other.
 Work spread_work(const Offer& offer, const Ask& ask) {
     const kernels::Optics optics = optics_of(ask.want, offer.from.values);
-    double rule = 1;
+    double rule = ask.want.mode->operations;
     // TABLE 36 and 37, front to back: 3 a colour, 2 of transparency.
-    if (ask.want.mode == Mode::composite)
+    if (ask.want.mode->takes_transfer)
         rule = static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) + 3 * 3 + 2;
     Work work{.operations = rule * static_cast<double>(offer.from.samples()),
               .streamed = offer.from.bytes() + offer.to.bytes()};
@@ -51,8 +51,8 @@ Work work(const Offer& offer, const Ask& ask, int) {
     if (is_spread(offer.from)) return spread_work(offer, ask);
     const kernels::Optics optics = optics_of(ask.want, offer.from.values);
     // Two comparisons with the span of the ray, its share, and the rule.
-    double rule = 5;
-    if (ask.want.mode == Mode::composite)
+    double rule = 4 + ask.want.mode->operations;
+    if (ask.want.mode->takes_transfer)
         rule += static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) + 10;
     return {.operations = rule * static_cast<double>(offer.from.samples()) +
                           60 * static_cast<double>(offer.to.samples()),
@@ -101,13 +101,7 @@ void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& 
          Context& context) {
     const Request& want = ask.want;
     const kernels::Optics optics = optics_of(want, in.what.values);
-    const kernels::Combining with{.rule = combine_of(want.mode),
-                                  .values = in.what.values,
-                                  .unit = want.unit,
-                                  .zero = want.zero,
-                                  .miss = want.miss,
-                                  .optics = &optics,
-                                  .bound = kTerminated};
+    const kernels::Combining with = combining_of(want, in.what.values, optics);
     Representation input;
     input.extent = want.input;
     kernels::RayCast geometry;
@@ -126,9 +120,9 @@ void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& 
         kernels::clear_states(with, states, size.x, size.y);
         kernels::combine(with, volume, tile.begin[0], tile.begin[1], size.x, size.y, 0,
                          in.what.extent.z, {low, low + plane, kWidth}, states);
-        kernels::finish_states(with, states, size.x, size.y,
-                               out.as<float>() + tile.begin[1] * row + tile.begin[0] * channels,
-                               row);
+        float* first = out.as<float>() + tile.begin[1] * row + tile.begin[0] * channels;
+        kernels::finish_states(with, states, size.x, size.y, first, row);
+        give_sign(want, first, size.x, size.y, row);
     });
 }
 

@@ -10,8 +10,7 @@
 namespace edgewise {
 
 double state_bytes(Mode mode) noexcept {
-    const int planes = mode == Mode::composite ? 4 : mode == Mode::mean ? 2 : 1;
-    return planes * static_cast<double>(sizeof(float));
+    return mode->state_numbers * static_cast<double>(sizeof(float));
 }
 
 double shadow_of_box(const Mat4& map, const Extent& extent, const Cut& cut) {
@@ -49,9 +48,9 @@ void add_parallel_product(Work& work, Mode mode, const Cut& cut, double pixels) 
     if (cut[2] < 2) return;
     const double own = pixels / (double(cut[0]) * cut[1]);
     // The intensities of boxes are premultiplied already, and have transparencies.
-    const double colors = mode == Mode::composite ? 3 : 1;
+    const double colors = mode->takes_transfer ? 3 : mode->operations;
     double a_pixel = composites(cut[2]) * colors;
-    if (mode == Mode::composite)
+    if (mode->takes_transfer)
         a_pixel = composites(cut[2]) * 2 * colors +
                   transparency_updates(Compositing::tree_from_front, cut[2]);
     work.operations += a_pixel * pixels;

@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #include "graph/spread.hpp"
+#include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_path.hpp"
 
 namespace edgewise {
@@ -36,26 +37,52 @@ std::string no_picture(const Representation& from, const Ask& ask) {
     return {};
 }
 
-kernels::Combine combine_of(Mode mode) noexcept {
-    switch (mode) {
-        case Mode::mip:
-            return kernels::Combine::max;
-        case Mode::xray:
-            return kernels::Combine::sum;
-        case Mode::mean:
-            return kernels::Combine::mean;
-        case Mode::composite:
-            return kernels::Combine::over;
-    }
-    return kernels::Combine::max;
-}
-
 kernels::Optics optics_of(const Request& want, const ValueMap& values) {
-    if (want.mode != Mode::composite) return {};
+    if (!want.mode->takes_transfer) return {};
     std::vector<kernels::OpticsPoint> points;
     for (const Transfer::Point& point : want.transfer.points)
         points.push_back({point.value, point.opacity, point.color});
     return kernels::optics_of(points, want.transfer.unit / want.unit, values);
+}
+
+namespace {
+
+ValueMap turned(const Request& want, ValueMap values) {
+    if (!want.mode->negated) return values;
+    return {.slope = -values.slope, .offset = -values.offset};
+}
+
+}  // namespace
+
+kernels::Grid rule_grid(const Data& in, const Request& want) {
+    kernels::Grid grid = kernels::grid_of(in);
+    grid.values = turned(want, grid.values);
+    return grid;
+}
+
+kernels::Combining combining_of(const Request& want, const ValueMap& values,
+                                const kernels::Optics& optics) {
+    return {.rule = want.mode->combine,
+            .other = want.mode->rule,
+            .values = turned(want, values),
+            .unit = want.unit,
+            .zero = want.zero,
+            .miss = rule_miss(want),
+            .optics = &optics,
+            .bound = kTerminated};
+}
+
+double rule_miss(const Request& want) noexcept {
+    if (want.mode->miss == ModeTraits::Miss::zero) return 0;
+    return want.mode->negated ? -want.miss : want.miss;
+}
+
+void give_sign(const Request& want, float* first, std::int64_t width, std::int64_t height,
+               std::ptrdiff_t row) noexcept {
+    if (!want.mode->negated) return;
+    for (std::int64_t y = 0; y < height; ++y)
+        for (std::int64_t i = 0; i < width * want.mode->channels; ++i)
+            first[y * row + i] = 0 - first[y * row + i];
 }
 
 kernels::Rays rays_of(const Representation& from, const Request& want, int view, double front) {

@@ -15,7 +15,16 @@ namespace edgewise {
 /// Why no picture can be made of a representation, whatever the algorithm; empty: it can.
 std::string no_picture(const Representation& from, const Ask& ask);
 
-kernels::Combine combine_of(Mode mode) noexcept;
+/// Samples as the kernels of a mode get them, see ModeTraits::negated.
+kernels::Grid rule_grid(const Data& in, const Request& want);
+/// How the kernels combine stored numbers for a request; the step is 1. Optics must stay alive.
+kernels::Combining combining_of(const Request& want, const ValueMap& values,
+                                const kernels::Optics& optics);
+/// What a ray that meets nothing has there.
+double rule_miss(const Request& want) noexcept;
+/// What the kernels made gets its sign back. @param row  floats from one row to the next
+void give_sign(const Request& want, float* first, std::int64_t width, std::int64_t height,
+               std::ptrdiff_t row) noexcept;
 /// Optics for stored numbers, with opacities per length in t.
 kernels::Optics optics_of(const Request& want, const ValueMap& values);
 

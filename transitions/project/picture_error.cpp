@@ -15,11 +15,7 @@ namespace {
 double guess(const std::string& filter, Mode mode) {
     const Filter& by = filter_named(filter);
     const int hold = by.taps == 1 ? 0 : by.coefficients ? 2 : 1;
-    constexpr double kMip[] = {0.038, 0.050, 0.021};
-    constexpr double kIntegral[] = {0.0044, 0.0026, 0.0013};
-    constexpr double kComposite[] = {0.011, 0.014, 0.003};
-    if (mode == Mode::mip) return kMip[hold];
-    return mode == Mode::composite ? kComposite[hold] : kIntegral[hold];
+    return mode->guess[static_cast<std::size_t>(hold)];
 }
 
 double measured(const std::string& filter, double step, const Ask& ask) {
@@ -53,25 +49,13 @@ double at_step(const std::string& filter, double step, const Ask& ask) {
 
 /// How errors of samples pass the combining rule, with the same measurements for blur and noise.
 double guessed_gain(bool noise, const Ask& ask) {
-    constexpr double kLength = 160;  // of the rays that the guesses were measured on
-    const double length = static_cast<double>(ask.want.screen.z);
-    const double integral = noise ? std::sqrt(length) : 17 * length / kLength;
-    switch (ask.want.mode) {
-        case Mode::mip:
-            return noise ? 1.2 : 3.5;
-        case Mode::xray:
-            return integral * ask.want.unit;
-        case Mode::mean:
-            return integral / length;
-        case Mode::composite:
-            break;
-    }
-    return (noise ? 0.16 : 0.55) / range_between(ask.scene.low, ask.scene.high);
+    return ask.want.mode->gain(noise, static_cast<double>(ask.want.screen.z), ask.want.unit,
+                               range_between(ask.scene.low, ask.scene.high));
 }
 
 /// What rays that end early leave out, of the brightest light there is: 1 in each channel.
 double terminated(const Ask& ask) {
-    if (ask.want.mode != Mode::composite) return 0;
+    if (!ask.want.mode->left) return 0;
     return kTerminated * ask.scene.fact("picture/ended").value_or(1);
 }
 
@@ -90,7 +74,7 @@ double rounding(const std::string& filter, const Ask& ask) {
     const auto longest =
         static_cast<double>(std::max({ask.want.input.x, ask.want.input.y, ask.want.input.z}));
     const double sample = filter_named(filter).taps <= 2 ? kWeights : 0.25 * kFloat * longest;
-    if (ask.want.mode != Mode::xray && ask.want.mode != Mode::mean) return sample + kFloat;
+    if (!ask.want.mode->averages) return sample + kFloat;
     const double root =
         std::sqrt(static_cast<double>(std::max<std::int64_t>(1, ask.want.screen.z)));
     return sample / root + kFloat * root;

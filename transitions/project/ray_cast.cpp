@@ -67,7 +67,7 @@ double brick_bytes(const Representation& from) {
 
 /// Operations to combine one sample (TABLE 37: 3 a colour and 2 of transparency).
 double combining(const Ask& ask, const kernels::Optics& optics) {
-    if (ask.want.mode != Mode::composite) return 1;
+    if (!ask.want.mode->takes_transfer) return ask.want.mode->operations;
     const double colors = optics.grey ? 1 : 3;
     return static_cast<double>(optics.ramps.size()) * (6 + 2 * colors) + 2 * colors + 4;
 }
@@ -80,7 +80,8 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
         return std::min(samples, *counted * pixels / offer.with.number("step"));
     if (!bricks) return samples;
     // Measured on CT and MR: a MIP's bricks leave out about half of the samples.
-    return ask.want.mode == Mode::mip ? 0.5 * samples
+    return ask.want.mode->skips == ModeTraits::Levels::values
+               ? 0.5 * samples
                                       : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
 }
 
@@ -90,7 +91,7 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
 /// bits and f32.
 bool with_bricks(const Offer& offer, const Ask& ask, int view) {
     const Hold hold = hold_of(offer.with);
-    const bool leaves_out = ask.want.mode == Mode::mip || ask.want.mode == Mode::composite;
+    const bool leaves_out = ask.want.mode->skips != ModeTraits::Levels::none;
     // Bricks bound what is read of them by filters without negative weights.
     if (!leaves_out || hold == Hold::zoh || hold == Hold::weighted) return false;
     const double samples = samples_of(offer, ask, view);
@@ -141,7 +142,7 @@ std::string_view way_of(bool bricks, bool sparse, bool from_eye) {
 /// not the length that opacities refer to, all. Of these, as counted, those that a packet needs.
 double corrected_of(const Offer& offer, const Ask& ask, const kernels::Optics& optics,
                     double samples, double ends) {
-    if (ask.want.mode != Mode::composite) return 0;
+    if (!ask.want.mode->takes_transfer) return 0;
     const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
     const bool exact = offer.with.number("step") == optics.unit;
     return share("cast/corrected/ends") * ends + (exact ? 0 : share("cast/corrected") * samples);
@@ -214,26 +215,27 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
          Context& context) {
     const Request& want = ask.want;
     const kernels::Optics optics = optics_of(want, in.what.values);
-    const bool composite = want.mode == Mode::composite;
+    const bool opacities = want.mode->skips == ModeTraits::Levels::opacities;
     const Hold hold = hold_of(offer.with);
-    kernels::RayCast cast{.volume = kernels::grid_of(in),
+    kernels::RayCast cast{.volume = rule_grid(in, want),
                           .hold = hold,
                           .weights = hold == Hold::weighted
                                          ? &kernels::TapPolynomials::of(filter_of(offer.with))
                                          : nullptr,
-                          .rule = combine_of(want.mode),
+                          .rule = want.mode->combine,
+                          .other = want.mode->rule,
                           // Cells of parallel rays begin at the front of the screen's first layer,
                           // so that a step of 1 samples its layers where they are.
                           .rays = rays_of(in.what, want, context.view, -0.5),
                           .step = offer.with.number("step"),
                           .unit = want.unit,
                           .zero = want.zero,
-                          .miss = want.miss,
+                          .miss = rule_miss(want),
                           .optics = &optics,
                           .bound = kTerminated};
     std::unique_ptr<kernels::Bricks> bricks;
     if (with_bricks(offer, ask, context.view))
-        bricks = bricks_of(cast.volume, composite ? &optics : nullptr, context.memory,
+        bricks = bricks_of(cast.volume, opacities ? &optics : nullptr, context.memory,
                            [&] { return context.stopped(); });
     context.poll();
     cast.bricks = bricks.get();
@@ -241,8 +243,9 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const std::int64_t side = tile_side(out.what.extent);
     for_tiles(region, side, side, context, [&](const Region& tile) {
         const Extent size = tile.extent();
-        kernels::ray_cast(cast, tile.begin[0], tile.begin[1], size.x, size.y,
-                          out.as<float>() + tile.begin[1] * row + tile.begin[0] * channels, row);
+        float* first = out.as<float>() + tile.begin[1] * row + tile.begin[0] * channels;
+        kernels::ray_cast(cast, tile.begin[0], tile.begin[1], size.x, size.y, first, row);
+        give_sign(want, first, size.x, size.y, row);
     });
 }
 

@@ -39,7 +39,7 @@ class CastRay final : public RayModel {
                 squares.add(fact++, answer.between(answer.written(noisy_[hold]),
                                                    answer.written(clean_[hold])) /
                                         (noise_ * noise_));
-        if (want_.mode == Mode::composite)
+        if (want_.mode->left)
             squares.add(fact, answer.transparency() < kTerminated ? 1 : 0);
     }
 
@@ -81,7 +81,7 @@ class RayCastModel final : public Model {
             for (const PreviewHold hold : kNoisy)
                 facts_.push_back(
                     {.name = fmt::format("gain/noise/{}", kPreviewHolds[hold]), .promised = false});
-        if (want_.mode == Mode::composite) facts_.push_back({.name = "picture/ended"});
+        if (want_.mode->left) facts_.push_back({.name = "picture/ended"});
     }
     std::vector<double> steps() const override { return {kCastSteps.begin(), kCastSteps.end()}; }
     std::unique_ptr<RayModel> follow(const RaySpan&, const OutputSample&) const override {

@@ -9,8 +9,6 @@
 namespace edgewise {
 namespace {
 
-using kernels::Combine;
-
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// A ray in a face of the volume must not be lost to the rounding of its place, as in the kernels.
 constexpr double kSlip = 1e-9;
@@ -53,7 +51,6 @@ class Border {
  public:
     Border(const ShearedImage& image, Read read)
         : image_(image),
-          rule_(image.warp.with.rule),
           read_(read),
           across_{Across(image.warp.x, image.warp.dx, image.warp.volume.extent.x),
                   Across(image.warp.y, image.warp.dy, image.warp.volume.extent.y)},
@@ -130,7 +127,7 @@ class Border {
         if (spans.high[out] <= spans.low[in]) return kMissesAlong + faces;
         if (read_ == Read::continued) return 0;
         if (beside) return kUneven;
-        const bool sums = rule_ == Combine::sum || rule_ == Combine::over;
+        const bool sums = image_.mode->lengthen != nullptr;
         if (sums && read_ == Read::bilinear) return linear(spans, in, out) ? faces : kUneven;
         return covered(spans) ? 0 : kUneven;
     }
@@ -222,17 +219,11 @@ class Border {
     /// @param share  the length of the ray, of that which its neighbours have on the average
     void finish(std::array<double, 4> sum, double weight, double share, float* out) const {
         for (double& value : sum) value /= weight;
-        if (rule_ == Combine::sum) sum[0] *= share;
-        if (rule_ == Combine::over && sum[3] > 0) {
-            // EQ 63: the transparency of a length is that of the unit length to its power.
-            const double opacity = 1 - std::pow(std::max(0.0, 1 - sum[3]), share);
-            for (double& value : sum) value *= opacity / sum[3];
-        }
+        if (image_.mode->lengthen) image_.mode->lengthen(share, sum);
         for (int c = 0; c < image_.channels; ++c) out[c] = static_cast<float>(sum[c]);
     }
 
     const ShearedImage& image_;
-    Combine rule_;
     Read read_;
     std::array<Across, 2> across_;
     std::array<double, 3> reach_;

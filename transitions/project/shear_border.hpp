@@ -2,6 +2,7 @@
 
 #include <memory_resource>
 
+#include "graph/mode.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/shear_warp.hpp"
 
@@ -9,6 +10,7 @@ namespace edgewise {
 
 /// The intermediate image of a shear-warp and how the picture lies on it.
 struct ShearedImage {
+    Mode mode;
     const kernels::ShearWarp& warp;
     float* values = nullptr;  // channels interleaved
     Extent extent;

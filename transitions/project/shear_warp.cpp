@@ -88,34 +88,32 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
-int channels_of(Mode mode) { return mode == Mode::composite ? 4 : 1; }
-
 double image_bytes(const Factored& f, Mode mode) {
-    return 4.0 * static_cast<double>(f.image.samples()) * channels_of(mode);
+    return 4.0 * static_cast<double>(f.image.samples()) * mode->channels;
 }
 
 double tile_bytes(Mode mode) {
-    const int planes = kernels::PixelStates::planes(combine_of(mode)) + 2;
+    const int planes = kernels::PixelStates::planes(mode->combine, mode->rule) + 2;
     return planes * kWidth * kHeight * 4.0 + 2 * kArraySlack;
 }
 
 /// Whether the picture is read from a spline through the intermediate image: that of first-order
 /// hold would be a second blur, which costs a MIP a sixth of its accuracy. Other pictures may not
 /// go below zero, and samples that are not finite would spread over the whole of them.
-bool smooth(const std::string& filter, Mode mode) { return filter == "foh" && mode == Mode::mip; }
+bool smooth(const std::string& filter, Mode mode) { return filter == "foh" && mode->extreme != 0; }
 
 /// Operations a voxel: three interpolations of two operations, then the rule with its states. The
 /// largest integers stay in registers, bytes in lanes of 16 bits (kernels::shear_warp_max).
 double voxel_operations(const Offer& offer, const Ask& ask, bool nearest, double step) {
     const double hold = nearest ? 0 : 6;
-    if (ask.want.mode == Mode::composite) {
+    if (ask.want.mode->takes_transfer) {
         const kernels::Optics optics = optics_of(ask.want, offer.from.values);
         return hold + 14 + static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) +
                (step == optics.unit
                     ? 0
                     : ask.scene.fact("cast/corrected").value_or(1) * kCorrectionOperations);
     }
-    if (ask.want.mode != Mode::mip) return hold + 5;
+    if (ask.want.mode->combine != Combine::max) return hold + 4 + ask.want.mode->operations;
     switch (offer.from.type) {
         case Type::u8:
         case Type::i8:
@@ -137,17 +135,17 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // side by side, take half of as many gathers.
     constexpr double kWaiting = 2.5, kBeside = 0.5;
     const double voxels = static_cast<double>(offer.from.samples()) *
-                          (ask.want.mode == Mode::composite ? 1 : kWaiting);
+                          (ask.want.mode->takes_transfer ? 1 : kWaiting);
     // Pixels of the image that a slice does not reach are passed over, by vectors or by tiles: 0.06
     // to 0.1 ns each, twice that of composites (48 to 192 voxels a row, 30 degrees). A MIP's rate,
     // whose voxels count least, would make three times too much of as many.
-    const double passing = ask.want.mode == Mode::composite ? 8
-                           : ask.want.mode == Mode::mip     ? 1
-                                                            : 4;
+    const double passing = ask.want.mode->takes_transfer            ? 8
+                           : ask.want.mode->combine == Combine::max ? 1
+                                                                    : 4;
     const double passed =
         static_cast<double>(f.image.samples() * offer.from.extent.z - offer.from.samples());
     const double pixels = static_cast<double>(offer.to.samples());
-    const int channels = channels_of(ask.want.mode);
+    const int channels = ask.want.mode->channels;
     // FIGURE 27 for the picture: place 14, bilinear 9; of a spline weights and 16 taps, and the
     // recursions of its prefilter.
     const double hold = spline ? 54 : nearest ? 0 : 9 * channels;
@@ -175,10 +173,10 @@ Error error(const Offer& offer, const Ask& ask) {
     return sheared_error(offer.with.word("filter"), step, ask);
 }
 
-void project(const kernels::ShearWarp& warp, const Factored& f, float* image, Context& context) {
-    const int channels = warp.with.rule == kernels::Combine::over ? 4 : 1;
+void project(const kernels::ShearWarp& warp, const Factored& f, Mode mode, float* image,
+             Context& context) {
+    const int channels = mode->channels;
     const std::int64_t row = f.image.x * channels;
-    const Mode mode = channels == 4 ? Mode::composite : Mode::xray;
     for_tiles(Region::all(f.image), kWidth, kHeight, context, [&](const Region& tile) {
         const Extent size = tile.extent();
         const std::int64_t i = tile.begin[0], j = tile.begin[1];
@@ -234,30 +232,24 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const Factored f = factored(in.what, want, context.view);
     const kernels::Optics optics = optics_of(want, in.what.values);
     const kernels::Hold hold = kernels::hold_of(filter_named(offer.with.word("filter")));
-    const kernels::ShearWarp warp{.volume = kernels::grid_of(in),
-                                  .hold = hold,
-                                  .with = {.rule = combine_of(want.mode),
-                                           .values = in.what.values,
-                                           .step = f.step,
-                                           .unit = want.unit,
-                                           .zero = want.zero,
-                                           .miss = want.miss,
-                                           .optics = &optics,
-                                           .bound = kTerminated},
-                                  .x = f.x,
-                                  .dx = f.dx,
-                                  .y = f.y,
-                                  .dy = f.dy,
-                                  .backwards = f.backwards};
-    const int channels = channels_of(want.mode);
+    kernels::ShearWarp warp{.volume = rule_grid(in, want),
+                            .hold = hold,
+                            .with = combining_of(want, in.what.values, optics),
+                            .x = f.x,
+                            .dx = f.dx,
+                            .y = f.y,
+                            .dy = f.dy,
+                            .backwards = f.backwards};
+    warp.with.step = f.step;
+    const int channels = want.mode->channels;
     Array image(static_cast<std::size_t>(image_bytes(f, want.mode)) + kArraySlack, context.memory);
-    project(warp, f, static_cast<float*>(image.data()), context);
+    project(warp, f, want.mode, static_cast<float*>(image.data()), context);
 
     auto* values = static_cast<float*>(image.data());
     const bool spline = smooth(offer.with.word("filter"), want.mode);
-    const bool misses = want.mode == Mode::mip || want.mode == Mode::mean;
-    const float outside = misses ? static_cast<float>(want.miss) : 0.0f;
-    const ShearedImage sheared{.warp = warp,
+    const auto outside = static_cast<float>(rule_miss(want));
+    const ShearedImage sheared{.mode = want.mode,
+                               .warp = warp,
                                .values = values,
                                .extent = f.image,
                                .channels = channels,
@@ -282,6 +274,9 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
         picture(output, part);
         if (spline) clamp(output, part, range);
         mend_border(sheared, read, output, part);
+        const std::int64_t row = out.what.extent.x * channels;
+        give_sign(want, output.samples + part.begin[1] * row + part.begin[0] * channels,
+                  part.extent().x, part.extent().y, row);
     });
 }
 

@@ -97,7 +97,7 @@ ShearedPicture::ShearedPicture(const RaySpan& ray, const Extent& input, Mode mod
     farther_ = nearest && nearest != &corners_[own];
     nearest_ = nearest ? *nearest : corners_[own];
     nearest_.weight = 1;
-    if (mode == Mode::mip) smooth_ = smooth_at(at, mode);
+    if (mode->extreme != 0) smooth_ = smooth_at(at, mode);
     double begin = static_cast<double>(input[axis_]), end = -1;
     const auto join = [&](const Pixel& pixel) {
         if (pixel.weight == 0 || !(pixel.low < pixel.high)) return;
@@ -243,14 +243,15 @@ void ShearedPicture::trace(const PreviewBlock& block, double end, const Request&
 }
 
 void ShearedPicture::give_length(double share, Mode mode, std::span<double, 4> values) noexcept {
-    if (mode == Mode::xray) values[0] *= share;
-    if (mode != Mode::composite || !(values[3] > 0)) return;
+    if (!mode->lengthen) return;
     // A ray ends where so little is left to see: what an opaque neighbour would have let through
     // of a shorter way is not known any more.
-    const double left = 1 - values[3];
-    const double opacity = left < kTerminated && share < 1 ? 1 : 1 - std::pow(left, share);
-    const double scale = opacity / values[3];
-    for (double& value : values) value *= scale;
+    if (mode->left && 1 - values[3] < kTerminated && share < 1) {
+        const double scale = 1 / values[3];
+        for (double& value : values) value *= scale;
+        return;
+    }
+    mode->lengthen(share, values);
 }
 
 void ShearedPicture::result(PreviewHold hold, const Request& want,

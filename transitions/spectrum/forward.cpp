@@ -44,7 +44,7 @@ constexpr double kFormula = 0.01;
 
 /// Error by all windows, where no preview tells [value].
 double inside_of(const Ask& ask) {
-    double error = ask.want.mode == Mode::mean ? kInsideMean : kInside;
+    double error = ask.want.mode->divides ? kInsideMean : kInside;
     if (ask.want.field == Field::linear) error *= kTrilinear;
     if (ask.want.field == Field::formula) error += kFormula;
     return error * ask.scene.range;
@@ -94,13 +94,13 @@ Work work(const Offer& offer, const Ask&, int /*view*/) {
 Error error(const Offer& offer, const Ask& ask) {
     // From here on errors count in values of the picture, to which what came before adds up.
     const Request& want = ask.want;
-    const double length = want.mode == Mode::mean
+    const double length = want.mode->divides
                               ? 1
                               : std::cbrt(static_cast<double>(want.input.samples())) * want.unit;
     const double samples = std::cbrt(static_cast<double>(want.input.samples()));
     const kernels::KaiserBessel window = window_of(offer.with);
     const double ghosts =
-        ghosts_of(window) * ask.scene.range * (want.mode == Mode::mean ? kShortRays : 1);
+        ghosts_of(window) * ask.scene.range * (want.mode->divides ? kShortRays : 1);
     // What every window gets wrong is counted here too, as one number with this one's ghosts.
     const double ends = ask.scene.fact("picture/spectrum/ends").value_or(inside_of(ask));
     const double measured = measured_error(window, offer.from, ask).value_or(ends + ghosts);

@@ -44,7 +44,7 @@ class Constant {
     float operator()(float integral, std::int64_t x, std::int64_t y) const {
         const double length =
             chord_.at(static_cast<double>(x), static_cast<double>(y)) * want_.unit;
-        if (want_.mode == Mode::xray)
+        if (want_.mode->slices == ModeTraits::Slices::integral)
             return length > 0 ? static_cast<float>(integral + (constant_ - want_.zero) * length)
                               : 0.f;
         if (!(length > 0)) return static_cast<float>(want_.miss);

@@ -75,7 +75,7 @@ std::string no_projection(const Ask& ask) {
     const Request& want = ask.want;
     if (want.job != Job::render)
         return "a warp wants samples; a slice of a spectrum is a projection";
-    if (want.mode != Mode::xray && want.mode != Mode::mean)
+    if (want.mode->slices == ModeTraits::Slices::none)
         return fmt::format("{} does not commute with the Fourier slice theorem",
                            name_of(want.mode));
     if (want.eye) return "the Fourier slice theorem needs parallel rays, the view is perspective";

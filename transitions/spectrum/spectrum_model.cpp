@@ -311,29 +311,49 @@ double SpectrumRays::sample(const std::array<std::int64_t, 3>& at) const {
     return value_at(input_, at[0] + n.x * (at[1] + n.y * at[2])) - empty_;
 }
 
-double SpectrumRays::missing_inside(const Vec3& p) const {
-    // Weights of a cardinal function add up to 1. By axis `beyond` of it falls on places outside,
-    // where the field continues the outermost samples and the slice has none. Of the product of
-    // three axes each part looks at its own samples: at the face for an axis that is beyond it.
-    std::array<double, 3> beyond;
-    std::array<std::int64_t, 3> near, face;
+double SpectrumRays::weight_at(double u) const { return step_at(u) - step_at(u + 1); }
+
+double SpectrumRays::wrong_along(int axis, const Vec3& p, std::array<std::int64_t, 3> at) const {
+    const std::int64_t last = want_.input[axis] - 1;
+    const bool formula = want_.field == Field::formula;
+    // Beyond the outermost centres the field is what it is there, and its samples are mirrored
+    // there (of a formula, which has none: continued).
+    const double held = formula ? p[axis] : std::clamp(p[axis], 0.0, static_cast<double>(last));
+    double sum = 0;
+    const auto middle = static_cast<std::int64_t>(std::floor(p[axis]));
+    for (std::int64_t n = middle - reach_; n <= middle + reach_ + 1; ++n) {
+        const bool inside = n >= 0 && n <= last;
+        const auto place = static_cast<double>(n);
+        const double weight = (inside ? weight_at(p[axis] - place) : 0) - weight_at(held - place);
+        if (weight == 0) continue;
+        std::int64_t from = std::clamp<std::int64_t>(n, 0, last);
+        if (!formula && last > 0) {
+            const std::int64_t period = 2 * last, k = ((n % period) + period) % period;
+            from = k > last ? period - k : k;
+        }
+        at[axis] = from;
+        sum += weight * sample(at);
+    }
+    return sum;
+}
+
+double SpectrumRays::wrong_inside(const Vec3& p) const {
+    // The slice's value is a product over the axes, and so is the field's: their difference is the
+    // sum over axes of what is wrong along one, times what the slice has along those that follow.
+    std::array<bool, 3> near;
+    std::array<double, 3> held;
+    std::array<std::int64_t, 3> nearest;
     for (int axis = 0; axis < 3; ++axis) {
         const std::int64_t last = want_.input[axis] - 1;
         const double before = -p[axis], after = p[axis] - static_cast<double>(last);
-        beyond[axis] = 2 - step_at(before) - step_at(after);
-        near[axis] = std::clamp<std::int64_t>(std::llround(p[axis]), 0, last);
-        face[axis] = before > after ? 0 : last;
+        near[axis] = std::max(before, after) > -reach_;
+        held[axis] = near[axis] ? step_at(before) + step_at(after) - 1 : 1;
+        nearest[axis] = std::clamp<std::int64_t>(std::llround(p[axis]), 0, last);
     }
-    double sum = 0;
-    for (int part = 1; part < 8; ++part) {
-        double weight = 1;
-        std::array<std::int64_t, 3> at;
-        for (int axis = 0; axis < 3; ++axis) {
-            const bool out = part >> axis & 1;
-            weight *= out ? beyond[axis] : 1 - beyond[axis];
-            at[axis] = out ? face[axis] : near[axis];
-        }
-        if (weight != 0) sum -= weight * sample(at);
+    double sum = 0, behind = 1;
+    for (int axis = 2; axis >= 0; --axis) {
+        if (near[axis]) sum += behind * wrong_along(axis, p, nearest);
+        behind *= held[axis];
     }
     return sum;
 }
@@ -361,9 +381,8 @@ double SpectrumRays::spilled_outside(const Vec3& p) const {
     const bool first = p[across] < 0;
     double sum = 0;
     for (std::int64_t layer = 0; layer < std::min<std::int64_t>(n, reach_); ++layer) {
-        const double u = farthest + static_cast<double>(layer);
         at[across] = first ? layer : n - 1 - layer;
-        sum += (step_at(u) - step_at(u + 1)) * sample(at);
+        sum += weight_at(farthest + static_cast<double>(layer)) * sample(at);
     }
     return weight * sum;
 }
@@ -375,7 +394,7 @@ double SpectrumRays::faces_between(const RaySpan& ray, double from, double to, b
     double sum = 0;
     for (double k = 0.5; k < pieces; ++k) {
         const Vec3 p = ray.origin + (from + k * piece) * ray.direction;
-        sum += inside ? missing_inside(p) : spilled_outside(p);
+        sum += inside ? wrong_inside(p) : spilled_outside(p);
     }
     return sum * piece;
 }
@@ -440,7 +459,7 @@ class SpectrumModel final : public Model {
     };
     void finish(const RaySpan& ray, const OutputSample& at, const Known& known,
                 RaySquares& squares) const {
-        const bool mean = want_.mode == Mode::mean;
+        const bool mean = want_.mode->slices == ModeTraits::Slices::mean;
         const double scale = mean ? 1 / (ray.high - ray.low) : want_.unit;
         const std::optional<double> lost = boxes_.front().beyond(ray);
         const double beyond =

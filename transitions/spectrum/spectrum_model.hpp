@@ -19,7 +19,7 @@ namespace edgewise {
 ///   with the weight W(x + m) / W(x), W the window's transform. What of these repetitions lies on
 ///   the pixel's line, or on that of the same pixel periods of the picture away, is added up.
 /// - *Faces.* The slice knows samples that are the commonest value beyond the box, while the field
-///   that is asked for continues the outermost samples to a face and ends there. The difference is
+///   that is asked for stays as it is at the outermost centres and ends at a face. The difference is
 ///   added up along the line as far as it is near a face.
 ///
 /// - *Cutoff.* The slice knows nothing beyond 3/4 of a cycle a sample: its steps ring a little, and
@@ -69,8 +69,12 @@ class SpectrumRays {
     void add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const;
     /// What a sample has above the commonest value.
     double sample(const std::array<std::int64_t, 3>& at) const;
-    /// What the slice has less than the field at a place inside, since it knows no samples outside.
-    double missing_inside(const Vec3& p) const;
+    /// What a sample weighs at a distance, as the slice has it.
+    double weight_at(double u) const;
+    /// What the slice has more than the field at a place inside, since it knows no samples outside:
+    /// along one axis through `at`, and all in all.
+    double wrong_along(int axis, const Vec3& p, std::array<std::int64_t, 3> at) const;
+    double wrong_inside(const Vec3& p) const;
     /// What it has at a place outside, where the field has ended.
     double spilled_outside(const Vec3& p) const;
     double step_at(double u) const;

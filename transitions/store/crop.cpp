@@ -17,14 +17,8 @@ std::string needed(const Request& want, const Scene& scene) {
         return common == want.outside
                    ? ""
                    : fmt::format("the commonest value is {}, --outside {}", common, want.outside);
-    if (want.mode == Mode::mean) return "a mean counts the empty samples too";
-    if (want.mode == Mode::composite && want.transfer.at(common)[3] != 0)
-        return fmt::format("the commonest value {} is not transparent", common);
-    if (want.mode == Mode::xray && common != want.zero)
-        return fmt::format("the commonest value is {}, --zero {}", common, want.zero);
-    if (want.mode == Mode::mip && (common != scene.low || common != want.miss))
-        return fmt::format("the commonest value {} is not the least, {}", common, scene.low);
-    return "";
+    if (!want.mode->needs) return std::string(want.mode->kept);
+    return want.mode->needs(want, common, scene.low, scene.high);
 }
 
 /// The box that is kept [input sample].

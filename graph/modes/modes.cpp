@@ -1,0 +1,51 @@
+#include <algorithm>
+
+#include "graph/errors.hpp"
+#include "graph/mode.hpp"
+#include "graph/modes/composite.hpp"
+#include "graph/modes/mean.hpp"
+#include "graph/modes/minip.hpp"
+#include "graph/modes/mip.hpp"
+#include "graph/modes/stddev.hpp"
+#include "graph/modes/xray.hpp"
+#include "graph/words.hpp"
+
+namespace edgewise {
+
+const std::vector<Mode>& modes() {
+    static const std::vector<Mode> all = {
+        Mode(mip_mode), Mode(xray_mode), Mode(mean_mode), Mode(composite_mode), Mode(minip_mode),
+        Mode(stddev_mode),
+    };
+    return all;
+}
+
+constinit const Mode Mode::mip(mip_mode);
+constinit const Mode Mode::xray(xray_mode);
+constinit const Mode Mode::mean(mean_mode);
+constinit const Mode Mode::composite(composite_mode);
+
+Mode mode_named(std::string_view name) {
+    const auto found = std::find_if(modes().begin(), modes().end(),
+                                    [&](Mode mode) { return same_word(name, mode->name); });
+    if (found != modes().end()) return *found;
+    std::vector<std::string> known;
+    for (const Mode mode : modes()) known.emplace_back(mode->name);
+    throw RequestError("no mode is called '" + std::string(name) + "'; " +
+                       instead_of(std::string(name), known));
+}
+
+std::string_view name_of(Mode mode) noexcept { return mode->name; }
+
+Stretch Stretch::empty(Mode mode) noexcept {
+    Stretch stretch;
+    if (mode->empty) mode->empty(stretch);
+    return stretch;
+}
+
+double gain_of_integral(bool noise, double length) noexcept {
+    constexpr double kLength = 160;
+    return noise ? std::sqrt(length) : 17 * length / kLength;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,47 @@
+#include "graph/modes/xray.hpp"
+
+#include <fmt/format.h>
+
+#include "graph/request.hpp"
+
+namespace edgewise {
+namespace {
+
+void add(Stretch& stretch, std::span<const double> values, const double* pieces,
+         const Request& want) {
+    double sum = stretch.state[0];
+    stretch.each_finite(values, pieces, [&](double value, double piece) {
+        sum += (value - want.zero) * piece * want.unit;
+    });
+    stretch.state[0] = sum;
+}
+
+std::string needs(const Request& want, double common, double, double) {
+    return common != want.zero
+               ? fmt::format("the commonest value is {}, --zero {}", common, want.zero)
+               : "";
+}
+
+}  // namespace
+
+/// The integral along the ray [value x file unit].
+const ModeTraits xray_mode = {
+    .name = "xray",
+    .help = "integral of (value - zero) along the ray",
+    .combine = Combine::sum,
+    .takes_zero = true,
+    .averages = true,
+    .slices = ModeTraits::Slices::integral,
+    .needs = needs,
+    .lengthen = [](double factor, std::span<double, 4> values) { values[0] *= factor; },
+    .guess = {0.0044, 0.0026, 0.0013},
+    .gain = [](bool noise, double length, double unit,
+               double) { return gain_of_integral(noise, length) * unit; },
+    .add = add,
+    .append =
+        [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
+    .result = [](const Stretch& stretch, const Request&,
+                 double* values) { values[0] = stretch.state[0]; },
+};
+
+}  // namespace edgewise
