@@ -1,5 +1,6 @@
 #include "graph/data.hpp"
 
+#include <cstring>
 #include <utility>
 
 namespace edgewise {
@@ -25,6 +26,22 @@ Data Data::make(const Representation& what, std::pmr::memory_resource* from) {
     data.what = what;
     data.samples = Array(static_cast<std::size_t>(what.bytes()), from);
     return data;
+}
+
+Data Data::make(const Representation& what, const Region& box, std::pmr::memory_resource* from) {
+    Data data;
+    data.what = what;
+    data.box = box;
+    data.samples = Array(static_cast<std::size_t>(what.bytes(box)), from);
+    return data;
+}
+
+void copy_box(const Data& from, Data& to) noexcept {
+    const Region box = from.held();
+    const std::size_t bytes = static_cast<std::size_t>(from.row()) * bytes_of(from.what.type);
+    for (std::int64_t z = box.begin[2]; z < box.end[2]; ++z)
+        for (std::int64_t y = box.begin[1]; y < box.end[1]; ++y)
+            std::memcpy(to.row_at(box.begin[0], y, z), from.row_at(box.begin[0], y, z), bytes);
 }
 
 }  // namespace edgewise

@@ -96,6 +96,9 @@ struct ModeTraits {
     // What algorithms may count on.
     int extreme = 0;       // 1, -1: the result is one of the samples, the largest or least
     bool divides = false;  // by the length inside: short rays have large errors
+    /// The size of the numbers whose difference the result is: a difference that is no larger than
+    /// their rounding is none. Null: it is no difference.
+    double (*cancelled)(const Request& want) = nullptr;
     bool averages = false;  // rounding of samples, by adding up many
     enum class Levels { none, values, opacities };
     Levels skips = Levels::none;  // what tells that a stretch cannot matter: its largest value, or

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include "graph/transition.hpp"
 
@@ -27,6 +28,37 @@ std::vector<Region> regions_of(const Partition& parts, const Offer& offer) {
         regions.back().end[axis] = std::min(begin + each, extent[axis]);
     }
     return regions;
+}
+
+std::vector<Region> boxes_of(const Extent& extent, int count) {
+    std::array<std::int64_t, 3> pieces{1, 1, 1};
+    const auto length = [&](int axis) { return (extent[axis] + pieces[axis] - 1) / pieces[axis]; };
+    // Its prime factors, the largest first, each to the axis whose pieces are longest.
+    std::vector<int> factors;
+    for (int factor = 2; count > 1; ++factor)
+        for (; count % factor == 0; count /= factor) factors.insert(factors.begin(), factor);
+    for (const int factor : factors) {
+        int longest = 2;
+        for (const int axis : {1, 0})
+            if (length(axis) > length(longest)) longest = axis;
+        pieces[longest] = std::min(extent[longest], pieces[longest] * factor);
+    }
+    std::vector<Region> boxes;
+    const auto cut = [&](int axis, std::int64_t piece) {
+        return extent[axis] * piece / pieces[axis];
+    };
+    for (std::int64_t z = 0; z < pieces[2]; ++z)
+        for (std::int64_t y = 0; y < pieces[1]; ++y)
+            for (std::int64_t x = 0; x < pieces[0]; ++x) {
+                Region box;
+                for (int axis = 0; axis < 3; ++axis) {
+                    const std::int64_t piece = axis == 0 ? x : axis == 1 ? y : z;
+                    box.begin[axis] = cut(axis, piece);
+                    box.end[axis] = cut(axis, piece + 1);
+                }
+                boxes.push_back(box);
+            }
+    return boxes;
 }
 
 double part_bytes(const Partition& parts, const Offer& offer) {

@@ -58,6 +58,11 @@ int Placement::variant(int view) const noexcept {
 int Placement::first_view(int variant) const noexcept { return state_->first_views[variant]; }
 bool Placement::one_a_view() const noexcept { return !state_->variants.empty(); }
 
+double Representation::bytes(const Region& box) const noexcept {
+    const auto all = static_cast<double>(samples());
+    return all > 0 ? bytes() * static_cast<double>(box.extent().samples()) / all : 0;
+}
+
 double Representation::bytes() const noexcept {
     return static_cast<double>(samples()) * channels * static_cast<double>(bytes_of(type));
 }

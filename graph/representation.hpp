@@ -65,6 +65,8 @@ struct Representation {
     std::int64_t samples() const noexcept { return extent.samples(); }
     /// Bytes of one copy (of one view where these differ).
     double bytes() const noexcept;
+    /// Bytes of the samples of a box.
+    double bytes(const Region& box) const noexcept;
     /// How many copies all views of a request need.
     int runs() const noexcept { return placed.different(); }
     /// Equal keys are one vertex. Bytes, not text; one map a view is told apart by the space's

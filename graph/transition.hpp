@@ -46,7 +46,9 @@ struct Partition {
     enum Kind { whole, output, input } kind = whole;
     /// Least extent of a region; regions are cut from extents alone, never from threads or memory.
     Extent leaf = {};
-    /// output: the box of the input that a region of the output needs, halo included.
+    /// output: the box of the input that a region of the output needs, halo included. A run on that
+    /// region reads no other sample, so that the input may hold that box alone (Data::box). Absent:
+    /// all of it.
     std::function<Region(const Region& out, int view)> reads = {};
     /// input: joins the part of a later region to that of an earlier one; associative.
     std::function<void(Data& into, const Data& from)> merge = {};
@@ -130,6 +132,9 @@ std::string fact_of_runs(const Transition& edge, const Parameters& with);
 
 /// Regions of a step; cut from extents and leaf alone, so that bytes never depend on threads.
 std::vector<Region> regions_of(const Partition& parts, const Offer& offer);
+/// A box cut into about so many, across up to three axes; what is to be cut most often is the
+/// longest axis. Of an extent alone, so that bytes depend on nothing else.
+std::vector<Region> boxes_of(const Extent& extent, int count);
 /// Bytes of the parts that are merged, beside the output itself: with Partition::input every region
 /// but the first has one. Planner and runtime count them; Work does not.
 double part_bytes(const Partition& parts, const Offer& offer);

@@ -11,13 +11,6 @@ bool over_background(const Request& want) noexcept {
     return want.job == Job::render && want.mode->over_background;
 }
 
-/// Of what cancels where an X-ray takes a value away from samples that are as large.
-double cancelling(const Request& want) noexcept {
-    if (want.job != Job::render || !want.mode->takes_zero) return 0;
-    const auto depth = static_cast<double>(std::max<std::int64_t>(1, want.screen.z));
-    return std::abs(want.zero) * want.unit * depth;
-}
-
 }  // namespace
 
 int written_channels(const Request& want, int delivered) noexcept {
@@ -38,7 +31,9 @@ double mean_square(const double* a, const double* b, int channels) noexcept {
 
 double range_of(const Request& want, double low, double high) noexcept {
     if (want.job == Job::warp && want.field == Field::nearest) return 1;
-    return want.range.value_or(range_between(low, high, cancelling(want)));
+    return want.range.value_or(range_between(
+        low, high,
+        want.job == Job::render && want.mode->cancelled ? want.mode->cancelled(want) : 0));
 }
 
 }  // namespace edgewise

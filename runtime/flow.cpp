@@ -190,24 +190,40 @@ class Flow {
     void run_region(int at, int r) {
         const Task& task = schedule_.tasks[at];
         guarded(task.step, [&] {
-            const Step& step = plan_.steps[task.step];
             if (options_.before_node) options_.before_node(task.step, task.view, r);
             Product& product = products_[at];
             Data& out = r > 0 && in_parts(task) ? product.parts[r - 1] : *product.data;
-            Context context{options_.memory, options_.stop, &failed_, task.view};
-            Ran ran{task.step, task.view, r, 0, now() - start_, 0};
-            step.by->run(step.offer, ask_, input_of(task), out, task.regions[r], context);
-            context.poll();  // a step that returned early has not done its work
-            ran.end = now() - start_;
-            ran.thread = tbb::this_task_arena::current_thread_index();
-            note(ran, step);
+            if (task.first == task.step)
+                return run_step(task, task.step, r, input_of(task), out, task.regions[r]);
+            const std::vector<Region> boxes = boxes_read(plan_, ask_, task, task.regions[r]);
+            Data before;
+            for (int step = task.first; step <= task.step; ++step) {
+                const Data& in = step == task.first ? input_of(task) : before;
+                const Region& box = boxes[step - task.first];
+                if (step == task.step) return run_step(task, step, r, in, out, box);
+                Data made = Data::make(plan_.steps[step].offer.to, box, options_.memory);
+                run_step(task, step, r, in, made, box);
+                before = std::move(made);
+            }
         });
     }
 
-    void note(const Ran& ran, const Step& step) {
+    void run_step(const Task& task, int at, int r, const Data& in, Data& out,
+                  const Region& region) {
+        const Step& step = plan_.steps[at];
+        Context context{options_.memory, options_.stop, &failed_, task.view};
+        Ran ran{at, task.view, r, 0, now() - start_, 0};
+        step.by->run(step.offer, ask_, in, out, region, context);
+        context.poll();  // a step that returned early has not done its work
+        ran.end = now() - start_;
+        ran.thread = tbb::this_task_arena::current_thread_index();
+        note(ran, step, at == task.step);
+    }
+
+    void note(const Ran& ran, const Step& step, bool ends) {
         const std::lock_guard lock(mutex_);
         trace.push_back(ran);
-        ++nodes_done_;
+        if (ends) ++nodes_done_;
         if (options_.progress)
             options_.progress(static_cast<double>(nodes_done_) / nodes_total_, step.by->name);
     }

@@ -26,7 +26,37 @@ std::vector<int> grouped(const Plan& plan, std::vector<int> frames) {
     return frames;
 }
 
-void count_bytes(Schedule& schedule, const Plan& plan) {
+/// The first of the last steps that can make a box of what they make from a box of what they read,
+/// once a view as the last one does; steps.size() - 1 where the plan asks for no boxes.
+int first_in_boxes(const Plan& plan, const Ask& ask) {
+    int first = static_cast<int>(plan.steps.size()) - 1;
+    if (plan.boxes <= 1) return first;
+    for (int step = first; step >= 0; --step) {
+        const Step& at = plan.steps[step];
+        const Partition parts = at.by->parts(at.offer, ask);
+        if (parts.kind != Partition::output || !parts.reads ||
+            at.offer.to.runs() != plan.steps.back().offer.to.runs())
+            break;
+        first = step;
+    }
+    return first;
+}
+
+/// Bytes of the boxes that a region is made from, while it is made.
+double bytes_in_boxes(const Plan& plan, const Ask& ask, const Task& task, const Region& region) {
+    double most = 0;
+    const std::vector<Region> boxes = boxes_read(plan, ask, task, region);
+    for (int step = task.first; step < task.step; ++step) {
+        const auto bytes = [&](int of) {
+            return of < task.step ? plan.steps[of].offer.to.bytes(boxes[of - task.first]) + kAround
+                                  : 0;
+        };
+        most = std::max(most, bytes(step) + bytes(step + 1));
+    }
+    return most;
+}
+
+void count_bytes(Schedule& schedule, const Plan& plan, const Ask& ask) {
     for (Lane& lane : schedule.lanes) {
         double kept = 0;
         for (const int at : lane.tasks) {
@@ -35,8 +65,17 @@ void count_bytes(Schedule& schedule, const Plan& plan) {
             const bool reads_own = task.input >= 0 && !schedule.tasks[task.input].shared &&
                                    schedule.tasks[task.input].lane == task.lane;
             const double made = held_bytes(step.offer.to);
-            const double read = reads_own ? held_bytes(step.offer.from) : 0;
-            const double beside = step.scratch + kAround * static_cast<double>(task.regions.size());
+            const Step& begin = plan.steps[task.first];
+            const double read = reads_own ? held_bytes(begin.offer.from) : 0;
+            double scratch = 0, boxes = 0;
+            for (int of = task.first; of <= task.step; ++of)
+                scratch = std::max(scratch, plan.steps[of].scratch);
+            for (const Region& region : task.regions)
+                boxes = std::max(boxes, bytes_in_boxes(plan, ask, task, region));
+            // As many are made at once as there are threads.
+            boxes *= std::min<double>(ask.want.threads, static_cast<double>(task.regions.size()));
+            const double beside =
+                scratch + boxes + kAround * static_cast<double>(task.regions.size());
             lane.bytes = std::max(lane.bytes, kept + read + made + beside);
             if (task.shared) kept += made;
         }
@@ -44,6 +83,19 @@ void count_bytes(Schedule& schedule, const Plan& plan) {
 }
 
 }  // namespace
+
+std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, const Task& task,
+                               const Region& region) {
+    std::vector<Region> boxes{region};
+    for (int step = task.step; step > task.first; --step) {
+        const Step& at = plan.steps[step];
+        Region read = at.by->parts(at.offer, ask).reads(boxes.front(), task.view);
+        // A region that needs nothing: one sample, since a box of none means all.
+        if (read.empty()) read = {{0, 0, 0}, {1, 1, 1}};
+        boxes.insert(boxes.begin(), read);
+    }
+    return boxes;
+}
 
 double held_bytes(const Representation& what) { return what.bytes() + kAround; }
 
@@ -54,6 +106,7 @@ Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& fram
         result.ready = frames;
         return result;
     }
+    const int boxed = first_in_boxes(plan, ask);
     std::map<std::pair<int, int>, int> made;  // (step, variant) -> task
     const bool set_up = frames.size() > 1 && plan.steps.back().offer.to.runs() > 1 &&
                         plan.steps.front().offer.to.runs() == 1;
@@ -61,6 +114,8 @@ Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& fram
     for (const int frame : grouped(plan, frames)) {
         int input = -1, lane = -1;
         for (int step = 0; step < steps; ++step) {
+            const int begin = step;
+            if (step == boxed) step = steps - 1;
             const Representation& to = plan.steps[step].offer.to;
             const int variant = to.placed.variant(frame);
             const auto [found, fresh] =
@@ -72,9 +127,10 @@ Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& fram
                     lane = static_cast<int>(result.lanes.size());
                     result.lanes.emplace_back();
                 }
-                Task task{step, variant, frame, once ? 0 : lane, input, 0, {}, {}, false};
+                Task task{step, begin, variant, frame, once ? 0 : lane, input, 0, {}, {}, false};
                 const Step& by = plan.steps[step];
-                task.regions = regions_of(by.by->parts(by.offer, ask), by.offer);
+                task.regions = begin < step ? boxes_of(by.offer.to.extent, plan.boxes)
+                                            : regions_of(by.by->parts(by.offer, ask), by.offer);
                 result.lanes[task.lane].tasks.push_back(found->second);
                 if (input >= 0) {
                     Task& from = result.tasks[input];
@@ -87,7 +143,7 @@ Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& fram
         }
         result.tasks[input].frames.push_back(frame);
     }
-    count_bytes(result, plan);
+    count_bytes(result, plan, ask);
     return result;
 }
 

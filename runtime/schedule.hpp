@@ -9,6 +9,7 @@ namespace edgewise {
 /// One run of one step: it makes vertex `step + 1` of the path at one of its placements.
 struct Task {
     int step = 0;
+    int first = 0;    // its regions run from this step on to `step`, box by box (Plan::boxes)
     int variant = 0;  // of the representation that it makes
     int view = 0;     // the first view of that variant
     int lane = 0;
@@ -35,6 +36,10 @@ struct Schedule {
 
 /// @param frames  that are still to be made
 Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& frames);
+
+/// The boxes that the steps of a task make for one of its regions, which is the last.
+std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, const Task& task,
+                               const Region& region);
 
 /// Bytes that one copy takes from the memory budget, with what stands around its samples.
 double held_bytes(const Representation& what);

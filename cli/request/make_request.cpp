@@ -1,6 +1,7 @@
 #include "cli/request/make_request.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>
 
@@ -161,6 +162,7 @@ void take_values(Wish& wish, const JobOptions& o, const Data& data, const Statis
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
                                                                : 0;
+    want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!o.zero) want.zero = std::min(0.0, statistics.low);
     if (want.job != Job::render || !want.mode->takes_transfer) return;
     const double unit = want.spacing.minCoeff();

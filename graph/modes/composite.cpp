@@ -42,6 +42,17 @@ std::string needs(const Request& want, double common, double, double) {
                : "";
 }
 
+/// Where the transfer function is steep, values' rounding shows.
+double cancelled(const Request& want) {
+    double steepest = 0;
+    const std::vector<Transfer::Point>& points = want.transfer.points;
+    for (std::size_t i = 1; i < points.size(); ++i)
+        if (const double width = points[i].value - points[i - 1].value; width > 0)
+            steepest =
+                std::max(steepest, std::abs(points[i].opacity - points[i - 1].opacity) / width);
+    return steepest * want.magnitude;
+}
+
 /// EQ 63: the transparency of a length is that of the unit length to its power.
 void lengthen(double factor, std::span<double, 4> values) {
     if (!(values[3] > 0)) return;
@@ -60,6 +71,7 @@ const ModeTraits composite_mode = {
     .channels = 4,
     .over_background = true,
     .takes_transfer = true,
+    .cancelled = cancelled,
     .skips = ModeTraits::Levels::opacities,
     .left = [](const Stretch& stretch) { return stretch.state[3]; },
     .needs = needs,

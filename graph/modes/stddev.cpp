@@ -85,6 +85,7 @@ const ModeTraits stddev_mode = {
     .help = "standard deviation along the ray, by length",
     .rule = &kRule,
     .divides = true,
+    .cancelled = [](const Request& want) { return want.magnitude; },
     .kept = "a standard deviation counts the empty samples too",
     .operations = 8,
     .state_numbers = 4,

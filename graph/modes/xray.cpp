@@ -1,5 +1,7 @@
 #include "graph/modes/xray.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 
 #include "graph/request.hpp"
@@ -30,6 +32,11 @@ const ModeTraits xray_mode = {
     .help = "integral of (value - zero) along the ray",
     .combine = Combine::sum,
     .takes_zero = true,
+    .cancelled =
+        [](const Request& want) {
+            const auto depth = static_cast<double>(std::max<std::int64_t>(1, want.screen.z));
+            return std::abs(want.zero) * want.unit * depth;
+        },
     .averages = true,
     .slices = ModeTraits::Slices::integral,
     .needs = needs,

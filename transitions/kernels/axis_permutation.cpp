@@ -15,7 +15,7 @@ struct Copy {
     const std::byte* in;                 // the sample that goes to out (0, 0, 0), inside or not
     std::array<std::int64_t, 3> stride;  // of the input, for one step along each output axis
     std::byte* out;
-    Extent out_extent;
+    Region held;  // of the output: what is in `out`
     std::size_t sample_bytes;
     const std::byte* outside;
     Region filled;  // the part of the output region that has an input
@@ -24,7 +24,9 @@ struct Copy {
         return in + x * stride[0] + y * stride[1] + z * stride[2];
     }
     std::byte* target(std::int64_t x, std::int64_t y, std::int64_t z) const noexcept {
-        return out + ((z * out_extent.y + y) * out_extent.x + x) * std::int64_t(sample_bytes);
+        const Extent n = held.extent();
+        return out + (((z - held.begin[2]) * n.y + y - held.begin[1]) * n.x + x - held.begin[0]) *
+                         std::int64_t(sample_bytes);
     }
 };
 
@@ -224,21 +226,20 @@ Extent permuted_extent(const AxisPermutation& permutation, const Extent& in) noe
     return {in[permutation.from[0]], in[permutation.from[1]], in[permutation.from[2]]};
 }
 
-void copy_permuted(const void* in, const Extent& in_extent, std::size_t sample_bytes,
-                   const AxisPermutation& permutation, const void* outside, void* out,
-                   const Extent& out_extent, const Region& region) {
+void copy_permuted(const Grid& in, std::size_t sample_bytes, const AxisPermutation& permutation,
+                   const void* outside, void* out, const Region& held, const Region& region) {
     const auto bytes = std::int64_t(sample_bytes);
-    const std::array<std::int64_t, 3> strides = {bytes, bytes * in_extent.x,
-                                                 bytes * in_extent.x * in_extent.y};
-    Copy copy{.in = static_cast<const std::byte*>(in),
+    const std::array<std::int64_t, 3> strides = {bytes, bytes * in.row_step(),
+                                                 bytes * in.slice_step()};
+    Copy copy{.in = in.as<std::byte>(),
               .stride = {},
               .out = static_cast<std::byte*>(out),
-              .out_extent = out_extent,
+              .held = held,
               .sample_bytes = sample_bytes,
               .outside = static_cast<const std::byte*>(outside),
               .filled = {}};
     for (int i = 0; i < 3; ++i) {
-        const std::int64_t n = in_extent[permutation.from[i]], shift = permutation.shift[i];
+        const std::int64_t n = in.extent[permutation.from[i]], shift = permutation.shift[i];
         const bool forward = permutation.sign[i] > 0;
         copy.stride[i] = permutation.sign[i] * strides[permutation.from[i]];
         copy.in -= shift * copy.stride[i];

@@ -47,11 +47,18 @@ int fastest_axis(const Vector& along) {
 
 /// Copies the samples of a region of the output, byte for byte; `outside` where there is no input.
 /// Regions may be copied at the same time; regions of whole rows of some 32 y or more are quickest.
-/// @param in       [in_extent] samples of sample_bytes bytes each (all channels together)
-/// @param out      [out_extent] samples of the same size
-/// @param outside  sample_bytes bytes
-void copy_permuted(const void* in, const Extent& in_extent, std::size_t sample_bytes,
-                   const AxisPermutation& permutation, const void* outside, void* out,
-                   const Extent& out_extent, const Region& region);
+/// @param in            its type and channels do not matter
+/// @param sample_bytes  of one sample, all channels together
+/// @param outside       sample_bytes bytes
+/// @param out           samples of the same size, those of the box `held` of the output
+void copy_permuted(const Grid& in, std::size_t sample_bytes, const AxisPermutation& permutation,
+                   const void* outside, void* out, const Region& held, const Region& region);
+/// The same of whole arrays.
+inline void copy_permuted(const void* in, const Extent& in_extent, std::size_t sample_bytes,
+                          const AxisPermutation& permutation, const void* outside, void* out,
+                          const Extent& out_extent, const Region& region) {
+    const Grid grid{.samples = in, .extent = in_extent, .values = {}};
+    copy_permuted(grid, sample_bytes, permutation, outside, out, Region::all(out_extent), region);
+}
 
 }  // namespace edgewise::kernels

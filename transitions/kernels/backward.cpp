@@ -35,8 +35,8 @@ BackwardPlan common_plan(const Grid& input, Hold hold, float outside, const Filt
     plan.outside = outside;
     plan.extent = {input.extent.x, input.extent.y, input.extent.z};
     plan.stride[0] = std::int64_t(bytes_of(input.type)) * input.channels;
-    plan.stride[1] = plan.stride[0] * input.extent.x;
-    plan.stride[2] = plan.stride[1] * input.extent.y;
+    plan.stride[1] = plan.stride[0] * input.row_step();
+    plan.stride[2] = plan.stride[0] * input.slice_step();
     for (int a = 0; a < 3; ++a) plan.next[a] = plan.extent[a] > 1 ? plan.stride[a] : 0;
     return plan;
 }

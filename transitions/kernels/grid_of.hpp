@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "graph/data.hpp"
 #include "transitions/kernels/grid.hpp"
 
@@ -7,8 +9,20 @@ namespace edgewise::kernels {
 
 /// The samples of data as kernels read them.
 inline Grid grid_of(const Data& data) noexcept {
-    return {data.samples.data(), data.what.type, data.what.extent, data.what.channels,
-            data.what.values};
+    Grid grid{data.samples.data(), data.what.type, data.what.extent, data.what.channels,
+              data.what.values};
+    if (data.box.empty()) return grid;
+    const Extent held = data.box.extent();
+    grid.row = held.x;
+    grid.slice = held.x * held.y;
+    const std::int64_t first =
+        data.box.begin[0] + grid.row * data.box.begin[1] + grid.slice * data.box.begin[2];
+    // Through an integer: the place may lie outside of what was allocated.
+    const auto bytes =
+        first * data.what.channels * static_cast<std::int64_t>(bytes_of(data.what.type));
+    grid.samples = reinterpret_cast<const void*>(  // NOLINT: see above
+        reinterpret_cast<std::uintptr_t>(grid.samples) - static_cast<std::uintptr_t>(bytes));
+    return grid;
 }
 
 /// The upper three rows of a map between index spaces. It must be affine.

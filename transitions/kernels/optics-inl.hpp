@@ -89,7 +89,9 @@ HWY_NOINLINE VF corrected(VF opacity, VF power) {
     const VI biased = hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127));
     const VF scale = hn::BitCast(d, hn::ShiftLeft<23>(biased));
     const VF light = hn::NegMulAdd(scale, less, hn::Sub(one, scale));
-    return hn::IfThenElse(opaque, one, light);
+    // Of the length that it refers to an opacity is what it is, to the last bit: whether a cell is
+    // corrected hangs on the rays beside it.
+    return hn::IfThenElse(hn::Eq(power, one), opacity, hn::IfThenElse(opaque, one, light));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "transitions/kernels/permutation.hpp"
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace edgewise::kernels {
@@ -21,8 +23,8 @@ std::array<double, 3> moves_of(const ShearChain& chain, int k) {
 
 bool gathers_can_take(const Grid& object) {
     if (object.channels != 1) return false;
-    const double slice = double(object.extent.x) * double(object.extent.y);
-    const double farthest = 8.0 * double(object.extent.x) + (object.extent.z > 1 ? 8 * slice : 0);
+    const double slice = double(object.slice_step());
+    const double farthest = 8.0 * double(object.row_step()) + (object.extent.z > 1 ? 8 * slice : 0);
     if ((farthest + 4096) * double(bytes_of(object.type)) > 2147483647.0) return false;
     switch (object.type) {
         case Type::u8:
@@ -40,7 +42,11 @@ bool gathers_can_take(const Grid& object) {
 
 PermutationWarp::PermutationWarp(const Grid& object, const ShearChain& to_screen, Send send,
                                  const Extent& screen)
-    : plan_{.object = object, .chain = to_screen, .send = send, .screen = screen} {
+    : PermutationWarp(object, to_screen, send, screen, Region::all(screen)) {}
+
+PermutationWarp::PermutationWarp(const Grid& object, const ShearChain& to_screen, Send send,
+                                 const Extent& screen, const Region& box)
+    : plan_{.object = object, .chain = to_screen, .send = send, .screen = screen, .box = box} {
     plan_.reach = screen_displacement_bound(to_screen);
     for (int k = 0; k < to_screen.count; ++k) plan_.error_moves[k] = moves_of(to_screen, k);
     for (int i = 0; i < 3; ++i) {
@@ -60,7 +66,43 @@ Region PermutationWarp::sites() const noexcept {
         sites.begin[i] -= plan_.halo[i];
         sites.end[i] += plan_.halo[i];
     }
+    if (plan_.box == Region::all(plan_.screen)) return sites;
+    // Those whose screen sites lie in the box, but for what the rule moves them by.
+    const std::array<double, 3> origin = sheared(plan_.chain, {0, 0, 0});
+    Eigen::Matrix3d forward;
+    for (int k = 0; k < 3; ++k) {
+        std::array<double, 3> unit{};
+        unit[k] = 1;
+        const std::array<double, 3> at = sheared(plan_.chain, unit);
+        for (int i = 0; i < 3; ++i) forward(i, k) = at[i] - origin[i];
+    }
+    const Eigen::Matrix3d inverse = forward.inverse();
+    for (int i = 0; i < 3; ++i) {
+        double low = 0, high = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double first = double(plan_.box.begin[k]) - plan_.reach[k] - origin[k];
+            const double last = double(plan_.box.end[k] - 1) + plan_.reach[k] - origin[k];
+            const double a = inverse(i, k) * first, b = inverse(i, k) * last;
+            low += std::min(a, b);
+            high += std::max(a, b);
+        }
+        const auto begin = static_cast<std::int64_t>(std::floor(low - 1e-3));
+        const auto end = static_cast<std::int64_t>(std::ceil(high + 1e-3)) + 1;
+        sites.begin[i] = std::clamp(begin, sites.begin[i], sites.end[i]);
+        sites.end[i] = std::clamp(end, sites.begin[i], sites.end[i]);
+    }
     return sites;
+}
+
+Region PermutationWarp::reads() const noexcept {
+    Region box = sites();
+    for (int i = 0; i < 3; ++i) {
+        // Points are moved by the halo at most, and lie between two samples.
+        const std::int64_t n = plan_.object.extent[i];
+        box.begin[i] = std::clamp<std::int64_t>(box.begin[i] - plan_.halo[i] - 2, 0, n - 1);
+        box.end[i] = std::clamp<std::int64_t>(box.end[i] + plan_.halo[i] + 2, 1, n);
+    }
+    return box;
 }
 
 PermutationWarp::Row PermutationWarp::row_at(std::int64_t y, std::int64_t z,
@@ -71,8 +113,9 @@ PermutationWarp::Row PermutationWarp::row_at(std::int64_t y, std::int64_t z,
     const std::array<double, 3> first = sheared(plan_.chain, {0, double(y), double(z)});
     for (int i = 0; i < 3; ++i) {
         const double slack = plan_.reach[i] + 1e-3;
-        row.sites = columns_between(first[i], plan_.along_x[i], -slack,
-                                    double(plan_.screen[i] - 1) + slack, row.sites);
+        row.sites =
+            columns_between(first[i], plan_.along_x[i], double(plan_.box.begin[i]) - slack,
+                            double(plan_.box.end[i] - 1) + slack, row.sites);
     }
     return row;
 }

@@ -30,10 +30,15 @@ class PermutationWarp {
     /// `object` must stay alive. `to_screen` maps object sites to screen sites.
     PermutationWarp(const Grid& object, const ShearChain& to_screen, Send send,
                     const Extent& screen);
+    /// The same for a box of the screen, and samples of that box alone.
+    PermutationWarp(const Grid& object, const ShearChain& to_screen, Send send,
+                    const Extent& screen, const Region& box);
 
     /// The box of object sites that may have something to send.
     Region sites() const noexcept;
-    /// Sends from a part of sites(). `screen` is [screen extent] with the channels of the input
+    /// The box of samples that these read.
+    Region reads() const noexcept;
+    /// Sends from a part of sites(). `screen` is [extent of the box] with the channels of the input
     /// interleaved, filled with the value for outside.
     void operator()(const Region& sites, float* screen) const noexcept;
 
@@ -43,6 +48,7 @@ class PermutationWarp {
         ShearChain chain;
         Send send = Send::foh;
         Extent screen;
+        Region box;                                          // of the screen: what is written
         std::array<std::int64_t, 3> halo{};                  // sites beyond the outermost centres
         std::array<double, 3> reach{};                       // |M x - T x| on the screen
         std::array<double, 3> along_x{};                     // T of one step along an object row

@@ -89,13 +89,16 @@ HWY_INLINE hn::Vec<Longs> target_of(const PermutationWarp::Plan& plan, const VD 
     for (int i = 0; i < 3; ++i) {
         const double low = -0.5 - kBorderSlack;
         const double high = double(plan.object.extent[i]) - 0.5 + kBorderSlack;
-        sent = hn::And(sent, hn::And(hn::Ge(at[i], hn::Zero(d)),
-                                     hn::Lt(at[i], hn::Set(d, double(plan.screen[i])))));
+        sent = hn::And(sent, hn::And(hn::Ge(at[i], hn::Set(d, double(plan.box.begin[i]))),
+                                     hn::Lt(at[i], hn::Set(d, double(plan.box.end[i])))));
         sent = hn::And(
             sent, hn::And(hn::Ge(point[i], hn::Set(d, low)), hn::Le(point[i], hn::Set(d, high))));
     }
-    VD index = hn::MulAdd(at[2], hn::Set(d, double(plan.screen.y)), at[1]);
-    index = hn::MulAdd(index, hn::Set(d, double(plan.screen.x)), at[0]);
+    const Extent n = plan.box.extent();
+    const double first = double(plan.box.begin[0]) +
+                         double(n.x) * (double(plan.box.begin[1]) + double(n.y) * double(plan.box.begin[2]));
+    VD index = hn::MulAdd(at[2], hn::Set(d, double(n.y)), at[1]);
+    index = hn::Sub(hn::MulAdd(index, hn::Set(d, double(n.x)), at[0]), hn::Set(d, first));
     const Longs dl;
     return hn::IfThenElse(hn::RebindMask(dl, sent), bits_of_index(index), hn::Set(dl, -1));
 }
@@ -137,7 +140,8 @@ void place_stretch(const PermutationWarp::Plan& plan, const PermutationWarp::Row
         hn::Store(target_of(plan, at, point), Longs(), stretch.target + i);
         if constexpr (kSend == Send::me) continue;
         VD source = hn::Set(d, -double(stretch.base)), fraction = hn::Zero(d);
-        const double strides[3] = {1, double(n.x), double(n.x) * double(n.y)};
+        const double strides[3] = {1, double(plan.object.row_step()),
+                                   double(plan.object.slice_step())};
         for (int a = 0; a < 3; ++a) {
             const VD cell = cell_of<kSend>(point[a], n[a], fraction);
             source = hn::MulAdd(cell, hn::Set(d, strides[a]), source);
@@ -173,8 +177,8 @@ void reconstruct_lanes(const PermutationWarp::Plan& plan, Stretch& stretch) {
     const Extent& n = plan.object.extent;
     const std::uint8_t* base =
         plan.object.as<std::uint8_t>() + stretch.base * std::int64_t(sizeof(T));
-    const std::int64_t next_y = n.y > 1 ? n.x * std::int64_t(sizeof(T)) : 0;
-    const std::int64_t next_z = n.z > 1 ? n.x * n.y * std::int64_t(sizeof(T)) : 0;
+    const std::int64_t next_y = n.y > 1 ? plan.object.row_step() * std::int64_t(sizeof(T)) : 0;
+    const std::int64_t next_z = n.z > 1 ? plan.object.slice_step() * std::int64_t(sizeof(T)) : 0;
     for (int i = 0; i < stretch.count; i += int(hn::Lanes(d))) {
         const VI offset = offsets_at<T>(stretch.source + i);
         VF value;
@@ -205,7 +209,7 @@ void own_samples(const PermutationWarp::Plan& plan, const PermutationWarp::Row& 
     const Extent& n = plan.object.extent;
     const std::int64_t y = std::clamp<std::int64_t>(row.y, 0, n.y - 1);
     const std::int64_t z = std::clamp<std::int64_t>(row.z, 0, n.z - 1);
-    const T* line = plan.object.as<T>() + (z * n.y + y) * n.x;
+    const T* line = plan.object.as<T>() + z * plan.object.slice_step() + y * plan.object.row_step();
     const int first = int(std::clamp<std::int64_t>(-begin, 0, stretch.count));
     const int last = int(std::clamp<std::int64_t>(n.x - begin, first, stretch.count));
     for (int i = 0; i < first; ++i) stretch.value[i] = float(line[0]);
@@ -239,7 +243,8 @@ void reconstruct_one_by_one(const PermutationWarp::Plan& plan, const Permutation
     const auto mix = [](float a, float b, float f) {
         return f == 0 ? a : f == 1 ? b : a + f * (b - a);
     };
-    const std::int64_t next_y = n.y > 1 ? n.x : 0, next_z = n.z > 1 ? n.x * n.y : 0;
+    const std::int64_t next_y = n.y > 1 ? plan.object.row_step() : 0;
+    const std::int64_t next_z = n.z > 1 ? plan.object.slice_step() : 0;
     const std::int64_t next_x = n.x > 1 ? 1 : 0;
     for (int i = 0; i < stretch.count; ++i) {
         if (stretch.target[i] < 0) continue;
@@ -247,7 +252,7 @@ void reconstruct_one_by_one(const PermutationWarp::Plan& plan, const Permutation
             const std::int64_t x = std::clamp<std::int64_t>(begin + i, 0, n.x - 1);
             const std::int64_t y = std::clamp<std::int64_t>(row.y, 0, n.y - 1);
             const std::int64_t z = std::clamp<std::int64_t>(row.z, 0, n.z - 1);
-            stretch.value[i] = at((z * n.y + y) * n.x + x);
+            stretch.value[i] = at(z * plan.object.slice_step() + y * plan.object.row_step() + x);
             continue;
         }
         const std::int64_t cell = stretch.base + std::int64_t(stretch.source[i]);
@@ -270,7 +275,8 @@ void permute_row(const PermutationWarp::Plan& plan, const PermutationWarp::Row& 
     const std::int64_t z = std::clamp<std::int64_t>(row.z, 0, n.z - 1);
     for (std::int64_t x = row.sites.begin; x < row.sites.end; x += kStretch) {
         stretch.count = int(std::min<std::int64_t>(kStretch, row.sites.end - x));
-        stretch.base = (z * n.y + y) * n.x + std::clamp<std::int64_t>(x, 0, n.x - 1);
+        stretch.base = z * plan.object.slice_step() + y * plan.object.row_step() +
+                       std::clamp<std::int64_t>(x, 0, n.x - 1);
         place_stretch<kSend>(plan, row, x, stretch);
         if (plan.lanes) {
             if constexpr (kSend == Send::me)

@@ -70,8 +70,8 @@ class Gathered {
 
     explicit Gathered(const Grid& grid)
         : base_(static_cast<const std::uint8_t*>(grid.samples)),
-          row_(static_cast<int>(grid.extent.x * sizeof(T))),
-          slice_(static_cast<int>(grid.extent.x * grid.extent.y * sizeof(T))) {}
+          row_(static_cast<int>(grid.row_step() * sizeof(T))),
+          slice_(static_cast<int>(grid.slice_step() * sizeof(T))) {}
 
     HWY_INLINE VI offset(VI x, VI y, VI z) const {
         const DI d;
@@ -154,8 +154,8 @@ class Walked {
     explicit Walked(const Grid& grid)
         : samples_(grid.samples),
           load_(scalar_load(grid.type)),
-          nx_(grid.extent.x),
-          ny_(grid.extent.y) {}
+          row_(grid.row_step()),
+          slice_(grid.slice_step()) {}
 
     HWY_NOINLINE VF at(VI x, VI y, VI z) const {
         HWY_ALIGN int ix[kLanes], iy[kLanes], iz[kLanes];
@@ -164,14 +164,14 @@ class Walked {
         hn::Store(y, DI(), iy);
         hn::Store(z, DI(), iz);
         for (std::size_t lane = 0; lane < kLanes; ++lane)
-            v[lane] = load_(samples_, (iz[lane] * ny_ + iy[lane]) * nx_ + ix[lane]);
+            v[lane] = load_(samples_, iz[lane] * slice_ + iy[lane] * row_ + ix[lane]);
         return hn::Load(DF(), v);
     }
 
  private:
     const void* samples_;
     ScalarLoad load_;
-    std::int64_t nx_, ny_;
+    std::int64_t row_, slice_;
 };
 
 /// Nearest sample, ties upwards.

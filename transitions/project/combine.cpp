@@ -108,7 +108,7 @@ void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& 
     geometry.volume.extent = want.input;
     geometry.rays = rays_of(input, want, context.view);
 
-    const std::int64_t channels = out.what.channels, row = out.what.extent.x * channels;
+    const std::int64_t row = out.row();
     const kernels::Grid volume = kernels::grid_of(in);
     for_tiles(region, kWidth, kHeight, context, [&](const Region& tile) {
         const Extent size = tile.extent();
@@ -120,7 +120,7 @@ void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& 
         kernels::clear_states(with, states, size.x, size.y);
         kernels::combine(with, volume, tile.begin[0], tile.begin[1], size.x, size.y, 0,
                          in.what.extent.z, {low, low + plane, kWidth}, states);
-        float* first = out.as<float>() + tile.begin[1] * row + tile.begin[0] * channels;
+        float* first = out.at<float>(tile.begin[0], tile.begin[1], 0);
         kernels::finish_states(with, states, size.x, size.y, first, row);
         give_sign(want, first, size.x, size.y, row);
     });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "graph/lines_touched.hpp"
@@ -211,6 +212,63 @@ Error error(const Offer& offer, const Ask& ask) {
     return cast_error(offer.with.word("filter"), offer.with.number("step"), ask);
 }
 
+/// The box of the input that the rays of a part of a picture read. Rays go on together, so that a
+/// ray is read as far as another one of the part is inside, and brought back to the faces there.
+Region reads(const Offer& offer, const Request& want, const Region& out, int view) {
+    const Extent& n = offer.from.extent;
+    if (want.eye || out.empty()) return Region::all(n);
+    const kernels::Rays rays = rays_of(offer.from, want, view, -0.5);
+    const auto corner = [&](int which) {
+        return rays.origin.at(static_cast<double>(which & 1 ? out.end[0] - 1 : out.begin[0]),
+                              static_cast<double>(which & 2 ? out.end[1] - 1 : out.begin[1]));
+    };
+    // Where all of them are before a slab's near face, and behind a far one, none is inside.
+    double low = -std::numeric_limits<double>::infinity(), high = -low;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double d = rays.direction.base[axis];
+        if (std::abs(d) < 1e-12) continue;
+        double enters = std::numeric_limits<double>::infinity(), leaves = -enters;
+        for (int which = 0; which < 4; ++which) {
+            const double o = corner(which)[axis];
+            const double a = (-0.5 - o) / d, b = (static_cast<double>(n[axis]) - 0.5 - o) / d;
+            enters = std::min(enters, std::min(a, b));
+            leaves = std::max(leaves, std::max(a, b));
+        }
+        low = std::max(low, enters);
+        high = std::min(high, leaves);
+    }
+    // Cells that are cut by a face, and roundings of f32 places.
+    const double step = offer.with.number("step");
+    low -= step;
+    high += step;
+    const double taps = filter_of(offer.with).taps / 2 + 1;
+    Region box;
+    for (int axis = 0; axis < 3; ++axis) {
+        double first = std::numeric_limits<double>::infinity(), last = -first;
+        for (int which = 0; which < 4; ++which)
+            for (const double t : {low, high}) {
+                const double p = corner(which)[axis] + t * rays.direction.base[axis];
+                first = std::min(first, p);
+                last = std::max(last, p);
+            }
+        const auto top = static_cast<double>(n[axis] - 1);
+        box.begin[axis] =
+            static_cast<std::int64_t>(std::clamp(std::floor(first - taps), 0.0, top));
+        box.end[axis] =
+            static_cast<std::int64_t>(std::clamp(std::ceil(last + taps), 0.0, top)) + 1;
+    }
+    return box;
+}
+
+/// A picture is one region: it is cut into tiles inside, which share what is made of all samples.
+Partition parts(const Offer& offer, const Ask& ask) {
+    return {.kind = Partition::output,
+            .leaf = {offer.to.extent.x, offer.to.extent.y, 1},
+            .reads = [offer, want = ask.want](const Region& out, int view) {
+                return reads(offer, want, out, view);
+            }};
+}
+
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     const Request& want = ask.want;
@@ -234,16 +292,16 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .optics = &optics,
                           .bound = kTerminated};
     std::unique_ptr<kernels::Bricks> bricks;
-    if (with_bricks(offer, ask, context.view))
+    if (cast.volume.whole() && with_bricks(offer, ask, context.view))
         bricks = bricks_of(cast.volume, opacities ? &optics : nullptr, context.memory,
                            [&] { return context.stopped(); });
     context.poll();
     cast.bricks = bricks.get();
-    const std::int64_t channels = out.what.channels, row = out.what.extent.x * channels;
+    const std::int64_t row = out.row();
     const std::int64_t side = tile_side(out.what.extent);
     for_tiles(region, side, side, context, [&](const Region& tile) {
         const Extent size = tile.extent();
-        float* first = out.as<float>() + tile.begin[1] * row + tile.begin[0] * channels;
+        float* first = out.at<float>(tile.begin[0], tile.begin[1], 0);
         kernels::ray_cast(cast, tile.begin[0], tile.begin[1], size.x, size.y, first, row);
         give_sign(want, first, size.x, size.y, row);
     });
@@ -266,6 +324,7 @@ Transition ray_cast() {
     edge.error = error;
     edge.model = ray_cast_model;
     edge.count = measure_casting;
+    edge.parts = parts;
     edge.run = run;
     return edge;
 }

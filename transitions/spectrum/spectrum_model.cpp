@@ -432,10 +432,24 @@ constexpr double kRounding = 3e-7;
 /// it: what lies beyond the cutoff is told from their difference.
 constexpr double kKnownStep = 0.25;
 
+/// Whether neighbouring pixels see the same samples, and are so many that one may stand for some.
+bool are_alike(const Request& want) {
+    constexpr std::int64_t kMany = 2048;
+    if (want.screen.x * want.screen.y < kMany) return false;
+    for (int variant = 0; variant < want.views.different(); ++variant) {
+        const Mat4 map = want.views.at(want.views.first_view(variant)).inverse();
+        if (map.topLeftCorner<3, 2>().colwise().norm().maxCoeff() > 1) return false;
+    }
+    return true;
+}
+
 class SpectrumModel final : public Model {
  public:
     explicit SpectrumModel(const ModelSetting& setting)
-        : want_(setting.want), low_(setting.statistics.low), high_(setting.statistics.high) {
+        : want_(setting.want),
+          low_(setting.statistics.low),
+          high_(setting.statistics.high),
+          alike_(are_alike(setting.want)) {
         for (int axis = 0; axis < 3; ++axis)
             longest_ = std::max(longest_, static_cast<double>(want_.input[axis]));
         facts_.push_back({.name = "picture/spectrum/ends", .like = RayLook::kFoh1});
@@ -448,7 +462,7 @@ class SpectrumModel final : public Model {
         }
     }
     std::vector<double> steps() const override { return {kKnownStep}; }
-    bool stands_for_neighbours() const override { return true; }
+    bool stands_for_neighbours() const override { return alike_; }
     std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample& at) const override;
 
     /// What is known of a ray already [value of the picture].
@@ -491,6 +505,7 @@ class SpectrumModel final : public Model {
  private:
     const Request& want_;
     double low_, high_, longest_ = 0;
+    bool alike_;
     std::vector<SpectrumRays> boxes_;  // the whole first
 };
 

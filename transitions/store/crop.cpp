@@ -67,16 +67,14 @@ Region source_of(Region region, const Representation& here) {
 void run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region& region,
          Context& context) {
     const Region source = source_of(region, offer.to);
-    const Extent from = in.what.extent, to = out.what.extent, box = region.extent();
-    const std::int64_t sample = in.what.channels * static_cast<int>(bytes_of(in.what.type));
+    const Extent box = region.extent();
+    const auto bytes = static_cast<std::size_t>(box.x * in.what.channels) * bytes_of(in.what.type);
     for (std::int64_t z = 0; z < box.z; ++z)
         for (std::int64_t y = 0; y < box.y; ++y) {
             context.poll();
-            const auto row = [&](const Extent& n, const Region& of) {
-                return sample * (of.begin[0] + n.x * (of.begin[1] + y + n.y * (of.begin[2] + z)));
-            };
-            std::memcpy(out.as<char>() + row(to, region), in.as<char>() + row(from, source),
-                        static_cast<std::size_t>(sample * box.x));
+            std::memcpy(out.row_at(region.begin[0], region.begin[1] + y, region.begin[2] + z),
+                        in.row_at(source.begin[0], source.begin[1] + y, source.begin[2] + z),
+                        bytes);
         }
 }
 

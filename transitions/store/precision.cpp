@@ -98,16 +98,15 @@ void run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region
          Context& context) {
     const ValueMap &had = offer.from.values, &map = offer.to.values;
     const double scale = had.slope / map.slope, shift = (had.offset - map.offset) / map.slope;
-    const Extent n = out.what.extent, box = region.extent();
-    const int channels = out.what.channels;
+    const std::int64_t count = out.what.channels * region.extent().x;
     with_type(in.what.type, [&](auto source) {
         with_type(out.what.type, [&](auto target) {
             for (std::int64_t z = region.begin[2]; z < region.end[2]; ++z)
                 for (std::int64_t y = region.begin[1]; y < region.end[1]; ++y) {
                     context.poll();
-                    const std::int64_t row = channels * (region.begin[0] + n.x * (y + n.y * z));
-                    convert(in.as<decltype(source)>() + row, out.as<decltype(target)>() + row,
-                            channels * box.x, scale, shift);
+                    const std::int64_t x = region.begin[0];
+                    convert(in.at<decltype(source)>(x, y, z), out.at<decltype(target)>(x, y, z),
+                            count, scale, shift);
                 }
         });
     });

@@ -195,7 +195,31 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     return work;
 }
 
-void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+/// The box of the input that a box of the screen is copied from.
+Region reads(const AxisPermutation& permutation, const Extent& input, const Region& out) {
+    Region in;
+    for (int i = 0; i < 3; ++i) {
+        const auto axis = static_cast<std::size_t>(permutation.from[i]);
+        const std::int64_t a = permutation.sign[i] * (out.begin[i] - permutation.shift[i]);
+        const std::int64_t b = permutation.sign[i] * (out.end[i] - 1 - permutation.shift[i]);
+        const std::int64_t n = input[permutation.from[i]];
+        in.begin[axis] = std::clamp<std::int64_t>(std::min(a, b), 0, n);
+        in.end[axis] = std::clamp<std::int64_t>(std::max(a, b) + 1, 0, n);
+    }
+    return in;
+}
+
+Partition parts(const Offer& offer, const Ask& ask) {
+    // Slices across the rays differ in extent from view to view.
+    if (!to_screen(offer.with)) return {};
+    return {.kind = Partition::output,
+            .leaf = offer.to.extent,
+            .reads = [from = offer.from, want = ask.want](const Region& out, int view) {
+                return reads(permutation_to_screen(from, want, view).value(), from.extent, out);
+            }};
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     AxisPermutation permutation;
     Stored outside{};
@@ -211,19 +235,21 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     for (int c = 0; c < in.what.channels; ++c)
         std::memcpy(beyond.data() + c * bytes, outside.data(), bytes);
     // Blocks along the output axis that the input's rows become: whole lines of the input are read.
-    const Extent& to = out.what.extent;
+    const Region box = to_screen(offer.with) ? region : Region::all(out.what.extent);
+    const Extent to = box.extent();
+    const kernels::Grid grid = kernels::grid_of(in);
     constexpr std::int64_t kRows = 64;
     const int along = permutation.from[2] == 0 ? 2 : 1, other = 3 - along;
     const std::int64_t blocks = (to[along] + kRows - 1) / kRows;
     tbb::parallel_for(std::int64_t{0}, blocks * to[other], [&](std::int64_t i) {
         if (context.stopped()) return;
-        Region part = Region::all(to);
-        part.begin[along] = i % blocks * kRows;
-        part.end[along] = std::min(part.begin[along] + kRows, to[along]);
-        part.begin[other] = i / blocks;
+        Region part = box;
+        part.begin[along] += i % blocks * kRows;
+        part.end[along] = std::min(part.begin[along] + kRows, box.end[along]);
+        part.begin[other] += i / blocks;
         part.end[other] = part.begin[other] + 1;
-        kernels::copy_permuted(in.samples.data(), in.what.extent, beyond.size(), permutation,
-                               beyond.data(), out.samples.data(), to, part);
+        kernels::copy_permuted(grid, beyond.size(), permutation, beyond.data(), out.samples.data(),
+                               out.held(), part);
     });
     context.poll();
 }
@@ -241,6 +267,7 @@ Transition axis_permutation_warp() {
     edge.offer = offer;
     edge.work = work;
     edge.error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; };
+    edge.parts = parts;
     edge.run = run;
     return edge;
 }

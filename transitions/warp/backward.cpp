@@ -236,9 +236,13 @@ Error error(const Offer& offer, const Ask& ask) {
 }
 
 /// The box of the input that a box of the screen is made of.
-Region reads(const Mat4& map, int taps, const Extent& input, const Region& out) {
+Region reads(const Mat4& map, int taps, const Extent& input, Region out) {
     Region box = Region::all(input);
     if (!affine(map) || out.empty()) return box;
+    // Columns are worked out in blocks, of which some may lie beside the region.
+    constexpr std::int64_t kBlock = kernels::kBackwardBlock;
+    out.begin[0] = out.begin[0] / kBlock * kBlock;
+    out.end[0] = (out.end[0] + kBlock - 1) / kBlock * kBlock;
     const double reach = std::max(1, taps / 2);  // taps beyond the cell, and roundings
     for (int row = 0; row < 3; ++row) {
         double low = map(row, 3), high = low;
@@ -285,7 +289,7 @@ kernels::BackwardWarp warp_of(const Offer& offer, const Ask& ask, const Data& in
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     const kernels::BackwardWarp warp = warp_of(offer, ask, in, context.view);
-    const kernels::WarpOutput output{out.as<float>(), Region::all(out.what.extent)};
+    const kernels::WarpOutput output{out.as<float>(), out.held()};
     const Extent tile = kernels::preferred_tile(out.what.extent), size = region.extent();
     const auto tiles = [](std::int64_t n, std::int64_t each) { return (n + each - 1) / each; };
     const std::int64_t across = tiles(size.x, tile.x), down = tiles(size.y, tile.y);

@@ -145,19 +145,38 @@ void in_tiles(const Region& box, const Extent& tile, const Context& context, con
     });
 }
 
-void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+/// The whole screen is one region: a box of it walks more sites than it gets values from.
+Partition parts(const Offer& offer, const Ask& ask) {
+    return {.kind = Partition::output,
+            .leaf = offer.to.extent,
+            .reads = [offer, want = ask.want](const Region& out, int view) {
+                const kernels::Grid object{.extent = offer.from.extent, .values = {}};
+                return kernels::PermutationWarp(object, chain_of(offer.from, want, view),
+                                                send_of(offer.with), offer.to.extent, out)
+                    .reads();
+            }};
+}
+
+/// @param out  holds the region or all
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
+    if (out.held() != region) {
+        Data part = Data::make(out.what, region, context.memory);
+        run(offer, ask, in, part, region, context);
+        copy_box(part, out);
+        return;
+    }
     const kernels::PermutationWarp warp(kernels::grid_of(in),
                                         chain_of(offer.from, ask.want, context.view),
-                                        send_of(offer.with), out.what.extent);
+                                        send_of(offer.with), out.what.extent, region);
     const auto outside = static_cast<float>(outside_of(ask));
-    const std::int64_t row = out.what.extent.x * out.what.channels;
+    const std::int64_t row = out.row();
     float* screen = out.as<float>();
-    in_tiles({{0, 0, 0}, {1, out.what.extent.y, out.what.extent.z}}, {1, 64, 1}, context,
-             [&](const Region& rows) {
-                 const std::int64_t first = rows.begin[2] * out.what.extent.y + rows.begin[1];
-                 std::fill_n(screen + first * row, (rows.end[1] - rows.begin[1]) * row, outside);
-             });
+    const Extent size = region.extent();
+    in_tiles({{0, 0, 0}, {1, size.y, size.z}}, {1, 64, 1}, context, [&](const Region& rows) {
+        const std::int64_t first = rows.begin[2] * size.y + rows.begin[1];
+        std::fill_n(screen + first * row, (rows.end[1] - rows.begin[1]) * row, outside);
+    });
     // No two sites have the same image, so tiles never write the same sample.
     in_tiles(warp.sites(), kernels::preferred_sites(in.what.extent), context,
              [&](const Region& sites) { warp(sites, screen); });
@@ -181,6 +200,7 @@ Transition permutation_warp() {
     edge.work = work;
     edge.error = error;
     edge.model = permutation_model;
+    edge.parts = parts;
     edge.run = run;
     return edge;
 }

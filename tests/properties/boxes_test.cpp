@@ -1,0 +1,295 @@
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <fmt/format.h>
+#include <map>
+#include <mutex>
+#include <random>
+#include <set>
+
+#include "runtime/runtime.hpp"
+#include "tests/properties/run_request.hpp"
+#include "transitions/catalogue.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr int kCounts[] = {1, 2, 5, 27};
+
+/// Memory in which a read before the first or behind the last byte of an array ends the program:
+/// arrays lie against a page that may not be read, at one end or the other.
+class GuardedMemory : public std::pmr::memory_resource {
+ public:
+    explicit GuardedMemory(bool at_end) : at_end_(at_end) {}
+
+ private:
+    void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+        const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+        const std::size_t pages = (bytes + page - 1) / page * page;
+        void* all = mmap(nullptr, pages + 2 * page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (all == MAP_FAILED) throw std::bad_alloc();
+        char* first = static_cast<char*>(all) + page;
+        if (mprotect(first, pages, PROT_READ | PROT_WRITE) != 0) throw std::bad_alloc();
+        // What is not written yet shows where it is used.
+        std::memset(first, 0xff, pages);
+        char* given = at_end_ ? first + (pages - bytes) / alignment * alignment : first;
+        const std::lock_guard lock(mutex_);
+        mapped_[given] = {all, pages + 2 * page};
+        return given;
+    }
+    void do_deallocate(void* given, std::size_t, std::size_t) override {
+        const std::lock_guard lock(mutex_);
+        const auto found = mapped_.find(given);
+        munmap(found->second.first, found->second.second);
+        mapped_.erase(found);
+    }
+    bool do_is_equal(const memory_resource& other) const noexcept override {
+        return this == &other;
+    }
+
+    bool at_end_;
+    std::mutex mutex_;
+    std::map<void*, std::pair<void*, std::size_t>> mapped_;
+};
+
+/// A copy of a box of data.
+Data part_of(const Data& whole, const Region& box, std::pmr::memory_resource* memory) {
+    Data part = Data::make(whole.what, box, memory);
+    const std::size_t row = static_cast<std::size_t>(box.extent().x * whole.what.channels) *
+                            bytes_of(whole.what.type);
+    for (std::int64_t z = box.begin[2]; z < box.end[2]; ++z)
+        for (std::int64_t y = box.begin[1]; y < box.end[1]; ++y)
+            std::memcpy(part.row_at(box.begin[0], y, z), whole.row_at(box.begin[0], y, z), row);
+    return part;
+}
+
+/// Samples of any type, with an edge in the middle.
+Data samples_of(const Representation& what, std::pmr::memory_resource* memory) {
+    Data data = Data::make(what, memory);
+    std::mt19937 bits(7);
+    for (std::int64_t i = 0; i < what.samples() * what.channels; ++i) {
+        const bool high = i > what.samples() / 2;
+        const auto value = static_cast<float>((high ? 120 : 10) + static_cast<int>(bits() % 50));
+        if (what.type == Type::u8)
+            data.as<std::uint8_t>()[i] = static_cast<std::uint8_t>(value);
+        else if (what.type == Type::i16)
+            data.as<std::int16_t>()[i] = static_cast<std::int16_t>(value);
+        else
+            data.as<float>()[i] = value;
+    }
+    return data;
+}
+
+std::string first_difference(const Data& a, const Data& b) {
+    if (a.what.type != Type::f32) return "";
+    const auto count = static_cast<std::int64_t>(a.samples.bytes() / sizeof(float));
+    for (std::int64_t i = 0; i < count; ++i)
+        if (std::memcmp(a.as<float>() + i, b.as<float>() + i, sizeof(float)) != 0)
+            return fmt::format("number {} of {}: {} for {}", i, count, a.as<float>()[i],
+                               b.as<float>()[i]);
+    return "";
+}
+
+struct Tried {
+    std::map<std::string, int> edges;  // how often boxes were compared
+};
+
+/// Runs an edge on all of its output, then box by box, from no more of the input than it says.
+void expect_same_bytes(const Transition& edge, const Offer& offer, const Ask& ask, const Data& in,
+                       Tried& tried) {
+    const Partition parts = edge.parts(offer, ask);
+    if (parts.kind != Partition::output || !parts.reads) return;
+    SCOPED_TRACE(fmt::format("{}{} {} to {}", edge.name, offer.with.text(), offer.from.text(),
+                             offer.to.text()));
+    GuardedMemory at_end(true), at_begin(false);
+    Context context{&at_end, nullptr, nullptr, 0};
+    Data whole = Data::make(offer.to, &at_end);
+    edge.run(offer, ask, in, whole, Region::all(offer.to.extent), context);
+    for (const int count : kCounts)
+        for (GuardedMemory* memory : {&at_end, &at_begin}) {
+            context.memory = memory;
+            for (const Region& box : boxes_of(offer.to.extent, count)) {
+                Region read = parts.reads(box, 0);
+                if (read.empty()) read = {{0, 0, 0}, {1, 1, 1}};
+                const Data part = part_of(in, read, memory);
+                Data out = Data::make(offer.to, box, memory);
+                edge.run(offer, ask, part, out, box, context);
+                const Data right = part_of(whole, box, memory);
+                ASSERT_EQ(std::memcmp(out.samples.data(), right.samples.data(),
+                                      right.samples.bytes()),
+                          0)
+                    << count << " boxes: " << box.begin[0] << ' ' << box.begin[1] << ' '
+                    << box.begin[2] << "; " << first_difference(out, right);
+                ++tried.edges[edge.name];
+            }
+        }
+}
+
+/// Every filter and step that an edge takes, not only what planners try.
+std::vector<Parameters> all_parameters(const Transition& edge) {
+    std::vector<Parameters> all{{}};
+    for (const auto& [key, domain] : edge.parameters) {
+        std::vector<Parameters> longer;
+        for (const Parameters& with : all)
+            for (const Value& value : domain.words.empty()
+                                          ? domain.tried
+                                          : std::vector<Value>(domain.words.begin(),
+                                                               domain.words.end())) {
+                longer.push_back(with);
+                longer.back().set(key, value);
+            }
+        all = std::move(longer);
+    }
+    return all;
+}
+
+TEST(Boxes, CutAnExtentWithoutGaps) {
+    for (const Extent extent : {Extent{30, 20, 10}, Extent{31, 7, 1}, Extent{1, 1, 1}, Extent{3, 1, 2}})
+        for (const int count : {1, 2, 5, 7, 16, 27}) {
+            std::vector<int> covered(static_cast<std::size_t>(extent.samples()));
+            for (const Region& box : boxes_of(extent, count)) {
+                EXPECT_FALSE(box.empty());
+                for (std::int64_t z = box.begin[2]; z < box.end[2]; ++z)
+                    for (std::int64_t y = box.begin[1]; y < box.end[1]; ++y)
+                        for (std::int64_t x = box.begin[0]; x < box.end[0]; ++x)
+                            ++covered[static_cast<std::size_t>(x + extent.x * (y + extent.y * z))];
+            }
+            EXPECT_EQ(std::count(covered.begin(), covered.end(), 1), extent.samples());
+        }
+    EXPECT_EQ(boxes_of({60, 60, 60}, 27).size(), 27u);
+    EXPECT_EQ(boxes_of({60, 50, 1}, 27).size(), 27u);
+}
+
+/// All edges that may be cut, from every vertex that they take, for one request.
+/// @param only  of these edges; none: of all
+void sweep(const Request& want, const std::vector<Representation>& from, Tried& tried,
+           const std::set<std::string>& only = {}) {
+    Scene scene;
+    scene.low = scene.commonest = 0;
+    scene.high = 255;
+    scene.range = 100;
+    for (int axis = 0; axis < want.axes; ++axis) {
+        scene.occupied.begin[axis] = want.input[axis] / 3;
+        scene.occupied.end[axis] = want.input[axis] / 2 + 1;
+    }
+    const Ask ask{want, scene};
+    for (const Representation& what : from) {
+        const Data in = samples_of(what, std::pmr::get_default_resource());
+        for (const Transition& edge : catalogue()) {
+            bool reads = false;
+            for (const auto& [kind, to] : edge.joins) reads = reads || kind == what.kind();
+            if (!reads || (!only.empty() && !only.contains(edge.name))) continue;
+            for (const Parameters& with : all_parameters(edge)) {
+                const Offer offer = edge.offer(what, ask, with);
+                if (offer.refused.empty()) expect_same_bytes(edge, offer, ask, in, tried);
+                if (testing::Test::HasFatalFailure()) return;
+            }
+        }
+    }
+}
+
+Representation volume(Type type, const Extent& extent = {23, 19, 17}) {
+    Representation what;
+    what.extent = extent;
+    what.type = type;
+    return what;
+}
+
+Transfer transfer() {
+    return {.points = {{40, 0, {1, 0.2, 0.1}}, {160, 0.3, {0.3, 1, 0.6}}}, .unit = 1};
+}
+
+TEST(Boxes, OfAVolumeAreTheBytesOfTheWhole) {
+    Tried tried;
+    for (const Mat4& turn : {rotation(25, -40, 10), rotation(0, 0, 90), rotation(3, 0, 0)}) {
+        Request want = request_of(Job::warp, Mode::mip, volume(Type::u8), {turn});
+        std::vector<Representation> from = {volume(Type::u8), volume(Type::i16), volume(Type::f32)};
+        from.push_back(volume(Type::f32));
+        from.back().content = "coefficients";
+        sweep(want, from, tried);
+    }
+    // Large enough that a box of it is worth a copy.
+    const Representation large = volume(Type::i16, {64, 50, 60});
+    sweep(request_of(Job::warp, Mode::mip, large, {rotation(0, 0, 90)}), {large}, tried,
+          {"store.crop", "warp.axis_permutation"});
+    for (const char* edge : {"warp.backward", "warp.permutation", "warp.axis_permutation",
+                             "store.crop", "store.precision"})
+        EXPECT_GT(tried.edges[edge], 0) << edge;
+}
+
+TEST(Boxes, OfAnImageAreTheBytesOfTheWhole) {
+    Tried tried;
+    Representation image = volume(Type::u8, {45, 37, 1});
+    image.axes = 2;
+    image.channels = 3;
+    Request want = request_of(Job::warp, Mode::mip, image, {rotation(0, 0, 33)});
+    sweep(want, {image}, tried);
+    image.channels = 1;
+    sweep(want, {image}, tried);
+    EXPECT_GT(tried.edges["warp.backward"], 0);
+}
+
+TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
+    Tried tried;
+    for (const Mode mode : modes()) {
+        SCOPED_TRACE(mode->name);
+        for (const Mat4& turn : {rotation(25, -40, 10), rotation(0, 90, 0)}) {
+            Request want = request_of(Job::render, mode, volume(Type::u8), {turn});
+            want.transfer = transfer();
+            std::vector<Representation> from = {volume(Type::u8), volume(Type::i16),
+                                                volume(Type::f32)};
+            from.push_back(volume(Type::f32));
+            from.back().content = "coefficients";
+            from.push_back(screen_scalar(volume(Type::f32), want));
+            sweep(want, from, tried);
+        }
+    }
+    for (const char* edge : {"project.ray_cast", "project.combine"})
+        EXPECT_GT(tried.edges[edge], 0) << edge;
+}
+
+TEST(Boxes, OfAPlanTakeLessMemoryForTheSameBytes) {
+    constexpr std::size_t kLimit = std::size_t{1} << 30;
+    MemoryBudget memory(kLimit);
+    auto input = std::make_shared<Data>(
+        samples_of(volume(Type::i16, {40, 36, 32}), std::pmr::get_default_resource()));
+    int compared = 0;
+    for (const Mode mode : {Mode::mip, Mode::composite}) {
+        Request want = request_of(Job::render, mode, input->what,
+                                  {rotation(25, -40, 10), rotation(25, 50, 10)});
+        want.transfer = transfer();
+        const Scene scene = scene_of(*input, want, memory);
+        const Ask ask{want, scene};
+        for (Plan path : paths_of(catalogue(), ask, input->what, 60)) {
+            // Two steps, the first of which makes a volume that no one needs as a whole.
+            if (path.steps.size() != 2 || path.steps[0].offer.to.space != "screen" ||
+                path.steps[0].by->name == "warp.shear")
+                continue;
+            SCOPED_TRACE(fmt::format("{}", fmt::join(path.texts(), " ")));
+            std::vector<std::vector<float>> whole;
+            std::size_t peak = 0;
+            for (const int boxes : kCounts) {
+                MemoryBudget own(kLimit);
+                path.boxes = boxes;
+                const auto results = results_of(path, ask, input, 2, own);
+                for (std::size_t frame = 0; frame < results.size(); ++frame) {
+                    if (boxes == 1)
+                        whole.push_back(values_of(*results[frame]));
+                    else
+                        EXPECT_EQ(values_of(*results[frame]), whole[frame]) << boxes << " boxes";
+                }
+                if (boxes == 1) peak = own.peak();
+                if (boxes == 27) {
+                    EXPECT_LT(own.peak(), 0.7 * static_cast<double>(peak));
+                    ++compared;
+                }
+            }
+        }
+    }
+    EXPECT_GE(compared, 4);
+}
+
+}  // namespace
+}  // namespace edgewise
