@@ -8,17 +8,22 @@ namespace {
 constexpr std::size_t kAlignment = 64;  // a cache line, and the widest vector
 }
 
+Array::Block::Block(std::size_t size, std::pmr::memory_resource* resource)
+    : data(resource->allocate(size + kArraySlack, kAlignment)), bytes(size), from(resource) {}
+
+Array::Block::~Block() { from->deallocate(data, bytes + kArraySlack, kAlignment); }
+
 Array::Array(std::size_t bytes, std::pmr::memory_resource* from)
-    : data_(from->allocate(bytes + kArraySlack, kAlignment)), bytes_(bytes), from_(from) {}
+    : block_(std::make_shared<Block>(bytes, from)) {}
 
-Array::~Array() {
-    if (data_) from_->deallocate(data_, bytes_ + kArraySlack, kAlignment);
-}
-
-void Array::swap(Array& other) noexcept {
-    std::swap(data_, other.data_);
-    std::swap(bytes_, other.bytes_);
-    std::swap(from_, other.from_);
+Data Data::sharing(const Data& other, const Representation& what) {
+    Data data;
+    data.what = what;
+    data.box = other.box;
+    data.samples = other.samples.shared();
+    data.other = other.other;
+    data.facets = other.facets;
+    return data;
 }
 
 Data Data::make(const Representation& what, std::pmr::memory_resource* from) {

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <any>
+#include <cstddef>
 #include <map>
+#include <memory>
 #include <memory_resource>
 #include <string>
+#include <utility>
 
 #include "graph/representation.hpp"
 
@@ -12,29 +15,36 @@ namespace edgewise {
 /// Bytes that stand readable behind the last sample of every array (never used, only fetched).
 inline constexpr std::size_t kArraySlack = 64;
 
-/// Uninitialised bytes from a counting memory resource, aligned to 64. Moves, does not copy.
+/// Uninitialised bytes from a counting memory resource, aligned to 64. Moves; a copy shares the
+/// bytes, and has to be asked for.
 class Array {
  public:
     Array() = default;
     /// @throws std::bad_alloc where the resource's limit is reached
     Array(std::size_t bytes, std::pmr::memory_resource* from);
-    Array(Array&& other) noexcept { swap(other); }
-    Array& operator=(Array&& other) noexcept {
-        Array taken(std::move(other));
-        swap(taken);
-        return *this;
-    }
-    ~Array();
+    Array(Array&&) noexcept = default;
+    Array& operator=(Array&&) noexcept = default;
 
-    std::size_t bytes() const noexcept { return bytes_; }
-    void* data() noexcept { return data_; }
-    const void* data() const noexcept { return data_; }
+    /// The same bytes, which live as long as any that share them.
+    Array shared() const { return Array(block_); }
+    std::size_t bytes() const noexcept { return block_ ? block_->bytes : 0; }
+    void* data() noexcept { return block_ ? block_->data : nullptr; }
+    const void* data() const noexcept { return block_ ? block_->data : nullptr; }
 
  private:
-    void swap(Array& other) noexcept;
-    void* data_ = nullptr;
-    std::size_t bytes_ = 0;
-    std::pmr::memory_resource* from_ = nullptr;
+    struct Block {
+        void* data = nullptr;
+        std::size_t bytes = 0;
+        std::pmr::memory_resource* from = nullptr;
+
+        Block(std::size_t bytes, std::pmr::memory_resource* from);
+        Block(const Block&) = delete;
+        Block& operator=(const Block&) = delete;
+        ~Block();
+    };
+    explicit Array(std::shared_ptr<Block> block) : block_(std::move(block)) {}
+
+    std::shared_ptr<Block> block_;
 };
 
 /// A vertex made real: a representation, its samples, and what lies beside them. Written once.
@@ -43,13 +53,19 @@ struct Data {
     Array samples;                           // those of held(), and kArraySlack bytes more
     Region box;                              // of the whole; empty: all of it
     std::any other;                          // content that is no array: a type of the edge's own
-    std::map<std::string, std::any> facets;  // one entry a name in what.facets
+    /// What lies beside the samples, one entry a name in what.facets. Large ones are std::shared_ptr,
+    /// so that data which share samples share them too.
+    std::map<std::string, std::any> facets;
 
     /// Allocates the samples of `what`.
     static Data make(const Representation& what, std::pmr::memory_resource* from);
     /// Allocates those of a box of it. Indices, geometry and borders stay those of the whole.
     static Data make(const Representation& what, const Region& box,
                      std::pmr::memory_resource* from);
+
+    /// The samples and facets of other data, which are not copied, under a representation that says
+    /// more of them.
+    static Data sharing(const Data& other, const Representation& what);
 
     /// The box of the whole whose samples are here, x fastest.
     Region held() const noexcept { return box.empty() ? Region::all(what.extent) : box; }

@@ -1,6 +1,7 @@
 #include "graph/representation.hpp"
 
 #include <cmath>
+#include <algorithm>
 #include <fmt/format.h>
 #include <map>
 
@@ -95,6 +96,22 @@ std::string Representation::kind() const { return space + "/" + content + joined
 std::string text_of(const Extent& extent, int axes) {
     return axes == 2 ? fmt::format("{}x{}", extent.x, extent.y)
                      : fmt::format("{}x{}x{}", extent.x, extent.y, extent.z);
+}
+
+std::set<std::string> facets_of(std::string_view kind) {
+    std::set<std::string> facets;
+    for (std::size_t at = kind.find('+'); at != std::string_view::npos;) {
+        const std::size_t next = kind.find('+', at + 1);
+        facets.emplace(kind.substr(at + 1, next - at - 1));
+        at = next;
+    }
+    return facets;
+}
+
+bool takes_kind(std::string_view join, std::string_view kind) {
+    if (join.substr(0, join.find('+')) != kind.substr(0, kind.find('+'))) return false;
+    const std::set<std::string> needed = facets_of(join), there = facets_of(kind);
+    return std::includes(there.begin(), there.end(), needed.begin(), needed.end());
 }
 
 }  // namespace edgewise

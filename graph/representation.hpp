@@ -4,6 +4,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "graph/samples.hpp"
@@ -53,6 +54,8 @@ struct Representation {
         "object";  // the rule that placed the samples: object, aligned, screen, slice
     std::string content = "scalar";  // what a sample is: scalar, coefficients, spectrum, picture
     std::set<std::string> facets;    // what lies beside it: minmax, gradient ...
+    double facet_bytes = 0;          // of all of these
+    bool shares = false;             // its samples are those that a path began with
     int axes = 3;                    // 2 for an image, 3 for a volume
     Extent extent;                   // where it differs from view to view, the largest
     int channels = 1;
@@ -65,6 +68,8 @@ struct Representation {
     std::int64_t samples() const noexcept { return extent.samples(); }
     /// Bytes of one copy (of one view where these differ).
     double bytes() const noexcept;
+    /// What it takes beside what was there before: samples that it does not share, and facets.
+    double own_bytes() const noexcept { return (shares ? 0 : bytes()) + facet_bytes; }
     /// Bytes of the samples of a box.
     double bytes(const Region& box) const noexcept;
     /// How many copies all views of a request need.
@@ -79,5 +84,11 @@ struct Representation {
 };
 
 std::string text_of(const Extent& extent, int axes);
+
+/// Whether an edge that reads a kind ("object/scalar+minmax") takes another: the same space and
+/// content with at least these facets.
+bool takes_kind(std::string_view join, std::string_view kind);
+/// The facets that a kind names.
+std::set<std::string> facets_of(std::string_view kind);
 
 }  // namespace edgewise

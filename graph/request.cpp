@@ -65,6 +65,7 @@ Representation screen_scalar(const Representation& from, const Request& want) {
     to.space = "screen";
     to.content = "scalar";
     to.facets.clear();
+    to.facet_bytes = 0;
     to.extent = want.screen;
     to.type = Type::f32;
     to.values = {};

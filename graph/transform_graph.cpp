@@ -40,10 +40,12 @@ class Expansion {
         reasons_.resize(catalogue.size());
         for (std::size_t i = 0; i < catalogue.size(); ++i)
             for (const auto& [from, to] : catalogue[i].joins) {
-                std::vector<Leaving>& all = leaving_[from];
+                std::vector<Leaving>& all = leaving_[from.substr(0, from.find('+'))];
                 const bool prepares_only = prepares(from, to);
-                if (all.empty() || all.back().edge != static_cast<int>(i))
-                    all.push_back({static_cast<int>(i), prepares_only});
+                std::set<std::string> needs = facets_of(from);
+                if (all.empty() || all.back().edge != static_cast<int>(i) ||
+                    all.back().needs != needs)
+                    all.push_back({static_cast<int>(i), std::move(needs), prepares_only});
                 else
                     all.back().prepares_only = all.back().prepares_only && prepares_only;
             }
@@ -68,21 +70,49 @@ class Expansion {
     using At = Graph::vertex_descriptor;
 
     void leave(At at) {
-        const auto found = leaving_.find(graph_[at].what.kind());
+        const Representation what = graph_[at].what;  // the graph grows
+        const auto found = leaving_.find(what.space + "/" + what.content);
         if (found == leaving_.end()) return;
-        for (const Leaving& next : found->second) {
-            if (next.prepares_only && out_of_order(graph_[at], next.edge)) continue;
-            const Transition& edge = catalogue_[static_cast<std::size_t>(next.edge)];
-            for (const Parameters& with : combinations(edge, next_demand(edge, graph_[at])))
-                follow(at, next.edge, with);
+        const std::vector<Leaving>& all = found->second;
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            // Of an edge's joins the one that needs most of what is there.
+            const Leaving* next = nullptr;
+            const std::size_t first = i;
+            for (; i < all.size() && all[i].edge == all[first].edge; ++i)
+                if (std::includes(what.facets.begin(), what.facets.end(), all[i].needs.begin(),
+                                  all[i].needs.end()) &&
+                    (!next || all[i].needs.size() > next->needs.size()))
+                    next = &all[i];
+            --i;
+            if (!next || (next->prepares_only && out_of_order(graph_[at], next->edge))) continue;
+            const Transition& edge = catalogue_[static_cast<std::size_t>(next->edge)];
+            const Demand* demand = next_demand(edge, graph_[at]);
+            // What needs no facet left from where there were none, for less; unless the data came
+            // with them.
+            if (!what.facets.empty() && next->needs.empty() && !edge.attaches && !demand &&
+                graph_[at].source < 0)
+                continue;
+            for (const Parameters& with : combinations(edge, demand))
+                follow(at, *next, with);
         }
     }
 
-    /// An edge that reads a kind, and whether it does nothing there but prepare.
+    /// An edge that reads a content of a space, with which facets, and whether it does nothing there
+    /// but prepare.
     struct Leaving {
         int edge = 0;
+        std::set<std::string> needs;
         bool prepares_only = true;
     };
+
+    /// What an edge sees: the facets that it names, or all where it adds one.
+    static Representation seen(const Representation& what, const Leaving& by, bool attaches) {
+        Representation seen = what;
+        if (attaches) return seen;
+        seen.facets = by.needs;
+        if (by.needs.empty()) seen.facet_bytes = 0;
+        return seen;
+    }
 
     /// A preparation leads from object space to object space.
     static bool prepares(std::string_view from, std::string_view to) {
@@ -99,19 +129,22 @@ class Expansion {
         return next.names(edge) ? &next : nullptr;
     }
 
-    void follow(At at, int place, const Parameters& with) {
+    void follow(At at, const Leaving& leaving, const Parameters& with) {
+        const int place = leaving.edge;
         const Transition& edge = catalogue_[place];
         for (const Demand& without : demands_.without)
             if (without.fits(edge, with)) {
                 reasons_[place] = "forbidden by the request";
                 return;
             }
-        Offer offer = edge.offer(graph_[at].what, ask_, with);
+        Offer offer = edge.offer(seen(graph_[at].what, leaving, edge.attaches), ask_, with);
         if (!offer.refused.empty()) {
             if (reasons_[place].empty()) reasons_[place] = offer.refused;
             return;
         }
         offer.with = with;
+        offer.from = graph_[at].what;
+        offer.to.shares = edge.attaches && (graph_[at].source >= 0 || offer.from.shares);
         accepted_[place] = true;
         const Demand* next = next_demand(edge, graph_[at]);
         const int demanded = graph_[at].demanded + (next && next->fits(edge, with));
@@ -182,7 +215,7 @@ class Expansion {
         for (const auto& [from, to] : edge.joins)
             for (std::size_t i = 0; i < catalogue_.size(); ++i)
                 for (const auto& join : catalogue_[i].joins)
-                    if (join.second == from && !accepted_[i] && !reasons_[i].empty())
+                    if (takes_kind(from, join.second) && !accepted_[i] && !reasons_[i].empty())
                         return fmt::format("nothing makes its {}: {}: {}", from, catalogue_[i].name,
                                            reasons_[i]);
         return fmt::format("nothing makes its {}", edge.joins.empty() ? "" : edge.joins[0].first);

@@ -85,11 +85,16 @@ enum class Law {
 struct Transition {
     std::string name = {};    // "family.edge"
     std::string source = {};  // where algorithm and counts come from
-    /// Kinds that it goes between ("object/scalar"), without a request. The planner asks for an
-    /// offer only where the first fits.
+    /// Kinds that it goes between ("object/scalar", "object/scalar+minmax"), without a request. The
+    /// planner asks for an offer only where the first fits: data may have more facets, of which the
+    /// edge then sees nothing.
     std::vector<std::pair<std::string, std::string>> joins = {};
     std::map<std::string, Domain> parameters = {};
     std::vector<Law> laws = {};
+    /// What it makes is what it reads with one facet more (Representation::facets, whose bytes it
+    /// adds to facet_bytes). The output shares samples and facets with the input; `run` puts the
+    /// new one into Data::facets and writes no sample.
+    bool attaches = false;
     /// With these, and with a filter as its only other parameter, the edge alone is the plain way
     /// to the screen, which budgets may compare with (Budget::like).
     std::optional<Parameters> plain = {};

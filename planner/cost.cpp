@@ -106,6 +106,8 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
     Share all;
     for (const Share& share : shares) add(all, share.mean, share.views);
     cost.work = all.mean;
+    cost.made = edge.attaches ? offer.to.facet_bytes - offer.from.facet_bytes
+                              : offer.to.bytes() + offer.to.facet_bytes;
     if (offer.from.place == Place::ranks) cost.from_ranks = ask.want.ranks;
     if (offer.to.place == Place::ranks) cost.to_ranks = ask.want.ranks;
     place(cost.work, offer, cost);
@@ -149,13 +151,14 @@ void randomise(StepCost& cost, const Transition& edge, const Offer& offer, std::
 
 Label extend(const Label& label, const Offer& offer, const StepCost& cost, bool from_source,
              double pinned) {
-    const double input = from_source ? 0 : offer.from.bytes() / cost.from_ranks;
+    const double input =
+        from_source ? 0 : offer.from.own_bytes() / cost.from_ranks;
     const bool kept = offer.to.runs() > offer.from.runs();  // the next views need the input again
     Label next = label;
     next.seconds += cost.seconds;
     next.held += kept ? input : 0;
     next.peak = std::max(label.peak, pinned + next.held + (kept ? 0 : input) +
-                                         offer.to.bytes() / cost.to_ranks + cost.scratch);
+                                         cost.made / cost.to_ranks + cost.scratch);
     next.bias = cost.error.gain * label.bias + cost.error.bias;
     next.known = label.known && cost.error.known;
     next.copied = label.copied && cost.error.copies;

@@ -15,6 +15,7 @@ struct StepCost {
     double seconds = 0;                   // all runs
     double spread = 0;                    // of seconds: standard deviation of the log
     double scratch = 0;                   // bytes beside input and output, of one rank
+    double made = 0;     // bytes that the output takes: of an attached facet its own
     double from_ranks = 1, to_ranks = 1;  // that input and output are spread over
     Error error;
     bool barred = false;  // no path that is looked for takes it

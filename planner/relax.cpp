@@ -140,7 +140,7 @@ class Kinds {
             for (const Transition& edge : catalogue_)
                 if (!refused.contains(edge.name))
                     for (const auto& [from, to] : edge.joins)
-                        if (reached.contains(from)) grows = reached.insert(to).second || grows;
+                        if (any_takes(reached, from)) grows = reached.insert(to).second || grows;
         }
         return std::any_of(reached.begin(), reached.end(), [&](const std::string& kind) {
             return kind.substr(0, kind.find('+')) == goal_;
@@ -148,6 +148,11 @@ class Kinds {
     }
 
  private:
+    static bool any_takes(const std::set<std::string>& reached, const std::string& join) {
+        return std::any_of(reached.begin(), reached.end(),
+                           [&](const std::string& kind) { return takes_kind(join, kind); });
+    }
+
     const Catalogue& catalogue_;
     const std::string goal_;
     std::set<std::string> starts_;

@@ -181,7 +181,9 @@ class Flow {
         guarded(task.step, [&] {
             Product& product = products_[at];
             const Representation& what = plan_.steps[task.step].offer.to;
-            product.data = std::make_shared<Data>(Data::make(what, options_.memory));
+            product.data = std::make_shared<Data>(
+                plan_.steps[task.step].by->attaches ? Data::sharing(input_of(task), what)
+                                                    : Data::make(what, options_.memory));
             for (std::size_t r = 1; in_parts(task) && r < task.regions.size(); ++r)
                 product.parts.push_back(Data::make(what, options_.memory));
         });
@@ -214,6 +216,9 @@ class Flow {
         Context context{options_.memory, options_.stop, &failed_, task.view};
         Ran ran{at, task.view, r, 0, now() - start_, 0};
         step.by->run(step.offer, ask_, in, out, region, context);
+        for (const std::string& facet : step.offer.to.facets)
+            if (!out.facets.contains(facet))
+                throw RunError(step.text() + " left out its facet " + facet);
         context.poll();  // a step that returned early has not done its work
         ran.end = now() - start_;
         ran.thread = tbb::this_task_arena::current_thread_index();

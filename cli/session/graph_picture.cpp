@@ -178,7 +178,7 @@ class Drawing {
         if (edge == catalogue_.end()) return std::nullopt;
         for (const At at : boost::make_iterator_range(boost::vertices(graph_)))
             for (const auto& [from, to] : edge->joins)
-                if (graph_[at].what.kind() == from) return at;
+                if (takes_kind(from, graph_[at].what.kind())) return at;
         return std::nullopt;
     }
 

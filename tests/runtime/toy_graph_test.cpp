@@ -56,6 +56,7 @@ Transition find_longest() {
     return {
         .name = "text.find_longest",
         .joins = {{"text/words", "text/words+longest"}},
+        .attaches = true,
         .offer =
             [](const Representation& from, const Ask&, const Parameters&) {
                 Offer offer{.from = from, .to = from};
@@ -66,7 +67,6 @@ Transition find_longest() {
                    int) { return Work{.operations = offer.from.bytes()}; },
         .run =
             [](const Offer&, const Ask&, const Data& in, Data& out, const Region&, Context&) {
-                out.other = in.other;
                 std::size_t longest = 0;
                 for (const std::string& word : std::any_cast<const Words&>(in.other))
                     longest = std::max(longest, word.size());
