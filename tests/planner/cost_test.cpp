@@ -20,6 +20,7 @@ TEST(Label, InputStaysOnlyForNextViews) {
     StepCost cost;
     cost.seconds = 2;
     cost.scratch = 5;
+    cost.made = 10;
     const Label start{.seconds = 1, .peak = 3, .held = 7};
     // One run to one run: input and output side by side, nothing kept.
     Label next = extend(start, {.from = made(100, 1), .to = made(10, 1)}, cost, false, 1000);
