@@ -52,7 +52,7 @@ HWY_INLINE VF look_up(const Optics& optics, VF value, VF* color) {
 /// 1 - (1 - a)^power for 0 <= a <= 1 and power >= 0, without cancellation for small a (S21): the
 /// logarithm of 1 - a and the exponential less 1 are polynomials, of relative error 2^-24 (minimax,
 /// by Lawson's iteration), around 0 where nothing was rounded yet.
-HWY_NOINLINE VF corrected(VF opacity, VF power) {
+[[maybe_unused]] HWY_NOINLINE VF corrected(VF opacity, VF power) {
     const DF d;
     const DI di;
     const VF one = hn::Set(d, 1.0f);
