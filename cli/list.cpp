@@ -132,7 +132,7 @@ struct Kind {
     Json (*entries)();
 };
 constexpr Kind kKinds[] = {{"edges", edges},     {"filters", filter_list}, {"modes", mode_list},
-                           {"formats", formats}, {"phantoms", phantoms}, {"machines", machines}};
+                           {"formats", formats}, {"phantoms", phantoms},   {"machines", machines}};
 
 std::string domain_text(const Json& domain) {
     const std::string values =

@@ -50,11 +50,11 @@ class Array {
 /// A vertex made real: a representation, its samples, and what lies beside them. Written once.
 struct Data {
     Representation what;
-    Array samples;                           // those of held(), and kArraySlack bytes more
-    Region box;                              // of the whole; empty: all of it
-    std::any other;                          // content that is no array: a type of the edge's own
-    /// What lies beside the samples, one entry a name in what.facets. Large ones are std::shared_ptr,
-    /// so that data which share samples share them too.
+    Array samples;   // those of held(), and kArraySlack bytes more
+    Region box;      // of the whole; empty: all of it
+    std::any other;  // content that is no array: a type of the edge's own
+    /// What lies beside the samples, one entry a name in what.facets. Large ones are
+    /// std::shared_ptr, so that data which share samples share them too.
     std::map<std::string, std::any> facets;
 
     /// Allocates the samples of `what`.

@@ -116,8 +116,8 @@ struct ModeTraits {
     void (*lengthen)(double factor, std::span<double, 4> values) = nullptr;
 
     // Its price.
-    double operations = 1;  // a sample; of transfers what the ramps take comes on top
-    int state_numbers = 1;  // of a ray that ranks send each other
+    double operations = 1;           // a sample; of transfers what the ramps take comes on top
+    int state_numbers = 1;           // of a ray that ranks send each other
     std::string_view timed_as = {};  // the mode whose measured times are its own; empty: itself
 
     // Errors where nothing was measured.

@@ -29,9 +29,9 @@ struct Step {
 struct Plan {
     Representation source;
     std::vector<Step> steps;  // empty: the source is what was asked for
-    /// Boxes of each result that the last steps make one by one, as far back as regions of what they
-    /// make can be told apart (Partition::reads): so no result in between is ever whole. 1: each
-    /// step makes all before the next one begins.
+    /// Boxes of each result that the last steps make one by one, as far back as regions of what
+    /// they make can be told apart (Partition::reads): so no result in between is ever whole. 1:
+    /// each step makes all before the next one begins.
     int boxes = 1;
     Label label;
     Predicted predicted;

@@ -1,7 +1,7 @@
 #include "graph/representation.hpp"
 
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <map>
 

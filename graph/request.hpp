@@ -83,7 +83,7 @@ struct Request {
     Transfer transfer;  // of composite
     double zero = 0;    // of xray: the value that adds nothing
     std::array<double, 3> background{0, 0, 0};
-    double outside = 0;  // warp: value beyond the input
+    double outside = 0;    // warp: value beyond the input
     double magnitude = 0;  // of the input's values, the largest: what rounding is relative to
     double miss = 0;       // value of a ray that meets nothing, see ModeTraits::miss
     Field field = Field::spline;

@@ -92,13 +92,12 @@ class Expansion {
             if (!what.facets.empty() && next->needs.empty() && !edge.attaches && !demand &&
                 graph_[at].source < 0)
                 continue;
-            for (const Parameters& with : combinations(edge, demand))
-                follow(at, *next, with);
+            for (const Parameters& with : combinations(edge, demand)) follow(at, *next, with);
         }
     }
 
-    /// An edge that reads a content of a space, with which facets, and whether it does nothing there
-    /// but prepare.
+    /// An edge that reads a content of a space, with which facets, and whether it does nothing
+    /// there but prepare.
     struct Leaving {
         int edge = 0;
         std::set<std::string> needs;

@@ -52,8 +52,9 @@ std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
         if (!with) continue;
         for (const Source& source : sources) {
             const std::string kind = source.what.kind();
-            const bool fits = std::any_of(edge.joins.begin(), edge.joins.end(),
-                                          [&](const auto& join) { return takes_kind(join.first, kind); });
+            const bool fits =
+                std::any_of(edge.joins.begin(), edge.joins.end(),
+                            [&](const auto& join) { return takes_kind(join.first, kind); });
             if (!fits) continue;
             const Offer offer = edge.offer(source.what, ask, *with);
             if (!offer.refused.empty() || !is_target(offer.to, ask.want)) continue;

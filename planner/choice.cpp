@@ -20,14 +20,11 @@ double peak_side_by_side(const Route& route, const Priced& priced, const Ask& as
         const Offer& offer = graph[arc].offer;
         const StepCost& cost = priced.cost(arc);
         const bool from_source = graph[boost::source(arc, graph)].source >= 0;
-        const double input =
-            from_source ? 0 : offer.from.own_bytes() / cost.from_ranks;
+        const double input = from_source ? 0 : offer.from.own_bytes() / cost.from_ranks;
         const bool kept = offer.to.runs() > offer.from.runs();
         if (kept) held += input;
         const double scratch = std::min(cost.scratch, cost.work.scratch * ask.want.threads);
-        const double each =
-            (kept ? 0 : input) + cost.made / cost.to_ranks +
-            cost.scratch - scratch;
+        const double each = (kept ? 0 : input) + cost.made / cost.to_ranks + cost.scratch - scratch;
         const int lanes = std::max(1, std::min(ask.want.threads, offer.to.runs()));
         peak = std::max(peak, priced.pinned + held + lanes * each + scratch);
     }

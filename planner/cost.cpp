@@ -85,10 +85,12 @@ std::string timing_name(const Transition& edge, const Offer& offer, const Reques
                         const Work& work) {
     // The box of a view is larger than the input, and its samples lie apart as the pixels do.
     const bool of_view = want.job == Job::render && offer.to.space == "screen";
-    const std::string_view kind = offer.to.content == "picture" ? (want.mode->timed_as.empty() ? want.mode->name : want.mode->timed_as)
-                                  : offer.from.axes == 2        ? "2d"
-                                  : of_view                     ? "view"
-                                                                : "3d";
+    const std::string_view kind =
+        offer.to.content == "picture"
+            ? (want.mode->timed_as.empty() ? want.mode->name : want.mode->timed_as)
+        : offer.from.axes == 2 ? "2d"
+        : of_view              ? "view"
+                               : "3d";
     return fmt::format("{}{}{}{} {} {}", edge.name, offer.with.text(), work.way.empty() ? "" : "/",
                        work.way, kind, name_of(timed_as(offer.from.type)));
 }
@@ -151,8 +153,7 @@ void randomise(StepCost& cost, const Transition& edge, const Offer& offer, std::
 
 Label extend(const Label& label, const Offer& offer, const StepCost& cost, bool from_source,
              double pinned) {
-    const double input =
-        from_source ? 0 : offer.from.own_bytes() / cost.from_ranks;
+    const double input = from_source ? 0 : offer.from.own_bytes() / cost.from_ranks;
     const bool kept = offer.to.runs() > offer.from.runs();  // the next views need the input again
     Label next = label;
     next.seconds += cost.seconds;

@@ -11,10 +11,10 @@ namespace edgewise {
 
 /// What one arc of the transform graph costs for all views of a request.
 struct StepCost {
-    Work work;                            // one run: the mean of at most eight views
-    double seconds = 0;                   // all runs
-    double spread = 0;                    // of seconds: standard deviation of the log
-    double scratch = 0;                   // bytes beside input and output, of one rank
+    Work work;           // one run: the mean of at most eight views
+    double seconds = 0;  // all runs
+    double spread = 0;   // of seconds: standard deviation of the log
+    double scratch = 0;  // bytes beside input and output, of one rank
     double made = 0;     // bytes that the output takes: of an attached facet its own
     double from_ranks = 1, to_ranks = 1;  // that input and output are spread over
     Error error;

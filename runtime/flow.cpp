@@ -181,9 +181,9 @@ class Flow {
         guarded(task.step, [&] {
             Product& product = products_[at];
             const Representation& what = plan_.steps[task.step].offer.to;
-            product.data = std::make_shared<Data>(
-                plan_.steps[task.step].by->attaches ? Data::sharing(input_of(task), what)
-                                                    : Data::make(what, options_.memory));
+            product.data = std::make_shared<Data>(plan_.steps[task.step].by->attaches
+                                                      ? Data::sharing(input_of(task), what)
+                                                      : Data::make(what, options_.memory));
             for (std::size_t r = 1; in_parts(task) && r < task.regions.size(); ++r)
                 product.parts.push_back(Data::make(what, options_.memory));
         });

@@ -97,9 +97,7 @@ std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, const Task& tas
     return boxes;
 }
 
-double held_bytes(const Representation& what) {
-    return what.own_bytes() + kAround;
-}
+double held_bytes(const Representation& what) { return what.own_bytes() + kAround; }
 
 Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& frames) {
     Schedule result;

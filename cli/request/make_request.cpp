@@ -105,10 +105,10 @@ Wish wish_of(const JobOptions& o) {
     wish.selection = selection_of(o.selection);
     // Padding of DICOM is no measurement: rays must not take it for one. A warp keeps it as stored.
     if (o.job == Job::render)
-        wish.selection.padding =
-            wish.want.mode->takes_zero                              ? store::Padding::nothing
-            : wish.want.mode->miss == ModeTraits::Miss::highest ? store::Padding::largest
-                                                                : store::Padding::smallest;
+        wish.selection.padding = wish.want.mode->takes_zero ? store::Padding::nothing
+                                 : wish.want.mode->miss == ModeTraits::Miss::highest
+                                     ? store::Padding::largest
+                                     : store::Padding::smallest;
     if (o.zero) wish.selection.nothing = wish.want.zero;
     return wish;
 }

@@ -249,7 +249,8 @@ void read_input(Session& session) {
 
 double frame_bytes(const Request& want) {
     const Extent out = want.output();
-    return double(out.x) * double(out.y) * double(out.z) * (want.job == Job::render ? want.mode->channels : 1) * sizeof(float);
+    return double(out.x) * double(out.y) * double(out.z) *
+           (want.job == Job::render ? want.mode->channels : 1) * sizeof(float);
 }
 
 /// Bytes that stay whatever the path: samples, results that wait, and their last form.

@@ -7,8 +7,7 @@ namespace {
 
 void add(Stretch& stretch, std::span<const double> values, const double* pieces, const Request&) {
     double sum = stretch.state[0];
-    stretch.each_finite(values, pieces,
-                        [&](double value, double piece) { sum += value * piece; });
+    stretch.each_finite(values, pieces, [&](double value, double piece) { sum += value * piece; });
     stretch.state[0] = sum;
 }
 
@@ -29,8 +28,7 @@ const ModeTraits mean_mode = {
     .gain = [](bool noise, double length, double,
                double) { return gain_of_integral(noise, length) / length; },
     .add = add,
-    .append =
-        [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
+    .append = [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
     .result =
         [](const Stretch& stretch, const Request& want, double* values) {
             values[0] = stretch.length > 0 ? stretch.state[0] / stretch.length : want.miss;

@@ -43,10 +43,8 @@ const ModeTraits minip_mode = {
         [](Stretch& stretch, const Stretch& behind) {
             stretch.state[0] = std::min(stretch.state[0], behind.state[0]);
         },
-    .result =
-        [](const Stretch& stretch, const Request& want, double* values) {
-            values[0] = stretch.length > 0 ? stretch.state[0] : want.miss;
-        },
+    .result = [](const Stretch& stretch, const Request& want,
+                 double* values) { values[0] = stretch.length > 0 ? stretch.state[0] : want.miss; },
 };
 
 }  // namespace edgewise

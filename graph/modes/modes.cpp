@@ -14,8 +14,8 @@ namespace edgewise {
 
 const std::vector<Mode>& modes() {
     static const std::vector<Mode> all = {
-        Mode(mip_mode), Mode(xray_mode), Mode(mean_mode), Mode(composite_mode), Mode(minip_mode),
-        Mode(stddev_mode),
+        Mode(mip_mode),       Mode(xray_mode),  Mode(mean_mode),
+        Mode(composite_mode), Mode(minip_mode), Mode(stddev_mode),
     };
     return all;
 }

@@ -45,8 +45,7 @@ const ModeTraits xray_mode = {
     .gain = [](bool noise, double length, double unit,
                double) { return gain_of_integral(noise, length) * unit; },
     .add = add,
-    .append =
-        [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
+    .append = [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
     .result = [](const Stretch& stretch, const Request&,
                  double* values) { values[0] = stretch.state[0]; },
 };

@@ -1,7 +1,6 @@
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <random>
 
 #include "graph/errors.hpp"
@@ -79,7 +78,8 @@ TEST(Modes, StretchesJoinInAnyOrder) {
             const Ray ray = random_ray(bits, 12);
             const auto part = [&](std::size_t from, std::size_t to) {
                 Stretch stretch = Stretch::empty(mode);
-                stretch.add(std::span(ray.values).subspan(from, to - from), &ray.pieces[from], want);
+                stretch.add(std::span(ray.values).subspan(from, to - from), &ray.pieces[from],
+                            want);
                 return stretch;
             };
             const auto a = static_cast<std::size_t>(trial % 12), b = a + (12 - a) / 2;

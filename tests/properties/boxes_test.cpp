@@ -1,13 +1,12 @@
-#include <gtest/gtest.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <cstring>
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <map>
 #include <mutex>
 #include <random>
 #include <set>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include "runtime/runtime.hpp"
 #include "tests/properties/run_request.hpp"
@@ -57,8 +56,8 @@ class GuardedMemory : public std::pmr::memory_resource {
 /// A copy of a box of data.
 Data part_of(const Data& whole, const Region& box, std::pmr::memory_resource* memory) {
     Data part = Data::make(whole.what, box, memory);
-    const std::size_t row = static_cast<std::size_t>(box.extent().x * whole.what.channels) *
-                            bytes_of(whole.what.type);
+    const std::size_t row =
+        static_cast<std::size_t>(box.extent().x * whole.what.channels) * bytes_of(whole.what.type);
     for (std::int64_t z = box.begin[2]; z < box.end[2]; ++z)
         for (std::int64_t y = box.begin[1]; y < box.end[1]; ++y)
             std::memcpy(part.row_at(box.begin[0], y, z), whole.row_at(box.begin[0], y, z), row);
@@ -117,9 +116,8 @@ void expect_same_bytes(const Transition& edge, const Offer& offer, const Ask& as
                 Data out = Data::make(offer.to, box, memory);
                 edge.run(offer, ask, part, out, box, context);
                 const Data right = part_of(whole, box, memory);
-                ASSERT_EQ(std::memcmp(out.samples.data(), right.samples.data(),
-                                      right.samples.bytes()),
-                          0)
+                ASSERT_EQ(
+                    std::memcmp(out.samples.data(), right.samples.data(), right.samples.bytes()), 0)
                     << count << " boxes: " << box.begin[0] << ' ' << box.begin[1] << ' '
                     << box.begin[2] << "; " << first_difference(out, right);
                 ++tried.edges[edge.name];
@@ -133,10 +131,10 @@ std::vector<Parameters> all_parameters(const Transition& edge) {
     for (const auto& [key, domain] : edge.parameters) {
         std::vector<Parameters> longer;
         for (const Parameters& with : all)
-            for (const Value& value : domain.words.empty()
-                                          ? domain.tried
-                                          : std::vector<Value>(domain.words.begin(),
-                                                               domain.words.end())) {
+            for (const Value& value :
+                 domain.words.empty()
+                     ? domain.tried
+                     : std::vector<Value>(domain.words.begin(), domain.words.end())) {
                 longer.push_back(with);
                 longer.back().set(key, value);
             }
@@ -146,7 +144,8 @@ std::vector<Parameters> all_parameters(const Transition& edge) {
 }
 
 TEST(Boxes, CutAnExtentWithoutGaps) {
-    for (const Extent extent : {Extent{30, 20, 10}, Extent{31, 7, 1}, Extent{1, 1, 1}, Extent{3, 1, 2}})
+    for (const Extent extent :
+         {Extent{30, 20, 10}, Extent{31, 7, 1}, Extent{1, 1, 1}, Extent{3, 1, 2}})
         for (const int count : {1, 2, 5, 7, 16, 27}) {
             std::vector<int> covered(static_cast<std::size_t>(extent.samples()));
             for (const Region& box : boxes_of(extent, count)) {

@@ -32,8 +32,7 @@ std::vector<Case> cases() {
     std::vector<Case> all;
     for (const char* phantom : {"gaussians", "marschner-lobb", "sphere"}) {
         all.push_back({phantom, Job::warp, Mode::mip, 25, -40, 10});
-        for (const Mode mode : modes())
-            all.push_back({phantom, Job::render, mode, 25, -40, 10});
+        for (const Mode mode : modes()) all.push_back({phantom, Job::render, mode, 25, -40, 10});
     }
     // Nothing to move, a quarter turn, nearly a half turn, one axis that stays.
     for (const auto& [x, y, z] : {std::array{0., 0., 0.}, {0., 90., 0.}, {3., 170., 2.}}) {

@@ -1,8 +1,7 @@
 // A facet of a test's own, from an edge that attaches it to an edge that needs it: a file, and
 // nothing else in the program knows of either.
-#include <gtest/gtest.h>
-
 #include <algorithm>
+#include <gtest/gtest.h>
 
 #include "planner/planner.hpp"
 #include "runtime/runtime.hpp"
@@ -65,8 +64,7 @@ Transition show_largest() {
     edge.run = [](const Offer& offer, const Ask&, const Data& in, Data& out, const Region&,
                   Context&) {
         EXPECT_EQ(in.samples.data(), seen_samples);
-        const auto largest =
-            std::any_cast<std::shared_ptr<const Largest>>(in.facets.at("largest"));
+        const auto largest = std::any_cast<std::shared_ptr<const Largest>>(in.facets.at("largest"));
         std::fill_n(out.as<float>(), offer.to.samples(),
                     *std::max_element(largest->begin(), largest->end()));
     };

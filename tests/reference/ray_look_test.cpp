@@ -60,7 +60,6 @@ void for_each_look(const Request& want, const ReferenceField& field, Each&& each
     }
 }
 
-
 TEST(RayLook, FindsNothingWrongWithWhatIsTheSameEverywhere) {
     Data data = blobs(Type::f32);
     std::fill_n(data.as<float>(), data.what.samples(), 42.f);

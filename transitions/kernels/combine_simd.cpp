@@ -51,8 +51,8 @@ struct Planes {
         for (std::int64_t z = begin; z < end; ++z)
             for (std::int64_t r = 0; r < height; ++r) {
                 float* state = states.first + r * states.pitch;
-                add_parts(rule, row_at(z * volume.slice_step() + (y + r) * volume.row_step() + x), 0,
-                          width, static_cast<float>(z), spans.low + r * spans.pitch,
+                add_parts(rule, row_at(z * volume.slice_step() + (y + r) * volume.row_step() + x),
+                          0, width, static_cast<float>(z), spans.low + r * spans.pitch,
                           spans.high + r * spans.pitch, state, states.plane);
                 if (sums && (z + 1) % kBlockPlanes == 0) close_block(state, states.plane, width);
             }

@@ -12,14 +12,14 @@ namespace edgewise::kernels {
 inline constexpr std::size_t kSlack = 64;
 
 /// A dense array of samples to read: x fastest, then y, then z; channels of one sample lie
-/// together. Of a larger whole it may hold a box: `samples` is then where sample (0, 0, 0) would be,
-/// and only samples of the box are read.
+/// together. Of a larger whole it may hold a box: `samples` is then where sample (0, 0, 0) would
+/// be, and only samples of the box are read.
 struct Grid {
     const void* samples = nullptr;  // kSlack readable bytes behind the last one
     Type type = Type::f32;
     Extent extent;
     int channels = 1;
-    ValueMap values;  // value = slope * stored + offset
+    ValueMap values;                  // value = slope * stored + offset
     std::int64_t row = 0, slice = 0;  // samples from one to the next; 0: those of the extent
 
     std::int64_t row_step() const noexcept { return row > 0 ? row : extent.x; }

@@ -113,9 +113,8 @@ PermutationWarp::Row PermutationWarp::row_at(std::int64_t y, std::int64_t z,
     const std::array<double, 3> first = sheared(plan_.chain, {0, double(y), double(z)});
     for (int i = 0; i < 3; ++i) {
         const double slack = plan_.reach[i] + 1e-3;
-        row.sites =
-            columns_between(first[i], plan_.along_x[i], double(plan_.box.begin[i]) - slack,
-                            double(plan_.box.end[i] - 1) + slack, row.sites);
+        row.sites = columns_between(first[i], plan_.along_x[i], double(plan_.box.begin[i]) - slack,
+                                    double(plan_.box.end[i] - 1) + slack, row.sites);
     }
     return row;
 }

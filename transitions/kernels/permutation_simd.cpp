@@ -95,8 +95,9 @@ HWY_INLINE hn::Vec<Longs> target_of(const PermutationWarp::Plan& plan, const VD 
             sent, hn::And(hn::Ge(point[i], hn::Set(d, low)), hn::Le(point[i], hn::Set(d, high))));
     }
     const Extent n = plan.box.extent();
-    const double first = double(plan.box.begin[0]) +
-                         double(n.x) * (double(plan.box.begin[1]) + double(n.y) * double(plan.box.begin[2]));
+    const double first =
+        double(plan.box.begin[0]) +
+        double(n.x) * (double(plan.box.begin[1]) + double(n.y) * double(plan.box.begin[2]));
     VD index = hn::MulAdd(at[2], hn::Set(d, double(n.y)), at[1]);
     index = hn::Sub(hn::MulAdd(index, hn::Set(d, double(n.x)), at[0]), hn::Set(d, first));
     const Longs dl;

@@ -58,7 +58,8 @@ class OtherSum {
     HWY_ALIGN float state_[RayRule::kMostPlanes * kLanes] = {}, ones_[kLanes];
 };
 
-/// Samples of all types, but for those of weights, are gathered; finite or not is the rule's to ask.
+/// Samples of all types, but for those of weights, are gathered; finite or not is the rule's to
+/// ask.
 void cast_tile_other(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
                      std::int64_t height, float* out, std::ptrdiff_t row_floats) {
     const Tile tile{cast, x, y, width, height, out, row_floats};
@@ -66,9 +67,8 @@ void cast_tile_other(const RayCast& cast, std::int64_t x, std::int64_t y, std::i
                          static_cast<double>(bytes_of(cast.volume.type));
     if (!(bytes < 2147483648.0) || !in_lanes(cast.volume.type))
         return tile.held<OtherSum, Walked>();
-    gathers::HWY_NAMESPACE::with_reads(cast.volume.type, [&](auto reads) {
-        tile.held<OtherSum, Gathered<decltype(reads)>>();
-    });
+    gathers::HWY_NAMESPACE::with_reads(
+        cast.volume.type, [&](auto reads) { tile.held<OtherSum, Gathered<decltype(reads)>>(); });
 }
 
 }  // namespace

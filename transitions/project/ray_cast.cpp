@@ -83,7 +83,7 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
     // Measured on CT and MR: a MIP's bricks leave out about half of the samples.
     return ask.want.mode->skips == ModeTraits::Levels::values
                ? 0.5 * samples
-                                      : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
+               : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
 }
 
 /// Bricks are made from every voxel and asked along every ray: they pay where what they leave out
@@ -252,10 +252,8 @@ Region reads(const Offer& offer, const Request& want, const Region& out, int vie
                 last = std::max(last, p);
             }
         const auto top = static_cast<double>(n[axis] - 1);
-        box.begin[axis] =
-            static_cast<std::int64_t>(std::clamp(std::floor(first - taps), 0.0, top));
-        box.end[axis] =
-            static_cast<std::int64_t>(std::clamp(std::ceil(last + taps), 0.0, top)) + 1;
+        box.begin[axis] = static_cast<std::int64_t>(std::clamp(std::floor(first - taps), 0.0, top));
+        box.end[axis] = static_cast<std::int64_t>(std::clamp(std::ceil(last + taps), 0.0, top)) + 1;
     }
     return box;
 }

@@ -39,8 +39,7 @@ class CastRay final : public RayModel {
                 squares.add(fact++, answer.between(answer.written(noisy_[hold]),
                                                    answer.written(clean_[hold])) /
                                         (noise_ * noise_));
-        if (want_.mode->left)
-            squares.add(fact, answer.transparency() < kTerminated ? 1 : 0);
+        if (want_.mode->left) squares.add(fact, answer.transparency() < kTerminated ? 1 : 0);
     }
 
  private:

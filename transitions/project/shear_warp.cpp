@@ -134,8 +134,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // with 48^3 to 192^3, that is 2.5 times what is counted, where the picture's taps, which lie
     // side by side, take half of as many gathers.
     constexpr double kWaiting = 2.5, kBeside = 0.5;
-    const double voxels = static_cast<double>(offer.from.samples()) *
-                          (ask.want.mode->takes_transfer ? 1 : kWaiting);
+    const double voxels =
+        static_cast<double>(offer.from.samples()) * (ask.want.mode->takes_transfer ? 1 : kWaiting);
     // Pixels of the image that a slice does not reach are passed over, by vectors or by tiles: 0.06
     // to 0.1 ns each, twice that of composites (48 to 192 voxels a row, 30 degrees). A MIP's rate,
     // whose voxels count least, would make three times too much of as many.

@@ -94,9 +94,8 @@ Work work(const Offer& offer, const Ask&, int /*view*/) {
 Error error(const Offer& offer, const Ask& ask) {
     // From here on errors count in values of the picture, to which what came before adds up.
     const Request& want = ask.want;
-    const double length = want.mode->divides
-                              ? 1
-                              : std::cbrt(static_cast<double>(want.input.samples())) * want.unit;
+    const double length =
+        want.mode->divides ? 1 : std::cbrt(static_cast<double>(want.input.samples())) * want.unit;
     const double samples = std::cbrt(static_cast<double>(want.input.samples()));
     const kernels::KaiserBessel window = window_of(offer.with);
     const double ghosts =

@@ -19,8 +19,8 @@ namespace edgewise {
 ///   with the weight W(x + m) / W(x), W the window's transform. What of these repetitions lies on
 ///   the pixel's line, or on that of the same pixel periods of the picture away, is added up.
 /// - *Faces.* The slice knows samples that are the commonest value beyond the box, while the field
-///   that is asked for stays as it is at the outermost centres and ends at a face. The difference is
-///   added up along the line as far as it is near a face.
+///   that is asked for stays as it is at the outermost centres and ends at a face. The difference
+///   is added up along the line as far as it is near a face.
 ///
 /// - *Cutoff.* The slice knows nothing beyond 3/4 of a cycle a sample: its steps ring a little, and
 ///   detail of rays along an axis loses a little.
