@@ -20,6 +20,7 @@ struct Request;
 class Mode {
  public:
     explicit constexpr Mode(const ModeTraits& traits) noexcept : traits_(&traits) {}
+    const ModeTraits& operator*() const noexcept { return *traits_; }
     const ModeTraits* operator->() const noexcept { return traits_; }
     friend bool operator==(Mode a, Mode b) noexcept { return a.traits_ == b.traits_; }
 

@@ -66,6 +66,11 @@ struct Representation {
     Placement placed;
 
     std::int64_t samples() const noexcept { return extent.samples(); }
+    /// Nothing lies beside the samples any more.
+    void drop_facets() noexcept {
+        facets.clear();
+        facet_bytes = 0;
+    }
     /// Bytes of one copy (of one view where these differ).
     double bytes() const noexcept;
     /// What it takes beside what was there before: samples that it does not share, and facets.

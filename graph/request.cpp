@@ -64,8 +64,7 @@ Representation screen_scalar(const Representation& from, const Request& want) {
     Representation to = from;
     to.space = "screen";
     to.content = "scalar";
-    to.facets.clear();
-    to.facet_bytes = 0;
+    to.drop_facets();
     to.extent = want.screen;
     to.type = Type::f32;
     to.values = {};

@@ -69,11 +69,11 @@ void take_mode(Wish& wish, const JobOptions& o) {
     if (o.mode) want.mode = mode_named(*o.mode);
     const auto only = [&](const char* option, const std::optional<std::string>& value,
                           bool ModeTraits::*takes) {
-        const ModeTraits& mode = *want.mode.operator->();
+        const ModeTraits& mode = *want.mode;
         if (!value || mode.*takes) return;
         std::vector<std::string_view> names;
         for (const Mode other : modes())
-            if (other.operator->()->*takes) names.push_back(other->name);
+            if ((*other).*takes) names.push_back(other->name);
         throw RequestError(fmt::format("{}: of --mode {} only, not of {}", option,
                                        fmt::join(names, ", "), mode.name));
     };

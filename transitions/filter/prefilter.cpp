@@ -25,8 +25,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
             ask.scene.non_finite));
     Offer offer{.from = from, .to = from, .with = with};
     offer.to.content = "coefficients";
-    offer.to.facets.clear();
-    offer.to.facet_bytes = 0;
+    offer.to.drop_facets();
     offer.to.type = Type::f32;
     offer.to.values = {};
     return offer;

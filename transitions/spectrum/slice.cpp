@@ -31,8 +31,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     const Extent period = picture_period_of(ask.want);
     Offer offer{.from = from, .to = from, .with = with};
     offer.to.space = "slice";
-    offer.to.facets.clear();
-    offer.to.facet_bytes = 0;
+    offer.to.drop_facets();
     offer.to.axes = 2;
     offer.to.extent = {period.x / 2 + 1, period.y, 1};
     offer.to.placed = ask.want.views;

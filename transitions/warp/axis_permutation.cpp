@@ -154,8 +154,7 @@ Offer offer_aligned(const Representation& from, const Ask& ask, const Parameters
     const Placement& views = ask.want.views;
     Representation to = from;
     to.space = "aligned";
-    to.facets.clear();
-    to.facet_bytes = 0;
+    to.drop_facets();
     to.extent = {1, 1, 1};
     std::vector<Mat4> maps;
     for (int view = 0; view < ask.want.frames; ++view) {
