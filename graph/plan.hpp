@@ -43,6 +43,13 @@ struct Plan {
     }
 };
 
+/// The first of the last steps that can make a box of what they make from a box of what they read,
+/// once a view as the last one does; steps.size() - 1 where the plan asks for no boxes.
+int first_in_boxes(const Plan& plan, const Ask& ask);
+/// The boxes that the steps from `first` on make for a region of the result, which is the last.
+std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, int first, const Region& region,
+                               int view);
+
 /// An edge that was accepted nowhere, and why.
 struct Refusal {
     std::string transition, reason;

@@ -1,7 +1,6 @@
 #include "graph/representation.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 #include <map>
 
@@ -9,12 +8,6 @@ namespace edgewise {
 namespace {
 
 constexpr double kSameMap = 1e-9;  // two views share data where all entries agree to this
-
-std::vector<std::int64_t> rounded(const Mat4& map, double to) {
-    std::vector<std::int64_t> entries(16);
-    for (int i = 0; i < 16; ++i) entries[i] = std::llround(map.data()[i] / to);
-    return entries;
-}
 
 template <class T>
 void append(std::string& key, const T& value) {
@@ -34,14 +27,14 @@ const char* name_of(Layout layout) {
 
 }  // namespace
 
-Placement::Placement(const Mat4& map)
+Placement::Placement(const Transform& map)
     : state_(std::make_shared<const State>(State{{map}, {}, {0}})) {}
 
-Placement Placement::each(std::vector<Mat4> maps) {
+Placement Placement::each(std::vector<Transform> maps) {
     auto state = std::make_shared<State>();
     std::map<std::vector<std::int64_t>, int> seen;
     for (std::size_t view = 0; view < maps.size(); ++view) {
-        const auto [found, fresh] = seen.try_emplace(rounded(maps[view], kSameMap), seen.size());
+        const auto [found, fresh] = seen.try_emplace(maps[view].key(kSameMap), seen.size());
         if (fresh) state->first_views.push_back(static_cast<int>(view));
         state->variants.push_back(found->second);
     }
@@ -49,7 +42,7 @@ Placement Placement::each(std::vector<Mat4> maps) {
     return Placement(std::shared_ptr<const State>(std::move(state)));
 }
 
-const Mat4& Placement::at(int view) const noexcept {
+const Transform& Placement::at(int view) const noexcept {
     return state_->variants.empty() ? state_->maps[0] : state_->maps[view];
 }
 int Placement::different() const noexcept { return static_cast<int>(state_->first_views.size()); }
@@ -82,7 +75,7 @@ std::string Representation::key() const {
     append(key, place);
     // Two edges that lead to a space of one name promise the same placement of its views.
     if (!placed.one_a_view())
-        for (std::int64_t entry : rounded(placed.at(0), 1e-6)) append(key, entry);
+        for (std::int64_t entry : placed.at(0).key(1e-6)) append(key, entry);
     return key;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <set>
 #include <string>
@@ -8,25 +7,27 @@
 #include <vector>
 
 #include "graph/samples.hpp"
+#include "graph/transform.hpp"
 
 namespace edgewise {
 
-using Vec3 = Eigen::Vector3d;
-using Mat4 = Eigen::Matrix4d;
-
-/// Where samples lie: a map from input indices (centres at integers) to indices here, one for all
-/// views or one a view. Shared and never changed, so a representation copies a pointer.
+/// Where samples lie: a transform from input indices (centres at integers) to indices here, one for
+/// all views or one a view. Shared and never changed, so a representation copies a pointer.
 class Placement {
  public:
     /// Every view sees the same samples in the same place.
-    Placement(const Mat4& map = Mat4::Identity());  // NOLINT: a map is a placement
-    /// One map a view. Views whose maps agree to 1e-9 share one vertex of the data.
-    static Placement each(std::vector<Mat4> maps);
+    Placement(const Transform& map = {});                      // NOLINT: a transform is a placement
+    Placement(const Mat4& map) : Placement(Transform(map)) {}  // NOLINT
+    /// One transform a view. Views whose matrices agree to 1e-9 share one vertex of the data.
+    static Placement each(std::vector<Transform> maps);
+    static Placement each(const std::vector<Mat4>& maps) {
+        return each(std::vector<Transform>(maps.begin(), maps.end()));
+    }
 
-    const Mat4& at(int view) const noexcept;
-    /// How many different maps there are: so often a vertex placed like this is made.
+    const Transform& at(int view) const noexcept;
+    /// How many different transforms there are: so often a vertex placed like this is made.
     int different() const noexcept;
-    /// Which of the different maps a view has, 0 <= variant < different().
+    /// Which of the different transforms a view has, 0 <= variant < different().
     int variant(int view) const noexcept;
     /// The first view that has the given variant.
     int first_view(int variant) const noexcept;
@@ -34,8 +35,8 @@ class Placement {
 
  private:
     struct State {
-        std::vector<Mat4> maps;
-        std::vector<int> variants, first_views;  // empty when there is one map for all views
+        std::vector<Transform> maps;
+        std::vector<int> variants, first_views;  // empty when there is one for all views
     };
     explicit Placement(std::shared_ptr<const State> state) : state_(std::move(state)) {}
     std::shared_ptr<const State> state_;

@@ -5,8 +5,6 @@
 
 namespace edgewise {
 
-std::string_view name_of(Job job) noexcept { return job == Job::warp ? "warp" : "render"; }
-
 std::string_view name_of(Minimize what) noexcept {
     constexpr std::string_view names[] = {"time", "error", "memory"};
     return names[static_cast<int>(what)];
@@ -49,15 +47,24 @@ void Stretch::result(const Request& want, double* values) const noexcept {
 
 bool Request::projective() const noexcept {
     for (int view = 0; view < frames; ++view)
-        if (views.at(view).row(3) != Eigen::RowVector4d(0, 0, 0, 1)) return true;
+        if (const Mat4* map = views.at(view).as_matrix();
+            map && map->row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+            return true;
     return false;
 }
 
+std::optional<int> Request::deformed() const noexcept {
+    for (int view = 0; view < frames; ++view)
+        if (!views.at(view).is_matrix()) return view;
+    return {};
+}
+
+Transform residual_transform(const Representation& from, const Request& want, int view) {
+    return want.views.at(view) * from.placed.at(view).inverse();
+}
+
 Mat4 residual(const Representation& from, const Request& want, int view) {
-    const Mat4& placed = from.placed.at(view);
-    // An exact map must stay exact: an inverse would leave rounding where none belongs.
-    if (placed == Mat4::Identity()) return want.views.at(view);
-    return want.views.at(view) * placed.inverse();
+    return residual_transform(from, want, view).matrix();
 }
 
 Representation screen_scalar(const Representation& from, const Request& want) {
@@ -82,8 +89,7 @@ Representation screen_picture(const Representation& from, const Request& want) {
 }
 
 bool is_target(const Representation& here, const Request& want) {
-    const char* content = want.job == Job::warp ? "scalar" : "picture";
-    return here.space == "screen" && here.content == content &&
+    return takes_kind(want.job->target, here.kind()) &&
            (here.place == Place::memory || (here.place == Place::ranks && want.ranks > 1));
 }
 

@@ -6,19 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "graph/job.hpp"
 #include "graph/mode.hpp"
 #include "graph/representation.hpp"
 #include "graph/written.hpp"
 
 namespace edgewise {
 
-enum class Job { warp, render };
 /// What the samples stand for, and so what an answer without error is: the cubic B-spline through
 /// them, the trilinear field, labels (nearest; no new value appears), or a phantom's own formula.
 enum class Field { spline, linear, nearest, formula };
 enum class Minimize { time, error, memory };
 
-std::string_view name_of(Job job) noexcept;
 std::string_view name_of(Minimize what) noexcept;
 
 /// Opacity and colour as piecewise linear functions of the value, constant beyond the end points.
@@ -74,7 +73,7 @@ struct Request {
     int axes = 3;                 // of the input
     Extent input;                 // of the input [samples]
     Vec3 spacing = Vec3::Ones();  // of the input [file unit]
-    Placement views;              // input index -> screen index, one map a view
+    Placement views;              // input index -> screen index, one transform a view
     int frames = 1;               // number of views
     Extent screen;                // warp: the output; render: width, height, depth of all views
     double unit = 1;              // one step in screen z of a picture [file unit]
@@ -99,16 +98,21 @@ struct Request {
 
     /// Extent of one result: the warped samples, or one picture.
     Extent output() const noexcept {
-        return job == Job::warp ? screen : Extent{screen.x, screen.y, 1};
+        return job->of_rays() ? Extent{screen.x, screen.y, 1} : screen;
     }
     bool projective() const noexcept;  // some view has a last row other than 0 0 0 1
+    /// The first view that is no matrix.
+    std::optional<int> deformed() const noexcept;
 };
 
 /// What is still to be done to bring samples placed like `from` to the screen: a map from their
-/// indices to screen indices (4x4; the last row differs from 0 0 0 1 only for 2D homographies).
+/// indices to screen indices.
+Transform residual_transform(const Representation& from, const Request& want, int view);
+/// The same as a matrix (4x4; the last row differs from 0 0 0 1 only for 2D homographies). For
+/// edges that take matrices alone, which are asked about no other transform.
 Mat4 residual(const Representation& from, const Request& want, int view);
 
-/// Samples of the input's kind in screen space, f32: what a warp leads to, for both jobs.
+/// Samples of the input's kind in screen space, f32: what a warp leads to.
 Representation screen_scalar(const Representation& from, const Request& want);
 /// One f32 picture a view: of a mode's channels.
 Representation screen_picture(const Representation& from, const Request& want);

@@ -38,6 +38,7 @@ class Expansion {
     Expansion(const Catalogue& catalogue, const Ask& ask, const Demands& demands)
         : catalogue_(catalogue), ask_(ask), demands_(demands), accepted_(catalogue.size()) {
         reasons_.resize(catalogue.size());
+        for (const Transition& edge : catalogue) views_.push_back(edge.views_refused(ask.want));
         for (std::size_t i = 0; i < catalogue.size(); ++i)
             for (const auto& [from, to] : catalogue[i].joins) {
                 std::vector<Leaving>& all = leaving_[from.substr(0, from.find('+'))];
@@ -136,6 +137,10 @@ class Expansion {
                 reasons_[place] = "forbidden by the request";
                 return;
             }
+        if (!views_[place].empty()) {
+            reasons_[place] = views_[place];
+            return;
+        }
         Offer offer = edge.offer(seen(graph_[at].what, leaving, edge.attaches), ask_, with);
         if (!offer.refused.empty()) {
             if (reasons_[place].empty()) reasons_[place] = offer.refused;
@@ -229,6 +234,7 @@ class Expansion {
     std::unordered_map<std::string, At> known_;
     std::vector<char> accepted_;
     std::vector<std::string> reasons_;
+    std::vector<std::string> views_;  // why edges are not asked about the views; empty: they are
 };
 
 }  // namespace

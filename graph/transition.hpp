@@ -95,6 +95,9 @@ struct Transition {
     /// adds to facet_bytes). The output shares samples and facets with the input; `run` puts the
     /// new one into Data::facets and writes no sample.
     bool attaches = false;
+    /// Whether views may be transforms that no matrix is. Others are not asked about such a
+    /// request.
+    bool any_transform = false;
     /// With these, and with a filter as its only other parameter, the edge alone is the plain way
     /// to the screen, which budgets may compare with (Budget::like).
     std::optional<Parameters> plain = {};
@@ -126,6 +129,8 @@ struct Transition {
         run = {};
 
     std::string family() const { return name.substr(0, name.find('.')); }
+    /// Why it cannot be asked about a request's views; empty: it can.
+    std::string views_refused(const Request& want) const;
     /// `error`; of an edge without one what running it gave, or unknown.
     Error error_of(const Offer& offer, const Ask& ask) const;
 };

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "planner/alike.hpp"
+#include "planner/boxed.hpp"
 #include "planner/choice.hpp"
 
 namespace edgewise {
@@ -105,7 +106,8 @@ std::string missed(const Budget& budget) {
 /// given: the first decides, so that the answer does not depend on threads; the second must keep
 /// the budgets as well.
 void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<Plan>& real,
-            const Request& want) {
+            const Ask& ask, const PlanOptions& options) {
+    const Request& want = ask.want;
     Budget budget = want.budget;
     const auto pick = [&](const Budget& limits, Minimize what) -> const Plan* {
         const Plan* chosen = best(choice, what, [&](std::size_t i) {
@@ -117,6 +119,15 @@ void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<P
         return chosen ? &real[static_cast<std::size_t>(chosen - choice.data())] : nullptr;
     };
     const Plan* chosen = pick(budget, want.minimize);
+    // Nothing is small enough: what has its last steps in boxes may be.
+    std::vector<Plan> in_boxes;
+    if (!chosen && budget.bytes) {
+        for (const Plan& plan : real)
+            if (!small_enough(plan.predicted, budget))
+                if (std::optional<Plan> smaller = fewest_boxes(plan, ask, options))
+                    in_boxes.push_back(std::move(*smaller));
+        chosen = best(in_boxes, want.minimize, [](std::size_t) { return true; });
+    }
     if (!chosen && budget.like) {
         budget.like.reset();
         chosen = pick(budget, Minimize::error);
@@ -172,7 +183,7 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
         priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
         real = plans();
     }
-    choose(answer, choice, real, ask.want);
+    choose(answer, choice, real, ask, options);
     if (priced.alike && priced.alike->plain)
         answer.plain = {priced.alike->plain->step, priced.alike->plain->likely / ask.scene.range};
     answer.front = reported_front(real);

@@ -10,6 +10,7 @@
 
 #include "graph/errors.hpp"
 #include "planner/json_fields.hpp"
+#include "planner/machines.hpp"
 
 namespace edgewise {
 namespace {
@@ -31,33 +32,8 @@ constexpr Field kFields[] = {
 
 /// Spread where an edge was not timed on this machine: over the requests of
 /// benchmarks/predictions.py predictions of the built-in profile were off by 21 % in the median,
-/// with factors before those below.
+/// with factors before those of built_in.json.
 constexpr double kUncalibrated = 0.35;
-
-/// What `edgewise calibrate` measured with one core of a server with AVX-512, over what this
-/// profile counts: medians of the steps that took 0.2 ms and more.
-const std::map<std::string, double> kDefaultFactors = {
-    {"filter.prefilter", 1.1},
-    {"project.combine", 1.4},
-    {"project.ray_cast", 0.6},
-    {"project.ray_cast/filter=foh", 0.53},
-    {"project.ray_cast/filter=zoh", 0.9},
-    {"project.shear_warp", 0.56},
-    {"project.shear_warp/filter=zoh", 0.5},
-    {"spectrum.forward", 1.8},
-    {"spectrum.inverse", 4.7},
-    {"spectrum.slice", 0.86},
-    {"spectrum.slice/band=picture", 1},
-    {"store.crop", 1.1},
-    {"store.precision", 6.6},
-    {"warp.axis_permutation", 0.93},
-    {"warp.backward", 0.68},
-    {"warp.backward/filter=bspline3", 0.42},
-    {"warp.backward/filter=zoh", 1},
-    {"warp.permutation", 2.9},
-    {"warp.permutation/filter=foh", 2.6},
-    {"warp.shear", 2.2},
-};
 
 std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& fields) {
     constexpr int kMost = 1 << 20;
@@ -144,8 +120,8 @@ Seconds Profile::seconds(const std::string& edge, const Work& work, int threads,
 }
 
 Profile default_profile() {
-    Profile profile;
-    profile.factors = kDefaultFactors;
+    static const Profile built_in = parse_profile(built_in_profile(), "the built-in profile");
+    Profile profile = built_in;
     profile.processors = std::max(1u, std::thread::hardware_concurrency());
     return profile;
 }

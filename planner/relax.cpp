@@ -128,8 +128,7 @@ Demands less(const Demands& demands, unsigned set, Dropped& dropped) {
 class Kinds {
  public:
     Kinds(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources)
-        : catalogue_(catalogue),
-          goal_(ask.want.job == Job::warp ? "screen/scalar" : "screen/picture") {
+        : catalogue_(catalogue), goal_(ask.want.job->target) {
         for (const Source& source : sources) starts_.insert(source.what.kind());
     }
 

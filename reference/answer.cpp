@@ -45,12 +45,12 @@ Cell cell_of(const RaySpan& ray, std::int64_t k) {
 }  // namespace
 
 int Reference::channels() const noexcept {
-    if (want_.job == Job::warp) return field_.channels();
+    if (want_.job->of_points()) return field_.channels();
     return want_.mode->channels;
 }
 
 bool Reference::sees_input(const OutputSample& at) const {
-    if (want_.job == Job::render) return geometry_.ray(at).has_value();
+    if (want_.job->of_rays()) return geometry_.ray(at).has_value();
     const std::optional<Vec3> p = geometry_.point(at);
     return p && field_.inside(*p);
 }
@@ -81,7 +81,7 @@ double Reference::bytes(double samples, int threads) const noexcept {
     const bool tiled = field_.kind() == Field::spline;
     const std::int64_t side = tile_side();
     double visits = samples;
-    if (want_.job == Job::render) {
+    if (want_.job->of_rays()) {
         visits = std::min(samples, static_cast<double>(kRaysAtOnce));
         // A straight line crosses at most as many tiles as there are faces between them, and one.
         std::int64_t tiles = 1;
@@ -100,7 +100,7 @@ double Reference::bytes(double samples, int threads) const noexcept {
 }
 
 std::vector<double> Reference::values(std::span<const OutputSample> samples) const {
-    if (want_.job == Job::warp) return warped(samples);
+    if (want_.job->of_points()) return warped(samples);
     std::vector<double> values(samples.size() * static_cast<std::size_t>(channels()), kNone);
     for (std::size_t begin = 0; begin < samples.size(); begin += kRaysAtOnce)
         render(samples.subspan(begin, std::min(kRaysAtOnce, samples.size() - begin)),

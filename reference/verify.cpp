@@ -34,14 +34,14 @@ bool is_before(const OutputSample& a, const OutputSample& b) { return key_of(a) 
 
 /// Samples of a whole output that are remembered at most.
 std::int64_t most_remembered(const Request& want) noexcept {
-    return want.job == Job::render ? 1 << 17 : 1 << 19;
+    return want.job->of_rays() ? 1 << 17 : 1 << 19;
 }
 
 /// So many are looked at where so many are to be drawn. A guess takes about a twentieth of what the
 /// reference of a ray does, and less of that of a point.
 std::int64_t looks_for(const Request& want, std::int64_t samples) noexcept {
-    const std::int64_t times = want.job == Job::render ? 16 : 32;
-    const std::int64_t most = want.job == Job::render ? 1 << 16 : 1 << 20;
+    const std::int64_t times = want.job->of_rays() ? 16 : 32;
+    const std::int64_t most = want.job->of_rays() ? 1 << 16 : 1 << 20;
     return std::max(2 * samples, std::min(times * samples, most));
 }
 
@@ -61,7 +61,7 @@ bool differs(float a, double b, const ValueMap& map) {
 
 std::int64_t samples_to_compare(const Request& want) noexcept {
     // A ray costs about as much as some dozens of points.
-    return want.job == Job::render ? 1 << 14 : 1 << 19;
+    return want.job->of_rays() ? 1 << 14 : 1 << 19;
 }
 
 double verifier_bytes(const Request& want, const ReferenceField& field, std::int64_t samples,
@@ -94,7 +94,7 @@ Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_
       channels_(static_cast<std::size_t>(written_channels(want, reference_.channels()))),
       seed_(seed),
       wanted_(samples),
-      labels_(want.job == Job::warp && field.kind() == Field::nearest) {
+      labels_(want.job->of_points() && field.kind() == Field::nearest) {
     const std::int64_t there = want.output().samples() * want.frames;
     all_ = samples <= 0 || is_worth_all(want, there, samples);
     remembers_ = !all_ || there <= most_remembered(want);
@@ -117,7 +117,7 @@ Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_
 
 bool Verifier::counts(const OutputSample& at) const {
     if (!reference_.sees_input(at)) return false;
-    if (want_.job == Job::render) return true;
+    if (want_.job->of_rays()) return true;
     const ReferenceField& field = reference_.field();
     const Vec3 point = *reference_.geometry().point(at);
     if (field.kind() == Field::nearest && field.has_no_nearest(point)) return false;
@@ -198,7 +198,7 @@ std::vector<double> Verifier::guesses() const {
     tbb::parallel_for(std::size_t{0}, batches, [&](std::size_t batch) {
         const std::size_t begin = batch * kPlacesAtOnce;
         const std::size_t end = std::min(looked_.size(), begin + kPlacesAtOnce);
-        if (want_.job == Job::render) {
+        if (want_.job->of_rays()) {
             for (std::size_t i = begin; i < end; ++i) {
                 std::array<double, 4> guess =
                     guess_at(*reference_.geometry().ray(looked_[i].at), want_, field);
@@ -221,7 +221,7 @@ std::vector<double> Verifier::guesses() const {
 
 /// How much each sample that is looked at is likely to add to the error, in terms of all.
 std::vector<double> Verifier::roughness(const std::vector<double>& guesses) const {
-    const std::size_t compared = want_.job == Job::render ? channels_ : 1;
+    const std::size_t compared = want_.job->of_rays() ? channels_ : 1;
     std::vector<double> squares(looked_.size(), 0);
     double largest = 0;
     for (std::size_t i = 0; i < squares.size(); ++i) {

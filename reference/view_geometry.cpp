@@ -1,9 +1,11 @@
 #include "reference/view_geometry.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
+
+#include "graph/errors.hpp"
 
 namespace edgewise {
 namespace {
@@ -39,23 +41,25 @@ bool RaySpan::clip(const Extent& input) noexcept {
 }
 
 ViewGeometry::ViewGeometry(const Request& want) : want_(want) {
-    for (int view = 0; view < want.frames; ++view) {
-        const Mat4& map = want.views.at(view);
-        // An exact map stays exact.
-        to_input_.push_back(map == Mat4::Identity() ? map : Mat4(map.inverse()));
-    }
+    if (want.job->values == JobTraits::Values::other)
+        throw RequestError(fmt::format(
+            "no reference knows what a {} should give; it cannot be verified", name_of(want.job)));
+    if (want.job->of_rays() && want.deformed())
+        throw RequestError(fmt::format("the view '{}' bends rays; pictures are of straight ones",
+                                       want.views.at(*want.deformed()).name()));
+    for (int view = 0; view < want.frames; ++view)
+        to_input_.push_back(want.views.at(view).inverse());
 }
 
 std::optional<Vec3> ViewGeometry::point(const OutputSample& at) const {
-    const Eigen::Vector4d screen(static_cast<double>(at.x), static_cast<double>(at.y),
-                                 static_cast<double>(at.z), 1);
-    const Eigen::Vector4d p = to_input_[at.view] * screen;
-    if (!(p[3] > 0)) return {};
-    return Vec3(p.head<3>() / p[3]);
+    const Vec3 p = to_input_[at.view].apply(
+        Vec3(static_cast<double>(at.x), static_cast<double>(at.y), static_cast<double>(at.z)));
+    if (!p.allFinite()) return {};
+    return p;
 }
 
 std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
-    const Mat4& map = to_input_[view];
+    const Mat4& map = to_input_[view].matrix();
     const auto linear = map.topLeftCorner<3, 3>();
     constexpr double kFar = std::numeric_limits<double>::infinity();
     RaySpan span;

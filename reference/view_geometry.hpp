@@ -23,7 +23,7 @@ struct RaySpan {
     bool clip(const Extent& input) noexcept;
 };
 
-/// Where the samples of results lie in the input, straight from the request's matrices.
+/// Where the samples of results lie in the input, straight from the request's transforms.
 ///
 /// Orthographic rays are the lines of constant screen x and y, and t is screen z. Perspective rays
 /// start at the eye (t = 0) and pass pixel (x, y) at (x, y, plane); t is a length in units of
@@ -31,6 +31,7 @@ struct RaySpan {
 /// says how many units wide and high they are.
 class ViewGeometry {
  public:
+    /// @throws RequestError for a job that no reference knows, and for views that bend rays
     explicit ViewGeometry(const Request& want);
 
     /// The input index that a warp's output sample shows; none where a homography has no such
@@ -42,7 +43,7 @@ class ViewGeometry {
 
  private:
     const Request& want_;
-    std::vector<Mat4> to_input_;  // one a view
+    std::vector<Transform> to_input_;  // one a view
 };
 
 }  // namespace edgewise

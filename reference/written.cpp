@@ -8,7 +8,7 @@ namespace edgewise {
 namespace {
 
 bool over_background(const Request& want) noexcept {
-    return want.job == Job::render && want.mode->over_background;
+    return want.job->of_rays() && want.mode->over_background;
 }
 
 }  // namespace
@@ -30,10 +30,9 @@ double mean_square(const double* a, const double* b, int channels) noexcept {
 }
 
 double range_of(const Request& want, double low, double high) noexcept {
-    if (want.job == Job::warp && want.field == Field::nearest) return 1;
+    if (want.job->of_points() && want.field == Field::nearest) return 1;
     return want.range.value_or(range_between(
-        low, high,
-        want.job == Job::render && want.mode->cancelled ? want.mode->cancelled(want) : 0));
+        low, high, want.job->of_rays() && want.mode->cancelled ? want.mode->cancelled(want) : 0));
 }
 
 }  // namespace edgewise

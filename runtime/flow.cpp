@@ -197,7 +197,8 @@ class Flow {
             Data& out = r > 0 && in_parts(task) ? product.parts[r - 1] : *product.data;
             if (task.first == task.step)
                 return run_step(task, task.step, r, input_of(task), out, task.regions[r]);
-            const std::vector<Region> boxes = boxes_read(plan_, ask_, task, task.regions[r]);
+            const std::vector<Region> boxes =
+                boxes_read(plan_, ask_, task.first, task.regions[r], task.view);
             Data before;
             for (int step = task.first; step <= task.step; ++step) {
                 const Data& in = step == task.first ? input_of(task) : before;

@@ -26,26 +26,11 @@ std::vector<int> grouped(const Plan& plan, std::vector<int> frames) {
     return frames;
 }
 
-/// The first of the last steps that can make a box of what they make from a box of what they read,
-/// once a view as the last one does; steps.size() - 1 where the plan asks for no boxes.
-int first_in_boxes(const Plan& plan, const Ask& ask) {
-    int first = static_cast<int>(plan.steps.size()) - 1;
-    if (plan.boxes <= 1) return first;
-    for (int step = first; step >= 0; --step) {
-        const Step& at = plan.steps[step];
-        const Partition parts = at.by->parts(at.offer, ask);
-        if (parts.kind != Partition::output || !parts.reads ||
-            at.offer.to.runs() != plan.steps.back().offer.to.runs())
-            break;
-        first = step;
-    }
-    return first;
-}
-
 /// Bytes of the boxes that a region is made from, while it is made.
 double bytes_in_boxes(const Plan& plan, const Ask& ask, const Task& task, const Region& region) {
     double most = 0;
-    const std::vector<Region> boxes = boxes_read(plan, ask, task, region);
+    if (task.first == task.step) return most;
+    const std::vector<Region> boxes = boxes_read(plan, ask, task.first, region, task.view);
     for (int step = task.first; step < task.step; ++step) {
         const auto bytes = [&](int of) {
             return of < task.step ? plan.steps[of].offer.to.bytes(boxes[of - task.first]) + kAround
@@ -83,19 +68,6 @@ void count_bytes(Schedule& schedule, const Plan& plan, const Ask& ask) {
 }
 
 }  // namespace
-
-std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, const Task& task,
-                               const Region& region) {
-    std::vector<Region> boxes{region};
-    for (int step = task.step; step > task.first; --step) {
-        const Step& at = plan.steps[step];
-        Region read = at.by->parts(at.offer, ask).reads(boxes.front(), task.view);
-        // A region that needs nothing: one sample, since a box of none means all.
-        if (read.empty()) read = {{0, 0, 0}, {1, 1, 1}};
-        boxes.insert(boxes.begin(), read);
-    }
-    return boxes;
-}
 
 double held_bytes(const Representation& what) { return what.own_bytes() + kAround; }
 

@@ -37,10 +37,6 @@ struct Schedule {
 /// @param frames  that are still to be made
 Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& frames);
 
-/// The boxes that the steps of a task make for one of its regions, which is the last.
-std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, const Task& task,
-                               const Region& region);
-
 /// Bytes that one copy takes from the memory budget, with what stands around its samples.
 double held_bytes(const Representation& what);
 

@@ -82,7 +82,7 @@ std::vector<OutputSample> likely_extremes(const Request& want, const ReferenceFi
                  static_cast<double>(place / (n.x * n.y)));
     for (int i = 0; i < std::min(2, want.frames); ++i) {
         const int view = i * want.frames / 2;
-        const Vec3 screen = (want.views.at(view) * p.homogeneous()).head<3>();
+        const Vec3 screen = (want.views.at(view).matrix() * p.homogeneous()).head<3>();
         const double x = std::floor(screen.x()), y = std::floor(screen.y());
         if (x >= 0 && y >= 0 && x < static_cast<double>(want.screen.x) &&
             y < static_cast<double>(want.screen.y))

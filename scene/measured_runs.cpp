@@ -44,7 +44,7 @@ Region seen_by(const Request& want, const ViewGeometry& geometry, int view, cons
     for (std::int64_t z = output.begin[2]; z < output.end[2]; ++z)
         for (std::int64_t y = output.begin[1]; y < output.end[1]; ++y)
             for (std::int64_t x = output.begin[0]; x < output.end[0]; ++x) {
-                if (want.job == Job::render) {
+                if (want.job->of_rays()) {
                     const auto ray = geometry.ray({view, x, y, 0});
                     if (!ray) continue;
                     include(ray->origin + ray->low * ray->direction, box);
@@ -92,7 +92,7 @@ std::vector<Tile> draw_tiles(const Request& want, bool whole_input) {
     return tiles;
 }
 
-Mat4 shifted_by(const std::array<std::int64_t, 3>& by, double sign) {
+Transform shifted_by(const std::array<std::int64_t, 3>& by, double sign) {
     Mat4 map = Mat4::Identity();
     for (int axis = 0; axis < 3; ++axis) map(axis, 3) = sign * static_cast<double>(by[axis]);
     return map;
@@ -106,7 +106,7 @@ Request request_of(const Request& want, const Tile& tile) {
     part.views = Placement(shifted_by(tile.output.begin, -1) * want.views.at(tile.view) *
                            shifted_by(tile.input.begin, 1));
     const Extent output = tile.output.extent();
-    part.screen = {output.x, output.y, want.job == Job::render ? want.screen.z : output.z};
+    part.screen = {output.x, output.y, want.job->of_rays() ? want.screen.z : output.z};
     if (part.eye)
         for (int axis = 0; axis < 2; ++axis)
             part.eye->at[axis] -= static_cast<double>(tile.output.begin[axis]);

@@ -73,7 +73,7 @@ std::vector<Region> boxes_of(const TransformGraph& spanned, const Request& want)
             continue;
         Region box;
         for (int axis = 0; axis < 3; ++axis) {
-            box.begin[axis] = std::llround(-from.placed.at(0)(axis, 3));
+            box.begin[axis] = std::llround(-from.placed.at(0).matrix()(axis, 3));
             box.end[axis] = box.begin[axis] + from.extent[axis];
         }
         if (std::find(boxes.begin(), boxes.end(), box) == boxes.end()) boxes.push_back(box);
@@ -119,6 +119,7 @@ std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
                 std::any_of(edge.joins.begin(), edge.joins.end(),
                             [](const auto& join) { return join.second == "screen/scalar"; });
             if (!edge.model || makes_screen != warps) continue;
+            if (!edge.views_refused(setting.want).empty()) continue;
             auto model = edge.model(setting);
             if (!model) continue;
             for (const auto& made : model->makes()) setting.warps.push_back(made);

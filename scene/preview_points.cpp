@@ -36,8 +36,8 @@ constexpr double kShell = 2;  // samples
 struct Cluster {
     OutputSample corner;  // any sample of the cell
     bool outer = false, counted = true;
-    double weight = 1;               // the inverse of how likely it was to be drawn
-    std::array<double, 2> looked{};  // squares of zoh and foh, as looked at
+    double weight = 1;                 // the inverse of how likely it was to be drawn
+    std::array<double, 2> looked{};    // squares of zoh and foh, as looked at
     std::vector<double> squares = {};  // by fact
     double count = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -224,10 +224,9 @@ std::optional<OutputSample> around(const Request& want, const Reference& referen
                  static_cast<double>(place / (input.x * input.y)));
     const Extent n = want.output();
     for (int view = 0; view < want.frames; ++view) {
-        const Eigen::Vector4d screen = want.views.at(view) * p.homogeneous();
         OutputSample at{view, 0, 0, 0};
-        if (!(screen[3] > 0)) continue;
-        const Vec3 q = (screen.head<3>() / screen[3]).array().floor().matrix();
+        const Vec3 q = want.views.at(view).apply(p).array().floor().matrix();
+        if (!q.allFinite()) continue;
         const auto fits = [&](int axis) {
             return q[axis] >= -1 && q[axis] < static_cast<double>(n[axis]);
         };

@@ -23,16 +23,18 @@ Scene unseen_scene(const Statistics& statistics) {
 void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,
                  std::pmr::memory_resource* memory) {
     for (const Transition& edge : catalogue)
-        if (edge.count) edge.count(input, want, scene.facts, memory);
+        if (edge.count && edge.views_refused(want).empty())
+            edge.count(input, want, scene.facts, memory);
 }
 
 Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
                     int times, const Demands& asked) {
     Scene scene = unseen_scene(statistics);
+    if (want.job->values == JobTraits::Values::other) return scene;
 
     const ReferenceField field(input, want.field, formula);
-    const auto see = want.job == Job::warp ? preview_points : preview_rays;
+    const auto see = want.job->of_points() ? preview_points : preview_rays;
     Preview preview = see(catalogue, asked, want, field, statistics, memory, times);
     scene.facts = std::move(preview.facts);
     scene.likely = std::move(preview.likely);

@@ -10,7 +10,7 @@ std::string request_text(const Request& want) {
                     want.axes, text_of(want.screen, 3), want.frames, static_cast<int>(want.field),
                     want.unit, want.zero, want.miss, want.outside);
     for (int view = 0; view < want.frames; ++view) {
-        const Mat4 map = want.views.at(view);
+        const Mat4 map = want.views.at(view).matrix();
         text.append(reinterpret_cast<const char*>(map.data()), 16 * sizeof(double));
     }
     for (int i = 0; i < 3; ++i)

@@ -217,7 +217,12 @@ std::string explanation_of(const Session& session) {
     std::optional<Predicted> chosen;
     if (answer.plan) {
         chosen = answer.plan->predicted;
-        text += "\nplan\n" + steps_text(*answer.plan) + row("=", *chosen, "all steps", "");
+        const int boxes = answer.plan->boxes;
+        text += "\nplan\n" + steps_text(*answer.plan) +
+                row("=", *chosen,
+                    boxes > 1 ? fmt::format("all steps, the last of them in {} boxes", boxes)
+                              : "all steps",
+                    "");
     } else {
         text += "\nno plan: " + answer.problem + "\n";
     }

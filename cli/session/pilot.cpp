@@ -50,7 +50,7 @@ double since(Clock::time_point begin) {
 Request with_few_frames(const Request& want, int frames) {
     if (frames >= want.frames) return want;
     Request few = want;
-    std::vector<Mat4> maps;
+    std::vector<Transform> maps;
     for (int i = 0; i < frames; ++i)
         maps.push_back(want.views.at(
             static_cast<int>((2 * i + 1) * std::int64_t{want.frames} / (2 * frames))));

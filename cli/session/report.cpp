@@ -147,7 +147,7 @@ Json to_json(const Plan& plan) {
                          {"parameters", parameters_of(step.offer.with)},
                          {"work", work_json(step.work)},
                          {"predicted", to_json(step.predicted)}});
-    return {{"steps", steps}, {"predicted", to_json(plan.predicted)}};
+    return {{"steps", steps}, {"boxes", plan.boxes}, {"predicted", to_json(plan.predicted)}};
 }
 
 Json to_json(const std::optional<Verified>& error) {

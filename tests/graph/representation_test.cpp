@@ -64,8 +64,8 @@ TEST(Representation, KeyForgivesRoundingOfOneMap) {
 
 TEST(Representation, KeyTellsOneMapAViewByTheSpaceAlone) {
     Representation a, b;
-    a.placed = Placement::each({shifted(1), shifted(2)});
-    b.placed = Placement::each({shifted(3), shifted(4)});
+    a.placed = Placement::each(std::vector<Mat4>{shifted(1), shifted(2)});
+    b.placed = Placement::each(std::vector<Mat4>{shifted(3), shifted(4)});
     EXPECT_EQ(a.key(), b.key());
     b.placed = {};
     EXPECT_NE(a.key(), b.key());
@@ -98,7 +98,7 @@ TEST(Placement, OneMapServesAllViews) {
     EXPECT_FALSE(placed.one_a_view());
     EXPECT_EQ(placed.different(), 1);
     for (const int view : {0, 1, 359}) {
-        EXPECT_EQ(placed.at(view), shifted(3));
+        EXPECT_EQ(placed.at(view).matrix(), shifted(3));
         EXPECT_EQ(placed.variant(view), 0);
     }
     EXPECT_EQ(placed.first_view(0), 0);
@@ -112,11 +112,11 @@ TEST(Placement, EqualMapsShareAVariant) {
     EXPECT_EQ(placed.different(), 4);
     for (int view = 0; view < 12; ++view) {
         EXPECT_EQ(placed.variant(view), view % 4);
-        EXPECT_EQ(placed.at(view), maps[view]);  // each view keeps its own map
+        EXPECT_EQ(placed.at(view).matrix(), maps[view]);  // each view keeps its own map
         EXPECT_EQ(placed.first_view(placed.variant(view)), view % 4);
     }
-    EXPECT_EQ(Placement::each({shifted(1), shifted(1 + 1e-6)}).different(), 2);
-    EXPECT_EQ(Placement::each({shifted(1)}).different(), 1);
+    EXPECT_EQ(Placement::each(std::vector<Mat4>{shifted(1), shifted(1 + 1e-6)}).different(), 2);
+    EXPECT_EQ(Placement::each(std::vector<Mat4>{shifted(1)}).different(), 1);
 }
 
 TEST(Types, NamesGoThereAndBack) {

@@ -17,14 +17,14 @@ Mat4 turned(double angle, double shift) {
 TEST(Residual, IsWhatIsStillToBeDone) {
     Request want;
     want.frames = 3;
-    want.views = Placement::each({turned(0.1, 4), turned(0.2, 5), turned(0.3, 6)});
+    want.views = Placement::each(std::vector<Mat4>{turned(0.1, 4), turned(0.2, 5), turned(0.3, 6)});
     Representation half_way;
     half_way.placed = turned(1.5, -2);
     for (int view = 0; view < 3; ++view) {
         // Going half way and then the rest is the view.
-        const Mat4 both = residual(half_way, want, view) * half_way.placed.at(view);
-        EXPECT_LT((both - want.views.at(view)).cwiseAbs().maxCoeff(), 1e-14);
-        EXPECT_EQ(residual(Representation(), want, view), want.views.at(view));  // exact
+        const Mat4 both = residual(half_way, want, view) * half_way.placed.at(view).matrix();
+        EXPECT_LT((both - want.views.at(view).matrix()).cwiseAbs().maxCoeff(), 1e-14);
+        EXPECT_EQ(residual(Representation(), want, view), want.views.at(view).matrix());  // exact
     }
     Representation there;
     there.placed = want.views;
@@ -66,7 +66,7 @@ TEST(Request, ProjectiveWhereSomeViewIs) {
     EXPECT_FALSE(want.projective());
     Mat4 tilted = Mat4::Identity();
     tilted(3, 0) = 1e-3;
-    want.views = Placement::each({Mat4::Identity(), tilted});
+    want.views = Placement::each(std::vector<Mat4>{Mat4::Identity(), tilted});
     EXPECT_TRUE(want.projective());
 }
 

@@ -64,7 +64,7 @@ Request request_for(const Data& input, const Move& move) {
     // A cube of odd side has a sample in the middle of every turn.
     const auto& [x, y, z] = move.turn;
     Request want = request_of(Job::warp, Mode::mip, input.what, {rotation(x, y, z)});
-    Mat4 map = want.views.at(0);
+    Mat4 map = want.views.at(0).matrix();
     for (int axis = 0; axis < 3; ++axis) map(axis, 3) += move.shift[axis];
     want.views = Placement(map);
     return want;
@@ -74,7 +74,7 @@ Request request_for(const Data& input, const Move& move) {
 std::vector<float> copied(const Data& input, const Request& want) {
     const Extent n = input.what.extent;
     const std::vector<float> values = values_of(input);
-    const Mat4 back = want.views.at(0).inverse();
+    const Mat4 back = want.views.at(0).inverse().matrix();
     std::vector<float> copy;
     for (std::int64_t z = 0; z < want.screen.z; ++z)
         for (std::int64_t y = 0; y < want.screen.y; ++y)

@@ -68,7 +68,7 @@ std::string text_of(const Extent& shape, const Plan& path) {
 Request moved(Job job, Mode mode, const Representation& input, const Mat4& turn,
               const Vec3& shift = Vec3::Zero()) {
     Request want = request_of(job, mode, input, {turn});
-    Mat4 map = want.views.at(0);
+    Mat4 map = want.views.at(0).matrix();
     map.block<3, 1>(0, 3) += shift;
     want.views = Placement(map);
     return want;

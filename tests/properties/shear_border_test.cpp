@@ -49,7 +49,7 @@ int expect_chords(const Extent& shape, Mode mode, const std::array<double, 3>& t
     Request want =
         request_of(Job::render, mode, input->what, {rotation(turn[0], turn[1], turn[2])});
     // Pixels between samples: some see less than half a voxel of the border.
-    Mat4 map = want.views.at(0);
+    Mat4 map = want.views.at(0).matrix();
     map(0, 3) += 0.2;
     map(1, 3) -= 0.3;
     want.views = Placement(map);

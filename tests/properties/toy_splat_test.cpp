@@ -118,7 +118,7 @@ TEST(ToySplat, NothingIsKnownWhereNothingCouldBeDrawn) {
     MemoryBudget memory(std::size_t{1} << 30);
     const auto data = std::make_shared<const Data>(volume("noise", 20, memory));
     Request want = request_of(Job::render, Mode::xray, data->what, {rotation(0, 0, 0)});
-    Mat4 beside = want.views.at(0);
+    Mat4 beside = want.views.at(0).matrix();
     beside(0, 3) += 1000;
     want.views = Placement(beside);
     const Scene scene =

@@ -92,8 +92,8 @@ TEST(Reference, MeasuresPerspectiveRaysInUnits) {
     // Pixels half a sample wide; the eye on the axis, 30 units before the volume's front face.
     Mat4 finer = Mat4::Identity();
     finer(0, 0) = finer(1, 1) = 2;
-    want.views = Mat4(finer * want.views.at(0));
-    const Vec3 middle = (want.views.at(0) * Vec3(9.5, 9.5, 9.5).homogeneous()).head<3>();
+    want.views = Mat4(finer * want.views.at(0).matrix());
+    const Vec3 middle = (want.views.at(0).matrix() * Vec3(9.5, 9.5, 9.5).homogeneous()).head<3>();
     want.eye = Eye{.at = middle - Vec3(0, 0, 40), .plane = middle.z(), .width = 0.5, .height = 0.5};
     for (double off : {0.0, 6.0}) {
         const std::optional<RaySpan> ray =

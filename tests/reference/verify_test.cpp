@@ -354,7 +354,7 @@ TEST(Verifier, NoticesResultsThatAreNotFinite) {
 TEST(Verifier, IsZeroWhereNothingSeesTheInput) {
     const Data data = make_phantom("gaussians", 20, heap());
     Request want = turned(data, Job::render, 1);
-    Mat4 away = want.views.at(0);
+    Mat4 away = want.views.at(0).matrix();
     away(0, 3) += 1000;
     want.views = away;
     const ReferenceField field(data, Field::linear);

@@ -205,7 +205,7 @@ class ToyJob {
         };
         edge.run = [](const Offer& offer, const Ask&, const Data& in, Data& out,
                       const Region& region, Context& context) {
-            const double by = 1 + offer.to.placed.at(context.view)(0, 3);
+            const double by = 1 + offer.to.placed.at(context.view).matrix()(0, 3);
             each_sample(in, out, region, [by](float v) { return static_cast<float>(v * by); });
         };
         return edge;

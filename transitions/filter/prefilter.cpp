@@ -83,6 +83,7 @@ Transition spline_prefilter_edge() {
     edge.source = "Unser 1999, boxes 1 and 2";
     edge.joins = {{"object/scalar", "object/coefficients"}};
     edge.laws = {Law::constant, Law::linear};
+    edge.any_transform = true;
     edge.offer = offer;
     edge.work = work;
     edge.error = error;

@@ -35,6 +35,7 @@ Transition spread_over_ranks() {
     edge.name = "net.spread";
     edge.source = "Wittenbrink 1993, 3.8, FIGURE 41";
     edge.joins = {{"object/scalar", "object/scalar"}};
+    edge.any_transform = true;
     edge.parameters = {
         {"layout", one_of({"columns", "slice-and-dice"},
                           "how ranks share the box: all of z, or cut on every axis")}};

@@ -42,7 +42,7 @@ void count(kernels::RayCast cast, const kernels::Bricks& bricks, std::int64_t x,
 void measure_casting(const Data& input, const Request& want, std::map<std::string, double>& facts,
                      std::pmr::memory_resource* memory) {
     const ModeTraits::Levels levels = want.mode->skips;
-    if (want.job != Job::render || levels == ModeTraits::Levels::none || want.axes != 3) return;
+    if (!want.job->of_rays() || levels == ModeTraits::Levels::none || want.axes != 3) return;
     const kernels::Optics optics = optics_of(want, input.what.values);
     kernels::Optics counting = optics;
     // So that opacities of whole cells are corrected too.

@@ -125,7 +125,7 @@ class CombineModel final : public Model {
 }  // namespace
 
 std::shared_ptr<const Model> combine_model(const ModelSetting& setting) {
-    if (setting.want.job != Job::render || setting.want.eye) return nullptr;
+    if (!setting.want.job->of_rays() || setting.want.eye) return nullptr;
     return std::make_shared<CombineModel>(setting);
 }
 

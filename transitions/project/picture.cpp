@@ -20,14 +20,14 @@ std::array<double, 3> array_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
 std::string no_picture(const Representation& from, const Ask& ask) {
     const Request& want = ask.want;
-    if (want.job != Job::render) return "the result is a volume, not a picture";
+    if (!want.job->of_rays()) return "the result is a volume, not a picture";
     if (from.axes != 3) return "an image has no depth to look through";
     if (from.channels != 1) return fmt::format("{} channels; rays combine one", from.channels);
     if (from.type == Type::c64) return "complex samples have no largest value and no opacity";
     if (!is_whole(from) && !is_spread(from)) return "needs all samples in memory, row by row";
     for (int variant = 0; variant < want.views.different(); ++variant) {
         const int view = want.views.first_view(variant);
-        const Mat4& map = want.views.at(view);
+        const Mat4& map = want.views.at(view).matrix();
         if (map.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
             return fmt::format("view {}: a projective map of a volume", view);
         const double det = map.determinant();

@@ -96,7 +96,7 @@ class RayCastModel final : public Model {
 }  // namespace
 
 std::shared_ptr<const Model> ray_cast_model(const ModelSetting& setting) {
-    if (setting.want.job != Job::render) return nullptr;
+    if (!setting.want.job->of_rays()) return nullptr;
     return std::make_shared<RayCastModel>(setting);
 }
 

@@ -323,7 +323,7 @@ class ShearWarpModel final : public Model {
 }  // namespace
 
 std::shared_ptr<const Model> shear_warp_model(const ModelSetting& setting) {
-    if (setting.want.job != Job::render || setting.want.eye) return nullptr;
+    if (!setting.want.job->of_rays() || setting.want.eye) return nullptr;
     return std::make_shared<ShearWarpModel>(setting);
 }
 

@@ -74,7 +74,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     const auto origin = shape.origin();
     Mat4 shift = Mat4::Identity();
     for (int axis = 0; axis < 3; ++axis) shift(axis, 3) = -static_cast<double>(origin[axis]);
-    offer.to.placed = Placement(shift * from.placed.at(0));
+    offer.to.placed = Placement(shift * from.placed.at(0).matrix());
     return offer;
 }
 

@@ -38,7 +38,7 @@ class Constant {
     Constant(const Offer& offer, const Ask& ask, int view)
         : want_(ask.want),
           scene_(ask.scene),
-          chord_(want_.input, kernels::affine_of(want_.views.at(view))),
+          chord_(want_.input, kernels::affine_of(want_.views.at(view).matrix())),
           constant_(offer.from.values.offset) {}
 
     float operator()(float integral, std::int64_t x, std::int64_t y) const {

@@ -73,8 +73,7 @@ kernels::KaiserBessel window_of(const Representation& spectrum) {
 
 std::string no_projection(const Ask& ask) {
     const Request& want = ask.want;
-    if (want.job != Job::render)
-        return "a warp wants samples; a slice of a spectrum is a projection";
+    if (!want.job->of_rays()) return "a warp wants samples; a slice of a spectrum is a projection";
     if (want.mode->slices == ModeTraits::Slices::none)
         return fmt::format("{} does not commute with the Fourier slice theorem",
                            name_of(want.mode));
@@ -91,7 +90,8 @@ std::string no_projection(const Ask& ask) {
 Extent picture_period_of(const Request& want) {
     Extent period{1, 1, 1};
     for (int variant = 0; variant < want.views.different(); ++variant) {
-        const Shadow shadow = shadow_of(want.views.at(want.views.first_view(variant)), want.input);
+        const Shadow shadow =
+            shadow_of(want.views.at(want.views.first_view(variant)).matrix(), want.input);
         for (int axis = 0; axis < 2; ++axis)
             period[axis] = std::max(period[axis],
                                     kernels::picture_period(want.screen[axis], shadow.low[axis],

@@ -133,7 +133,7 @@ SpectrumRays::SpectrumRays(const Request& want, const Data& input, const Statist
       // A step's error is 3e-4 there; that of a band-limited step hardly fades.
       reach_(want.field == Field::formula ? 16 : 6) {
     for (int view = 0; view < want.frames; ++view)
-        to_input_.push_back(want.views.at(view).inverse());
+        to_input_.push_back(want.views.at(view).inverse().matrix());
     const Extent period = picture_period_of(want);
     period_ = {static_cast<double>(period.x), static_cast<double>(period.y)};
     std::vector<double> places;
@@ -222,7 +222,8 @@ void SpectrumRays::add_ghost(const Line& line, int axis, int repetition, Ghosts&
 }
 
 SpectrumRays::Ghosts SpectrumRays::ghosts(int view, double x, double y) const {
-    const Mat4 &map = to_input_[static_cast<std::size_t>(view)], &to_screen = want_.views.at(view);
+    const Mat4 &map = to_input_[static_cast<std::size_t>(view)],
+               &to_screen = want_.views.at(view).matrix();
     const std::array<Along, 2> shadow = {shadow_of(to_screen, box_, 0),
                                          shadow_of(to_screen, box_, 1)};
     const Vec3 along = map.topLeftCorner<3, 3>().col(2);
@@ -437,7 +438,7 @@ bool are_alike(const Request& want) {
     constexpr std::int64_t kMany = 2048;
     if (want.screen.x * want.screen.y < kMany) return false;
     for (int variant = 0; variant < want.views.different(); ++variant) {
-        const Mat4 map = want.views.at(want.views.first_view(variant)).inverse();
+        const Mat4 map = want.views.at(want.views.first_view(variant)).matrix().inverse();
         if (map.topLeftCorner<3, 2>().colwise().norm().maxCoeff() > 1) return false;
     }
     return true;

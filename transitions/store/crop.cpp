@@ -13,7 +13,7 @@ constexpr double kWorthACopy = 0.9;   // of the samples: above, reading them all
 /// Why the commonest value may not be left out; empty: it may.
 std::string needed(const Request& want, const Scene& scene) {
     const double common = scene.commonest;
-    if (want.job == Job::warp)
+    if (want.job->of_points())
         return common == want.outside
                    ? ""
                    : fmt::format("the commonest value is {}, --outside {}", common, want.outside);
@@ -33,7 +33,7 @@ Region kept(const Request& want, const Scene& scene) {
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
     if (from.extent != ask.want.input || from.placed.one_a_view() ||
-        from.placed.at(0) != Mat4::Identity())
+        from.placed.at(0).matrix() != Mat4::Identity())
         return Offer::no("the samples no longer lie where the input has them");
     if (from.layout != Layout::linear || from.place != Place::memory)
         return Offer::no("needs samples in memory, row by row");
@@ -57,7 +57,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
 /// A region here -> the samples of the input that it is copied from.
 Region source_of(Region region, const Representation& here) {
     for (int axis = 0; axis < 3; ++axis) {
-        const auto shift = static_cast<std::int64_t>(here.placed.at(0)(axis, 3));
+        const auto shift = static_cast<std::int64_t>(here.placed.at(0).matrix()(axis, 3));
         region.begin[axis] -= shift;
         region.end[axis] -= shift;
     }

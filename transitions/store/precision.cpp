@@ -124,6 +124,7 @@ Transition precision() {
         // time.
         .parameters = {{"type", one_of({"u8", "i16", "u16", "f32"}, {"u8", "f32"},
                                        "how samples are written")}},
+        .any_transform = true,
         .offer = offer,
         .work = [](const Offer& made, const Ask&, int) -> Work {
             return {.operations = 6.0 * static_cast<double>(made.to.samples()) * made.to.channels,

@@ -147,7 +147,7 @@ AxisPermutation permutation_to_rays(const Representation& from, const Request& w
 }
 
 Offer offer_aligned(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (ask.want.job != Job::render) return Offer::no("only pictures are made of aligned slices");
+    if (!ask.want.job->of_rays()) return Offer::no("only pictures are made of aligned slices");
     if (ask.want.eye)
         return Offer::no("the eye is at a finite distance: no one axis fits all rays");
     if (from.axes != 3) return Offer::no("an image has no slices");
@@ -165,7 +165,7 @@ Offer offer_aligned(const Representation& from, const Ask& ask, const Parameters
         const AxisPermutation permutation = permutation_to_rays(from, ask.want, view);
         const Extent extent = kernels::permuted_extent(permutation, from.extent);
         for (int i = 0; i < 3; ++i) to.extent[i] = std::max(to.extent[i], extent[i]);
-        maps.push_back(matrix_of(permutation) * from.placed.at(view));
+        maps.push_back(matrix_of(permutation) * from.placed.at(view).matrix());
     }
     to.placed = views.one_a_view() ? Placement::each(std::move(maps)) : Placement(maps.at(0));
     return {.from = from, .to = std::move(to), .with = with};

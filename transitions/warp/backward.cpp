@@ -227,7 +227,7 @@ Error error(const Offer& offer, const Ask& ask) {
     const bool fits = scene.fits_f32(offer.from.type, offer.from.values);
     error.copies = fits && (hold == Hold::zoh || (most == 0 && ask.want.views.different() <= 8));
     // What f32 holds is read and written as it is; and which label it is, rounding does not change.
-    const bool labels = ask.want.job == Job::warp && ask.want.field == Field::nearest;
+    const bool labels = ask.want.job->of_points() && ask.want.field == Field::nearest;
     if (hold == Hold::zoh && fits && (labels || offer.from.values.identity())) error.noise = 0;
     if (most == 0 && ask.want.views.different() <= 8) return error;
     if (is_the_field(hold, ask.want.field)) return error;

@@ -71,7 +71,7 @@ int axes_between_samples(const kernels::ShearChain& chain) {
 
 double hold_error(const std::string& filter, const Ask& ask) {
     const Scene& scene = ask.scene;
-    if (ask.want.job == Job::render)
+    if (ask.want.job->of_rays())
         if (const auto fact = scene.fact("combined/" + filter)) return *fact;
     if (const auto fact = scene.fact("field/" + filter)) return *fact;
     // Medians over scanned volumes turned by 5 to 45 degrees are of this size.

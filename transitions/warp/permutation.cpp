@@ -116,7 +116,7 @@ Error error(const Offer& offer, const Ask& ask) {
     error.copies = scene.fits_f32(offer.from.type, offer.from.values) &&
                    (send != Send::foh || (most == 0 && ask.want.views.different() == looked_at));
     // What f32 holds is sent as it is; and which label it is, rounding does not change.
-    const bool labels = ask.want.job == Job::warp && ask.want.field == Field::nearest;
+    const bool labels = ask.want.job->of_points() && ask.want.field == Field::nearest;
     if (send != Send::foh && error.copies && (labels || offer.from.values.identity()))
         error.noise = 0;
     // Mean of the sum of squared weights of linear interpolation over all fractions: 2/3 an axis.

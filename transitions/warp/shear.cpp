@@ -148,8 +148,7 @@ Error error(const Offer& offer, const Ask& ask) {
         error.bias = std::max(direct + std::max(passes - axes, 0.0) * *pass,
                               direct / std::max(axes, 1.0) + slanted * *pass);
     // What sheared grids fold over has no sign, and passes into a picture as noise does.
-    if (ask.want.job == Job::render)
-        error.noise = std::hypot(error.noise, *pass * std::sqrt(slanted));
+    if (ask.want.job->of_rays()) error.noise = std::hypot(error.noise, *pass * std::sqrt(slanted));
     return error;
 }
 

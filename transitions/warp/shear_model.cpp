@@ -16,7 +16,7 @@ std::vector<Vec3> slanted_lines(const Request& want) {
     if (want.eye || want.projective()) return lines;
     for (int variant = 0; variant < std::min(want.views.different(), 8); ++variant) {
         const auto chain =
-            shear_chain(kernels::affine_of(want.views.at(want.views.first_view(variant))));
+            shear_chain(kernels::affine_of(want.views.at(want.views.first_view(variant)).matrix()));
         for (int pass = 0; chain && pass < chain->count; ++pass) {
             if (!kernels::is_slanted_pass(*chain, pass)) continue;
             const std::array<double, 3> line = kernels::line_of_pass(*chain, pass);

@@ -42,7 +42,7 @@ TEST(Crop, KeepsTheBoxAndItsMarginWhereTheyWere) {
     const Offer offer = c.offer();
     ASSERT_EQ(offer.refused, "");
     EXPECT_EQ(offer.to.extent, (Extent{34, 21, 28}));
-    EXPECT_EQ(Vec3((offer.to.placed.at(0) * Vec3(30, 3, 20).homogeneous()).head<3>()),
+    EXPECT_EQ(Vec3((offer.to.placed.at(0).matrix() * Vec3(30, 3, 20).homogeneous()).head<3>()),
               Vec3(12, 3, 12));
     Data out = Data::make(offer.to, std::pmr::get_default_resource());
     Context context{.memory = std::pmr::get_default_resource()};

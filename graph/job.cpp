@@ -1,0 +1,22 @@
+#include "graph/job.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr JobTraits kWarp{
+    .name = "warp", .target = "screen/scalar", .values = JobTraits::Values::points};
+constexpr JobTraits kRender{
+    .name = "render", .target = "screen/picture", .values = JobTraits::Values::rays};
+
+}  // namespace
+
+constinit const Job Job::warp{kWarp}, Job::render{kRender};
+
+const std::vector<Job>& jobs() {
+    static const std::vector<Job> all{Job::warp, Job::render};
+    return all;
+}
+
+std::string_view name_of(Job job) noexcept { return job->name; }
+
+}  // namespace edgewise
