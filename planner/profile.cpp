@@ -1,7 +1,6 @@
 #include "planner/profile.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -59,41 +58,14 @@ const std::map<std::string, double> kDefaultFactors = {
     {"warp.shear", 2.2},
 };
 
-std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& fields) {
-    constexpr int kMost = 1 << 20;
-    std::map<int, CalmLooks> calm;
-    for (const auto& item : json.items()) {
-        const std::string& processors = item.key();
-        const nlohmann::json& looks = item.value();
-        const std::string where = "calm." + processors;
-        int count = 0;
-        const char* const end = processors.data() + processors.size();
-        const auto read = std::from_chars(processors.data(), end, count);
-        if (read.ec != std::errc() || read.ptr != end || count < 1 || count > kMost)
-            fields.reject(where, "expected a number of processors");
-        if (!looks.is_object()) fields.reject(where, "expected an object");
-        const auto seconds = [&](const char* key, double least) {
-            return fields.number(looks.value(key, nlohmann::json()), where + "." + key, least, 1);
-        };
-        calm[count] = {.loop = seconds("loop", 1e-9), .hop = seconds("hop", 0)};
-    }
-    return calm;
-}
-
-nlohmann::json calm_json(const std::map<int, CalmLooks>& calm) {
-    nlohmann::json json = nlohmann::json::object();
-    for (const auto& [processors, looks] : calm)
-        json[std::to_string(processors)] = {{"loop", looks.loop}, {"hop", looks.hop}};
-    return json;
-}
-
 /// A mistyped field would leave the built-in number in its place without a word.
 void expect_known(const nlohmann::json& json, const JsonFields& fields) {
     const nlohmann::json known = to_json(Profile{});
     std::string names;
     for (const auto& item : known.items()) names += (names.empty() ? "" : ", ") + item.key();
     for (const auto& item : json.items())
-        if (!known.contains(item.key()) && item.key() != "comment")
+        if (!known.contains(item.key()) && item.key() != "comment" &&
+            item.key() != "calm")  // of profiles before 0.20
             fields.reject(item.key(), "no such field; there are comment, " + names);
 }
 
@@ -194,7 +166,6 @@ Profile parse_profile(const std::string& text, const std::string& file) {
         profile.provenance[number] = fields.text(origin, "provenance." + number);
     for (const auto& [number, value] : spreads.items())
         profile.spreads[number] = fields.number(value, "spreads." + number, 0, 10);
-    profile.calm = calm_of(object("calm"), fields);
     profile.levels = levels_of(json.value("levels", nlohmann::json::array()), file);
     profile.messages = message_costs_of(json.value("messages", nlohmann::json::array()), file);
     profile.rates = rates_of(object("rates"), file);
@@ -213,7 +184,6 @@ nlohmann::json to_json(const Profile& profile) {
                            {"messages", to_json(profile.messages)},
                            {"factors", profile.factors},
                            {"rates", to_json(profile.rates)},
-                           {"calm", calm_json(profile.calm)},
                            {"provenance", profile.provenance},
                            {"spreads", profile.spreads}};
     for (const Field& field : kFields) json[field.name] = profile.*field.member;

@@ -16,12 +16,6 @@ struct Seconds {
     double seconds = 0, spread = 0;
 };
 
-/// What the looks at a machine take that precede timed runs, in its calmest moment.
-struct CalmLooks {
-    double loop = 0;  // [s] of a fixed loop on so many processors
-    double hop = 0;   // [s] that a line of the caches takes from one processor to the next
-};
-
 /// A machine as the mixed cost communication machine sees it (MCCM, [W93] 2.2.2): how long a
 /// counted unit of work takes, and a fitted factor for each edge whose counts miss something.
 struct Profile {
@@ -50,7 +44,6 @@ struct Profile {
     std::map<std::string, double> factors;
     /// The same measured here by size, kind and type of sample; these go before `factors`.
     Rates rates;
-    std::map<int, CalmLooks> calm;  // by processors at work; empty: not known
     /// Where a number comes from, by its name above: "measured", "fitted", "derived" or "guessed",
     /// then from what.
     std::map<std::string, std::string> provenance;

@@ -24,7 +24,7 @@ bool small(const MeasuredPath& path, const AuditedRequest& request) {
 }
 
 bool in_time(const MeasuredPath& path, const AuditedRequest& request) {
-    return !request.budget.seconds || path.median() <= *request.budget.seconds;
+    return !request.budget.seconds || path.typical() <= *request.budget.seconds;
 }
 
 /// The budgets other than that of the error.
@@ -62,7 +62,7 @@ bool keeps_budgets(const MeasuredPath& path, const AuditedRequest& request) {
 double objective(const MeasuredPath& path, const AuditedRequest& request) {
     switch (request.minimize) {
         case Minimize::time:
-            return path.median();
+            return path.typical();
         case Minimize::memory:
             return path.bytes;
         case Minimize::error:

@@ -88,9 +88,6 @@ void take_edges(Session& session) {
         session.demands.without.push_back(demand_of(text, session.edges));
     session.profile = chosen_profile(session.options.machine);
     take_ranks(session);
-    if (session.profile.cpu == cpu_name() && session.profile.build == version())
-        for (const auto& [processors, looks] : session.profile.calm)
-            know_pace(processors, {looks.loop, looks.hop});
     if (o.max_time && !o.explain && session.runs && is_built_in(session.profile))
         session.messages.notice(
             "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "

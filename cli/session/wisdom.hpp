@@ -13,7 +13,6 @@ struct Session;
 /// What was measured of one path of one request.
 struct Learned {
     std::vector<double> seconds;          // of runs, all frames; none: its error broke the budget
-    double calm = 1;                      // Contender::calm of these
     double given_up = 0;                  // [s] after which it was stopped: too slow, or it failed
     double error = 0, low = 0, high = 0;  // NRMSE and its 95 % interval
     double samples = 0;                   // that these were asked to be measured on
