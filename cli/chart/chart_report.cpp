@@ -3,6 +3,7 @@
 
 #include "charts/front.hpp"
 #include "cli/chart/chart.hpp"
+#include "cli/machine/quantiles.hpp"
 #include "cli/session/report.hpp"
 #include "graph/version.hpp"
 
@@ -14,7 +15,10 @@ using Json = nlohmann::ordered_json;
 /// As in the report of a run; `typical` is drawn, of the warm runs where there are any.
 Json measured_json(const MeasuredPath& path) {
     if (!path.measured()) return nullptr;
-    return {{"seconds", path.seconds.empty() ? std::vector<double>{*path.first} : path.seconds},
+    const std::vector<double> seconds =
+        path.seconds.empty() ? std::vector<double>{*path.first} : path.seconds;
+    return {{"seconds", seconds},
+            {"median", median(seconds)},
             {"typical", path.typical()},
             {"first", *path.first},
             {"bytes", path.resident_bytes.value_or(path.bytes)},
