@@ -33,8 +33,8 @@ constexpr Field kFields[] = {
 /// with factors before those below.
 constexpr double kUncalibrated = 0.35;
 
-/// What `edgewise calibrate` measured with one core of a server with AVX-512, over what this
-/// profile counts: medians of the steps that took 0.2 ms and more.
+/// Measured over counted seconds of the steps that took 0.2 ms and more, in the median: by
+/// `edgewise calibrate` on one core of a server with AVX-512.
 const std::map<std::string, double> kDefaultFactors = {
     {"filter.prefilter", 1.1},
     {"project.combine", 1.4},
@@ -58,7 +58,7 @@ const std::map<std::string, double> kDefaultFactors = {
     {"warp.shear", 2.2},
 };
 
-/// A mistyped field would leave the built-in number in its place without a word.
+/// A mistyped field would silently leave the built-in number in its place.
 void expect_known(const nlohmann::json& json, const JsonFields& fields) {
     const nlohmann::json known = to_json(Profile{});
     std::string names;
@@ -103,7 +103,7 @@ Seconds Profile::seconds(const std::string& edge, const Work& work, int threads,
         message_seconds(messages, {.latency = latency, .byte = byte}, work.messages, work.sent);
     const Rate rate = rates.at(edge, part, runs);
     if (rate.ratio > 0) {
-        // What all processors together took tells the share that threads do not speed up.
+        // The gain from all processors gives the share of a run that threads do not speed up.
         const double alone = 1.0 / processors;
         const double fixed =
             processors > 1 ? std::max(0.0, (rate.shared - alone) / (1 - alone)) : serial;

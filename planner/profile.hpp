@@ -52,7 +52,7 @@ struct Profile {
 
     /// Seconds of one run of an edge, of `runs` that may overlap; all but its messages is shared by
     /// `among` ranks.
-    /// @param edge  "EDGE/key=value.../WAY KIND TYPE", as Rates has it; parts may be missing
+    /// @param edge  "EDGE/key=value.../VARIANT KIND TYPE", as in Rates; parts may be missing
     Seconds seconds(const std::string& edge, const Work& work, int threads, int among = 1,
                     int runs = 1) const;
     /// Seconds of the counted work alone, on one thread.

@@ -85,7 +85,7 @@ Verdict judge(const AuditedRequest& request) {
                                      });
     verdict.regret = objective(chosen, request) / objective(*verdict.best, request);
     const Budget& budget = request.budget;
-    // A likeness is a wish: where no plan has it the most accurate one was taken.
+    // A likeness is a wish: where no plan has it the most accurate one was chosen.
     verdict.error_kept = budget.like || accurate(chosen, request);
     verdict.bytes_kept = small(chosen, request);
     verdict.seconds_kept = in_time(chosen, request);

@@ -56,7 +56,7 @@ class Rounds {
           runs_(session, request.paths, plans, settings, resident_before) {}
 
     void run_all() {
-        // The chosen path first: what it takes bounds the patience with the others.
+        // The chosen path first: its seconds bound how long the others may run.
         for (std::size_t i = 0; i < request_.paths.size(); ++i)
             if (path(i).chosen) runs_.run_first(i, std::numeric_limits<double>::infinity());
         for (std::size_t i = 0; i < request_.paths.size(); ++i)

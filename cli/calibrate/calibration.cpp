@@ -54,8 +54,8 @@ class Calibration {
         bool lacking = true;  // runs
         for (int round = 1; lacking && since(begin_) < limit_; ++round) {
             lacking = false;
-            // Never backwards: visits of one trial are a round apart, so that no bad moment of the
-            // host has all of them.
+            // Always in the same order: between two visits of one trial lies a whole round, so that
+            // no bad moment of the host spoils all of them.
             for (std::size_t i = 0; i < all.size(); ++i) {
                 if (is_enough(cases[i])) continue;
                 lacking = true;
@@ -77,9 +77,9 @@ class Calibration {
     static constexpr std::size_t kMany = 12, kFew = 6, kLeast = 4;
     static constexpr double kDear = 5;
 
-    /// What each step of a path took in runs that are seconds apart: a core that is shared with
-    /// others (a hyperthread's sibling, another machine's guest) is slow for tenths of a second and
-    /// more, so runs one after the other all meet the same state.
+    /// What each step of a path took, run by run. Between two runs lie seconds: a core that is
+    /// shared (with the other hyperthread, with another guest of the host) is slow for tenths of a
+    /// second and more, so consecutive runs would all meet the same state.
     using Runs = std::vector<std::vector<double>>;
 
     struct TimedPath {
@@ -109,7 +109,7 @@ class Calibration {
         return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
     }
 
-    /// What is timed: name, counted seconds, those apart, frames.
+    /// What is timed: name, counted seconds, those of line misses, frames.
     using What = std::tuple<std::string, double, double, int>;
     What what(const Case& of, const Step& step) const {
         const Counted counted = profile_.counted(step.work);
@@ -139,7 +139,7 @@ class Calibration {
         one.prepared = std::make_unique<PreparedTrial>(trial, phantoms_);
         one.edge = trial.edge;
         std::vector<Plan> plans = one.prepared->paths(default_profile());
-        // The dear ones may find their steps already timed.
+        // The expensive ones may find their steps already timed.
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
             return a.predicted.seconds < b.predicted.seconds;
         });

@@ -80,7 +80,7 @@ void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
         delivering += since(begin);
     };
     const std::optional<Outcome> outcome = run_once(i, limit, deliver);
-    // What the process took more than before; what verifying holds beside it does not count.
+    // What the process needs more than before; what verifying holds does not count.
     const double grown = resident_peak() - resident;
     const Verified error = verifier_.finish();
     if (!outcome) return;

@@ -39,7 +39,7 @@ struct MeasuredPath {
     std::string failure;  // why it has no result
 
     bool measured() const noexcept { return first.has_value(); }
-    /// Of the warm runs (undisturbed()), or the cold one where there is no other.
+    /// undisturbed() of the warm runs, or the cold run where there is no other.
     double typical() const;
     double least() const;
 };
@@ -48,24 +48,24 @@ struct MeasuredPath {
 std::vector<MeasuredPath> unmeasured(const TriedPaths& tried,
                                      const std::vector<std::string>* chosen);
 
-/// Runs the paths of one request in this process: each first alone, as a process of its own would
-/// hold it, with its error; then in rounds, interleaved, so that what else the machine does meets
-/// all of them alike. Which paths are worth how much patience is up to who asks.
+/// Runs the paths of one request in this process. First each alone, with its error and with the
+/// memory that a process of its own would hold. Then in rounds, interleaved, so that the machine's
+/// load meets all of them alike. The caller decides which paths are worth more runs.
 class PathRuns {
  public:
-    /// All must stay alive. @param resident_before  bytes of the process beside counted samples
+    /// All must stay alive. @param resident_before  bytes of the process without counted samples
     PathRuns(Session& session, std::vector<MeasuredPath>& paths, const std::vector<Plan>& plans,
              const PathSettings& settings, double resident_before);
 
-    /// The first run. @param limit  given up after so long [s]
-    /// @param look  sees every frame's result, untimed
+    /// The first run. @param limit  stopped after so long [s]
+    /// @param look  receives every frame's result, untimed
     /// @throws Cancelled
     void run_first(std::size_t i, double limit, const Deliver& look = {});
     /// One more run of a path that has run; where another path ran before a short one runs twice,
     /// and the second run counts. @throws Cancelled
     void run_again(std::size_t i);
-    /// Every path that has run and is wanted once more; the order turns round every time.
-    /// @param begins  told each that is run, before it is
+    /// One more run of every path that has run and is wanted; the order is reversed every time.
+    /// @param begins  is called before each run
     /// @throws Cancelled
     void run_round(int round, const std::function<bool(std::size_t)>& wanted,
                    const std::function<void(std::size_t)>& begins = {});

@@ -29,7 +29,7 @@ constexpr double kWorth = 0.9;
 /// a seventh of the time at most: there may be a next, which ends in time for runs.
 constexpr double kReferences = 7, kReferring = 0.8;
 constexpr int kFrames = 12;      // run of a long turntable
-constexpr double kTrying = 0.6;  // of the time, references apart; the rest goes to the close ones
+constexpr double kTrying = 0.6;  // of the time without references; the rest goes to close paths
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.
 constexpr double kOverestimate = 4;

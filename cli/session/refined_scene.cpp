@@ -21,13 +21,13 @@ Answer answer_to(const Session& session, const Scene& scene) {
                 session.plan_options);
 }
 
-/// Whether any path is that much faster, whatever its error: else there is nothing to look for.
+/// Whether no path is faster by so much, whatever its error. Then more draws can gain nothing.
 bool is_fastest(const Answer& answer, Minimize minimize) {
     return minimize == Minimize::time && answer.plan && !answer.front.empty() &&
            answer.front.front().predicted.seconds >= kWorth * answer.plan->predicted.seconds;
 }
 
-/// How long drawing may take for what the likely errors promise [s]; 0: there is nothing to gain.
+/// How long drawing may take [s] for what the plan by likely errors would save; 0: nothing to gain.
 /// @param runs  that are asked for
 double worth(const std::optional<Plan>& sure, const std::optional<Plan>& likely, Minimize minimize,
              int runs) {
@@ -47,16 +47,17 @@ Scene drawn_more(Session& session, int times) {
     return scene;
 }
 
-/// What a preview of the usual draws is expected to take [s]: counted, so that a request gives the
-/// same plan whatever the machine does at the moment.
+/// What a preview of the usual draws is expected to take [s]. It is counted and not timed, so that
+/// a request gives the same plan under any load.
 double preview_seconds(const Session& session) {
     const Work work{.operations = preview_operations(session.want())};
     return session.profile.counted(work).seconds / session.profile.processors;
 }
 
-/// Without a look at the data, where that could not pay: where the fastest path that is not barred
-/// is as good as asked for whatever a preview would show (by the plain way's own errors, say, or
-/// exactly), or where it would save less than the preview takes.
+/// Chooses without a preview where that could not pay. Either the fastest path that is not barred
+/// is as good as asked for, whatever a preview would show: its errors are those of the plain path,
+/// say, or none. Or it would save less than the preview costs. @return false where a preview must
+/// decide
 bool chooses_unseen(Session& session) {
     const Request& want = session.want();
     if (!want.budget.like) {  // no budget of any error

@@ -20,8 +20,8 @@ struct Learned {
 };
 
 /// What pilots measured, kept from run to run in the user's cache folder: by request, then by path
-/// ("STEP > STEP"). Human-readable, mergeable: two writers lose nothing but the older of two
-/// measurements of one path. A home that cannot be written is no error.
+/// ("STEP > STEP"). The file is readable and can be merged: two writers lose nothing but the older
+/// of two measurements of one path. A home that cannot be written is no error.
 class Wisdom {
  public:
     using Paths = std::map<std::string, Learned>;
@@ -40,8 +40,8 @@ class Wisdom {
     std::map<std::string, Paths> requests_;
 };
 
-/// What a measurement hangs on: machine, build, processors, the samples themselves, and all of the
-/// request but its budgets, its threads and where results go. 16 hexadecimal digits.
+/// What a measurement depends on: machine, build, processors, the samples themselves, and all of
+/// the request except its budgets, its threads and where results go. 16 hexadecimal digits.
 std::string wisdom_key(const Session& session);
 
 }  // namespace edgewise::cli
