@@ -63,10 +63,6 @@ def goals(summaries):
         ("seconds, predicted / measured, median of chosen", "", lambda s: cell(s["time_ratio_median"])),
         ("its median \\|ln\\|", "0.10", lambda s: cell(s["time_ratio_median_abs_log"])),
         ("its p90 \\|ln\\|", "0.25", lambda s: cell(s["time_ratio_p90_abs_log"])),
-        ("requests that met the machine at its best pace", "", lambda s: "{} of {}".format(
-            s["time_ratio_at_best_pace"]["count"], s["requests"])),
-        ("their median and p90 \\|ln\\|", "", lambda s: "{}, {}".format(
-            cell(s["time_ratio_at_best_pace"]["median_abs_log"]), cell(s["time_ratio_at_best_pace"]["p90_abs_log"]))),
         ("median \\|ln\\| of all paths", "", lambda s: cell(s["time_ratio_of_paths"]["median_abs_log"])),
         ("p90 \\|ln\\| of all paths", "", lambda s: cell(s["time_ratio_of_paths"]["p90_abs_log"])),
         ("Kendall tau of paths, mean", "0.9", lambda s: cell(s["kendall_tau"])),

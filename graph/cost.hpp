@@ -17,13 +17,17 @@ struct Work {
     double masked = 0;
     double streamed = 0;  // bytes read or written in address order
     double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
-    double lines = 0;     // of memory that these bring from `span`; what else they read is near
-    /// Lines from elsewhere, out of `others`: those that neighbours read again, those written.
+    /// Cache lines that gathers bring from a set of `span` bytes. All other reads are served by the
+    /// first level of memory.
+    double lines = 0;
+    /// Further cache lines, from a set of `others` bytes: those that neighbouring rays read again,
+    /// and those that the edge writes.
     double other_lines = 0;
-    /// Bytes that lines, and what is streamed, lie within; of one rank. They tell which levels of
-    /// memory serve them. 0: the planner's guess, all of the input, and input and output.
+    /// Bytes of the set that `lines` come from, and of the set that is streamed; of one rank. They
+    /// decide which level of memory serves them. 0: the planner guesses the whole input, and input
+    /// and output.
     double span = 0, swept = 0;
-    double others = 0;     // bytes that other lines lie within
+    double others = 0;     // bytes of the set that other_lines come from
     double local = 0;      // L: samples read from a neighbouring tile or rank
     double global = 0;     // G: samples sent to an arbitrary rank, one to one
     double congested = 0;  // G that may meet at one rank, before congestion N
@@ -31,8 +35,9 @@ struct Work {
     double sent = 0;       // bytes in these messages
     double scratch = 0;    // bytes alive while one leaf runs, for each thread
     double workspace = 0;  // bytes alive while the step runs, whatever the number of threads
-    /// Which of several ways the edge goes inside, where counts do not tell the ways' seconds
-    /// apart: one word, empty for an edge of one way. Machines are timed for each.
+    /// The variant of the edge's kernel that the data lead to, where counts cannot predict that
+    /// the variants differ in seconds. One word; empty for an edge of one variant. Each variant is
+    /// timed by itself.
     std::string_view way = {};
 };
 
@@ -65,8 +70,8 @@ struct Label {
     double error() const noexcept { return std::hypot(bias, noise); }
 };
 
-/// Whether a path is as good as Budget::like asks: yes; it reads by a filter that is barred; its
-/// error is larger than that of the plain way, or not known.
+/// Whether a path is as good as Budget::like asks: yes; no, it reads by a filter that is barred;
+/// no, its error is larger than that of the plain path, or not known.
 enum class Likeness { alike, barred, worse };
 
 /// What a plan or a step is expected to take.

@@ -16,7 +16,7 @@ struct Step {
     Offer offer;
     Work work;            // mean over the views
     double seconds = 0;   // all its runs
-    double scratch = 0;   // bytes beside input and output while it runs
+    double scratch = 0;   // bytes in addition to input and output while it runs
     Label label;          // of the path up to and with this step
     Predicted predicted;  // of this step: its seconds, the peak while it runs, the error so far
 

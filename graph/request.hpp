@@ -43,7 +43,7 @@ struct Eye {
 };
 
 /// A wish in place of a limit of the error: a result as good as a filter makes of the same data,
-/// whatever its error is there. What it is compared with is the plain way (Transition::plain).
+/// whatever its error is there. What it is compared with is the plain path (Transition::plain).
 struct Like {
     std::string name = "linear";  // what it is called
     std::string filter = "foh";

@@ -30,14 +30,14 @@ struct Scene {
     std::int64_t draws = 0;  // clusters of samples that they were measured on; 0: they are guesses
     bool exhausted = false;  // no more is drawn, whatever is asked for
     /// Facts that are missing are made up, each from this number and its name: what holds for many
-    /// such scenes does not hang on them.
+    /// such scenes does not depend on them.
     std::optional<std::uint64_t> supposed = {};
 
     std::optional<double> fact(const std::string& name) const {
         if (const auto found = facts.find(name); found != facts.end()) return found->second;
         return supposed ? std::optional(made_up(name)) : std::nullopt;
     }
-    /// Whether f32 holds every stored number of samples that were looked at.
+    /// Whether f32 holds every stored number of samples that were read.
     bool fits_f32(Type type, const ValueMap& values) const noexcept {
         if (type == Type::f32 || bytes_of(type) <= 2) return true;
         if (!is_integer(type)) return false;

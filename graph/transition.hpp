@@ -95,10 +95,14 @@ struct Transition {
     /// adds to facet_bytes). The output shares samples and facets with the input; `run` puts the
     /// new one into Data::facets and writes no sample.
     bool attaches = false;
+<<<<<<< HEAD
     /// Whether views may be transforms that no matrix is. Others are not asked about such a
     /// request.
     bool any_transform = false;
     /// With these, and with a filter as its only other parameter, the edge alone is the plain way
+=======
+    /// With these, and with a filter as its only other parameter, the edge alone is the plain path
+>>>>>>> h3
     /// to the screen, which budgets may compare with (Budget::like).
     std::optional<Parameters> plain = {};
 
@@ -145,8 +149,8 @@ std::vector<Region> regions_of(const Partition& parts, const Offer& offer);
 /// A box cut into about so many, across up to three axes; what is to be cut most often is the
 /// longest axis. Of an extent alone, so that bytes depend on nothing else.
 std::vector<Region> boxes_of(const Extent& extent, int count);
-/// Bytes of the parts that are merged, beside the output itself: with Partition::input every region
-/// but the first has one. Planner and runtime count them; Work does not.
+/// Bytes of the parts that are merged, in addition to the output itself: with Partition::input
+/// every region but the first has one. Planner and runtime count them; Work does not.
 double part_bytes(const Partition& parts, const Offer& offer);
 
 /// All edges that a planner may use; the order breaks ties, and is the order of preparations.

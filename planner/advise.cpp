@@ -218,11 +218,11 @@ class Adviser {
         const Candidate* path = nullptr;
         std::size_t begin = 0, end = 0;  // of its arcs
         double seconds = 0;
-        bool serves = false;  // on a path that could win: goes before one that is faster
+        bool serves = false;  // on a path that could win: preferred to a faster one
     };
 
     std::vector<ArcAdvice> missing() const {
-        std::map<std::pair<At, At>, Known> known;     // the fastest way
+        std::map<std::pair<At, At>, Known> known;     // the fastest path
         std::map<std::pair<At, At>, double> planned;  // the fastest path with an ideal edge there
         for (const Candidate& path : paths_.all()) {
             const auto& arcs = path.route.arcs;

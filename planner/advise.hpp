@@ -9,7 +9,7 @@ namespace edgewise {
 
 /// A cost that nobody has measured here, and what knowing it would be worth.
 struct CostAdvice {
-    std::string name;      // "EDGE/key=value.../WAY KIND TYPE", as in Rates
+    std::string name;      // "EDGE/key=value.../VARIANT KIND TYPE", as in Rates
     std::string state;     // "guessed", "fitted" ...; "borrowed", "beyond" or "stale"
     std::string when;      // it was measured, of a stale one
     double seconds = 0;    // of one run, as predicted
@@ -24,7 +24,7 @@ struct CostAdvice {
 struct ArcAdvice {
     std::string from, to;            // Representation::text
     std::string from_kind, to_kind;  // Representation::kind
-    std::vector<std::string> best;   // the fastest known way, as `--via` takes it
+    std::vector<std::string> best;   // the fastest known path, as `--via` takes it
     bool serves = true;              // on some path that could win, if only its steps were faster
     double seconds = 0;              // that it takes, all runs
     double bound = 0;                // [s] below which no edge can be
@@ -35,7 +35,7 @@ struct ArcAdvice {
 struct Advice {
     double seconds = 0, bound = 0;  // of the plan, and below which no plan can be
     int measured = 0;               // costs on paths that could win which need no measuring
-    int idle = 0;                   // unmeasured ones, whatever they turn out the plan stays
+    int idle = 0;                   // unmeasured ones that cannot change the plan
     std::vector<CostAdvice> costs;  // most regret removed a second of measuring first
     std::vector<ArcAdvice> arcs;    // largest gain first
 };

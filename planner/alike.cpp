@@ -30,7 +30,7 @@ bool reads_by(const Parameters& with, const std::set<std::string>& filters) {
     return word && filters.contains(*word);
 }
 
-/// The parameters with which an edge is the plain way, or nothing where it is none by this filter.
+/// The parameters with which an edge is the plain path by this filter, or nothing.
 std::optional<Parameters> plain_parameters(const Transition& edge, const std::string& filter) {
     if (!edge.plain) return std::nullopt;
     const auto domain = edge.parameters.find("filter");

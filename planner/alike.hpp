@@ -8,13 +8,13 @@
 
 namespace edgewise {
 
-/// The plain way of a request: one edge with a filter and its plain parameters.
+/// The plain path of a request: one edge with a filter and its ordinary parameters.
 struct PlainWay {
     std::string step;   // as `--via` takes it
     double likely = 0;  // RMSE of its result [values]
 };
 
-/// What Budget::like asks of the paths of one graph.
+/// What Budget::like demands of the paths of one graph.
 struct Alike {
     /// With likely errors in place of upper estimates; arcs that read by a barred filter are
     /// barred.
@@ -23,11 +23,11 @@ struct Alike {
     double most = 0;  // likely RMSE that is as good [values]
 };
 
-/// The plain way by a filter from any of the sources, or nothing where no edge offers one.
+/// The plain path by a filter from any of the sources, or nothing where no edge offers one.
 std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
                                   const std::vector<Source>& sources, const std::string& filter);
 
-/// Where no edge offers the plain way, the paths that are not barred are compared with the most
+/// Where no edge offers the plain path, the paths that are not barred are compared with the most
 /// accurate one of them.
 std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& catalogue,
                                       const Ask& ask, const Like& like);
@@ -35,12 +35,12 @@ std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& cat
 /// How a route is compared; alike where nothing is asked for.
 Likeness likeness_of(const Route& route, const Priced& priced);
 
-/// Routes that no other dominates, and, where something is asked for, those that none dominates
-/// among the paths that are not barred: a path by nearest samples may beat all of these.
+/// Routes that no other dominates. Where Budget::like is set, also those that no other dominates
+/// among the paths that are not barred, since a path by nearest samples may beat all of these.
 std::vector<Route> routes_to_choose_from(const Priced& priced);
 
-/// Whether a plan is as good as `like` asks whatever the facts are that the scene has not: then
-/// they need not be measured. Tried on scenes with facts made up.
+/// Whether a plan is as good as `like` asks, whatever the facts are that the scene does not have.
+/// Then they need not be measured. It is tried on scenes with made-up facts.
 bool alike_unseen(const Plan& plan, const Catalogue& catalogue, const Ask& ask,
                   const std::vector<Source>& sources, const Like& like);
 

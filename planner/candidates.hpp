@@ -8,7 +8,7 @@
 
 namespace edgewise {
 
-/// A path that may be taken.
+/// A path that may be chosen.
 struct Candidate {
     Route route;
     std::vector<std::string> steps;  // as `--via` takes them
@@ -18,11 +18,11 @@ struct Candidate {
     double scale = 1;                // seconds of its steps, where they were measured, to predicted
 };
 
-/// All paths of a request with what they take: what margins, ways out and advice are read from.
+/// All paths of a request with their predictions. Margins, ways out and advice are read from them.
 /// Edges are asked once; after that only labels are compared.
 class Candidates {
  public:
-    /// What was measured of paths, by their steps; it goes before what is predicted.
+    /// What was measured of paths, by their steps. It replaces predictions.
     using Known = std::map<std::vector<std::string>, Predicted>;
 
     /// Up to some thousand simple paths; beyond, those of the Pareto front, and those that take

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kViewsAsked = 8;  // of a long turntable; the mean stands for all
 
-/// Views that an edge works on in one of its ways.
+/// Views that an edge works on by one variant of its kernel.
 struct Share {
     Work mean;
     int views = 0;
@@ -28,12 +28,12 @@ void add(Share& share, const Work& work, int views) {
     for (double Work::*most :
          {&Work::span, &Work::swept, &Work::others, &Work::scratch, &Work::workspace})
         mean.*most = std::max(mean.*most, work.*most);
-    // Of views that are worked on differently the first.
+    // Views that go by different variants: the first one's word.
     if (share.views == 0) mean.way = work.way;
     share.views += views;
 }
 
-/// The work of the views that are asked, by way: counts do not tell these apart.
+/// The work of the views that are asked, by variant, since counts do not show how these differ.
 std::vector<Share> shares_of(const Transition& edge, const Offer& offer, const Ask& ask) {
     const int runs = offer.to.runs(), asked = std::min(runs, kViewsAsked);
     std::vector<Share> shares;
@@ -48,7 +48,7 @@ std::vector<Share> shares_of(const Transition& edge, const Offer& offer, const A
     return shares;
 }
 
-/// Where an edge does not say what its accesses lie within: reads at computed addresses fall
+/// Fills in the sets of bytes where an edge does not say them: reads at computed addresses fall
 /// anywhere in the input, and what is streamed is input and output.
 void place(Work& work, const Offer& offer, const StepCost& cost) {
     const double in = offer.from.bytes() / cost.from_ranks;
@@ -83,8 +83,13 @@ double unit_random(std::uint64_t state) {
 
 std::string timing_name(const Transition& edge, const Offer& offer, const Request& want,
                         const Work& work) {
+<<<<<<< HEAD
     // The box of a view is larger than the input, and its samples lie apart as the pixels do.
     const bool of_view = want.job->of_rays() && offer.to.space == "screen";
+=======
+    // The box of a view is larger than the input, and its samples are spaced like the pixels.
+    const bool of_view = want.job == Job::render && offer.to.space == "screen";
+>>>>>>> h3
     const std::string_view kind =
         offer.to.content == "picture"
             ? (want.mode->timed_as.empty() ? want.mode->name : want.mode->timed_as)
@@ -125,7 +130,7 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
     cost.scratch = cost.work.scratch * threads + cost.work.workspace +
                    part_bytes(edge.parts(offer, ask), offer);
     cost.error = counted_error(edge, offer, ask);
-    // One number that is none, or a negative one, would let the search go round a cycle for ever.
+    // A negative or undefined number would let the search go round a cycle for ever.
     const Error& e = cost.error;
     for (const double number : {cost.seconds, cost.scratch, e.gain, e.noise_gain, e.bias, e.noise})
         if (!std::isfinite(number) || number < 0)

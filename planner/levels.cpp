@@ -22,8 +22,8 @@ double cost_in(const Levels& levels, double Level::*cost, double set) noexcept {
 }
 
 double line_again(const Levels& levels, double set) noexcept {
-    // Of what a copy takes for a byte, as other work goes on meanwhile: least squares over 160
-    // casts of ten scans by zero-order holds have 0.3 to 0.4, by first-order holds 0.3.
+    // Share of a copy's seconds, since other work goes on while a line comes. Least squares over
+    // 160 ray casts of ten scans: 0.3 to 0.4 for zero-order holds, 0.3 for first-order holds.
     constexpr double kInOrder = 0.4;
     const auto beyond_near = [&](double Level::*cost) {
         return cost_in(levels, cost, 2 * set) - levels.front().*cost;

@@ -129,7 +129,7 @@ class Margins {
                 objective(other.choice, rules_.aim) == objective(plan_.choice, rules_.aim));
     }
 
-    /// A plan that would break the budget of seconds before it is beaten gives way then.
+    /// A plan that would break the budget of seconds before it is beaten loses at that point.
     void break_time(StepMargin& margin) const {
         const auto& limit = rules_.budget.seconds;
         const double own = paths_.seconds_in(plan_, margin.step, true);

@@ -6,7 +6,7 @@
 
 namespace edgewise {
 
-/// What messages cost from one size on: networks send short and long ones in different ways
+/// What messages cost from one size on. Networks send short and long ones by different protocols
 /// (eager, rendezvous, in packets), so seconds by size have break points.
 struct MessageCost {
     double bytes = 0;    // of the shortest message that this holds for

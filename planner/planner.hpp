@@ -14,18 +14,19 @@ struct PlanOptions {
     Demands demands = {};
     /// Bytes that stay whatever the path: loaded samples, waiting results, what verifying needs.
     double pinned = 0;
-    /// Bytes that the process takes at most beside what paths count: code, libraries, stacks.
+    /// Bytes that the process needs at most in addition to what paths count: code, libraries,
+    /// stacks.
     double resident = 0;
-    /// Bytes that are needed once a path has ended, beside what is pinned: those of verifying.
+    /// Bytes that are needed once a path has ended, in addition to what is pinned: for verifying.
     double after = 0;
-    /// Bytes that the process is expected to take beside what paths count: `resident` without
-    /// reserves, for Predicted::expected alone. 0: not known.
+    /// Bytes that the process is expected to need in addition to what paths count: `resident`
+    /// without reserves, for Predicted::expected alone. 0: not known.
     double held = 0;
     /// Replaces costs by seeded random ones, so that tests run paths that would never win.
     std::optional<std::uint64_t> random_costs = {};
 };
 
-/// What a plan is compared with where Budget::like is set: the plain way.
+/// What a plan is compared with where Budget::like is set: the plain path.
 struct Compared {
     std::string step;  // as `--via` takes it
     double error = 0;  // NRMSE that it is likely to have

@@ -1,7 +1,6 @@
 #include "planner/profile.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -35,41 +34,13 @@ constexpr Field kFields[] = {
 /// with factors before those of built_in.json.
 constexpr double kUncalibrated = 0.35;
 
-std::map<int, CalmLooks> calm_of(const nlohmann::json& json, const JsonFields& fields) {
-    constexpr int kMost = 1 << 20;
-    std::map<int, CalmLooks> calm;
-    for (const auto& item : json.items()) {
-        const std::string& processors = item.key();
-        const nlohmann::json& looks = item.value();
-        const std::string where = "calm." + processors;
-        int count = 0;
-        const char* const end = processors.data() + processors.size();
-        const auto read = std::from_chars(processors.data(), end, count);
-        if (read.ec != std::errc() || read.ptr != end || count < 1 || count > kMost)
-            fields.reject(where, "expected a number of processors");
-        if (!looks.is_object()) fields.reject(where, "expected an object");
-        const auto seconds = [&](const char* key, double least) {
-            return fields.number(looks.value(key, nlohmann::json()), where + "." + key, least, 1);
-        };
-        calm[count] = {.loop = seconds("loop", 1e-9), .hop = seconds("hop", 0)};
-    }
-    return calm;
-}
-
-nlohmann::json calm_json(const std::map<int, CalmLooks>& calm) {
-    nlohmann::json json = nlohmann::json::object();
-    for (const auto& [processors, looks] : calm)
-        json[std::to_string(processors)] = {{"loop", looks.loop}, {"hop", looks.hop}};
-    return json;
-}
-
-/// A mistyped field would leave the built-in number in its place without a word.
 void expect_known(const nlohmann::json& json, const JsonFields& fields) {
     const nlohmann::json known = to_json(Profile{});
     std::string names;
     for (const auto& item : known.items()) names += (names.empty() ? "" : ", ") + item.key();
     for (const auto& item : json.items())
-        if (!known.contains(item.key()) && item.key() != "comment")
+        if (!known.contains(item.key()) && item.key() != "comment" &&
+            item.key() != "calm")  // of profiles before 0.20
             fields.reject(item.key(), "no such field; there are comment, " + names);
 }
 
@@ -107,7 +78,7 @@ Seconds Profile::seconds(const std::string& edge, const Work& work, int threads,
         message_seconds(messages, {.latency = latency, .byte = byte}, work.messages, work.sent);
     const Rate rate = rates.at(edge, part, runs);
     if (rate.ratio > 0) {
-        // What all processors together took tells the share that threads do not speed up.
+        // The gain from all processors gives the share of a run that threads do not speed up.
         const double alone = 1.0 / processors;
         const double fixed =
             processors > 1 ? std::max(0.0, (rate.shared - alone) / (1 - alone)) : serial;
@@ -170,7 +141,6 @@ Profile parse_profile(const std::string& text, const std::string& file) {
         profile.provenance[number] = fields.text(origin, "provenance." + number);
     for (const auto& [number, value] : spreads.items())
         profile.spreads[number] = fields.number(value, "spreads." + number, 0, 10);
-    profile.calm = calm_of(object("calm"), fields);
     profile.levels = levels_of(json.value("levels", nlohmann::json::array()), file);
     profile.messages = message_costs_of(json.value("messages", nlohmann::json::array()), file);
     profile.rates = rates_of(object("rates"), file);
@@ -189,7 +159,6 @@ nlohmann::json to_json(const Profile& profile) {
                            {"messages", to_json(profile.messages)},
                            {"factors", profile.factors},
                            {"rates", to_json(profile.rates)},
-                           {"calm", calm_json(profile.calm)},
                            {"provenance", profile.provenance},
                            {"spreads", profile.spreads}};
     for (const Field& field : kFields) json[field.name] = profile.*field.member;

@@ -16,12 +16,6 @@ struct Seconds {
     double seconds = 0, spread = 0;
 };
 
-/// What the looks at a machine take that precede timed runs, in its calmest moment.
-struct CalmLooks {
-    double loop = 0;  // [s] of a fixed loop on so many processors
-    double hop = 0;   // [s] that a line of the caches takes from one processor to the next
-};
-
 /// A machine as the mixed cost communication machine sees it (MCCM, [W93] 2.2.2): how long a
 /// counted unit of work takes, and a fitted factor for each edge whose counts miss something.
 struct Profile {
@@ -50,7 +44,6 @@ struct Profile {
     std::map<std::string, double> factors;
     /// The same measured here by size, kind and type of sample; these go before `factors`.
     Rates rates;
-    std::map<int, CalmLooks> calm;  // by processors at work; empty: not known
     /// Where a number comes from, by its name above: "measured", "fitted", "derived" or "guessed",
     /// then from what.
     std::map<std::string, std::string> provenance;
@@ -59,7 +52,7 @@ struct Profile {
 
     /// Seconds of one run of an edge, of `runs` that may overlap; all but its messages is shared by
     /// `among` ranks.
-    /// @param edge  "EDGE/key=value.../WAY KIND TYPE", as Rates has it; parts may be missing
+    /// @param edge  "EDGE/key=value.../VARIANT KIND TYPE", as in Rates; parts may be missing
     Seconds seconds(const std::string& edge, const Work& work, int threads, int among = 1,
                     int runs = 1) const;
     /// Seconds of the counted work alone, on one thread.

@@ -14,13 +14,13 @@ namespace edgewise {
 namespace {
 
 constexpr double kAlike = 1.35;        // sizes within this factor are one
-constexpr double kLeastSpread = 0.03;  // what two runs of the same differ by
+constexpr double kLeastSpread = 0.03;  // two runs of the same path differ by so much
 constexpr double kBorrowed = 0.25;     // spread of a rate under another name, at least
 constexpr double kBeyond = 0.1;        // more spread for each factor e beyond the measured sizes
-/// [s] that count for loops in any run beside what is counted: threads wake, pages are new. Small
-/// counts say little.
+/// [s] that any run takes in addition to what is counted: threads wake, pages are new. They belong
+/// to the loops. So small counts say little.
 constexpr double kSetUp = 1e-5;
-constexpr std::size_t kNear = 4;  // neighbours on either side that sharing is the median of
+constexpr std::size_t kNear = 4;  // sharing is a median over so many neighbours on either side
 
 double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
@@ -75,19 +75,19 @@ std::vector<Rate> by_size(std::vector<Rate> rates) {
 /// The name without the type.
 std::string base_of(const std::string& name) { return name.substr(0, name.rfind(' ')); }
 
-/// Seconds that loops took over what was counted for them and the set-up.
+/// Measured over counted seconds of loops and set-up.
 double loops_pace(const Rate& rate) {
     return seconds_of_loops(rate) / (rate.counted - rate.apart + kSetUp);
 }
 
-/// Seconds on one thread where loops take so many times what is counted.
+/// Expected seconds on one thread. @param pace  of loops, see loops_pace()
 double expected(const Counted& counted, double pace) {
     return pace * (counted.seconds - counted.apart + kSetUp) + counted.apart;
 }
 
 std::string edge_of(const std::string& name) { return name.substr(0, name.find_first_of(" /")); }
 
-/// Calls each(part) for the edge, its parameters, way, kind and type.
+/// Calls each(part) for the edge, its parameters, variant, kind and type.
 template <class Each>
 void for_parts(std::string_view name, Each&& each) {
     for (std::size_t end = 0; end != name.npos; name.remove_prefix(end + 1)) {
@@ -109,8 +109,8 @@ void for_shared(std::string_view name, std::string_view other, Each&& each) {
     });
 }
 
-/// How much of `name` is in another one of its edge: the number of parts decides, then the earlier,
-/// then that it has no others.
+/// How alike two names of one edge are: first by the number of parts that they share, then by how
+/// early these are in `name`, then by how few others `other` has.
 int likeness(std::string_view name, std::string_view other) {
     constexpr int kMost = 32;  // parts, about
     int alike = 0;
@@ -182,7 +182,7 @@ Rates::Shared Rates::shared_of(const Curves& curves) {
                   [](const Sharing& a, const Sharing& b) { return a.alone < b.alone; });
         std::vector<Sharing> smooth;
         for (std::size_t i = 0; i < points.size(); ++i) {
-            // The ends follow the nearest of which there are neighbours on either side.
+            // The ends use the nearest point that has neighbours on either side.
             const std::size_t side = std::min(kNear, (points.size() - 1) / 2);
             const std::size_t middle = std::clamp(i, side, points.size() - 1 - side);
             std::vector<double> near;

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kMostDemands = 12;
 constexpr std::size_t kMostMissing = 3, kMostSets = 8;
 
-/// What a path takes and what it may, in the order error, seconds, bytes; an unknown error is
+/// What a path needs and what it may need, in the order error, seconds, bytes; an unknown error is
 /// infinite.
 using Three = std::array<double, 3>;
 constexpr double kNone = std::numeric_limits<double>::infinity();

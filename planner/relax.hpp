@@ -8,7 +8,7 @@
 
 namespace edgewise {
 
-/// New limits for the budgets that must give way; the others stay.
+/// New limits for the budgets that must change; the others stay.
 struct Relaxed {
     /// Infinite: no limit helps, only none, since the error of what is left is unknown.
     std::optional<double> error = {};
@@ -24,11 +24,11 @@ struct Rounding {
     std::function<double(double)> error, seconds, bytes;
 };
 
-/// The least that budgets must give way, where no path keeps all of them: each budget that helps
-/// alone; where none does, each pair that does, at the point where the factors on its two limits
-/// multiply to the least; else all three. With the limits as rounded some path keeps all budgets,
-/// and with any one of them back at the least value before rounding, less a little, none does.
-/// A default error is a wish and needs no way out. Empty where there is no path at all.
+/// The smallest changes to budgets that make a request feasible, where no path keeps all of them:
+/// each budget that helps alone; where none does, each pair that does, at the point where the
+/// factors on its two limits multiply to the least; else all three. With the limits as rounded some
+/// path keeps all budgets. With any one of them just below its least value before rounding none
+/// does. A default error is a wish and needs no change. Empty where there is no path at all.
 std::vector<Relaxed> relaxed_budgets(const Candidates& paths, const Budget& budget,
                                      const Rounding& rounding);
 
@@ -46,8 +46,8 @@ std::vector<Dropped> demands_to_drop(const Catalogue& catalogue, const Ask& ask,
                                      const PlanOptions& options, bool budgets);
 
 /// All smallest sets of refused edges that would, if they applied wherever they declare to, join
-/// the sources to what is asked for; edges that were never asked, because nothing made what they
-/// read, are taken to apply. Empty where there is a path, or no set of up to three leads there.
+/// the sources to what is asked for. Edges that were never asked, because nothing made what they
+/// read, are assumed to apply. Empty where there is a path, or no set of up to three leads there.
 std::vector<std::vector<Refusal>> missing_edges(const Catalogue& catalogue, const Ask& ask,
                                                 const std::vector<Source>& sources);
 

@@ -22,9 +22,9 @@ struct Reached {
     bool beaten = false;         // another label of this vertex dominates it
 };
 
-/// Label setting with dominance (Martins 1984): the least label, in the order of `before`, goes on
-/// along all arcs; at every vertex those stay that no other dominates. Boost's r_c_shortest_paths
-/// does the same, and tests hold this one against it.
+/// Label setting with dominance (Martins 1984): the least label, in the order of `before`, is
+/// extended along all arcs. At every vertex those labels stay that no other dominates. Boost's
+/// r_c_shortest_paths does the same, and tests compare this one with it.
 class LabelSetting {
  public:
     explicit LabelSetting(const Priced& priced)

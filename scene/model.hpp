@@ -21,8 +21,8 @@ namespace edgewise {
 
 // How an edge's errors are worked out without running it: a model makes, in f64 and from the field
 // itself, what the edge would make of a few output samples that are drawn. A preview compares that
-// with the reference. An edge's model lies beside it (<edge>_model.cpp) and is the only place that
-// knows its algorithm twice; what is drawn, and how errors are told from it, is the preview's.
+// with the reference. An edge's model lies in its folder (<edge>_model.cpp) and is the only place
+// that knows its algorithm twice; what is drawn, and how errors are told from it, is the preview's.
 
 /// Values of one output sample: one, or red, green, blue and opacity.
 using PixelValues = std::array<double, 4>;
@@ -41,7 +41,7 @@ struct ModelFact {
     std::size_t like_point = 1;
     /// Of pictures: squares of samples along rays, weighed by length; else one a ray.
     bool of_points = false;
-    /// Whether promises hang on it, so that it is an upper estimate; else the likely value.
+    /// Whether promises depend on it, so that it is an upper estimate; else the likely value.
     bool promised = true;
 };
 
@@ -196,7 +196,7 @@ struct ModelSetting {
 
 /// The models of all edges, warps' first.
 /// @param input  the vertex that paths begin with
-/// @param asked  demands whose parameters are measured beside those that a planner tries
+/// @param asked  demands whose parameters are measured in addition to those that a planner tries
 std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
                                                     const Representation& input,
                                                     const Demands& asked, ModelSetting& setting);

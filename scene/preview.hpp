@@ -19,6 +19,9 @@ struct Preview {
     double low = 0, high = 0;  // of the reference; low > high: no output sample sees the input
 };
 
+/// Operations that the usual draws of a request take, by and large: what looking costs.
+double preview_operations(const Request& want) noexcept;
+
 /// Of warps: points.
 /// @param times  so many times the usual draws, within what there is
 Preview preview_points(const Catalogue& catalogue, const Demands& asked, const Request& want,

@@ -1,5 +1,7 @@
 #include "scene/scene.hpp"
 
+#include <algorithm>
+
 #include "graph/range.hpp"
 #include "reference/written.hpp"
 #include "scene/measured_runs.hpp"
@@ -18,6 +20,16 @@ Scene unseen_scene(const Statistics& statistics) {
     scene.occupied_fraction = statistics.occupied_fraction;
     scene.range = range_between(statistics.low, statistics.high);
     return scene;
+}
+
+double preview_operations(const Request& want) noexcept {
+    // So many clusters are drawn at most, and a fourth as many outputs hold all there are. What one
+    // takes was timed: 0.03 ms of points of a warp, 1 ms of rays, where an operation takes 0.033
+    // ns.
+    constexpr double kPoints = 500, kRays = 288;
+    const bool rays = want.job->of_rays();
+    const double outputs = static_cast<double>(want.output().samples()) * want.frames;
+    return std::min(rays ? kRays : kPoints, outputs / 4) * (rays ? 3e7 : 9e5);
 }
 
 void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,

@@ -12,7 +12,7 @@
 
 namespace edgewise {
 
-/// Measures what errors of a catalogue's edges hang on beyond the statistics: a preview of a few
+/// Measures what errors of a catalogue's edges depend on beyond the statistics: a preview of a few
 /// hundred rays (or points of a warp), by the edges' models against the reference. At most 8 MB of
 /// memory, with more draws too. Edges without a model and without an answer of their own are run on
 /// a few small tiles. The same for any number of threads.
@@ -23,7 +23,8 @@ namespace edgewise {
 /// @param statistics  of the same samples
 /// @param formula     of Field::formula, else null
 /// @param times       so many times the usual draws, within what there is and what fits
-/// @param asked       demands whose parameters are measured beside those that a planner tries
+/// @param asked       demands whose parameters are measured in addition to those that a planner
+/// tries
 Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
                     int times = 1, const Demands& asked = {});

@@ -27,25 +27,17 @@ using Clock = std::chrono::steady_clock;
 
 struct AuditOptions {
     std::string requests;
-    std::optional<std::string> out, limit, repeat, patience, verify, seed, threads, machine,
-        planner;
+    std::optional<std::string> out, limit, repeat, verify, seed, threads, machine, planner;
     std::optional<std::string> json, progress, log;
     bool quiet = false;
 };
 
 PathSettings settings_of(const AuditOptions& options) {
     PathSettings settings;
-    settings.in_a_row = true;
     if (options.limit)
         settings.limit = static_cast<std::size_t>(whole_of("--limit", *options.limit, 1, 1 << 20));
     if (options.repeat)
         settings.repeat = static_cast<int>(whole_of("--repeat", *options.repeat, 1, 10'000));
-    if (options.patience) {
-        settings.patience = number_of("--patience", *options.patience);
-        if (!(settings.patience >= 0 && settings.patience <= 3600))
-            throw RequestError(
-                fmt::format("--patience {}: expected 0 to 3600 seconds", *options.patience));
-    }
     if (options.verify) settings.samples = static_cast<std::int64_t>(verify_count(*options.verify));
     if (options.seed)
         settings.seed = static_cast<std::uint64_t>(whole_of("--seed", *options.seed, 0, INT64_MAX));
@@ -166,8 +158,6 @@ Verb add_audit(CLI::App& main) {
     text("-o", options->out, "OUT.json", "what came out, or -")->required();
     text("--limit", options->limit, "N", "paths a request at most; default 200");
     text("--repeat", options->repeat, "N", "runs of every path that could win; default 5");
-    text("--patience", options->patience, "S",
-         "seconds a request at most until runs are calm; default 20");
     text(
         "--verify", options->verify, "N|all",
         "samples that errors are measured on; default: all, of large outputs 16384 pixels, or 2^19 "

@@ -16,19 +16,9 @@ Json or_null(const std::optional<double>& value) { return value ? Json(*value) :
 Json path_json(const MeasuredPath& path, bool all) {
     Json measured;
     if (path.measured()) {
-        measured = {{"seconds", path.median()},
-                    {"least", path.least()},
-                    {"first", *path.first},
-                    {"runs", path.seconds.size()},
-                    {"set_aside", path.set_aside},
-                    {"at_best_pace", path.worse.calm},
-                    {"beside",
-                     {{"loop", path.worse.loop},
-                      {"hop", path.worse.hop},
-                      {"line", path.worse.line},
-                      {"nearest", path.worse.nearest}}},
-                    {"bytes", path.bytes},
-                    {"resident_bytes", or_null(path.resident_bytes)},
+        measured = {{"seconds", path.typical()},   {"least", path.least()},
+                    {"first", *path.first},        {"runs", path.seconds.size()},
+                    {"bytes", path.bytes},         {"resident_bytes", or_null(path.resident_bytes)},
                     {"error", to_json(path.error)}};
         if (all) measured["all_seconds"] = path.seconds;
     }
@@ -75,8 +65,7 @@ Json audit_entry(const AuditedRequest& request) {
     json["chosen"] = path_json(chosen, true);
     json["best"] = path_json(*verdict.best, true);
     json["regret"] = verdict.regret;
-    json["predicted_over_measured"] = chosen.predicted.seconds / chosen.median();
-    json["at_best_pace"] = chosen.worse.calm;
+    json["predicted_over_measured"] = chosen.predicted.seconds / chosen.typical();
     json["error_within_budget"] = verdict.error_kept;
     json["bytes_within_budget"] = verdict.bytes_kept;
     json["seconds_within_budget"] = verdict.seconds_kept;

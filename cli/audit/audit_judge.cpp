@@ -24,7 +24,7 @@ bool small(const MeasuredPath& path, const AuditedRequest& request) {
 }
 
 bool in_time(const MeasuredPath& path, const AuditedRequest& request) {
-    return !request.budget.seconds || path.median() <= *request.budget.seconds;
+    return !request.budget.seconds || path.typical() <= *request.budget.seconds;
 }
 
 /// The budgets other than that of the error.
@@ -62,7 +62,7 @@ bool keeps_budgets(const MeasuredPath& path, const AuditedRequest& request) {
 double objective(const MeasuredPath& path, const AuditedRequest& request) {
     switch (request.minimize) {
         case Minimize::time:
-            return path.median();
+            return path.typical();
         case Minimize::memory:
             return path.bytes;
         case Minimize::error:
@@ -85,7 +85,7 @@ Verdict judge(const AuditedRequest& request) {
                                      });
     verdict.regret = objective(chosen, request) / objective(*verdict.best, request);
     const Budget& budget = request.budget;
-    // A likeness is a wish: where no plan has it the most accurate one was taken.
+    // A likeness is a wish: where no plan has it the most accurate one was chosen.
     verdict.error_kept = budget.like || accurate(chosen, request);
     verdict.bytes_kept = small(chosen, request);
     verdict.seconds_kept = in_time(chosen, request);

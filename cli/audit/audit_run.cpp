@@ -9,7 +9,6 @@
 #include "cli/audit/audit.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/quantiles.hpp"
-#include "cli/machine/stolen_time.hpp"
 #include "cli/session/paths.hpp"
 #include "cli/session/session.hpp"
 #include "graph/errors.hpp"
@@ -30,14 +29,6 @@ constexpr int kFewRuns = 3;
 /// kMoreSeconds: the least of several medians is too small by what they scatter.
 constexpr double kClose = 1.15, kMoreSeconds = 0.5;
 constexpr int kMoreRuns = 4;
-/// Rounds go on for so long at least (where there is the patience), and until enough runs were
-/// calm: a core that is shared with others, a hyperthread's sibling or another machine's guest, is
-/// slow for tenths of a second and more. Sleeping between rounds would not do: a machine that has
-/// slept is slow.
-constexpr double kLeastSeconds = 1.2;
-/// For so long paths that are no rivals are waited for until kFewRuns of their runs were calm.
-constexpr double kJudging = 2;
-
 double since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
 }
@@ -65,7 +56,7 @@ class Rounds {
           runs_(session, request.paths, plans, settings, resident_before) {}
 
     void run_all() {
-        // The chosen path first: what it takes bounds the patience with the others.
+        // The chosen path first: its seconds bound how long the others may run.
         for (std::size_t i = 0; i < request_.paths.size(); ++i)
             if (path(i).chosen) runs_.run_first(i, std::numeric_limits<double>::infinity());
         for (std::size_t i = 0; i < request_.paths.size(); ++i)
@@ -73,33 +64,14 @@ class Rounds {
         run_rounds();
         run_close_ones();
         catch_up();
-        runs_.choose_all();
     }
 
  private:
     const MeasuredPath& path(std::size_t i) const { return request_.paths[i]; }
 
-    /// Until the chosen path and all that may win have enough calm runs, or the patience ends.
     void run_rounds() {
-        const auto begin = Clock::now();
-        const double patience = settings_.patience;
-        for (int round = 0; round < settings_.repeat || since(begin) < patience; ++round) {
-            judging_ = since(begin) < std::min(kJudging, patience);
-            const bool all = round < settings_.repeat || since(begin) < kLeastSeconds;
-            const auto wanted = [&](std::size_t i) {
-                return (path(i).chosen || may_win(i)) && (all || !is_enough(i));
-            };
-            const std::vector<std::size_t> before = runs_.counts();
-            const StolenTime watch;
-            runs_.run_round(round, wanted);
-            if (!watch.calm()) runs_.disturbed_since(before);
-            if (runs_.counts() == before) break;
-        }
-        judging_ = false;
-    }
-
-    bool is_enough(std::size_t i) const {
-        return runs_.calm_runs(i) >= static_cast<std::size_t>(settings_.repeat);
+        const auto wanted = [&](std::size_t i) { return path(i).chosen || may_win(i); };
+        for (int round = 0; round < settings_.repeat; ++round) runs_.run_round(round, wanted);
     }
 
     /// The best may have seemed faster in its first runs than in all: who was left behind for that
@@ -130,7 +102,7 @@ class Rounds {
     double patience() const {
         const MeasuredPath& best = this->best();
         if (!best.measured()) return std::numeric_limits<double>::infinity();
-        return std::max(kPatience, kHopeless * best.median());
+        return std::max(kPatience, kHopeless * best.typical());
     }
 
     /// The least median of the paths that keep the budgets; of the chosen one where none does.
@@ -138,7 +110,7 @@ class Rounds {
         const MeasuredPath* best = nullptr;
         for (const MeasuredPath& path : request_.paths)
             if (path.measured() && keeps_budgets(path, request_) &&
-                (!best || path.median() < best->median()))
+                (!best || path.typical() < best->typical()))
                 best = &path;
         return best ? *best : request_.chosen();
     }
@@ -147,17 +119,15 @@ class Rounds {
     bool may_win(std::size_t i) const {
         const MeasuredPath &path = this->path(i), &best = this->best();
         if (path.seconds.empty())
-            return *path.first <= std::max(kPatience, kHopeless * best.median());
+            return *path.first <= std::max(kPatience, kHopeless * best.typical());
         const auto few = static_cast<std::size_t>(kFewRuns);
-        if (path.least() < kCheap &&
-            (path.seconds.size() < few || (judging_ && runs_.calm_runs(i) < few)))
-            return true;
-        return path.least() <= kNoRival * best.median() + 3 * scatter(best.seconds);
+        if (path.least() < kCheap && path.seconds.size() < few) return true;
+        return path.least() <= kNoRival * best.typical() + 3 * scatter(best.seconds);
     }
 
     bool is_close(std::size_t i) const {
         const MeasuredPath &path = this->path(i), &best = this->best();
-        return keeps_budgets(path, request_) && path.least() <= kClose * best.median();
+        return keeps_budgets(path, request_) && path.least() <= kClose * best.typical();
     }
 
     static double scatter(const std::vector<double>& seconds) {
@@ -171,7 +141,6 @@ class Rounds {
     AuditedRequest& request_;
     const PathSettings& settings_;
     PathRuns runs_;
-    bool judging_ = false;
 };
 
 std::string family_of(const Request& want) {

@@ -59,18 +59,17 @@ void each_path(const Requests& requests, const Take& take) {
 }
 
 void put_times(Json& json, const Requests& requests) {
-    Values chosen, all, taus, at_best_pace;
+    Values chosen, all, taus;
     each_path(requests, [&](const AuditedRequest&, const MeasuredPath& path) {
-        const double ratio = path.predicted.seconds / path.median();
+        const double ratio = path.predicted.seconds / path.typical();
         all.push_back(ratio);
         if (path.chosen) chosen.push_back(ratio);
-        if (path.chosen && path.worse.calm) at_best_pace.push_back(ratio);
     });
     for (const AuditedRequest* request : requests) {
         Values predicted, measured;
         each_path({request}, [&](const AuditedRequest&, const MeasuredPath& path) {
             predicted.push_back(path.predicted.seconds);
-            measured.push_back(path.median());
+            measured.push_back(path.typical());
         });
         const double tau = kendall_tau(predicted, measured);
         if (predicted.size() > 2 && std::isfinite(tau)) taus.push_back(tau);
@@ -83,8 +82,6 @@ void put_times(Json& json, const Requests& requests) {
     json["time_ratio_p90_abs_log"] = of_chosen["p90_abs_log"];
     json["time_ratio"] = of_chosen;
     json["time_ratio_of_paths"] = spread(all);
-    // Predictions are of a calm machine; the others say what a busy one adds.
-    json["time_ratio_at_best_pace"] = spread(at_best_pace);
     json["kendall_tau"] = taus.empty() ? Json() : Json(sum / double(taus.size()));
     json["kendall_tau_least"] = taus.empty() ? Json() : Json(quantile(taus, 0));
 }
@@ -97,7 +94,7 @@ void put_coverage(Json& json, const Requests& requests) {
         const Json low = predicted.value("seconds_low", Json());
         const Json high = predicted.value("seconds_high", Json());
         if (!low.is_number() || !high.is_number()) return;
-        const double seconds = path.median();
+        const double seconds = path.typical();
         const bool inside = low.get<double>() <= seconds && seconds <= high.get<double>();
         ++with;
         within += inside;

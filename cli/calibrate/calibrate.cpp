@@ -27,7 +27,7 @@ std::string profile_file(const CalibrateOptions& options) {
     const std::string folder = config_folder();
     if (folder.empty())
         throw RequestError("calibrate: there is no home to write the profile to; say -o FILE");
-    std::error_code none;  // what goes wrong shows when the folder is looked at
+    std::error_code none;  // errors show when the folder is used
     std::filesystem::create_directories(folder, none);
     return folder + "/machine.json";
 }

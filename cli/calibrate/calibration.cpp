@@ -14,14 +14,11 @@
 #include "cli/calibrate/calibration_trials.hpp"
 #include "cli/calibrate/exam.hpp"
 #include "cli/calibrate/prepared_trial.hpp"
-#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
 #include "cli/machine/machine_probe.hpp"
-#include "cli/machine/paced_runs.hpp"
 #include "cli/machine/quantiles.hpp"
+#include "cli/machine/repeated.hpp"
 #include "cli/machine/signals.hpp"
-#include "cli/machine/stolen_time.hpp"
-#include "cli/machine/warming.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
 #include "planner/cost.hpp"
@@ -33,17 +30,6 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-/// Standard error of the log of a median of runs.
-double median_error(const std::vector<double>& seconds) {
-    constexpr double kOneRun = 0.2;  // what single runs scatter by on a shared machine
-    const double runs = static_cast<double>(seconds.size());
-    std::vector<double> away;
-    for (const double one : seconds) away.push_back(std::abs(std::log(one / median(seconds))));
-    // Normal distributions: deviation 1.4826 of the median distance, of a median 1.2533 of a mean.
-    const double scatter = runs < 4 ? kOneRun : 1.4826 * median(away);
-    return 1.2533 * scatter / std::sqrt(runs);
 }
 
 class Calibration {
@@ -61,21 +47,19 @@ class Calibration {
         for (std::size_t i = 0; i < all.size(); ++i) {
             show(messages, all[i]);
             // What a trial leaves of its time goes to those that follow.
-            const double left = kFirstRound * limit_ - since(begin_) + waited_;
-            wait_before_visit();
+            const double left = kFirstRound * limit_ - since(begin_);
             end_ = since(begin_) + left / static_cast<double>(all.size() - i);
             begin_case(cases[i], all[i]);
         }
-        bool lacking = true;  // calm runs
+        bool lacking = true;  // runs
         for (int round = 1; lacking && since(begin_) < limit_; ++round) {
             lacking = false;
-            // Never backwards: visits of one trial are a round apart, so that no bad moment of the
-            // host has all of them.
+            // Always in the same order: between two visits of one trial lies a whole round, so that
+            // no bad moment of the host spoils all of them.
             for (std::size_t i = 0; i < all.size(); ++i) {
                 if (is_enough(cases[i])) continue;
                 lacking = true;
                 show(messages, all[i]);
-                wait_before_visit();
                 repeat_case(cases[i], round);
             }
         }
@@ -83,11 +67,6 @@ class Calibration {
         fit(kept());
         if (!quick_) missed_ = missed_in_exams(profile_, phantoms_);
         messages.end_progress();
-        // What is brought to a calm pace is less certain than what was timed at it.
-        if (2 * disturbed_ > visits_ || 20 * calm_ < runs_)
-            messages.warning(
-                "the processors were slow or busy nearly all the time, with other programs or "
-                "other guests of a host: calibrate again in a better minute");
         return finished();
     }
 
@@ -95,16 +74,13 @@ class Calibration {
     static constexpr double kFirstRound = 0.3;  // of the time, at most
     static constexpr double kLong = 0.04;       // [s]
     /// Runs of a path; of a long one; of one that others of its trial beat by kDear.
-    static constexpr std::size_t kManyCalm = 12, kFewCalm = 6, kLeastCalm = 4;
-    /// Waited before a visit while processors are far, and of the time before all: a host that has
-    /// moved them apart brings them together again after seconds, and no run counts before that.
-    static constexpr double kWait = 0.5, kWaits = 0.25;  // [s], 1
+    static constexpr std::size_t kMany = 12, kFew = 6, kLeast = 4;
     static constexpr double kDear = 5;
 
-    /// What each step of a path took in runs that are seconds apart: a core that is shared with
-    /// others (a hyperthread's sibling, another machine's guest) is slow for tenths of a second and
-    /// more, so runs one after the other all meet the same state.
-    using Runs = std::vector<PacedRuns>;
+    /// What each step of a path took, run by run. Between two runs lie seconds: a core that is
+    /// shared (with the other hyperthread, with another guest of the host) is slow for tenths of a
+    /// second and more, so consecutive runs would all meet the same state.
+    using Runs = std::vector<std::vector<double>>;
 
     struct TimedPath {
         Plan plan;
@@ -114,7 +90,7 @@ class Calibration {
     };
 
     struct TimedStep {
-        PacedRuns alone, together;  // of all its frames
+        std::vector<double> alone, together;  // of all its frames
     };
 
     struct Case {
@@ -122,15 +98,6 @@ class Calibration {
         std::unique_ptr<PreparedTrial> prepared;
         std::vector<TimedPath> paths;  // the cheap ones first
     };
-
-    void wait_before_visit() {
-        const Clock::time_point begin = Clock::now();
-        const int threads = profile_.processors;
-        const double patience = std::min(kWait, kWaits * limit_ - waited_);
-        while (is_far(pace_now(threads), best_pace(threads)) && since(begin) < patience) {
-        }
-        waited_ += since(begin);
-    }
 
     void show(Messages& messages, const Trial& trial) const {
         messages.progress(
@@ -142,7 +109,7 @@ class Calibration {
         return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
     }
 
-    /// What is timed: name, counted seconds, those apart, frames.
+    /// What is timed: name, counted seconds, those of line misses, frames.
     using What = std::tuple<std::string, double, double, int>;
     What what(const Case& of, const Step& step) const {
         const Counted counted = profile_.counted(step.work);
@@ -169,11 +136,10 @@ class Calibration {
     }
 
     void begin_case(Case& one, const Trial& trial) {
-        const Visit visit(*this, one);
         one.prepared = std::make_unique<PreparedTrial>(trial, phantoms_);
         one.edge = trial.edge;
         std::vector<Plan> plans = one.prepared->paths(default_profile());
-        // The dear ones may find their steps already timed.
+        // The expensive ones may find their steps already timed.
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
             return a.predicted.seconds < b.predicted.seconds;
         });
@@ -196,7 +162,7 @@ class Calibration {
             path.dear = path.plan.predicted.seconds > kDear * cheapest;
             for (Runs* runs : {&path.alone, &path.together}) runs->resize(path.plan.steps.size());
             one.paths.push_back(std::move(path));
-            if (!time(one, one.paths.back(), profile_.processors, kBriefly)) {
+            if (!time(one, one.paths.back(), profile_.processors)) {
                 one.paths.pop_back();
                 continue;
             }
@@ -204,21 +170,20 @@ class Calibration {
             ++timed;
         }
         if (profile_.processors > 1)
-            for (TimedPath& path : one.paths) time(one, path, 1, kBriefly);
+            for (TimedPath& path : one.paths) time(one, path, 1);
         one.prepared->session.memory->trim();
     }
 
     /// All paths on all threads, then, in every third round, all of them on one: a thread that
     /// wakes for every second run is slower than those of a machine at work.
     void repeat_case(Case& one, int round) {
-        const Visit visit(*this, one);
         repeat_paths(one, round, profile_.processors);
         const bool alone = round % 3 == 0 || is_enough(one, profile_.processors);
         if (profile_.processors > 1 && alone) repeat_paths(one, round / 3, 1);
         one.prepared->session.memory->trim();
     }
 
-    /// Those that have not met enough calm moments. Long runs are fewer: their own length is a mean
+    /// Those that have not had enough runs. Long runs are fewer: their own length is a mean
     /// over what the machine does.
     void repeat_paths(Case& one, int round, int threads) {
         for (std::size_t i = 0; i < one.paths.size(); ++i) {
@@ -231,10 +196,8 @@ class Calibration {
 
     static bool is_enough(const TimedPath& path, int threads) {
         const Runs& runs = threads == 1 ? path.alone : path.together;
-        const std::size_t enough = path.dear               ? kLeastCalm
-                                   : path.longest >= kLong ? kFewCalm
-                                                           : kManyCalm;
-        return runs.front().calm(best_pace(threads)) >= enough;
+        const std::size_t enough = path.dear ? kLeast : path.longest >= kLong ? kFew : kMany;
+        return runs.front().size() >= enough;
     }
     static bool is_enough(const Case& one, int threads) {
         return std::all_of(one.paths.begin(), one.paths.end(),
@@ -245,33 +208,12 @@ class Calibration {
                (profile_.processors == 1 || is_enough(one, 1));
     }
 
-    enum Patience { kPatiently, kBriefly };
-
-    /// Another path ran before: a short run counts when warm. There are several brief ones in a
-    /// row. In the first round, which must reach every path, one run follows a single other one.
-    /// @return false where a step failed
-    bool time(Case& one, TimedPath& path, int threads, Patience patience = kPatiently) {
-        const Data& data = *one.prepared->session.input->data;
-        Warming warming(path.longest);
-        while (warming.goes_on()) {
-            const Outcome warm = one.prepared->run(path.plan, threads);
-            if (warm.steps != path.plan.texts()) return false;
-            warming.ran(warm.seconds, times_as_far(data));
-            if (patience == kBriefly) break;
-        }
-        if (patience == kBriefly) return time_once(one, path, threads, true);
-        const int many = runs_in_a_row(warming.last());
-        for (int run = 0; run < many; ++run)
-            if (!time_once(one, path, threads, run == 0)) return false;
-        return true;
-    }
-
-    bool time_once(Case& one, TimedPath& path, int threads, bool waits) {
+    /// Another path ran before: a short run counts when warm. @return false where a step failed
+    bool time(Case& one, TimedPath& path, int threads) {
         if (stop_flag()) throw Cancelled();
         const PreparedTrial& trial = *one.prepared;
-        Outcome outcome;
-        const Beside met = beside(threads, *trial.session.input->data, path.plan.predicted.bytes,
-                                  waits, [&] { outcome = trial.run(path.plan, threads); });
+        if (needs_warming(path.longest)) trial.run(path.plan, threads);
+        const Outcome outcome = trial.run(path.plan, threads);
         if (outcome.steps != path.plan.texts()) return false;
         path.longest = std::max(path.longest, outcome.seconds);
         // What setting up takes, and going from step to step, is part of the steps.
@@ -279,43 +221,9 @@ class Calibration {
         const double between = outcome.seconds - std::accumulate(steps.begin(), steps.end(), 0.0);
         Runs& runs = threads == 1 ? path.alone : path.together;
         for (std::size_t k = 0; k < runs.size(); ++k)
-            runs[k].add(steps[k] + std::max(0.0, between) / double(steps.size()), met);
+            runs[k].push_back(steps[k] + std::max(0.0, between) / double(steps.size()));
         return true;
     }
-
-    /// The runs of one case, one after the other; where the host did not let it have its
-    /// processors, they are disturbed.
-    class Visit {
-     public:
-        Visit(Calibration& of, Case& one) : of_(of), one_(one) {
-            for_runs([&](PacedRuns& runs) { before_.push_back(runs.size()); });
-        }
-        ~Visit() {
-            ++of_.visits_;
-            if (watch_.calm()) return;
-            ++of_.disturbed_;
-            std::size_t k = 0;
-            for_runs([&](PacedRuns& runs) {
-                runs.disturbed_from(k < before_.size() ? before_[k] : 0);
-                ++k;
-            });
-        }
-        Visit(const Visit&) = delete;
-        Visit& operator=(const Visit&) = delete;
-
-     private:
-        template <class Each>
-        void for_runs(Each&& each) {
-            for (TimedPath& path : one_.paths)
-                for (Runs* runs : {&path.alone, &path.together})
-                    for (PacedRuns& step : *runs) each(step);
-        }
-
-        Calibration& of_;
-        Case& one_;
-        std::vector<std::size_t> before_;  // runs that each step had
-        StolenTime watch_;
-    };
 
     /// The same step of several paths and trials is one thing.
     void collect(const Case& one) {
@@ -323,28 +231,27 @@ class Calibration {
             for (std::size_t k = 0; k < path.plan.steps.size(); ++k) {
                 if (!counts(one, path.plan, k)) continue;
                 TimedStep& timed = steps_[what(one, path.plan.steps[k])];
-                timed.alone.join(path.alone[k]);
-                timed.together.join(profile_.processors > 1 ? path.together[k] : path.alone[k]);
+                const auto join = [](std::vector<double>& to, const std::vector<double>& from) {
+                    to.insert(to.end(), from.begin(), from.end());
+                };
+                join(timed.alone, path.alone[k]);
+                join(timed.together, profile_.processors > 1 ? path.together[k] : path.alone[k]);
             }
     }
 
     std::map<std::string, std::vector<Timed>> kept() {
         std::map<std::string, std::vector<Timed>> timed;
-        const Pace best = best_pace(profile_.processors);
         for (const auto& [what, step] : steps_) {
             const auto& [name, counted, apart, frames] = what;
-            runs_ += step.together.size();
-            calm_ += step.together.calm(best);
-            if (step.alone.size() == 0 || step.together.size() == 0) continue;
-            const double shared = step.together.undisturbed(best);
+            if (step.alone.empty() || step.together.empty()) continue;
+            const double shared = undisturbed(step.together);
             // So many threads are not faster than so many times.
-            const double alone =
-                std::min(step.alone.undisturbed(best_pace(1)), profile_.processors * shared);
+            const double alone = std::min(undisturbed(step.alone), profile_.processors * shared);
             timed[name].push_back({.counted = counted,
                                    .apart = apart,
                                    .alone = alone / frames,
                                    .together = shared / frames,
-                                   .spread = median_error(step.together.seconds(best, 3)),
+                                   .spread = spread_of_runs(step.together),
                                    .runs = static_cast<int>(step.together.size()),
                                    .frames = frames});
         }
@@ -367,10 +274,6 @@ class Calibration {
         profile_.cpu = cpu_name();
         profile_.build = version();
         profile_.when = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
-        for (const int threads : {1, profile_.processors}) {
-            const Pace best = best_pace(threads);
-            if (std::isfinite(best.loop)) profile_.calm[threads] = {best.loop, best.hop};
-        }
         if (!missed_.empty()) {
             for (double& miss : missed_) miss = std::abs(miss);
             // Of a normal distribution 90 % lie within 1.645 deviations; the tails are longer, and
@@ -379,12 +282,9 @@ class Calibration {
         }
         profile_.provenance.insert(
             {{"rates",
-              fmt::format("measured; phantoms of 48^3 to 270^3 and 256^2 to 2000^2 samples; "
-                          "{} visits, {} of them disturbed by the host; {} % of runs calm, "
-                          "others brought to that",
-                          visits_, disturbed_, 100 * calm_ / std::max<std::size_t>(1, runs_))},
+              "measured; phantoms of 48^3 to 270^3 and 256^2 to 2000^2 samples; 0.2 quantiles of "
+              "runs that lie apart"},
              {"serial", "derived from rates"},
-             {"calm", "measured; the least of the looks beside all runs"},
              {"spread",
               fmt::format("measured on {} paths that the rates have not seen", missed_.size())},
              {"factors",
@@ -394,13 +294,10 @@ class Calibration {
 
     bool quick_;
     double limit_, end_ = 0;  // [s] since the begin: of everything, of the trial at hand
-    double waited_ = 0;       // [s] for calm
     Clock::time_point begin_;
     Phantoms phantoms_;  // outlives the cases, which measure() holds
     Profile profile_;
-    int visits_ = 0, disturbed_ = 0;
-    std::size_t runs_ = 0, calm_ = 0;  // of steps
-    std::set<What> seen_;              // that some path brings
+    std::set<What> seen_;  // that some path brings
     std::map<What, TimedStep> steps_;
     std::vector<double> missed_;  // logarithms of measured over predicted
 };

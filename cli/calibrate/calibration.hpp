@@ -6,8 +6,9 @@ namespace edgewise::cli {
 
 class Messages;
 
-/// Times the edges' own kernels on this machine: every edge with every tried parameter, on samples
-/// of several types, within the caches and beyond them, on one thread and on all. About 50 s, or 8.
+/// Times the edges' own kernels on this machine: every edge with every parameter that planners try,
+/// on samples of several types, of sizes within the caches and beyond, on one thread and on all.
+/// About 50 s, or 8 where it must be quick.
 /// @throws Cancelled
 Profile measured_profile(bool quick, Messages& messages);
 

@@ -45,8 +45,8 @@ std::shared_ptr<Data> framed(const Data& from, MemoryBudget* memory) {
 
 }  // namespace
 
-// Of volumes beyond the nearest caches no slice is a multiple of many pages: such ones, of powers
-// of two above all, meet themselves in the caches (docs/planner.md), and have rates of their own.
+// No slice of a volume beyond the first caches is a multiple of many pages. Such slices, above all
+// of powers of two, use few sets of a cache (docs/planner.md) and would have rates of their own.
 std::vector<Trial> trials(bool quick) {
     std::vector<Trial> all;
     const auto volume = [&](const char* input, const char* turn, std::vector<Type> types,
@@ -85,7 +85,7 @@ std::vector<Trial> trials(bool quick) {
     image("phantom:zone-plate:500", "70", {Type::u8, Type::f32});
     image("phantom:zone-plate:1400", "-35", {Type::u8, Type::f32});
     image("phantom:zone-plate:2000", "20", {Type::u8, Type::f32});
-    // Few pixels of large data: rays lie far apart, across slices, across rows or along them.
+    // Few pixels of large data: sparse rays, across slices, across rows or along them.
     for (const Type type : {Type::u8, Type::i16, Type::f32})
         for (const char* turn : {"15,-30,5", "5,60,10", "-3,84,4"})
             for (const char* mode : {"mip", "xray", "composite"})

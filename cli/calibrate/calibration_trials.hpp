@@ -23,14 +23,14 @@ struct Trial {
     const char* frames = nullptr;       // of a turntable; null: one view
     const char* edge = nullptr;         // null: all paths; else the cheapest by this edge
     const char* perspective = nullptr;  // [degree] of the view; null: parallel rays
-    bool empty_around = false;          // the phantom fills the middle of its box alone
-    bool fine = false;                  // rays with several samples a voxel too
+    bool empty_around = false;          // the phantom fills only the middle of its box
+    bool fine = false;                  // also rays with several samples a voxel
 };
 
-/// Sizes within the caches and beyond them; volumes that are full and mostly empty, seen along
-/// different axes. Those that most requests resemble come first: time may run out.
+/// Sizes within the caches and beyond; volumes that are full or mostly empty, seen along different
+/// axes. What most requests resemble comes first, since time may run out.
 std::vector<Trial> trials(bool quick);
-/// Requests unlike the trials, on which the fit is judged.
+/// Requests unlike the trials. The fit is judged on them.
 std::vector<Trial> exams();
 
 JobOptions options_of(const Trial& trial);

@@ -3,8 +3,7 @@
 #include <cmath>
 
 #include "cli/calibrate/prepared_trial.hpp"
-#include "cli/machine/paced_runs.hpp"
-#include "cli/machine/quantiles.hpp"
+#include "cli/machine/repeated.hpp"
 #include "cli/machine/signals.hpp"
 #include "graph/errors.hpp"
 #include "planner/cost.hpp"
@@ -21,18 +20,12 @@ double predicted_seconds(const Plan& plan, const Request& want, const Profile& p
     return sum;
 }
 
-/// Of a few calm runs, or of a few more.
 double measured_seconds(const PreparedTrial& trial, const Plan& plan, int threads) {
-    constexpr std::size_t kFew = 3, kMany = 7;
+    constexpr int kRuns = 5;
     trial.run(plan, threads);  // warm
-    PacedRuns runs;
-    while (runs.size() < kFew || (runs.size() < kMany && runs.calm(best_pace(threads)) < kFew)) {
-        double seconds = 0;
-        const Beside met = beside(threads, *trial.session.input->data, plan.predicted.bytes, true,
-                                  [&] { seconds = trial.run(plan, threads).seconds; });
-        runs.add(seconds, met);
-    }
-    return median(runs.seconds(best_pace(threads), kFew));
+    std::vector<double> seconds;
+    for (int run = 0; run < kRuns; ++run) seconds.push_back(trial.run(plan, threads).seconds);
+    return undisturbed(seconds);
 }
 
 }  // namespace

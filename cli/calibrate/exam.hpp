@@ -7,8 +7,8 @@
 
 namespace edgewise::cli {
 
-/// How far a profile is from what exams() take on all its processors: a logarithm of measured over
-/// predicted seconds for each path of at most 0.03 s. @throws Cancelled
+/// How far a profile misses what exams() take on all its processors: the logarithm of measured over
+/// predicted seconds, for each path of at most 0.03 s. @throws Cancelled
 std::vector<double> missed_in_exams(const Profile& profile, Phantoms& phantoms);
 
 }  // namespace edgewise::cli

@@ -8,16 +8,16 @@
 
 namespace edgewise::cli {
 
-/// A session with the phantom's samples in the trial's type.
+/// A session whose input is the phantom's samples in the trial's type.
 struct PreparedTrial {
     /// @param phantoms  outlives it
     PreparedTrial(const Trial& trial, Phantoms& phantoms);
     PreparedTrial(const PreparedTrial&) = delete;
     PreparedTrial& operator=(const PreparedTrial&) = delete;
 
-    /// All that lead to the result, priced by a machine.
+    /// All paths to the result, priced for a machine.
     std::vector<Plan> paths(const Profile& profile) const;
-    /// All frames, which nobody keeps. @throws Cancelled
+    /// Runs all frames and keeps none. @throws Cancelled
     Outcome run(const Plan& plan, int threads) const;
 
     JobOptions options;

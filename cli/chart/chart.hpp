@@ -15,7 +15,7 @@ namespace edgewise::cli {
 
 struct JobOptions;
 
-/// What a chart is asked for beside its request.
+/// What a chart is asked for in addition to its request.
 struct ChartSettings {
     PathSettings paths;
     bool repeat_given = false;  // long paths are run as often as short ones

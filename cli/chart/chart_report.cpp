@@ -3,6 +3,7 @@
 
 #include "charts/front.hpp"
 #include "cli/chart/chart.hpp"
+#include "cli/machine/quantiles.hpp"
 #include "cli/session/report.hpp"
 #include "graph/version.hpp"
 
@@ -11,12 +12,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// As in the report of a run: `seconds` are those whose median is drawn, the warm ones where there
-/// are any.
+/// As in the report of a run; `typical` is drawn, of the warm runs where there are any.
 Json measured_json(const MeasuredPath& path) {
     if (!path.measured()) return nullptr;
-    return {{"seconds", path.seconds.empty() ? std::vector<double>{*path.first} : path.seconds},
-            {"median", path.median()},
+    const std::vector<double> seconds =
+        path.seconds.empty() ? std::vector<double>{*path.first} : path.seconds;
+    return {{"seconds", seconds},
+            {"median", median(seconds)},
+            {"typical", path.typical()},
             {"first", *path.first},
             {"bytes", path.resident_bytes.value_or(path.bytes)},
             {"resident_bytes", path.resident_bytes ? Json(*path.resident_bytes) : Json()},
@@ -31,7 +34,7 @@ charts::Point point_of(const Charted& request, std::size_t i) {
     point.predicted = {path.predicted.seconds, {}, path.predicted.expected_bytes()};
     if (path.predicted.known) point.predicted.error = path.predicted.error;
     if (path.measured())
-        point.measured = {path.median(), {}, path.resident_bytes.value_or(path.bytes)};
+        point.measured = {path.typical(), {}, path.resident_bytes.value_or(path.bytes)};
     if (path.error) point.measured.error = path.error->nrmse;
     point.predicted_front = path.front;
     point.chosen = path.chosen;

@@ -17,7 +17,7 @@ namespace {
 
 /// Of longer runs two tell as much as many of short ones.
 constexpr double kLong = 1;  // [s]
-/// What a first run takes beside the path: verifying, a picture.
+/// What a first run needs in addition to the path: verifying, a picture.
 constexpr double kBeside = 0.02;  // [s]
 
 std::vector<std::string> chosen_steps(const Session& session) {

@@ -11,7 +11,7 @@
 namespace edgewise::cli {
 namespace {
 
-constexpr int kRows = 8;  // of the reference, between two looks at whether to go on
+constexpr int kRows = 8;  // of the reference, between two checks whether to go on
 
 int result_channels(const Session& session) {
     const Request& want = session.want();

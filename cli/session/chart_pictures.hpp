@@ -11,7 +11,7 @@ namespace edgewise::cli {
 struct Session;
 
 /// Makes the pictures of a page: of each result the first frame (of volumes the middle
-/// slice), taken at as many pixels as all channels together may have.
+/// slice), at as many pixels as all channels together may have.
 class PictureTaker {
  public:
     /// @param most_values  pixels of all channels together
@@ -36,7 +36,7 @@ class PictureTaker {
     int width() const noexcept { return width_; }
     int height() const noexcept { return height_; }
     int channels() const noexcept { return channels_; }
-    /// The output samples that are taken, row by row.
+    /// The output samples that are shown, row by row.
     std::vector<OutputSample> pixels() const;
 
  private:

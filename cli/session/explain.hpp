@@ -8,7 +8,7 @@
 
 namespace edgewise::cli {
 
-/// Why a path was not taken: the budget that it breaks, else what the plan is better in.
+/// Why a path was not chosen: the budget that it breaks, else what the plan is better in.
 std::string why_not(const Predicted& other, const std::optional<Predicted>& chosen,
                     const Request& want);
 

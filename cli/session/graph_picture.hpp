@@ -15,9 +15,9 @@ using CostWords = std::function<std::vector<std::string>(const Arc&)>;
 /// Seconds, and what is added to the error, of a request's arcs. The session must stay alive.
 CostWords cost_words(const Session& session);
 
-/// The transform graph of a request as DOT to be looked at: arcs of one edge between the same
-/// vertices are one line with a row for each choice of parameters; the chosen path is bold; edges
-/// that were refused are dashed, with the reason in lines of a readable length.
+/// The transform graph of a request as DOT, for a reader: arcs of one edge between the same
+/// vertices are one line with a row for each choice of parameters. The chosen path is bold. Refused
+/// edges are dashed, with the reason in lines of a readable length.
 /// @param chosen  null where no plan is
 std::string picture_dot(const TransformGraph& spanned, const Catalogue& catalogue,
                         const CostWords& cost, const Plan* chosen);

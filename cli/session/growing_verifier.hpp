@@ -8,9 +8,9 @@
 
 namespace edgewise::cli {
 
-/// Compares results of one request with the reference, on samples that grow in number where they
-/// leave something open. The reference, which takes nearly all the time, is worked out once for
-/// each number, with the first result that is compared.
+/// Compares results of one request with the reference. The number of samples grows where they leave
+/// open whether a budget is kept. The reference needs nearly all of the time. It is worked out once
+/// for each number, with the first result that is compared.
 class GrowingVerifier {
  public:
     static constexpr std::int64_t kFirst = 1024, kSecond = 8192;
@@ -25,14 +25,14 @@ class GrowingVerifier {
     std::int64_t samples() const noexcept { return samples_; }
     /// Whether there are more samples, and memory for them as far as that is known.
     bool can_grow() const noexcept;
-    /// [s] that the reference of the next number may take: what the last one took, and what its
-    /// last samples took for each further one (a few already visit all of the data; of several
-    /// views each batch of a reference does). 0 after the first number alone, which does not tell
-    /// the two apart.
+    /// [s] that the reference of the next number of samples may take: what the last one took, and
+    /// for each further sample what its last samples took. The two are separate because a few
+    /// samples already visit all of the data, and of several views each batch of a reference does.
+    /// 0 after the first number alone, which cannot separate them.
     double seconds_to_grow() const noexcept;
     void grow() noexcept;
-    /// Back to fewer samples, of which there are never more again: memory has run out.
-    /// @return false where they are as few as there may be
+    /// Back to fewer samples, for good: memory has run out.
+    /// @return false where there may be no fewer
     bool shrink() noexcept;
 
     /// Before the frames of each result. @throws std::bad_alloc

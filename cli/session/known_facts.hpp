@@ -8,11 +8,11 @@
 
 namespace edgewise::cli {
 
-/// Facts of one data set that were measured before, in the user's cache folder, one small file a
-/// fact: read and written alone, so that nothing is read that nobody asks for, and writers of
-/// different facts do not meet. A file is replaced when whole; of two writers of one fact the later
-/// wins, whose fact is the same. At most kMostFiles, the oldest go first. A file that is broken, or
-/// of data that have changed, counts as none, and a folder that cannot be written is no error.
+/// Facts of one data set that were measured before. Each is a small file of its own in the user's
+/// cache folder. So nothing is read that nobody asks for, and writers of different facts do not
+/// meet. A file is replaced as a whole. Of two writers of one fact the later one wins, with the
+/// same fact. There are at most kMostFiles, and the oldest go first. A file that is damaged, or of
+/// data that have changed, counts as none. A folder that cannot be written is no error.
 class KnownFacts {
  public:
     static constexpr std::size_t kMostFiles = 1000;
@@ -23,7 +23,7 @@ class KnownFacts {
     explicit KnownFacts(std::optional<InputIdentity> identity, std::string folder = "");
 
     /// @param name  of the fact: letters
-    /// @param of    what it depends on beside the data
+    /// @param of    what it depends on in addition to the data
     std::optional<nlohmann::json> find(const std::string& name, const std::string& of = "") const;
     /// @return whether it was kept
     bool keep(const std::string& name, const nlohmann::json& fact,

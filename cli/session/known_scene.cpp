@@ -16,7 +16,7 @@ namespace {
 /// more, to look at so many bytes 0.3 ms and more (benchmarks/facts.cpp).
 constexpr double kWorthKeeping = 4 << 20;  // [byte]
 
-/// @param of  what the fact depends on beside the data
+/// @param of  what the fact depends on in addition to the data
 template <class Fact>
 std::optional<Fact> kept(const Input& input, const std::string& name, const std::string& of) {
     const auto json = KnownFacts(input.identity).find(name, of);

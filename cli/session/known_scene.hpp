@@ -14,9 +14,8 @@
 
 namespace edgewise::cli {
 
-// Facts of loaded samples: those that are known from an earlier run, else measured and, if that
-// took longer than keeping them is worth, kept (cli/session/known_facts.hpp). The same to the last
-// bit.
+// Facts of loaded samples, known from an earlier run or measured now. What took long to measure is
+// kept (cli/session/known_facts.hpp). Known and measured facts are the same to the last bit.
 
 Statistics known_statistics(const Input& input, std::pmr::memory_resource* memory);
 Histogram known_histogram(const Input& input, const Statistics& statistics);
@@ -24,7 +23,7 @@ RadialPower known_spectrum(const Input& input, const Statistics& statistics,
                            std::pmr::memory_resource* memory);
 /// Statistics, preview, and what counts of edges ask of the data (scene/scene.hpp).
 /// @param times  so many times the usual draws of a preview
-/// @param asked  demands whose parameters are measured beside those that a planner tries
+/// @param asked  demands whose parameters are measured in addition to those that a planner tries
 Scene known_scene(const Catalogue& edges, const Input& input, const Statistics& statistics,
                   const Request& want, std::pmr::memory_resource* memory, int times = 1,
                   const Demands& asked = {});

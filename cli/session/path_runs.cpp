@@ -7,11 +7,9 @@
 #include <limits>
 #include <tbb/task_arena.h>
 
-#include "cli/machine/data_lines.hpp"
 #include "cli/machine/machine.hpp"
-#include "cli/machine/quantiles.hpp"
+#include "cli/machine/repeated.hpp"
 #include "cli/machine/signals.hpp"
-#include "cli/machine/warming.hpp"
 #include "cli/machine/watch.hpp"
 #include "cli/session/session.hpp"
 #include "graph/errors.hpp"
@@ -33,7 +31,7 @@ bool reset_resident_peak() {
 
 }  // namespace
 
-double MeasuredPath::median() const { return seconds.empty() ? *first : cli::median(seconds); }
+double MeasuredPath::typical() const { return seconds.empty() ? *first : undisturbed(seconds); }
 
 double MeasuredPath::least() const {
     return seconds.empty() ? *first : *std::min_element(seconds.begin(), seconds.end());
@@ -58,9 +56,6 @@ PathRuns::PathRuns(Session& session, std::vector<MeasuredPath>& paths,
       paths_(paths),
       plans_(plans),
       resident_before_(resident_before),
-      repeat_(settings.repeat),
-      in_a_row_(settings.in_a_row),
-      runs_(paths.size()),
       reference_memory_(std::size_t{1} << 46),
       field_(*session.input->data, session.want().field,
              session.input->phantom ? &*session.input->phantom : nullptr),
@@ -85,7 +80,7 @@ void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
         delivering += since(begin);
     };
     const std::optional<Outcome> outcome = run_once(i, limit, deliver);
-    // What the process took more than before; what verifying holds beside it does not count.
+    // What the process needs more than before; what verifying holds does not count.
     const double grown = resident_peak() - resident;
     const Verified error = verifier_.finish();
     if (!outcome) return;
@@ -121,56 +116,13 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
 }
 
 void PathRuns::run_again(std::size_t i) {
-    const Data& data = *session_.input->data;
-    Warming warming(paths_[i].least());
-    while (last_ != i && warming.goes_on()) {
-        const auto warm = run_once(i, std::numeric_limits<double>::infinity(),
-                                   [](int, const std::shared_ptr<const Data>&) {});
-        if (!warm) return;
-        warming.ran(warm->seconds, times_as_far(data));
-    }
+    constexpr double kAsLongAsItTakes = std::numeric_limits<double>::infinity();
+    const Deliver nothing = [](int, const std::shared_ptr<const Data>&) {};
+    if (last_ != i && needs_warming(paths_[i].least()) && !run_once(i, kAsLongAsItTakes, nothing))
+        return;
     last_ = i;
-    const int threads = session_.want().threads;
-    for (int left = in_a_row_ ? runs_in_a_row(paths_[i].least()) : 1; left > 0; --left) {
-        std::optional<Outcome> outcome;
-        const Beside met = beside(threads, data, plans_[i].predicted.bytes, true, [&] {
-            outcome = run_once(i, std::numeric_limits<double>::infinity(),
-                               [](int, const std::shared_ptr<const Data>&) {});
-        });
-        if (!outcome) return;
-        runs_[i].add(outcome->seconds, met);
-        choose(i);
-    }
-}
-
-void PathRuns::choose(std::size_t i) {
-    PacedRuns::Counted counted = runs_[i].counted(best(), static_cast<std::size_t>(repeat_));
-    paths_[i].seconds = std::move(counted.seconds);
-    paths_[i].worse = counted.worse;
-    paths_[i].set_aside = runs_[i].size() - paths_[i].seconds.size();
-}
-
-std::size_t PathRuns::calm_runs(std::size_t i) const { return runs_[i].calm(best()); }
-
-Pace PathRuns::best() const { return best_pace(session_.want().threads); }
-
-std::vector<std::size_t> PathRuns::counts() const {
-    std::vector<std::size_t> counts;
-    for (const PacedRuns& each : runs_) counts.push_back(each.size());
-    return counts;
-}
-
-void PathRuns::choose_all() {
-    for (std::size_t i = 0; i < runs_.size(); ++i)
-        if (runs_[i].size() > 0) choose(i);
-}
-
-void PathRuns::disturbed_since(const std::vector<std::size_t>& counts) {
-    for (std::size_t i = 0; i < runs_.size(); ++i) {
-        if (runs_[i].size() == counts[i]) continue;
-        runs_[i].disturbed_from(counts[i]);
-        choose(i);
-    }
+    if (const auto outcome = run_once(i, kAsLongAsItTakes, nothing))
+        paths_[i].seconds.push_back(outcome->seconds);
 }
 
 void PathRuns::run_round(int round, const std::function<bool(std::size_t)>& wanted,

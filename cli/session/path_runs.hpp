@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/machine/paced_runs.hpp"
 #include "cli/session/paths.hpp"
 #include "graph/cost.hpp"
 #include "reference/verify.hpp"
@@ -19,8 +18,6 @@ namespace edgewise::cli {
 struct PathSettings {
     std::size_t limit = 200;  // paths a request
     int repeat = 5;           // warm runs of every path that is worth them
-    double patience = 20;     // [s]; so long an audit waits for calm runs of a request
-    bool in_a_row = false;    // brief paths run several times each time that others ran before
     std::optional<std::int64_t>
         samples;             // output samples that an error is measured on, 0: all; absent: all of
                              // a small output, many of a large one (samples_to_compare)
@@ -33,9 +30,7 @@ struct MeasuredPath {
     Predicted predicted;
     bool front = false, chosen = false;
     std::optional<double> first;     // [s], with cold caches
-    std::vector<double> seconds;     // further runs, as far as they count
-    std::size_t set_aside = 0;       // further runs that do not: the host slowed them
-    PacedRuns::Worse worse;          // the machine beside those that count
+    std::vector<double> seconds;     // of further runs
     std::optional<double> given_up;  // [s] after which it was stopped: it takes longer
     double bytes = 0;                // peak: what the process held before, and what was counted
     std::optional<double>
@@ -44,8 +39,8 @@ struct MeasuredPath {
     std::string failure;  // why it has no result
 
     bool measured() const noexcept { return first.has_value(); }
-    /// Of the warm runs, or the cold one where there is no other.
-    double median() const;
+    /// undisturbed() of the warm runs, or the cold run where there is no other.
+    double typical() const;
     double least() const;
 };
 
@@ -53,54 +48,38 @@ struct MeasuredPath {
 std::vector<MeasuredPath> unmeasured(const TriedPaths& tried,
                                      const std::vector<std::string>* chosen);
 
-/// Runs the paths of one request in this process: each first alone, as a process of its own would
-/// hold it, with its error; then in rounds, interleaved, so that what else the machine does meets
-/// all of them alike. Which paths are worth how much patience is up to who asks.
+/// Runs the paths of one request in this process. First each alone, with its error and with the
+/// memory that a process of its own would hold. Then in rounds, interleaved, so that the machine's
+/// load meets all of them alike. The caller decides which paths are worth more runs.
 class PathRuns {
  public:
-    /// All must stay alive. @param resident_before  bytes of the process beside counted samples
+    /// All must stay alive. @param resident_before  bytes of the process without counted samples
     PathRuns(Session& session, std::vector<MeasuredPath>& paths, const std::vector<Plan>& plans,
              const PathSettings& settings, double resident_before);
 
-    /// The first run. @param limit  given up after so long [s]
-    /// @param look  sees every frame's result, untimed
+    /// The first run. @param limit  stopped after so long [s]
+    /// @param look  receives every frame's result, untimed
     /// @throws Cancelled
     void run_first(std::size_t i, double limit, const Deliver& look = {});
-    /// One more run of a path that has run, or several where that is wanted. Short ones run more
-    /// often where another path ran before (Warming), and that does not count. A path's `seconds`
-    /// are then those of its calm runs, or of PathSettings::repeat that come closest.
-    /// @throws Cancelled
+    /// One more run of a path that has run; where another path ran before a short one runs twice,
+    /// and the second run counts. @throws Cancelled
     void run_again(std::size_t i);
-    /// Every path that has run and is wanted once more; the order turns round every time.
-    /// @param begins  told each that is run, before it is
+    /// One more run of every path that has run and is wanted; the order is reversed every time.
+    /// @param begins  is called before each run
     /// @throws Cancelled
     void run_round(int round, const std::function<bool(std::size_t)>& wanted,
                    const std::function<void(std::size_t)>& begins = {});
-
-    /// Runs beside which no other guest of the host slowed the processors.
-    std::size_t calm_runs(std::size_t i) const;
-    /// Which runs count, by the best pace so far: of all paths alike.
-    void choose_all();
-    /// How often each path ran again.
-    std::vector<std::size_t> counts() const;
-    /// The host was elsewhere since these counts: those runs were not calm.
-    void disturbed_since(const std::vector<std::size_t>& counts);
 
     const ReferenceField& field() const noexcept { return field_; }
     MemoryBudget& reference_memory() noexcept { return reference_memory_; }
 
  private:
     std::optional<Outcome> run_once(std::size_t i, double limit, const Deliver& deliver);
-    Pace best() const;
-    void choose(std::size_t i);
 
     Session& session_;
     std::vector<MeasuredPath>& paths_;
     const std::vector<Plan>& plans_;
     double resident_before_;
-    int repeat_;
-    bool in_a_row_;
-    std::vector<PacedRuns> runs_;      // of each path, but the first
     std::optional<std::size_t> last_;  // path that ran
     MemoryBudget reference_memory_;    // what verifying takes is not the paths'
     ReferenceField field_;

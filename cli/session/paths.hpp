@@ -20,8 +20,9 @@ struct TriedPaths {
 };
 
 /// The simple paths over the parameter values that the planner tries, under --via and --without;
-/// budgets take none away. Beyond `limit`: what the planner chose, the front, its neighbours (one
-/// step more, less or another), and a sample of the rest that hangs on `seed` alone.
+/// budgets remove none. Where there are more than `limit`: what the planner chose, the front, its
+/// neighbours (one step more, less or another), and a sample of the rest that depends on `seed`
+/// alone.
 /// @param only  where not empty: these (as path_text writes them) as far as they are there, and no
 ///              others, whatever the limit
 TriedPaths tried_paths(const Session& session, std::size_t limit, std::uint64_t seed,

@@ -8,10 +8,9 @@
 #include <malloc.h>
 #include <tbb/task_arena.h>
 
-#include "cli/machine/data_lines.hpp"
-#include "cli/machine/paced_runs.hpp"
+#include "cli/machine/quantiles.hpp"
+#include "cli/machine/repeated.hpp"
 #include "cli/machine/signals.hpp"
-#include "cli/machine/warming.hpp"
 #include "cli/machine/watch.hpp"
 #include "cli/session/contender.hpp"
 #include "cli/session/growing_verifier.hpp"
@@ -29,11 +28,8 @@ constexpr double kWorth = 0.9;
 /// Where the error of a path is open, the last reference of the first two numbers of samples takes
 /// a seventh of the time at most: there may be a next, which ends in time for runs.
 constexpr double kReferences = 7, kReferring = 0.8;
-constexpr int kFrames = 12;  // run of a long turntable
-/// [s] that rounds go on at least: what other guests read slows some paths for tenths of a second
-/// and more, others not at all.
-constexpr double kLeastSeconds = 0.5;
-constexpr double kTrying = 0.6;  // of the time, references apart; the rest goes to the close ones
+constexpr int kFrames = 12;      // run of a long turntable
+constexpr double kTrying = 0.6;  // of the time without references; the rest goes to close paths
 /// Predicted errors are upper estimates: 95 % lie within three times the measured one, those of the
 /// spectrum farther away.
 constexpr double kOverestimate = 4;
@@ -84,12 +80,8 @@ class Pilot {
                 run_again(each);
         }
         settle_open();
-        const double begin = since(begin_);
-        const auto too_early = [&] { return since(begin_) - begin < kLeastSeconds; };
-        // Until all close ones are sure: in a bad minute that takes all the time.
         for (int round = 0; runs_ > 0 && !out_of_time(); ++round)
-            if (!run_round(round, too_early())) break;
-        for (Contender& each : contenders_) each.choose(best_pace(session_.profile.processors));
+            if (!run_round(round)) break;
         keep();
         choose();
     }
@@ -116,7 +108,6 @@ class Pilot {
                 if (const auto found = known->find(text); found != known->end()) {
                     contender.known = found->second;
                     contender.seconds = found->second.seconds;
-                    contender.calm = found->second.calm;
                     contender.failed = found->second.given_up > 0;
                 }
             contender.plan = std::move(plan);
@@ -156,16 +147,26 @@ class Pilot {
         constexpr double kNever = std::numeric_limits<double>::infinity();
         const Budget& budget = session_.want().budget;
         if (each.failed || each.seconds.empty() || !keeps_error(each)) return kNever;
-        if (budget.seconds && each.belief().seconds > *budget.seconds) return kNever;
+        const double seconds = each.belief(level()).seconds;
+        if (budget.seconds && seconds > *budget.seconds) return kNever;
         switch (session_.want().minimize) {
             case Minimize::time:
-                return each.belief().seconds;
+                return seconds;
             case Minimize::error:
                 return each.known->error;
             case Minimize::memory:
                 break;
         }
         return each.known->bytes;
+    }
+
+    /// Runs over predictions, in the median of what was run: how busy the machine is.
+    double level() const {
+        std::vector<double> ratios;
+        for (const Contender& each : contenders_)
+            if (!each.seconds.empty() && each.plan.predicted.seconds > 0)
+                ratios.push_back(each.typical() / each.plan.predicted.seconds);
+        return ratios.empty() ? 1 : median(ratios);
     }
 
     const Contender* best() const {
@@ -179,7 +180,7 @@ class Pilot {
     bool could_win(const Contender& each) const {
         const Contender* best = this->best();
         if (!best || all_ || session_.want().minimize != Minimize::time) return true;
-        return each.low() < best->median();
+        return level() * each.low() < best->typical();
     }
 
     /// Seconds of the whole request: frames that were not run take what the others took.
@@ -199,7 +200,7 @@ class Pilot {
         const Clock::time_point begin = Clock::now();
         std::optional<Watch> watch;  // its thread would take a processor from a brief run
         if (!each.is_default && !all_ && !patient && best)
-            watch.emplace(std::max(kPatience, kHopeless * best->median() * share));
+            watch.emplace(std::max(kPatience, kHopeless * best->typical() * share));
         RunOptions options;
         options.threads = session_.profile.processors;
         options.memory = session_.memory.get();
@@ -241,7 +242,7 @@ class Pilot {
         const Contender* best = this->best();
         if (each.known->samples < GrowingVerifier::kSecond) return !best || could_win(each);
         return !keeps_error(each) &&
-               (!best || each.plan.predicted.seconds < kWorth * best->median());
+               (!best || level() * each.plan.predicted.seconds < kWorth * best->typical());
     }
 
     /// Measures its error on more samples, and from now on all, if there is time for that.
@@ -310,37 +311,24 @@ class Pilot {
                 std::max(limit_, std::min(kReferences * errors.early_seconds(), most_seconds_));
     }
 
-    /// Where another path ran before, short ones run more often, and the last run counts.
+    /// Where another path ran before, a short one runs twice, and the second run counts.
     void run_again(Contender& each) {
         const Deliver nothing = [](int, const std::shared_ptr<const Data>&) {};
-        const Data& data = *session_.input->data;
-        Warming warming(each.seconds.empty() ? each.plan.predicted.seconds : each.least());
-        bool brief = !each.seconds.empty();
-        while (last_ != &each && warming.goes_on() && !out_of_time()) {
-            const auto warm = run_once(each, brief, nothing);
-            if (!warm) return;
-            warming.ran(warm->seconds, times_as_far(data));
-            brief = true;
-        }
-        last_ = &each;
-        const int threads = session_.profile.processors;
         const Plan& few = few_.at(path_text(each.plan.texts()));
+        const bool timed = !each.seconds.empty();
+        if (last_ != &each && needs_warming(timed ? each.least() : each.plan.predicted.seconds) &&
+            !run_once(each, timed, nothing))
+            return;
+        last_ = &each;
         // Whatever the time, what is known to keep its budgets has a run that counts.
-        for (int left = runs_in_a_row(warming.last());
-             left > 0 && (each.seconds.empty() || !out_of_time()); --left) {
-            std::optional<Outcome> outcome;
-            const Beside met = beside(threads, data, few.predicted.bytes, true,
-                                      [&] { outcome = run_once(each, brief, nothing); });
-            if (!outcome) return;
-            each.runs.add(whole_seconds(few, *outcome), met);
-            each.choose(best_pace(threads));
-        }
+        if (timed && out_of_time()) return;
+        if (const auto outcome = run_once(each, timed, nothing))
+            each.seconds.push_back(whole_seconds(few, *outcome));
     }
 
     /// The close ones once more; the order turns round every time, so that no place in it wins.
-    /// @param all  also those that had runs enough
     /// @return whether there was a choice to be made
-    bool run_round(int round, bool all) {
+    bool run_round(int round) {
         const Contender* best = this->best();
         if (!best) return false;
         std::vector<Contender*> again;
@@ -348,8 +336,7 @@ class Pilot {
         for (Contender& each : contenders_) {
             if (!std::isfinite(cost(each)) || !each.is_close_to(*best)) continue;
             ++close;
-            if (all || !each.is_sure(best_pace(session_.profile.processors)))
-                again.push_back(&each);
+            if (!each.is_sure()) again.push_back(&each);
         }
         if (again.empty() || (close == 1 && best->is_timed())) return false;
         if (round % 2) std::reverse(again.begin(), again.end());
@@ -367,7 +354,6 @@ class Pilot {
             if (each.known) {
                 Learned& path = learned[path_text(each.plan.texts())] = *each.known;
                 path.seconds = each.seconds;
-                path.calm = each.calm;
             }
         wisdom_.keep(
             key_,
@@ -394,7 +380,7 @@ class Pilot {
 
     Plan measured_plan(const Contender& chosen) const {
         Plan plan = chosen.plan;
-        const Belief belief = chosen.belief();
+        const Belief belief = chosen.belief(level());
         const double factor =
             plan.predicted.seconds > 0 ? belief.seconds / plan.predicted.seconds : 1;
         for (Step& step : plan.steps) {

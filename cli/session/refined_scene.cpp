@@ -8,36 +8,34 @@
 #include "cli/session/known_scene.hpp"
 #include "cli/session/session.hpp"
 #include "planner/alike.hpp"
+#include "planner/choice.hpp"
+#include "scene/preview.hpp"
 
 namespace edgewise::cli {
 namespace {
 
 constexpr double kWorth = 0.9;  // of what is minimised
-constexpr double kRuns = 1000;
-constexpr double kMost = 2;  // [s] that drawing more may take, whatever it saves
-// What a cluster takes on one core, looks at others included, by and large: points of warps, rays
-// of pictures [s].
-constexpr double kPoint = 3e-5, kRay = 1e-3;
-
+constexpr double kMost = 2;     // [s] that drawing more may take, whatever it saves
 Answer answer_to(const Session& session, const Scene& scene) {
     return plan(session.edges, {session.want(), scene}, session.sources(), session.profile,
                 session.plan_options);
 }
 
-/// Whether any path is that much faster, whatever its error: else there is nothing to look for.
+/// Whether no path is faster by so much, whatever its error. Then more draws can gain nothing.
 bool is_fastest(const Answer& answer, Minimize minimize) {
     return minimize == Minimize::time && answer.plan && !answer.front.empty() &&
            answer.front.front().predicted.seconds >= kWorth * answer.plan->predicted.seconds;
 }
 
-/// How long drawing may take for what the likely errors promise [s]; 0: there is nothing to gain.
-double worth(const std::optional<Plan>& sure, const std::optional<Plan>& likely,
-             Minimize minimize) {
+/// How long drawing may take [s] for what the plan by likely errors would save; 0: nothing to gain.
+/// @param runs  that are asked for
+double worth(const std::optional<Plan>& sure, const std::optional<Plan>& likely, Minimize minimize,
+             int runs) {
     if (!likely || !sure) return 0;
     const Predicted &has = sure->predicted, &could = likely->predicted;
     if (minimize == Minimize::memory) return could.bytes < kWorth * has.bytes ? kMost : 0;
     if (minimize == Minimize::error || could.seconds >= kWorth * has.seconds) return 0;
-    return std::min(kMost, kRuns * (has.seconds - could.seconds));
+    return std::min(kMost, runs * (has.seconds - could.seconds));
 }
 
 Scene drawn_more(Session& session, int times) {
@@ -49,8 +47,17 @@ Scene drawn_more(Session& session, int times) {
     return scene;
 }
 
-/// Without a look at the data, where the fastest path that is not barred is as good as asked for
-/// whatever a preview would show: by the plain way's own errors, say, or exactly.
+/// What a preview of the usual draws is expected to take [s]. It is counted and not timed, so that
+/// a request gives the same plan under any load.
+double preview_seconds(const Session& session) {
+    const Work work{.operations = preview_operations(session.want())};
+    return session.profile.counted(work).seconds / session.profile.processors;
+}
+
+/// Chooses without a preview where that could not pay. Either the fastest path that is not barred
+/// is as good as asked for, whatever a preview would show: its errors are those of the plain path,
+/// say, or none. Or it would save less than the preview costs. @return false where a preview must
+/// decide
 bool chooses_unseen(Session& session) {
     const Request& want = session.want();
     if (!want.budget.like) {  // no budget of any error
@@ -62,9 +69,29 @@ bool chooses_unseen(Session& session) {
     const std::vector<Source> sources = session.sources();
     Answer answer =
         plan(session.edges, {open, session.scene}, sources, session.profile, session.plan_options);
-    if (!answer.plan ||
-        !alike_unseen(*answer.plan, session.edges, session.ask(), sources, *want.budget.like))
-        return false;
+    if (!answer.plan) return false;
+    const auto is_sure = [&](const Plan& plan) {
+        return plan.predicted.likeness == Likeness::alike &&
+               feasible(plan.predicted, open.budget) &&
+               alike_unseen(plan, session.edges, session.ask(), sources, *want.budget.like);
+    };
+    if (!is_sure(*answer.plan)) {
+        if (want.minimize != Minimize::time) return false;
+        std::optional<Plan> sure;
+        for (const Plan& plan : answer.front)  // fastest first
+            if (!sure && is_sure(plan)) sure = plan;
+        if (!sure && answer.plain && session.demands.via.empty()) {
+            PlanOptions by_plain = session.plan_options;
+            by_plain.demands.via = {demand_of(answer.plain->step, session.edges)};
+            const Answer plain =
+                plan(session.edges, {open, session.scene}, sources, session.profile, by_plain);
+            if (plain.plan && is_sure(*plain.plan)) sure = plain.plan;
+        }
+        if (!sure) return false;
+        const double saved = sure->predicted.seconds - answer.plan->predicted.seconds;
+        if (session.wish.repeat * saved > preview_seconds(session)) return false;
+        answer.plan = std::move(sure);
+    }
     answer.plain.reset();  // its error is a guess
     session.answer = std::move(answer);
     return true;
@@ -87,8 +114,7 @@ void ask_planner(Session& session) {
         look_at_data(session, true);
         prepare_planning(session);
     }
-    const double usual =
-        static_cast<double>(session.scene.draws) * (want.job == Job::warp ? kPoint : kRay);
+    const double usual = preview_seconds(session);
     session.answer = answer_to(session, session.scene);
     // A likeness compares likely errors with each other: they are of the same draws.
     const bool refines = want.budget.error && session.wish.planner == Planner::estimate;
@@ -97,7 +123,9 @@ void ask_planner(Session& session) {
             is_fastest(*session.answer, want.minimize))
             break;
         const Answer likely = answer_to(session, session.scene.as_likely());
-        if (worth(session.answer->plan, likely.plan, want.minimize) < times * usual) break;
+        if (worth(session.answer->plan, likely.plan, want.minimize, session.wish.repeat) <
+            times * usual)
+            break;
         Scene before = std::exchange(session.scene, drawn_more(session, times));
         prepare_planning(session);
         Answer answer = answer_to(session, session.scene);

@@ -4,24 +4,27 @@ namespace edgewise::cli {
 
 struct Session;
 
-/// Plans, and draws more of the preview where the choice hangs on chance of the draw.
+/// Plans. Draws a preview only where it can pay, and draws more of it where the choice depends on
+/// chance of the draw.
 ///
-/// Errors are upper estimates, so a path whose error keeps the budget may be left out. Where the
-/// errors that the draws themselves say (Scene::likely) would choose a plan cheaper by more than a
-/// tenth, the preview is measured again on 4 times the usual draws, then on 16 times (less where a
-/// preview takes no more), as long as the two choices differ. Standard errors halve each time. It
-/// must be worth it: 1000 runs of a faster plan save more time than drawing takes, which is two
-/// seconds of one core at most.
+/// With the default budget (Budget::like) and nobody asking for errors, no preview is drawn if the
+/// fastest path is as good whatever a preview would show. Nor is it drawn if the fastest path saves
+/// less, over the runs asked for, than the preview costs by count. Then the fastest path is chosen
+/// that is surely as good.
+///
+/// With a budget of error: errors are upper estimates, so a path that keeps the budget may be left
+/// out. The errors that the draws themselves say (Scene::likely) may choose a plan that is cheaper
+/// by more than a tenth. Then the preview is measured again on 4 times the usual draws, and on 16
+/// times, as long as the two choices differ. Standard errors halve each time. The runs asked for
+/// must save more time than the draws cost, and the draws may cost two seconds at most.
 ///
 /// Where none of the plans of more draws keeps the budgets, that of fewer stays.
-/// Where no plan keeps the budgets none is looked for: what would be the least that does
-/// (way_out.hpp) is a matter of the usual draws.
+/// Where no plan keeps the budgets, nothing more is drawn: the least budgets that would do
+/// (way_out.hpp) follow from the usual draws.
 ///
 /// A path is then accepted where the upper estimate of any of at most three previews keeps the
-/// budget. Of one the chance that an error above the budget passes is 0.13 % (3 standard errors,
-/// light tails), thus of three it is at most 0.4 %.
-///
-/// Nothing is drawn where a choice by likeness does not hang on it.
+/// budget. The chance that an error above the budget passes is 0.13 % for one preview (3 standard
+/// errors, light tails), thus at most 0.4 % for three.
 ///
 /// A pilot measures errors itself, and scenes without draws are left as they are. Afterwards
 /// `answer`, `scene` and `drawn` are those of the last preview.

@@ -98,7 +98,7 @@ std::unique_ptr<Candidates> candidates_of(const Session& session) {
 }
 
 void weigh(Session& session) {
-    // What another path would have to be is not known where errors were not looked at.
+    // What another path would have to be is not known where errors were not measured.
     if (session.answer && session.answer->plan && session.errors == ErrorsWanted::asked)
         session.margin = margin_of(*candidates_of(session), *session.answer->plan);
 }

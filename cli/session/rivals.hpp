@@ -10,7 +10,7 @@ namespace edgewise::cli {
 
 struct Session;
 
-/// All paths of a request; what pilots measured of them goes before what is predicted.
+/// All paths of a request. What pilots measured of them replaces predictions.
 std::unique_ptr<Candidates> candidates_of(const Session& session);
 
 /// Works out how sure the choice is, once there is a plan.

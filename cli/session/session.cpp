@@ -27,7 +27,7 @@
 namespace edgewise::cli {
 namespace {
 
-/// What a run takes beside counted samples: stacks of threads, the flow graph, buffers of
+/// What a run needs in addition to counted samples: stacks of threads, the flow graph, buffers of
 /// libraries.
 constexpr double kReserve = 12 << 20, kReserveAThread = 1 << 20;
 /// What it takes of that as a rule: the code of kernels, and what threads touch of their stacks.
@@ -88,9 +88,6 @@ void take_edges(Session& session) {
         session.demands.without.push_back(demand_of(text, session.edges));
     session.profile = chosen_profile(session.options.machine);
     take_ranks(session);
-    if (session.profile.cpu == cpu_name() && session.profile.build == version())
-        for (const auto& [processors, looks] : session.profile.calm)
-            know_pace(processors, {looks.loop, looks.hop});
     if (o.max_time && !o.explain && session.runs && is_built_in(session.profile))
         session.messages.notice(
             "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "
@@ -155,7 +152,7 @@ void take_written(Session& session, double low, double high) {
     if (written.rounds() && !tail.table) want.written = written;
 }
 
-/// Whether some path that may be taken brings the samples to where they are wanted and computes
+/// Whether some path that may be chosen brings the samples to where they are wanted and computes
 /// none of them anew, whatever their values are.
 bool can_be_copied(const Session& session, const Representation& stored) {
     Scene any;
@@ -263,7 +260,7 @@ double pinned_bytes(const Session& session) {
     if (want.ranks > 1)
         return session.writes_at_once() ? 0 : frame * (want.frames - 1) / want.ranks;
     const double samples = session.input->bytes();
-    // The planner counts one result; the others wait beside it.
+    // The planner counts one result; the others wait in memory as well.
     double pinned = samples + shown_bytes(session);
     if (!session.writes_at_once()) pinned += frame * (want.frames - 1);
     // A single result is finished after the samples are given back.
@@ -271,7 +268,7 @@ double pinned_bytes(const Session& session) {
     return pinned;
 }
 
-/// What verifying needs beside samples and results, when the path has ended.
+/// What verifying needs in addition to samples and results, when the path has ended.
 double verifying_bytes(const Session& session) {
     if (!session.wish.verify || !session.input->data->samples.data()) return 0;
     const ReferenceField field(*session.input->data, session.want().field,
@@ -452,7 +449,7 @@ void take_request(Session& session) {
     check_outputs(session);
     session.wish = wish_of(o);
     const Request& want = session.want();
-    // Where the choice hangs on errors as such they are wanted, whoever asks.
+    // Where the choice depends on errors as such, they are always wanted.
     if (session.errors == ErrorsWanted::for_choice &&
         (want.budget.error || want.minimize == Minimize::error ||
          session.wish.planner != Planner::estimate))

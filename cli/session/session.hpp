@@ -35,8 +35,8 @@ struct Shown {
     std::string no_difference;    // why there is none
 };
 
-/// When errors are measured on a preview: never, so that they are guessed; where a choice hangs on
-/// them; or because somebody wants to know them.
+/// When errors are measured on a preview: never, so that they are guessed; where a choice depends
+/// on them; or because somebody wants to know them.
 enum class ErrorsWanted { never, for_choice, asked };
 
 /// What choosing took [s].
@@ -56,7 +56,7 @@ struct Session {
     ErrorsWanted errors = ErrorsWanted::asked;
     Messages messages;
     std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
-    double resident = 0;                   // bytes of the process beside `memory`
+    double resident = 0;                   // bytes of the process without `memory`
     Wish wish;
     std::optional<Outputs> outputs;
     Profile profile;
@@ -91,14 +91,15 @@ struct Session {
     std::vector<Source> sources() const;
 };
 
-/// Measures what errors and ray casts depend on; only the casts where `drawn` is to stay 0.
+/// Measures what errors and ray casts depend on.
+/// @param draw  a preview too; without one, errors are guesses unless an earlier run kept them
 void look_at_data(Session& session, bool draw);
 
 /// Checks what is to be written, reads the options and the input, and measures its scene.
 /// @throws RequestError, InputError, NoPlan
 void take_request(Session& session);
 
-/// What the planner is told beside request and scene, as the process is now.
+/// What the planner is told in addition to request and scene, as the process is now.
 void prepare_planning(Session& session);
 
 /// Asks the planner. @throws RequestError, NoPlan
@@ -114,7 +115,7 @@ void perform(Session& session);
 std::string explanation_of(const Session& session);
 /// The result of a run in one line: files, size, path, seconds, error.
 std::string result_of(const Session& session);
-/// What the run took beside what was predicted, step by step; and, where it was verified, its
+/// Measured against predicted seconds of the run, step by step; and, where it was verified, its
 /// error.
 std::string measurement_of(const Session& session);
 

@@ -28,8 +28,8 @@ class ShownResult {
     charts::Raster taken_;  // small
 };
 
-/// Bytes of memory that the pictures take while a path runs; those that the reference and the page
-/// take when it has ended.
+/// Bytes of memory that the pictures need while a path runs, and that the reference and the page
+/// need when it has ended.
 double shown_bytes(const Session& session);
 double showing_bytes(const Session& session);
 

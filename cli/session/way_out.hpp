@@ -18,21 +18,21 @@ struct OptionChange {
     std::string instead = {};               // of this value
 };
 
-/// What would make a request feasible that no plan fits.
+/// The changes of options that would make an infeasible request feasible.
 struct WayOut {
     /// Each list alone does: the least values, rounded to what works as typed.
     std::vector<std::vector<OptionChange>> budgets;
     /// Each list alone does: the smallest sets of --via and --without to leave out.
     std::vector<std::vector<OptionChange>> demands;
-    bool then_budgets = false;  // and without these demands a budget must still give way
+    bool then_budgets = false;  // even without these demands a budget must still change
     /// Each set of edges alone would, if they applied.
     std::vector<std::vector<Refusal>> missing;
 };
 
-/// Whether predicted errors are those of the data, or guesses that no way out can be told from.
+/// Whether predicted errors are those of the data, or guesses from which no advice can follow.
 enum class Errors { predicted, guessed };
 
-/// Of a session whose planner finds nothing.
+/// For a session whose planner finds nothing.
 WayOut way_out_of(const Session& session, Errors errors = Errors::predicted);
 
 /// "; it would work with\n  --max-error 0.0123 instead of 0.005\n ...", or "".

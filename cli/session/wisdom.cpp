@@ -56,7 +56,6 @@ std::optional<Learned> learned_of(const Json& json) {
                                       {"low", &Learned::low},
                                       {"high", &Learned::high},
                                       {"samples", &Learned::samples},
-                                      {"calm", &Learned::calm},
                                       {"bytes", &Learned::bytes},
                                       {"given_up", &Learned::given_up}}) {
         if (!json.contains(key) || !json[key].is_number() || !(json[key].get<double>() >= 0))
@@ -67,9 +66,9 @@ std::optional<Learned> learned_of(const Json& json) {
 }
 
 Json json_of(const Learned& learned) {
-    return {{"seconds", learned.seconds}, {"error", learned.error},      {"low", learned.low},
-            {"high", learned.high},       {"samples", learned.samples},  {"calm", learned.calm},
-            {"bytes", learned.bytes},     {"given_up", learned.given_up}};
+    return {{"seconds", learned.seconds},  {"error", learned.error},     {"low", learned.low},
+            {"high", learned.high},        {"samples", learned.samples}, {"bytes", learned.bytes},
+            {"given_up", learned.given_up}};
 }
 
 void forget_oldest(Json& requests) {

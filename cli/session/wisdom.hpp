@@ -13,7 +13,6 @@ struct Session;
 /// What was measured of one path of one request.
 struct Learned {
     std::vector<double> seconds;          // of runs, all frames; none: its error broke the budget
-    double calm = 1;                      // Contender::calm of these
     double given_up = 0;                  // [s] after which it was stopped: too slow, or it failed
     double error = 0, low = 0, high = 0;  // NRMSE and its 95 % interval
     double samples = 0;                   // that these were asked to be measured on
@@ -21,8 +20,8 @@ struct Learned {
 };
 
 /// What pilots measured, kept from run to run in the user's cache folder: by request, then by path
-/// ("STEP > STEP"). Human-readable, mergeable: two writers lose nothing but the older of two
-/// measurements of one path. A home that cannot be written is no error.
+/// ("STEP > STEP"). The file is readable and can be merged: two writers lose nothing but the older
+/// of two measurements of one path. A home that cannot be written is no error.
 class Wisdom {
  public:
     using Paths = std::map<std::string, Learned>;
@@ -41,8 +40,8 @@ class Wisdom {
     std::map<std::string, Paths> requests_;
 };
 
-/// What a measurement hangs on: machine, build, processors, the samples themselves, and all of the
-/// request but its budgets, its threads and where results go. 16 hexadecimal digits.
+/// What a measurement depends on: machine, build, processors, the samples themselves, and all of
+/// the request except its budgets, its threads and where results go. 16 hexadecimal digits.
 std::string wisdom_key(const Session& session);
 
 }  // namespace edgewise::cli

@@ -41,7 +41,7 @@ class Audit(unittest.TestCase):
 
     def audit(self, requests, *words, code=0):
         self.write(requests)
-        self.run_it("audit", self.requests, "-o", self.out, "--quiet", "--patience", "0.5", *words, code=code)
+        self.run_it("audit", self.requests, "-o", self.out, "--quiet", *words, code=code)
         return json.loads(self.out.read_text())
 
     def paths_of_plan(self, args):
@@ -85,25 +85,19 @@ class Report(Audit):
             self.assertEqual(entry["chosen"]["steps"], chosen[0]["steps"])
             measured = chosen[0]["measured"]
             self.assertGreaterEqual(measured["runs"], 5)
-            # It runs on where not all of its runs were calm.
-            self.assertGreaterEqual(measured["set_aside"], 0)
-            # Looks are compared with the best; where processors never came together there is none.
-            self.assertEqual(entry["at_best_pace"], measured["at_best_pace"])
-            beside = measured["beside"]
-            if measured["at_best_pace"]:
-                self.assertLessEqual(beside["loop"], 1.1)
-                self.assertLessEqual(beside["hop"], 2)
-                self.assertLessEqual(beside["line"], 1.6)
-            self.assertGreaterEqual(1 if beside["loop"] is None else beside["loop"], 1)
-            self.assertGreaterEqual(beside["line"], 1)
-            self.assertGreaterEqual(beside["nearest"], 0)
 
-    def test_medians_are_those_of_the_runs(self):
+    def undisturbed(self, seconds):
+        """The 0.2 quantile, between two values by their distance."""
+        ordered, at = sorted(seconds), 0.2 * (len(seconds) - 1)
+        above = min(int(at) + 1, len(seconds) - 1)
+        return ordered[int(at)] + (at - int(at)) * (ordered[above] - ordered[int(at)])
+
+    def test_seconds_are_the_low_quantile_of_the_runs(self):
         for entry in self.tiny()["requests"]:
             for path in (entry["chosen"], entry["best"]):
                 measured = path["measured"]
                 self.assertEqual(len(measured["all_seconds"]), measured["runs"])
-                self.assertAlmostEqual(measured["seconds"], statistics.median(measured["all_seconds"]), delta=1e-12)
+                self.assertAlmostEqual(measured["seconds"], self.undisturbed(measured["all_seconds"]), delta=1e-12)
                 self.assertAlmostEqual(measured["least"], min(measured["all_seconds"]), delta=1e-12)
 
     def test_regret_is_that_of_the_fastest_path_within_the_budgets(self):
@@ -151,8 +145,6 @@ class Report(Audit):
         self.assertAlmostEqual(summary["regret_geomean"], math.exp(statistics.mean(map(math.log, regrets))))
         self.assertEqual(summary["regret_max"], max(regrets))
         self.assertAlmostEqual(summary["time_ratio_median"], statistics.median(ratios))
-        self.assertEqual(summary["time_ratio_at_best_pace"]["count"],
-                         sum(entry["at_best_pace"] for entry in report["requests"]))
         self.assertEqual(summary["violations"],
                          sum(not (e["error_within_budget"] and e["bytes_within_budget"]) for e in entries))
         self.assertGreaterEqual(summary["fixed_path"]["regret_geomean"], 1)

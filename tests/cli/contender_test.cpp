@@ -36,46 +36,31 @@ TEST(Contender, OneGoodRunKeepsATimedPathInTheRace) {
     EXPECT_FALSE(path(1, {1.31, 1.4, 1.4}).is_close_to(best));
 }
 
-TEST(Contender, IsSureWithSevenRunsOfWhichFiveAreCalm) {
-    Contender measured = path(1, {});
-    for (int i = 0; i < 6; ++i) measured.runs.add(1, {{1}, {i < 5 ? 1.0 : 2.0}});
-    EXPECT_FALSE(measured.is_sure({1}));
-    measured.runs.add(1, {{2}, {2}});
-    EXPECT_TRUE(measured.is_sure({1}));
-    EXPECT_FALSE(measured.is_sure({0.5})) << "none is calm any more";
-    // What an earlier pilot learned counts as it is.
-    EXPECT_TRUE(path(1, {1, 1, 1}).is_sure({1}));
-    EXPECT_FALSE(path(1, {1, 1}).is_sure({1}));
+TEST(Contender, IsSureWithSevenRuns) {
+    EXPECT_FALSE(path(1, {1, 1, 1, 1, 1, 1}).is_sure());
+    EXPECT_TRUE(path(1, {1, 1, 1, 1, 1, 1, 1}).is_sure());
 }
 
-TEST(Contender, RunsAreBelievedAsFarAsTheyWereCalm) {
-    const auto believed = [](double seconds, int calm) {
-        Contender measured = path(1, {});
-        for (int i = 0; i < 7; ++i) measured.runs.add(seconds, {{1}, {i < calm ? 1.0 : 2.0}});
-        measured.choose({1});
-        return measured.belief();
-    };
-    // Deviations 0.06 of calm runs and 0.15 of models: weights 278 and 44 of the logarithms.
-    EXPECT_NEAR(believed(2, 5).seconds, std::exp2(277.8 / (277.8 + 44.44)), 1e-3);
-    EXPECT_NEAR(believed(2, 5).spread, 1 / std::sqrt(277.8 + 44.44), 1e-4);
-    // Without a calm one 0.06 and 0.4: weights 6.1 and 44.
-    EXPECT_NEAR(believed(2, 0).seconds, std::exp2(6.112 / (6.112 + 44.44)), 1e-3);
-    EXPECT_GT(believed(2, 4).seconds, believed(2, 3).seconds);
-    EXPECT_NEAR(believed(1, 0).seconds, 1, 1e-12);
-    // What an earlier pilot learned counts as calm.
-    EXPECT_NEAR(path(1, {2, 2, 2}).belief().seconds, believed(2, 7).seconds, 1e-12);
+TEST(Contender, RunsAndModelsAreWeighedByTheirSpreads) {
+    const Contender measured = path(1, {2, 2, 2, 2, 2, 2, 2});
+    // Deviations 0.06 of runs and 0.15 of models: weights 278 and 44 of the logarithms.
+    EXPECT_NEAR(measured.belief(1).seconds, std::exp2(277.8 / (277.8 + 44.44)), 1e-3);
+    EXPECT_NEAR(measured.belief(1).spread, 1 / std::sqrt(277.8 + 44.44), 1e-4);
+    // A machine that is half as fast for all paths says nothing against the models.
+    EXPECT_NEAR(measured.belief(2).seconds, 2, 1e-12);
     // Models of a path that they know nothing of have no say.
-    EXPECT_EQ(path(0, {2, 2, 2}).belief().seconds, 2);
+    EXPECT_EQ(path(0, {2, 2, 2, 2}).belief(1).seconds, 2);
 }
 
 TEST(Contender, RunsThatScatterAreBelievedLess) {
-    EXPECT_LT(path(1, {1.2, 2, 3}).belief().seconds, path(1, {2, 2, 2}).belief().seconds);
+    EXPECT_LT(path(1, {1.2, 2, 2, 3, 3}).belief(1).seconds,
+              path(1, {2, 2, 2, 2, 2}).belief(1).seconds);
 }
 
 TEST(Contender, WithoutRunsIsNeverTheFastest) {
     EXPECT_EQ(path(1, {}).least(), std::numeric_limits<double>::infinity());
-    EXPECT_EQ(path(1, {}).median(), std::numeric_limits<double>::infinity());
-    EXPECT_EQ(path(1, {}).belief().seconds, std::numeric_limits<double>::infinity());
+    EXPECT_EQ(path(1, {}).typical(), std::numeric_limits<double>::infinity());
+    EXPECT_EQ(path(1, {}).belief(1).seconds, std::numeric_limits<double>::infinity());
     EXPECT_FALSE(path(1, {}).is_timed());
 }
 

@@ -54,15 +54,11 @@ TEST(Profile, SavesAndLoads) {
                       {.streamed = 1e-10, .gather = 2e-9}};
     profile.provenance = {{"gather", "measured, here"}};
     profile.spreads = {{"gather", 0.03}};
-    profile.calm = {{1, {.loop = 1.0 / 3e5, .hop = 0}}, {12, {.loop = 1e-5, .hop = 1.0 / 3e7}}};
     const TemporaryFile file(to_json(profile).dump());
     const Profile back = load_profile(file.path());
     EXPECT_EQ(to_json(back), to_json(profile));
     EXPECT_EQ(back.operation, profile.operation);
     EXPECT_EQ(back.factors, profile.factors);
-    ASSERT_EQ(back.calm.size(), 2u);
-    EXPECT_EQ(back.calm.at(12).hop, profile.calm.at(12).hop);
-    EXPECT_EQ(back.calm.at(1).loop, profile.calm.at(1).loop);
     ASSERT_EQ(back.levels.size(), 2u);
     EXPECT_EQ(back.levels[0].gather, profile.levels[0].gather);
 }
@@ -92,13 +88,6 @@ TEST(Profile, BadFilesAreRejectedWithTheField) {
         {R"({"schema": 1, "factors": {"warp.x": 0}})", "factors.warp.x"},
         {R"({"schema": 1, "factors": {"warp.x": "2"}})", "factors.warp.x"},
         {R"({"schema": 1, "spreads": {"gather": -1}})", "spreads.gather"},
-        {R"({"schema": 1, "calm": [1]})", "calm"},
-        {R"({"schema": 1, "calm": {"x": {"loop": 1e-5, "hop": 0}}})", "calm.x"},
-        {R"({"schema": 1, "calm": {"2x": {"loop": 1e-5, "hop": 0}}})", "calm.2x"},
-        {R"({"schema": 1, "calm": {"0": {"loop": 1e-5, "hop": 0}}})", "calm.0"},
-        {R"({"schema": 1, "calm": {"2": 1e-5}})", "calm.2"},
-        {R"({"schema": 1, "calm": {"2": {"loop": 0, "hop": 0}}})", "calm.2.loop"},
-        {R"({"schema": 1, "calm": {"2": {"loop": 1e-5}}})", "calm.2.hop"},
     };
     for (const auto& [text, field] : bad) {
         const std::string why = rejection(text);

@@ -137,8 +137,10 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double voxels =
         static_cast<double>(offer.from.samples()) * (ask.want.mode->takes_transfer ? 1 : kWaiting);
     // Pixels of the image that a slice does not reach are passed over, by vectors or by tiles: 0.06
-    // to 0.1 ns each, twice that of composites (48 to 192 voxels a row, 30 degrees). A MIP's rate,
-    // whose voxels count least, would make three times too much of as many.
+    // to 0.1 ns each, twice that in composites (48 to 192 voxels a row, 30 degrees). Weights differ
+    // by mode because each mode has its own rate. A MIP counts the fewest operations for a voxel,
+    // so its rate is the highest. With the weight of an X-ray its passed pixels would be priced
+    // three times too high.
     const double passing = ask.want.mode->takes_transfer            ? 8
                            : ask.want.mode->combine == Combine::max ? 1
                                                                     : 4;
