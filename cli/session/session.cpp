@@ -9,7 +9,6 @@
 #include <malloc.h>
 
 #include "cli/machine/machine.hpp"
-#include "cli/machine/pace.hpp"
 #include "cli/machine/signals.hpp"
 #include "cli/request/errors.hpp"
 #include "cli/request/numbers.hpp"
