@@ -18,6 +18,9 @@ namespace edgewise {
 namespace {
 
 constexpr std::int64_t kWidth = 128, kHeight = 16;  // of a tile: states and rows stay in the caches
+/// Floats of one plane of states. A vector that begins in the last row may end behind it, where no
+/// pixel of the next plane stands: it would mix with a transparency that nobody wrote.
+constexpr std::ptrdiff_t kPlane = kWidth * kHeight + 16;
 
 /// One view, factored: intermediate pixel (i, j) is the ray through (i + x, j + y) of slice 0. In
 /// the slice nearest to the eye, which hides the others, these are places of samples.
@@ -94,7 +97,7 @@ double image_bytes(const Factored& f, Mode mode) {
 
 double tile_bytes(Mode mode) {
     const int planes = kernels::PixelStates::planes(mode->combine, mode->rule) + 2;
-    return planes * kWidth * kHeight * 4.0 + 2 * kArraySlack;
+    return static_cast<double>(planes * kPlane) * 4.0 + 2 * kArraySlack;
 }
 
 /// Whether the picture is read from a spline through the intermediate image: that of first-order
@@ -180,13 +183,12 @@ void project(const kernels::ShearWarp& warp, const Factored& f, Mode mode, float
     for_tiles(Region::all(f.image), kWidth, kHeight, context, [&](const Region& tile) {
         const Extent size = tile.extent();
         const std::int64_t i = tile.begin[0], j = tile.begin[1];
-        const std::ptrdiff_t plane = kWidth * kHeight;
         Array scratch(static_cast<std::size_t>(tile_bytes(mode)), context.memory);
         float* low = static_cast<float*>(scratch.data());
-        const kernels::PixelStates states{low + 2 * plane, kWidth, plane};
-        kernels::shear_spans(warp, i, j, size.x, size.y, low, low + plane, kWidth);
+        const kernels::PixelStates states{low + 2 * kPlane, kWidth, kPlane};
+        kernels::shear_spans(warp, i, j, size.x, size.y, low, low + kPlane, kWidth);
         kernels::clear_states(warp.with, states, size.x, size.y);
-        kernels::shear_warp(warp, i, j, size.x, size.y, {low, low + plane, kWidth}, states);
+        kernels::shear_warp(warp, i, j, size.x, size.y, {low, low + kPlane, kWidth}, states);
         kernels::finish_states(warp.with, states, size.x, size.y, image + j * row + i * channels,
                                row);
     });
