@@ -230,6 +230,15 @@ TEST(Boxes, OfAnImageAreTheBytesOfTheWhole) {
     for (const char* edge : {"warp.backward", "warp.shear"}) EXPECT_GT(tried.edges[edge], 0);
 }
 
+/// The slices of a volume across the rays of a request.
+Representation aligned(const Representation& what, const Request& want) {
+    const Scene scene;
+    for (const Transition& edge : catalogue())
+        if (edge.name == "warp.axis_permutation")
+            return edge.offer(what, {want, scene}, {{"to", "aligned"}}).to;
+    return what;
+}
+
 TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
     Tried tried;
     for (const Mode mode : modes()) {
@@ -242,10 +251,19 @@ TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
             from.push_back(volume(Type::f32));
             from.back().content = "coefficients";
             from.push_back(screen_scalar(volume(Type::f32), want));
+            for (const Type type : {Type::u8, Type::i16, Type::i32, Type::f32})
+                from.push_back(aligned(volume(type), want));
             sweep(want, from, tried);
         }
     }
-    for (const char* edge : {"project.ray_cast", "project.combine"})
+    // Wider than a tile of any edge.
+    const Representation wide = volume(Type::u8, {150, 21, 17});
+    for (const Mode mode : {Mode::mip, Mode::mean, Mode::composite}) {
+        Request want = request_of(Job::render, mode, wide, {rotation(25, -30, 100)});
+        want.transfer = transfer();
+        sweep(want, {aligned(wide, want)}, tried);
+    }
+    for (const char* edge : {"project.ray_cast", "project.shear_warp", "project.combine"})
         EXPECT_GT(tried.edges[edge], 0) << edge;
 }
 
