@@ -213,8 +213,8 @@ TEST(Boxes, OfAVolumeAreTheBytesOfTheWhole) {
     const Representation large = volume(Type::i16, {64, 50, 60});
     sweep(request_of(Job::warp, Mode::mip, large, {rotation(0, 0, 90)}), {large}, tried,
           {"store.crop", "warp.axis_permutation"});
-    for (const char* edge : {"warp.backward", "warp.permutation", "warp.axis_permutation",
-                             "store.crop", "store.precision"})
+    for (const char* edge : {"warp.backward", "warp.permutation", "warp.shear",
+                             "warp.axis_permutation", "store.crop", "store.precision"})
         EXPECT_GT(tried.edges[edge], 0) << edge;
 }
 
@@ -227,7 +227,16 @@ TEST(Boxes, OfAnImageAreTheBytesOfTheWhole) {
     sweep(want, {image}, tried);
     image.channels = 1;
     sweep(want, {image}, tried);
-    EXPECT_GT(tried.edges["warp.backward"], 0);
+    for (const char* edge : {"warp.backward", "warp.shear"}) EXPECT_GT(tried.edges[edge], 0);
+}
+
+/// The slices of a volume across the rays of a request.
+Representation aligned(const Representation& what, const Request& want) {
+    const Scene scene;
+    for (const Transition& edge : catalogue())
+        if (edge.name == "warp.axis_permutation")
+            return edge.offer(what, {want, scene}, {{"to", "aligned"}}).to;
+    return what;
 }
 
 TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
@@ -242,10 +251,19 @@ TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
             from.push_back(volume(Type::f32));
             from.back().content = "coefficients";
             from.push_back(screen_scalar(volume(Type::f32), want));
+            for (const Type type : {Type::u8, Type::i16, Type::i32, Type::f32})
+                from.push_back(aligned(volume(type), want));
             sweep(want, from, tried);
         }
     }
-    for (const char* edge : {"project.ray_cast", "project.combine"})
+    // Wider than a tile of any edge.
+    const Representation wide = volume(Type::u8, {150, 21, 17});
+    for (const Mode mode : {Mode::mip, Mode::mean, Mode::composite}) {
+        Request want = request_of(Job::render, mode, wide, {rotation(25, -30, 100)});
+        want.transfer = transfer();
+        sweep(want, {aligned(wide, want)}, tried);
+    }
+    for (const char* edge : {"project.ray_cast", "project.shear_warp", "project.combine"})
         EXPECT_GT(tried.edges[edge], 0) << edge;
 }
 
@@ -263,9 +281,7 @@ TEST(Boxes, OfAPlanTakeLessMemoryForTheSameBytes) {
         const Ask ask{want, scene};
         for (Plan path : paths_of(catalogue(), ask, input->what, 60)) {
             // Two steps, the first of which makes a volume that no one needs as a whole.
-            if (path.steps.size() != 2 || path.steps[0].offer.to.space != "screen" ||
-                path.steps[0].by->name == "warp.shear")
-                continue;
+            if (path.steps.size() != 2 || path.steps[0].offer.to.space != "screen") continue;
             SCOPED_TRACE(fmt::format("{}", fmt::join(path.texts(), " ")));
             std::vector<std::vector<float>> whole;
             std::size_t peak = 0;

@@ -31,18 +31,30 @@ class Zonotope {
         centre_[shear.axis] += sign * shear.step(centre_);
         for (Vector& g : generators_) g[shear.axis] += sign * (shear.step(g) - shear.offset);
     }
+    /// Whatever lay along an axis now goes from begin to the sample before end.
+    void span(int axis, std::int64_t begin, std::int64_t end) {
+        centre_[axis] = double(begin + end - 1) / 2;
+        for (Vector& g : generators_) g[axis] = 0;
+        widen(axis, double(end - 1 - begin) / 2);
+    }
+    double low(int axis) const { return centre_[axis] - half(axis); }
+    double high(int axis) const { return centre_[axis] + half(axis); }
     Region bounds() const {
         Region box;
         for (int i = 0; i < 3; ++i) {
-            double half = 0;
-            for (const Vector& g : generators_) half += std::abs(g[i]);
-            box.begin[i] = std::int64_t(std::floor(centre_[i] - half));
-            box.end[i] = std::int64_t(std::ceil(centre_[i] + half)) + 1;
+            box.begin[i] = std::int64_t(std::floor(low(i)));
+            box.end[i] = std::int64_t(std::ceil(high(i))) + 1;
         }
         return box;
     }
 
  private:
+    double half(int axis) const {
+        double sum = 0;
+        for (const Vector& g : generators_) sum += std::abs(g[axis]);
+        return sum;
+    }
+
     Vector centre_{};
     std::vector<Vector> generators_;
 };
@@ -103,6 +115,43 @@ std::vector<ShearPass> shear_passes(const ShearChain& chain, const Extent& input
     return passes;
 }
 
+std::vector<ShearPass> passes_of_box(std::vector<ShearPass> passes, Hold hold, const Region& box) {
+    constexpr double kRounding = 1e-3;  // of places, and of maps that chains give back
+    for (const ShearPass& pass : passes)
+        if (pass.to.empty()) return {};
+    // What is needed is part of both: of what the box is made of, and of what places in the input
+    // are.
+    Zonotope seen(passes.front().from, 0.5 + kRounding);
+    for (const ShearPass& pass : passes) seen.shear(pass.shear, 1);
+    Region to = intersection(intersection(passes.back().to, box), seen.bounds());
+    if (to.empty()) return {};
+    Zonotope needed(to);
+    for (std::size_t k = passes.size(); k-- > 0;) {
+        ShearPass& pass = passes[k];
+        const Region from = pass.from;
+        const int axis = pass.shear.axis;
+        const std::int64_t begin = from.begin[axis], end = from.end[axis];
+        for (Zonotope* places : {&seen, &needed}) places->shear(pass.shear, -1);
+        if (hold == Hold::foh || moves_whole(pass.shear)) {
+            // A place beyond the end of a line has the value of its last sample.
+            const double before = double(begin) - std::max(seen.low(axis), needed.low(axis));
+            const double behind = std::min(seen.high(axis), needed.high(axis)) - double(end - 1);
+            const double reach = std::max({1.0, before, behind}) + kRounding;
+            for (Zonotope* places : {&seen, &needed}) places->widen(axis, reach);
+        } else {
+            // Recursions of the prefilter go over whole lines, and round as they go.
+            for (Zonotope* places : {&seen, &needed}) places->span(axis, begin, end);
+        }
+        const Region both = intersection(seen.bounds(), needed.bounds());
+        pass.to = to;
+        pass.from = to;
+        pass.from.begin[axis] = std::clamp(both.begin[axis], begin, end - 1);
+        pass.from.end[axis] = std::clamp(both.end[axis], pass.from.begin[axis] + 1, end);
+        to = pass.from;
+    }
+    return passes;
+}
+
 std::size_t shear_scratch(const ShearPass& pass) noexcept {
     // Sixteen lines with three samples of padding, and one line more.
     const std::size_t n = std::size_t(pass.from.extent()[pass.shear.axis]) + 32;
@@ -110,7 +159,8 @@ std::size_t shear_scratch(const ShearPass& pass) noexcept {
 }
 
 void mask_outside(const Affine& to_input, const Extent& input, float outside, float* out,
-                  const Extent& screen, const Region& part) noexcept {
+                  const Region& held, const Region& part) noexcept {
+    const Extent n = held.extent();
     for (std::int64_t z = part.begin[2]; z < part.end[2]; ++z)
         for (std::int64_t y = part.begin[1]; y < part.end[1]; ++y) {
             Columns seen{part.begin[0], part.end[0]};
@@ -120,9 +170,12 @@ void mask_outside(const Affine& to_input, const Extent& input, float outside, fl
                 seen = columns_between(first, m[0], -0.5 - kBorderSlack,
                                        double(input[i]) - 0.5 + kBorderSlack, seen);
             }
-            float* row = out + (z * screen.y + y) * screen.x;
-            std::fill(row + part.begin[0], row + seen.begin, outside);
-            std::fill(row + seen.end, row + part.end[0], outside);
+            float* row = out + ((z - held.begin[2]) * n.y + y - held.begin[1]) * n.x;
+            const auto fill = [&](std::int64_t begin, std::int64_t end) {
+                std::fill(row + (begin - held.begin[0]), row + (end - held.begin[0]), outside);
+            };
+            fill(part.begin[0], seen.begin);
+            fill(seen.end, part.end[0]);
         }
 }
 

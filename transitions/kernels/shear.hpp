@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -26,12 +27,28 @@ struct ShearPass {
 std::vector<ShearPass> shear_passes(const ShearChain& chain, const Extent& input,
                                     const Extent& screen, Hold hold);
 
+/// A shift this close to whole samples is whole.
+inline constexpr double kWholeShift = 1e-9;
+/// Whether all lines move by the same whole number of samples: a copy, whatever the filter.
+inline bool moves_whole(const Shear& shear) noexcept {
+    return shear.by == std::array<double, 3>{} &&
+           std::abs(shear.offset - round_half_up(shear.offset)) <= kWholeShift;
+}
+
+/// The same passes for a box of the screen alone, over no more samples than it is made of. Values
+/// of samples that the input reaches (mask_outside) are those that the whole passes give, bit for
+/// bit. Beyond the ends of lines that were cut short stand other values, which nothing on the
+/// screen is made of.
+/// @return nothing where the box does not see the input
+std::vector<ShearPass> passes_of_box(std::vector<ShearPass> passes, Hold hold, const Region& box);
+
 /// Floats of scratch that one call of run_shear_pass needs.
 std::size_t shear_scratch(const ShearPass& pass) noexcept;
 
 /// Moves the lines of a part of pass.to; the part must hold whole lines.
 /// Beyond the ends of a line its last sample continues (clamped position).
-/// @param in    one channel; its samples fill pass.from; its value map is applied
+/// @param in    one channel; its samples fill pass.from, unless it has steps of its own
+///              (Grid::row); its value map is applied
 /// @param out   f32 samples of the box `held`, which contains pass.to
 /// @param hold  foh: linear; bspline3: cubic B-spline through the samples of each line (prefiltered
 ///              with the pole sqrt(3) - 2, mirrored at the ends of the line)
@@ -41,8 +58,8 @@ void run_shear_pass(const ShearPass& pass, const Grid& in, float* out, const Reg
 
 /// Writes `outside` wherever the screen sample does not see the input: farther than half a sample
 /// beyond the outermost centres, as BackwardWarp decides it.
-/// @param out  f32 [screen]
+/// @param out  f32 samples of the box `held` of the screen
 void mask_outside(const Affine& to_input, const Extent& input, float outside, float* out,
-                  const Extent& screen, const Region& part) noexcept;
+                  const Region& held, const Region& part) noexcept;
 
 }  // namespace edgewise::kernels

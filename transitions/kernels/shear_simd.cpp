@@ -20,8 +20,7 @@ using Ints = hn::RebindToSigned<Floats>;
 using VF = hn::Vec<Floats>;
 using VI = hn::Vec<Ints>;
 
-constexpr int kLines = 16;      // lines that are moved together
-constexpr double kSnap = 1e-9;  // a shift this close to whole samples is whole
+constexpr int kLines = 16;  // lines that are moved together
 constexpr double kPole = std::numbers::sqrt3 - 2;
 
 /// A shift of one line: output t takes its value at t + whole + fraction, in samples of `from`.
@@ -34,7 +33,7 @@ Shift shift_of(const ShearPass& pass, const std::array<double, 3>& line) {
     const int axis = pass.shear.axis;
     const double exact = -pass.shear.step(line);
     const double nearest = std::floor(exact + 0.5);
-    const double at = std::abs(exact - nearest) <= kSnap ? nearest : exact;
+    const double at = std::abs(exact - nearest) <= kWholeShift ? nearest : exact;
     const double whole = std::floor(at);
     return {std::int64_t(whole) - pass.from.begin[axis], float(at - whole)};
 }
@@ -51,6 +50,18 @@ std::int64_t offset_of(const Region& box, const Index& at) {
     std::int64_t offset = 0;
     for (int i = 0; i < 3; ++i) offset += (at[i] - box.begin[i]) * strides[i];
     return offset;
+}
+
+/// Samples of a pass from one to the next along each axis, and to the sample at a place.
+std::array<std::int64_t, 3> strides_of(const ShearPass& pass, const Grid& in) {
+    if (in.whole()) return strides_of(pass.from);
+    return {1, in.row_step(), in.slice_step()};
+}
+
+template <class Index>
+std::int64_t offset_of(const ShearPass& pass, const Grid& in, const Index& at) {
+    if (in.whole()) return offset_of(pass.from, at);
+    return at[0] + at[1] * in.row_step() + at[2] * in.slice_step();
 }
 
 /// Four weights of the cubic B-spline, or two of the linear hold, for the taps from cell - 1 on.
@@ -198,7 +209,7 @@ void linear_rows(const ShearPass& pass, const Grid& in, float* out, const Region
     const std::int64_t n = pass.from.extent().x;
     for (std::int64_t z = part.begin[2]; z < part.end[2]; ++z)
         for (std::int64_t y = part.begin[1]; y < part.end[1]; ++y) {
-            const std::int64_t offset = offset_of(pass.from, std::array{pass.from.begin[0], y, z});
+            const std::int64_t offset = offset_of(pass, in, std::array{pass.from.begin[0], y, z});
             const float* row = in.as<float>() + offset;
             if (!plain(in)) {
                 load_row(in, offset, n, scratch);
@@ -233,7 +244,7 @@ void cubic_rows(const ShearPass& pass, const Grid& in, float* out, const Region&
             const int count = int(std::min<std::int64_t>(kLines, part.end[1] - y0));
             for (int lane = 0; lane < kLines; ++lane) {
                 const std::int64_t y = y0 + std::min(lane, count - 1);
-                load_row(in, offset_of(pass.from, std::array{pass.from.begin[0], y, z}), n, row);
+                load_row(in, offset_of(pass, in, std::array{pass.from.begin[0], y, z}), n, row);
                 for (std::int64_t i = 0; i < n; ++i) lines[i * kLines + lane] = row[i];
             }
             HWY_ALIGN float first[kLines], last[kLines];
@@ -327,7 +338,7 @@ void beams(const ShearPass& pass, const Grid& in, float* out, const Region& held
            const Region& part, float* scratch) {
     const int axis = pass.shear.axis, other = 3 - axis;
     const std::int64_t n = pass.from.extent()[axis];
-    const std::int64_t in_stride = strides_of(pass.from)[axis], out_stride = strides_of(held)[axis];
+    const std::int64_t in_stride = strides_of(pass, in)[axis], out_stride = strides_of(held)[axis];
     const Prefilter prefilter(kHold == Hold::bspline3 ? n : 1);
     float* lines = scratch + 2 * kLines;
     Beam beam{.lines = lines, .n = n, .whole = {}, .weights = {}, .first = {}, .last = {}};
@@ -338,7 +349,7 @@ void beams(const ShearPass& pass, const Grid& in, float* out, const Region& held
             at[0] = x;
             at[other] = o;
             at[axis] = pass.from.begin[axis];
-            load_beam(in, offset_of(pass.from, at), in_stride, n, count, lines);
+            load_beam(in, offset_of(pass, in, at), in_stride, n, count, lines);
             std::copy_n(lines, kLines, beam.first);
             std::copy_n(lines + (n - 1) * kLines, kLines, beam.last);
             if constexpr (kHold == Hold::bspline3) {
@@ -364,9 +375,7 @@ void beams(const ShearPass& pass, const Grid& in, float* out, const Region& held
 
 void run(const ShearPass& pass, const Grid& in, float* out, const Region& held, Hold hold,
          const Region& part, float* scratch) {
-    // A whole shift of all lines is a copy, whatever the filter.
-    if (pass.shear.by == std::array<double, 3>{} && shift_of(pass, {}).fraction == 0)
-        hold = Hold::foh;
+    if (moves_whole(pass.shear)) hold = Hold::foh;
     if (pass.shear.axis == 0)
         return hold == Hold::foh ? linear_rows(pass, in, out, held, part, scratch)
                                  : cubic_rows(pass, in, out, held, part, scratch);

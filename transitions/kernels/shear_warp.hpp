@@ -25,7 +25,10 @@ void shear_spans(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int
 /// Adds all slices to the states of a tile of the intermediate image. A ray that is inside between
 /// two slices only gets the sample of the nearest one. Single-threaded, no allocation. Tiles of
 /// about 128 x 16 pixels keep states and rows in the first-level cache.
+/// @param skip  columns of the tile that are left out; to the bit places hang on where a tile
+///              begins, so that a part of it must be asked for in this way
 void shear_warp(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
-                std::int64_t height, const PixelSpans& spans, const PixelStates& states);
+                std::int64_t height, const PixelSpans& spans, const PixelStates& states,
+                std::int64_t skip = 0);
 
 }  // namespace edgewise::kernels

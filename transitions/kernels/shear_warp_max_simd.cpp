@@ -187,7 +187,7 @@ class Part {
         const Axis x(warp_.x + k * warp_.dx, i_, width_, n.x, n.z, warp_.hold);
         const Axis y(warp_.y + k * warp_.dy, j_, height_, n.y, n.z, warp_.hold);
         return {z,
-                warp_.volume.template as<T>() + z * n.y * n.x,
+                warp_.volume.template as<T>() + z * warp_.volume.slice_step(),
                 x,
                 y,
                 x.weight > 0 ? 1 : 0,
@@ -226,7 +226,7 @@ class Part {
     void add_block(const Slice* slices, std::int64_t count, std::int64_t row, std::int64_t i) {
         const D d;
         State* states = best_ + row * kPitch + i;
-        const std::int64_t pitch = warp_.volume.extent.x;
+        const std::int64_t pitch = warp_.volume.row_step();
         V b0 = hn::LoadU(d, states), b1 = hn::LoadU(d, states + kPitch);
         V b2 = hn::LoadU(d, states + 2 * kPitch), b3 = hn::LoadU(d, states + 3 * kPitch);
         V b4 = hn::LoadU(d, states + 4 * kPitch), b5 = hn::LoadU(d, states + 5 * kPitch);
@@ -284,7 +284,7 @@ class Part {
     HWY_INLINE void add_pixels(const Slice& s, std::int64_t row, const Range& pixels,
                                std::int64_t column, std::int64_t next) {
         const D d;
-        const std::int64_t pitch = warp_.volume.extent.x;
+        const std::int64_t pitch = warp_.volume.row_step();
         const auto along = [&](std::int64_t y) HWY_ATTR {
             const T* samples = s.samples + y * pitch + column;
             if constexpr (kNearest) return lanes_.load(samples);

@@ -87,19 +87,19 @@ struct ClampedRow {
         const Extent& n = volume.extent;
         const std::int64_t ix = std::min(static_cast<std::int64_t>(i), n.x - 1);
         const std::int64_t iy = std::min(static_cast<std::int64_t>(j), n.y - 1);
-        return load(volume.samples, (slice * n.y + iy) * n.x + ix);
+        return load(volume.samples, slice * volume.slice_step() + iy * volume.row_step() + ix);
     }
 };
 
 /// A pixel in a face of the volume must not be lost to the rounding of its place.
 constexpr double kSlip = 1e-9;
 
-/// Whole pixels p with low <= p + offset <= high, cut to [0, width).
+/// Whole pixels p with low <= p + offset <= high, cut to [first, width).
 struct Range {
     std::int64_t begin, end;
 
-    Range(double low, double high, double offset, std::int64_t width)
-        : begin(std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ceil(low - offset)), 0,
+    Range(double low, double high, double offset, std::int64_t first, std::int64_t width)
+        : begin(std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ceil(low - offset)), first,
                                          width)),
           end(std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(high - offset)) + 1,
                                        begin, width)) {}
@@ -114,12 +114,13 @@ struct Columns {
     VF right;            // weight of the tap to the right
     std::int64_t next;   // samples from a tap to that on its right
 
-    Columns(const ShearWarp& warp, double slice, std::int64_t i, std::int64_t width)
+    Columns(const ShearWarp& warp, double slice, std::int64_t i, std::int64_t skip,
+            std::int64_t width)
         : x(static_cast<double>(i) + warp.x + slice * warp.dx),
-          any(-0.5 - kSlip, last(warp) + kSlip, x, width),
+          any(-0.5 - kSlip, last(warp) + kSlip, x, skip, width),
           // Where neighbouring slices count too, a slice counts in full.
-          whole(-0.5 + std::abs(warp.dx), last(warp) - std::abs(warp.dx), x, width),
-          taps(0, static_cast<double>(warp.volume.extent.x - 1), x, width),
+          whole(-0.5 + std::abs(warp.dx), last(warp) - std::abs(warp.dx), x, skip, width),
+          taps(0, static_cast<double>(warp.volume.extent.x - 1), x, skip, width),
           first(static_cast<std::int64_t>(std::floor(warp.hold == Hold::zoh ? x + 0.5 : x))),
           right(hn::Set(DF(), static_cast<float>(x - static_cast<double>(first)))),
           // Beside the last column, a place that is whole but for its rounding has no right tap.
@@ -139,7 +140,7 @@ struct Columns {
 template <class T>
 struct Tile {
     const ShearWarp& warp;
-    std::int64_t i, j, width, height;
+    std::int64_t i, j, skip, width, height;
     const PixelSpans& spans;
     const PixelStates& states;
 
@@ -151,7 +152,7 @@ struct Tile {
         bool open = false;  // something was added since blocks were closed
         for (std::int64_t n = 0; n < slices; ++n) {
             const std::int64_t slice = warp.backwards ? slices - 1 - n : n;
-            const Columns columns(warp, static_cast<double>(slice), i, width);
+            const Columns columns(warp, static_cast<double>(slice), i, skip, width);
             const Range rows = rows_of(slice);
             if (columns.any.begin < columns.any.end && rows.begin < rows.end) {
                 for (std::int64_t row = rows.begin; row < rows.end; ++row)
@@ -171,7 +172,9 @@ struct Tile {
         return static_cast<double>(j + row) + warp.y + static_cast<double>(slice) * warp.dy;
     }
     /// That may be over a slice.
-    Range rows_of(std::int64_t slice) const { return {-1.5, below() + 1, y_of(slice, 0), height}; }
+    Range rows_of(std::int64_t slice) const {
+        return {-1.5, below() + 1, y_of(slice, 0), 0, height};
+    }
 
     template <class Rule>
     HWY_INLINE void add_row(const Rule& rule, const Columns& columns, std::int64_t slice,
@@ -215,19 +218,20 @@ struct Tile {
             add_whole(rule, source, from, to, state, states.plane);
             parts(rule, source, slice, row, to, taps.end, state);
         };
-        const T* samples = warp.volume.template as<T>() + slice * n.y * n.x;
+        const T* samples = warp.volume.template as<T>() + slice * warp.volume.slice_step();
+        const std::int64_t pitch = warp.volume.row_step();
         if (warp.hold == Hold::zoh) {
             const auto line = std::clamp<std::int64_t>(
                 static_cast<std::int64_t>(std::floor(y + 0.5)), 0, n.y - 1);
             if (any.begin < taps.begin)
                 clamped(rule, columns, slice, row, y, any.begin, taps.begin, state);
-            all(NearestRow<T>{samples + line * n.x + columns.first});
+            all(NearestRow<T>{samples + line * pitch + columns.first});
             if (taps.end < any.end) clamped(rule, columns, slice, row, y, taps.end, any.end, state);
             return;
         }
         const double v = std::clamp(y, 0.0, static_cast<double>(n.y - 1)), upper = std::floor(v);
-        const T* line = samples + static_cast<std::int64_t>(upper) * n.x;
-        const T* next = line + (v > upper ? n.x : 0);
+        const T* line = samples + static_cast<std::int64_t>(upper) * pitch;
+        const T* next = line + (v > upper ? pitch : 0);
         const VF down = hn::Set(DF(), static_cast<float>(v - upper));
         parts(rule, EndColumn<T>{line, next, down}, slice, row, any.begin, taps.begin, state);
         all(BilinearRow<T>{line + columns.first, next + columns.first, columns.next, columns.right,
@@ -241,7 +245,7 @@ struct Tile {
 /// what is inside, so that every ray that meets the volume has a sample.
 struct Slivers {
     const ShearWarp& warp;
-    std::int64_t i, j, width, height;
+    std::int64_t i, j, skip, width, height;
     const PixelSpans& spans;
     const PixelStates& states;
 
@@ -252,7 +256,7 @@ struct Slivers {
         for (std::int64_t row = 0; row < height; ++row) {
             const float* low = spans.low + row * spans.pitch;
             const float* high = spans.high + row * spans.pitch;
-            for (std::int64_t from = 0; from < width; from += kLanes) {
+            for (std::int64_t from = skip; from < width; from += kLanes) {
                 const VF a = hn::LoadU(d, low + from), b = hn::LoadU(d, high + from);
                 const MF between = hn::And(hn::Lt(a, b), hn::Gt(hn::Ceil(a), b));
                 if (hn::AllFalse(d, hn::AndNot(beyond(width - from), between))) continue;
@@ -290,16 +294,18 @@ struct Slivers {
     }
 };
 
-void shear_slivers_on(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
-                      std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
-    with_rule<false>(warp.with, Slivers{warp, i, j, width, height, spans, states});
+void shear_slivers_on(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t skip,
+                      std::int64_t width, std::int64_t height, const PixelSpans& spans,
+                      const PixelStates& states) {
+    with_rule<false>(warp.with, Slivers{warp, i, j, skip, width, height, spans, states});
 }
 
-void shear_warp_on(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
-                   std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
+void shear_warp_on(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t skip,
+                   std::int64_t width, std::int64_t height, const PixelSpans& spans,
+                   const PixelStates& states) {
     const Combining& with = warp.with;
     const auto call = [&]<class T, bool kFinite>() {
-        with_rule<kFinite>(with, Tile<T>{warp, i, j, width, height, spans, states});
+        with_rule<kFinite>(with, Tile<T>{warp, i, j, skip, width, height, spans, states});
     };
     switch (warp.volume.type) {
         case Type::u8:
@@ -344,10 +350,13 @@ void clip(double origin, double slope, std::int64_t count, double& from, double&
 }  // namespace
 
 void shear_warp(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,
-                std::int64_t height, const PixelSpans& spans, const PixelStates& states) {
-    if (!shear_warp_max(warp, i, j, width, height, spans, states))
-        HWY_DYNAMIC_DISPATCH(shear_warp_on)(warp, i, j, width, height, spans, states);
-    HWY_DYNAMIC_DISPATCH(shear_slivers_on)(warp, i, j, width, height, spans, states);
+                std::int64_t height, const PixelSpans& spans, const PixelStates& states,
+                std::int64_t skip) {
+    const PixelSpans part_spans{spans.low + skip, spans.high + skip, spans.pitch};
+    const PixelStates part{states.first + skip, states.pitch, states.plane};
+    if (!shear_warp_max(warp, i + skip, j, width - skip, height, part_spans, part))
+        HWY_DYNAMIC_DISPATCH(shear_warp_on)(warp, i, j, skip, width, height, spans, states);
+    HWY_DYNAMIC_DISPATCH(shear_slivers_on)(warp, i, j, skip, width, height, spans, states);
 }
 
 void shear_spans(const ShearWarp& warp, std::int64_t i, std::int64_t j, std::int64_t width,

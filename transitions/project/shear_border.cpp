@@ -42,6 +42,13 @@ struct Spans {
     }
 };
 
+struct Columns {
+    std::int64_t begin = 0, end = 0;
+
+    bool holds(std::int64_t i) const { return i >= begin && i < end; }
+    bool empty() const { return begin >= end; }
+};
+
 /// Rows of a picture, each cut into pieces.
 ///
 /// A piece is a convex part of the plane: of rays that miss for one and the same reason, or of
@@ -57,9 +64,11 @@ class Border {
           reach_{std::abs(across_[0].inverse), std::abs(across_[1].inverse), 0},
           least_(least_chord(image.warp)) {}
 
-    void mend_row(std::int64_t y, std::int64_t from, std::int64_t to, float* first) {
+    /// Mends a part of the stretch [from, to), of which `first` is the first pixel.
+    void mend_row(std::int64_t y, std::int64_t from, std::int64_t to, const Columns& part,
+                  float* first) {
         y_ = static_cast<double>(y);
-        from_ = from;
+        part_ = part;
         first_ = first;
         const int begin = mend(from), end = to - from > 1 ? mend(to - 1) : begin;
         between(from, begin, to - 1, end);
@@ -75,12 +84,16 @@ class Border {
         };
         return {at(image_.to_image.data()), at(image_.to_image.data() + 4)};
     }
-    float* pixel(std::int64_t x) const { return first_ + (x - from_) * image_.channels; }
+    float* pixel(std::int64_t x) const { return first_ + (x - part_.begin) * image_.channels; }
+    void miss(std::int64_t from, std::int64_t to) const {
+        from = std::clamp(from, part_.begin, part_.end);
+        std::fill(pixel(from), pixel(std::clamp(to, from, part_.end)), image_.outside);
+    }
 
     void between(std::int64_t from, int begin, std::int64_t to, int end) {
-        if (to - from < 2) return;
+        if (to - from < 2 || to <= part_.begin || from + 1 >= part_.end) return;
         if (begin == end && begin != kUneven) {
-            if (begin >= kMisses) std::fill(pixel(from + 1), pixel(to), image_.outside);
+            if (begin >= kMisses) miss(from + 1, to);
             return;
         }
         const std::int64_t middle = from + (to - from) / 2;
@@ -92,8 +105,8 @@ class Border {
     int mend(std::int64_t x) {
         const Place p = place(x);
         const int piece = this->piece(p);
-        if (piece >= kMisses) std::fill_n(pixel(x), image_.channels, image_.outside);
-        if (piece == kUneven) correct(p, pixel(x));
+        if (piece >= kMisses) miss(x, x + 1);
+        if (piece == kUneven && part_.holds(x)) correct(p, pixel(x));
         return piece;
     }
 
@@ -229,16 +242,10 @@ class Border {
     std::array<double, 3> reach_;
     double least_;
     double y_ = 0;
-    std::int64_t from_ = 0;
+    Columns part_;
     float* first_ = nullptr;
 };
 
-struct Columns {
-    std::int64_t begin = 0, end = 0;
-
-    bool holds(std::int64_t i) const { return i >= begin && i < end; }
-    bool empty() const { return begin >= end; }
-};
 using Rows = std::pmr::vector<Columns>;
 
 /// The pixels of each row whose rays meet the volume.
@@ -339,14 +346,14 @@ void continue_image(const ShearedImage& image, std::pmr::memory_resource* memory
 }
 
 void mend_border(const ShearedImage& image, Read read, const kernels::WarpOutput& picture,
-                 const Region& part) {
+                 const Region& part, const Region& tile) {
     const Extent held = picture.held.extent();
     Border border(image, read);
     for (std::int64_t y = part.begin[1]; y < part.end[1]; ++y) {
         float* first = picture.samples + ((y - picture.held.begin[1]) * held.x + part.begin[0] -
                                           picture.held.begin[0]) *
                                              image.channels;
-        border.mend_row(y, part.begin[0], part.end[0], first);
+        border.mend_row(y, tile.begin[0], tile.end[0], {part.begin[0], part.end[0]}, first);
     }
 }
 

@@ -18,6 +18,9 @@ namespace edgewise {
 namespace {
 
 constexpr std::int64_t kWidth = 128, kHeight = 16;  // of a tile: states and rows stay in the caches
+/// Floats of one plane of states. A vector that begins in the last row may end behind it, where no
+/// pixel of the next plane stands: it would mix with a transparency that nobody wrote.
+constexpr std::ptrdiff_t kPlane = kWidth * kHeight + 16;
 
 /// One view, factored: intermediate pixel (i, j) is the ray through (i + x, j + y) of slice 0. In
 /// the slice nearest to the eye, which hides the others, these are places of samples.
@@ -94,7 +97,7 @@ double image_bytes(const Factored& f, Mode mode) {
 
 double tile_bytes(Mode mode) {
     const int planes = kernels::PixelStates::planes(mode->combine, mode->rule) + 2;
-    return planes * kWidth * kHeight * 4.0 + 2 * kArraySlack;
+    return static_cast<double>(planes * kPlane) * 4.0 + 2 * kArraySlack;
 }
 
 /// Whether the picture is read from a spline through the intermediate image: that of first-order
@@ -175,22 +178,33 @@ Error error(const Offer& offer, const Ask& ask) {
     return sheared_error(offer.with.word("filter"), step, ask);
 }
 
-void project(const kernels::ShearWarp& warp, const Factored& f, Mode mode, float* image,
+/// From the multiple of `each` at or before it.
+Region aligned(Region box, std::int64_t each) {
+    box.begin[0] -= box.begin[0] % each;
+    return box;
+}
+
+/// Makes a box of the image; `image` holds it.
+void project(const kernels::ShearWarp& warp, const Region& box, Mode mode, float* image,
              Context& context) {
     const int channels = mode->channels;
-    const std::int64_t row = f.image.x * channels;
-    for_tiles(Region::all(f.image), kWidth, kHeight, context, [&](const Region& tile) {
+    const std::int64_t row = box.extent().x * channels;
+    for_tiles(aligned(box, kWidth), kWidth, kHeight, context, [&](const Region& tile) {
         const Extent size = tile.extent();
         const std::int64_t i = tile.begin[0], j = tile.begin[1];
-        const std::ptrdiff_t plane = kWidth * kHeight;
+        const std::int64_t skip = std::max<std::int64_t>(box.begin[0] - i, 0);
+        const std::int64_t width = size.x - skip;
         Array scratch(static_cast<std::size_t>(tile_bytes(mode)), context.memory);
         float* low = static_cast<float*>(scratch.data());
-        const kernels::PixelStates states{low + 2 * plane, kWidth, plane};
-        kernels::shear_spans(warp, i, j, size.x, size.y, low, low + plane, kWidth);
-        kernels::clear_states(warp.with, states, size.x, size.y);
-        kernels::shear_warp(warp, i, j, size.x, size.y, {low, low + plane, kWidth}, states);
-        kernels::finish_states(warp.with, states, size.x, size.y, image + j * row + i * channels,
-                               row);
+        float* high = low + kPlane;
+        const kernels::PixelStates states{high + kPlane, kWidth, kPlane};
+        const kernels::PixelStates part{states.first + skip, kWidth, kPlane};
+        kernels::shear_spans(warp, i + skip, j, width, size.y, low + skip, high + skip, kWidth);
+        kernels::clear_states(warp.with, part, width, size.y);
+        kernels::shear_warp(warp, i, j, size.x, size.y, {low, high, kWidth}, states, skip);
+        kernels::finish_states(
+            warp.with, part, width, size.y,
+            image + (j - box.begin[1]) * row + (i + skip - box.begin[0]) * channels, row);
     });
 }
 
@@ -228,6 +242,84 @@ void clamp(const kernels::WarpOutput& picture, const Region& part, const Interva
     }
 }
 
+/// The box of the image that a box of the picture is read from.
+Region box_of_image(const Factored& f, const Region& picture) {
+    // The kernel works out columns in blocks, of which some may lie beside the region.
+    constexpr std::int64_t kBlock = kernels::kBackwardBlock;
+    Region out = aligned(picture, kBlock);
+    out.end[0] = (out.end[0] + kBlock - 1) / kBlock * kBlock;
+    Region box = Region::all(f.image);
+    for (int axis = 0; axis < 2; ++axis) {
+        const double* m = &f.to_image[static_cast<std::size_t>(4 * axis)];
+        double low = m[3], high = low;
+        for (int k = 0; k < 2; ++k) {
+            const double p = m[k] * static_cast<double>(out.begin[k]);
+            const double q = m[k] * static_cast<double>(out.end[k] - 1);
+            low += std::min(p, q);
+            high += std::max(p, q);
+        }
+        const auto last = static_cast<double>(f.image[axis] - 1);
+        box.begin[axis] = static_cast<std::int64_t>(std::clamp(std::floor(low - 1), 0.0, last));
+        box.end[axis] = static_cast<std::int64_t>(std::clamp(std::ceil(high + 1), 0.0, last)) + 1;
+    }
+    return box;
+}
+
+/// The box of the volume that the rays of a box of the image cross.
+Region box_of_volume(const Factored& f, const Region& image, const Extent& n) {
+    struct Rays {
+        double first, last, slope;  // place in slice 0 of the outermost ones; voxels a slice
+    };
+    const auto rays = [&](int axis, double at, double slope) {
+        return Rays{static_cast<double>(image.begin[axis]) + at,
+                    static_cast<double>(image.end[axis] - 1) + at, slope};
+    };
+    const std::array<Rays, 2> across{rays(0, f.x, f.dx), rays(1, f.y, f.dy)};
+    // Slices that some of them may cross; beside a face, rays see the slice next to their end.
+    double low = 0, high = static_cast<double>(n.z - 1);
+    for (int axis = 0; axis < 2; ++axis) {
+        const Rays& r = across[static_cast<std::size_t>(axis)];
+        const double before = -0.5 - r.last, behind = static_cast<double>(n[axis]) - 0.5 - r.first;
+        constexpr double kRounding = 1e-6;
+        if (std::abs(r.slope) < 1e-12) {
+            if (before > kRounding || behind < -kRounding) return {};
+            continue;
+        }
+        const double one = before / r.slope, other = behind / r.slope;
+        low = std::max(low, std::min(one, other) - 1);
+        high = std::min(high, std::max(one, other) + 1);
+    }
+    if (low > high) return {};
+    Region box;
+    box.begin[2] = static_cast<std::int64_t>(std::floor(low));
+    box.end[2] = static_cast<std::int64_t>(std::ceil(high)) + 1;
+    for (int axis = 0; axis < 2; ++axis) {
+        const Rays& r = across[static_cast<std::size_t>(axis)];
+        const double near = r.slope * static_cast<double>(box.begin[2]);
+        const double far = r.slope * static_cast<double>(box.end[2] - 1);
+        const double first = r.first + std::min(near, far), last = r.last + std::max(near, far);
+        const auto top = static_cast<double>(n[axis] - 1);
+        box.begin[axis] = static_cast<std::int64_t>(std::clamp(std::floor(first - 1), 0.0, top));
+        box.end[axis] = static_cast<std::int64_t>(std::clamp(std::ceil(last + 1), 0.0, top)) + 1;
+    }
+    return box;
+}
+
+/// A picture is one region: it is cut into tiles inside, which share the intermediate image.
+Partition parts(const Offer& offer, const Ask& ask) {
+    const Representation& from = offer.from;
+    // A spline's prefilter goes over the whole image, and so does the range of its values.
+    if (smooth(offer.with.word("filter"), ask.want.mode)) return {};
+    // Slices across the rays may differ in extent from view to view.
+    if (from.space == "aligned" && from.placed.different() > 1) return {};
+    return {.kind = Partition::output,
+            .leaf = {offer.to.extent.x, offer.to.extent.y, 1},
+            .reads = [from, want = ask.want](const Region& out, int view) {
+                const Factored f = factored(from, want, view);
+                return box_of_volume(f, box_of_image(f, out), from.extent);
+            }};
+}
+
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     const Request& want = ask.want;
@@ -244,16 +336,22 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                             .backwards = f.backwards};
     warp.with.step = f.step;
     const int channels = want.mode->channels;
-    Array image(static_cast<std::size_t>(image_bytes(f, want.mode)) + kArraySlack, context.memory);
-    project(warp, f, want.mode, static_cast<float*>(image.data()), context);
-
-    auto* values = static_cast<float*>(image.data());
     const bool spline = smooth(offer.with.word("filter"), want.mode);
+    Representation what;
+    what.extent = f.image;
+    what.type = Type::f32;
+    what.channels = channels;
+    Data image =
+        Data::make(what, spline ? Region::all(f.image) : box_of_image(f, region), context.memory);
+    auto* values = image.as<float>();
+    project(warp, image.box, want.mode, values, context);
+
     const auto outside = static_cast<float>(rule_miss(want));
     const ShearedImage sheared{.mode = want.mode,
                                .warp = warp,
                                .values = values,
                                .extent = f.image,
+                               .held = image.box,
                                .channels = channels,
                                .to_image = f.to_image,
                                .outside = outside};
@@ -264,21 +362,23 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
         kernels::spline_prefilter(values, f.image, channels);
     }
 
-    const kernels::BackwardWarp picture(
-        kernels::Grid{image.data(), Type::f32, f.image, channels, {}}, f.to_image,
-        spline ? kernels::Hold::bspline3 : hold, outside);
-    const kernels::WarpOutput output{out.as<float>(), Region::all(out.what.extent)};
+    const kernels::BackwardWarp picture(kernels::grid_of(image), f.to_image,
+                                        spline ? kernels::Hold::bspline3 : hold, outside);
+    const kernels::WarpOutput output{out.as<float>(), out.held()};
     const Read read = spline                       ? Read::continued
                       : hold == kernels::Hold::foh ? Read::bilinear
                                                    : Read::nearest;
-    const Extent tile = kernels::preferred_tile(out.what.extent);
-    for_tiles(region, tile.x, tile.y, context, [&](const Region& part) {
+    const Extent& to = out.what.extent;
+    const Extent size = kernels::preferred_tile(to);
+    for_tiles(aligned(region, size.x), size.x, size.y, context, [&](const Region& tile) {
+        Region part = tile, whole = tile;
+        part.begin[0] = std::max(tile.begin[0], region.begin[0]);
+        whole.end[0] = std::min(tile.begin[0] + size.x, to.x);
         picture(output, part);
         if (spline) clamp(output, part, range);
-        mend_border(sheared, read, output, part);
-        const std::int64_t row = out.what.extent.x * channels;
-        give_sign(want, output.samples + part.begin[1] * row + part.begin[0] * channels,
-                  part.extent().x, part.extent().y, row);
+        mend_border(sheared, read, output, part, whole);
+        give_sign(want, out.at<float>(part.begin[0], part.begin[1], 0), part.extent().x,
+                  part.extent().y, out.row());
     });
 }
 
@@ -296,6 +396,7 @@ Transition shear_warp() {
     edge.work = work;
     edge.error = error;
     edge.model = shear_warp_model;
+    edge.parts = parts;
     edge.run = run;
     return edge;
 }

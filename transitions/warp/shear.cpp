@@ -70,8 +70,8 @@ struct Passes {
     std::vector<ShearPass> passes;
 };
 
-Passes passes_of(const Offer& offer, const Ask& ask, int view) {
-    const ShearChain chain = chain_of(offer.from, ask.want, view);
+Passes passes_of(const Offer& offer, const Request& want, int view) {
+    const ShearChain chain = chain_of(offer.from, want, view);
     return {chain,
             kernels::shear_passes(chain, offer.from.extent, offer.to.extent, hold_of(offer.with))};
 }
@@ -95,7 +95,7 @@ Work spread_work(const Offer& offer, const Ask& ask, int view) {
 
 Work work(const Offer& offer, const Ask& ask, int view) {
     if (is_spread(offer.from)) return spread_work(offer, ask, view);
-    const auto [chain, passes] = passes_of(offer, ask, view);
+    const auto [chain, passes] = passes_of(offer, ask.want, view);
     const double each = hold_of(offer.with) == Hold::foh ? 8 : 18;
     constexpr double kFloat = sizeof(float);
     Work work{.streamed = offer.to.bytes()};  // the mask
@@ -182,65 +182,93 @@ void run_pass(const ShearPass& pass, const kernels::Grid& in, float* out, const 
 
 using Bytes = kernels::Block<std::byte>;
 
-/// The input behind the exact permutation, in its own type.
-void permute(const ShearChain& chain, const Data& in, const Extent& to, std::byte* out,
+/// A box of the input behind the exact permutation, in its own type.
+void permute(const ShearChain& chain, const Data& in, const Region& box, std::byte* out,
              Context& context) {
-    const auto permutation =
-        kernels::into_place({.from = chain.from, .sign = chain.sign, .shift = {}}, in.what.extent);
-    const std::byte outside[8] = {};  // never seen: the output is the whole input
+    const kernels::AxisPermutation permutation{.from = chain.from, .sign = chain.sign, .shift = {}};
+    const kernels::Grid grid = kernels::grid_of(in);
+    const std::byte outside[8] = {};  // never seen: the box lies in the input
     constexpr std::int64_t kRows = 32;
+    const Extent to = box.extent();
     const std::int64_t blocks = (to.y + kRows - 1) / kRows;
     tbb::parallel_for(std::int64_t{0}, blocks * to.z, [&](std::int64_t i) {
         if (context.stopped()) return;
-        const std::int64_t y = i % blocks * kRows, z = i / blocks;
-        kernels::copy_permuted(in.samples.data(), in.what.extent, bytes_of(in.what.type),
-                               permutation, outside, out, to,
-                               {{0, y, z}, {to.x, std::min(y + kRows, to.y), z + 1}});
+        Region part = box;
+        part.begin[1] += i % blocks * kRows;
+        part.end[1] = std::min(part.begin[1] + kRows, box.end[1]);
+        part.begin[2] += i / blocks;
+        part.end[2] = part.begin[2] + 1;
+        kernels::copy_permuted(grid, bytes_of(in.what.type), permutation, outside, out, box, part);
     });
     context.poll();
 }
 
-void mask(const Offer& offer, const Ask& ask, Data& out, Context& context) {
-    const Extent& screen = out.what.extent;
+void mask(const Offer& offer, const Ask& ask, Data& out, const Region& box, Context& context) {
+    const Extent size = box.extent();
     const kernels::Affine to_input = inverse_map(offer.from, ask.want, context.view);
-    tbb::parallel_for(std::int64_t{0}, screen.z * screen.y, [&](std::int64_t row) {
-        const std::int64_t y = row % screen.y, z = row / screen.y;
+    tbb::parallel_for(std::int64_t{0}, size.z * size.y, [&](std::int64_t row) {
+        Region part = box;
+        part.begin[1] += row % size.y, part.end[1] = part.begin[1] + 1;
+        part.begin[2] += row / size.y, part.end[2] = part.begin[2] + 1;
         kernels::mask_outside(to_input, offer.from.extent, static_cast<float>(outside_of(ask)),
-                              out.as<float>(), screen, {{0, y, z}, {screen.x, y + 1, z + 1}});
+                              out.as<float>(), out.held(), part);
     });
 }
 
-void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+/// The box of the input that a box behind the chain's exact permutation is copied from.
+Region in_place(const ShearChain& chain, const Region& box) {
+    Region in;
+    for (int i = 0; i < 3; ++i) {
+        const auto axis = static_cast<std::size_t>(chain.from[i]);
+        const bool forward = chain.sign[i] > 0;
+        in.begin[axis] = forward ? box.begin[i] : 1 - box.end[i];
+        in.end[axis] = forward ? box.end[i] : 1 - box.begin[i];
+    }
+    return in;
+}
+
+Partition parts(const Offer& offer, const Ask& ask) {
+    if (is_spread(offer.from)) return {};
+    return {.kind = Partition::output,
+            .leaf = offer.to.extent,
+            .reads = [offer, want = ask.want](const Region& out, int view) {
+                const auto [chain, whole] = passes_of(offer, want, view);
+                const auto passes = kernels::passes_of_box(whole, hold_of(offer.with), out);
+                return passes.empty() ? Region{} : in_place(chain, passes.front().from);
+            }};
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
-    const auto [chain, passes] = passes_of(offer, ask, context.view);
     const Hold hold = hold_of(offer.with);
+    const auto [chain, whole] = passes_of(offer, ask.want, context.view);
+    const std::vector<ShearPass> passes = kernels::passes_of_box(whole, hold, region);
     kernels::Grid now = kernels::grid_of(in);
+    now.row = now.row_step();
+    now.slice = now.slice_step();
     // What the next pass reads; taken away when the pass behind it has been made.
     std::unique_ptr<Bytes> held;
-    if (!chain.starts_in_place()) {
-        now.extent = {in.what.extent[chain.from[0]], in.what.extent[chain.from[1]],
-                      in.what.extent[chain.from[2]]};
-        held = std::make_unique<Bytes>(in.samples.bytes() + kArraySlack, context.memory);
-        permute(chain, in, now.extent, held->data(), context);
-        now.samples = held->data();
+    const auto bytes = [](const Region& box, std::size_t each) {
+        return static_cast<std::size_t>(box.extent().samples()) * each + kArraySlack;
+    };
+    if (!passes.empty() && !chain.starts_in_place()) {
+        const Region& box = passes.front().from;
+        held = std::make_unique<Bytes>(bytes(box, bytes_of(in.what.type)), context.memory);
+        permute(chain, in, box, held->data(), context);
+        now = {held->data(), in.what.type, box.extent(), 1, in.what.values};
     }
-    const bool in_sight = std::none_of(passes.begin(), passes.end(),
-                                       [](const ShearPass& pass) { return pass.to.empty(); });
-    for (std::size_t k = 0; in_sight && k < passes.size(); ++k) {
+    for (std::size_t k = 0; k < passes.size(); ++k) {
+        const Region& to = passes[k].to;
         if (k + 1 == passes.size()) {
-            run_pass(passes[k], now, out.as<float>(), Region::all(out.what.extent), hold, context);
+            run_pass(passes[k], now, out.as<float>(), out.held(), hold, context);
             break;
         }
-        const Extent extent = passes[k].to.extent();
-        auto next = std::make_unique<Bytes>(
-            static_cast<std::size_t>(extent.samples()) * sizeof(float) + kArraySlack,
-            context.memory);
-        run_pass(passes[k], now, reinterpret_cast<float*>(next->data()), passes[k].to, hold,
-                 context);
+        auto next = std::make_unique<Bytes>(bytes(to, sizeof(float)), context.memory);
+        run_pass(passes[k], now, reinterpret_cast<float*>(next->data()), to, hold, context);
         held = std::move(next);
-        now = {held->data(), Type::f32, extent, 1, {}};
+        now = {held->data(), Type::f32, to.extent(), 1, {}};
     }
-    mask(offer, ask, out, context);
+    mask(offer, ask, out, region, context);
     context.poll();
 }
 
@@ -259,6 +287,7 @@ Transition shear_warp_passes() {
     edge.work = work;
     edge.error = error;
     edge.model = shear_model;
+    edge.parts = parts;
     edge.run = run;
     return edge;
 }

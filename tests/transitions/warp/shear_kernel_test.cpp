@@ -194,7 +194,7 @@ std::vector<float> multipass(const std::vector<float>& samples, const Extent& ex
         now = next;
     }
     std::copy_n(now.begin(), std::min<std::int64_t>(out.size(), now.size()), out.begin());
-    mask_outside(inverse(t), extent, outside, out.data(), screen, Region::all(screen));
+    mask_outside(inverse(t), extent, outside, out.data(), Region::all(screen), Region::all(screen));
     return out;
 }
 
