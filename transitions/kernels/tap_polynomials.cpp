@@ -73,9 +73,11 @@ const TapPolynomials& TapPolynomials::of(const Filter& filter) {
 }
 
 Hold hold_of(const Filter& filter) noexcept {
-    if (filter.name == "zoh") return Hold::zoh;
-    if (filter.name == "foh") return Hold::foh;
-    return filter.name == "bspline3" ? Hold::bspline3 : Hold::weighted;
+    // There is but one filter of each: weights add up to 1, and two that keep linear functions lie
+    // on a line.
+    if (filter.taps == 1) return Hold::zoh;
+    if (filter.taps == 2 && filter.order == 2) return Hold::foh;
+    return filter.taps == 4 && filter.coefficients ? Hold::bspline3 : Hold::weighted;
 }
 
 }  // namespace edgewise::kernels

@@ -209,7 +209,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
 }
 
 Error error(const Offer& offer, const Ask& ask) {
-    return cast_error(offer.with.word("filter"), offer.with.number("step"), ask);
+    return cast_error(filter_of(offer.with), offer.with.number("step"), ask);
 }
 
 /// The box of the input that the rays of a part of a picture read. Rays go on together, so that a
