@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <memory>
 #include <set>
 #include <string>
@@ -20,7 +21,8 @@ class Placement {
     Placement(const Mat4& map) : Placement(Transform(map)) {}  // NOLINT
     /// One transform a view. Views whose matrices agree to 1e-9 share one vertex of the data.
     static Placement each(std::vector<Transform> maps);
-    static Placement each(const std::vector<Mat4>& maps) {
+    template <std::same_as<Mat4> Matrix>
+    static Placement each(const std::vector<Matrix>& maps) {
         return each(std::vector<Transform>(maps.begin(), maps.end()));
     }
 

@@ -88,7 +88,7 @@ std::string timing_name(const Transition& edge, const Offer& offer, const Reques
     const bool of_view = want.job->of_rays() && offer.to.space == "screen";
 =======
     // The box of a view is larger than the input, and its samples are spaced like the pixels.
-    const bool of_view = want.job == Job::render && offer.to.space == "screen";
+    const bool of_view = want.job->of_rays() && offer.to.space == "screen";
 >>>>>>> h3
     const std::string_view kind =
         offer.to.content == "picture"

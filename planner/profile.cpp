@@ -34,6 +34,7 @@ constexpr Field kFields[] = {
 /// with factors before those of built_in.json.
 constexpr double kUncalibrated = 0.35;
 
+/// A mistyped field would leave the built-in number in its place without a word.
 void expect_known(const nlohmann::json& json, const JsonFields& fields) {
     const nlohmann::json known = to_json(Profile{});
     std::string names;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "reference/stored.hpp"
+#include "transitions/filters/field_filter.hpp"
 
 namespace edgewise {
 namespace {
@@ -24,9 +25,8 @@ double hashed(std::uint64_t n) noexcept {
 }
 
 const Filter& filter_of(PreviewHold hold) {
-    static const std::array<const Filter*, kPreviewHolds.size()> all = {
-        &filter_named(kPreviewHolds[kZoh]), &filter_named(kPreviewHolds[kFoh]),
-        &filter_named(kPreviewHolds[kSpline])};
+    static const std::array<const Filter*, 3> all = {
+        &field_filter(Field::nearest), &field_filter(Field::linear), &field_filter(Field::spline)};
     return *all[hold];
 }
 

@@ -9,10 +9,9 @@
 
 namespace edgewise {
 
-/// The holds that a preview compares, and their names in Scene::facts.
-inline constexpr std::array<const char*, 3> kPreviewHolds = {"zoh", "foh", "bspline3"};
+/// The holds that a preview compares.
 enum PreviewHold { kZoh, kFoh, kSpline };
-/// The filter that a hold is.
+/// The filter that a hold is, whose name it has in Scene::facts.
 const Filter& filter_of(PreviewHold hold);
 
 /// A repeatable number in [0, 1) for each n.

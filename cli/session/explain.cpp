@@ -11,6 +11,7 @@
 #include "cli/request/quantities.hpp"
 #include "cli/session/rivals.hpp"
 #include "cli/session/session.hpp"
+#include "transitions/filters/filter.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -82,22 +83,15 @@ std::vector<Plan> paths_of(const Session& session) {
 
 /// Filters of these paths, in words that who does not know the names knows.
 std::string filters_text(const std::vector<Plan>& plans) {
-    constexpr std::pair<const char*, const char*> kWords[] = {
-        {"zoh", "the nearest sample"},
-        {"foh", "linear interpolation"},
-        {"bspline3", "the cubic B-spline through the samples"},
-        {"me", "samples sent on as they are"}};
+    std::set<std::string> read;
+    for (const Plan& plan : plans)
+        for (const Step& step : plan.steps)
+            if (step.offer.with.contains("filter")) read.insert(step.offer.with.word("filter"));
     std::vector<std::string> said;
-    for (const auto& [filter, words] : kWords) {
-        const auto reads = [filter = filter](const Step& step) {
-            const auto& with = step.offer.with;
-            return with.contains("filter") && with.word("filter") == filter;
-        };
-        if (std::any_of(plans.begin(), plans.end(), [&](const Plan& plan) {
-                return std::any_of(plan.steps.begin(), plan.steps.end(), reads);
-            }))
-            said.push_back(fmt::format("{} is {}", filter, words));
-    }
+    for (const Filter& filter : filters())
+        if (read.contains(filter.name))
+            said.push_back(fmt::format("{} is {}", filter.name, filter.help));
+    if (read.contains("me")) said.push_back("me is samples sent on as they are");  // no filter
     return said.empty() ? "" : fmt::format("filters: {}\n", fmt::join(said, ", "));
 }
 

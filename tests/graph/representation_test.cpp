@@ -64,8 +64,8 @@ TEST(Representation, KeyForgivesRoundingOfOneMap) {
 
 TEST(Representation, KeyTellsOneMapAViewByTheSpaceAlone) {
     Representation a, b;
-    a.placed = Placement::each(std::vector<Mat4>{shifted(1), shifted(2)});
-    b.placed = Placement::each(std::vector<Mat4>{shifted(3), shifted(4)});
+    a.placed = Placement::each({shifted(1), shifted(2)});
+    b.placed = Placement::each({shifted(3), shifted(4)});
     EXPECT_EQ(a.key(), b.key());
     b.placed = {};
     EXPECT_NE(a.key(), b.key());
@@ -115,8 +115,8 @@ TEST(Placement, EqualMapsShareAVariant) {
         EXPECT_EQ(placed.at(view).matrix(), maps[view]);  // each view keeps its own map
         EXPECT_EQ(placed.first_view(placed.variant(view)), view % 4);
     }
-    EXPECT_EQ(Placement::each(std::vector<Mat4>{shifted(1), shifted(1 + 1e-6)}).different(), 2);
-    EXPECT_EQ(Placement::each(std::vector<Mat4>{shifted(1)}).different(), 1);
+    EXPECT_EQ(Placement::each({shifted(1), shifted(1 + 1e-6)}).different(), 2);
+    EXPECT_EQ(Placement::each({shifted(1)}).different(), 1);
 }
 
 TEST(Types, NamesGoThereAndBack) {

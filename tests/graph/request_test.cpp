@@ -17,7 +17,7 @@ Mat4 turned(double angle, double shift) {
 TEST(Residual, IsWhatIsStillToBeDone) {
     Request want;
     want.frames = 3;
-    want.views = Placement::each(std::vector<Mat4>{turned(0.1, 4), turned(0.2, 5), turned(0.3, 6)});
+    want.views = Placement::each({turned(0.1, 4), turned(0.2, 5), turned(0.3, 6)});
     Representation half_way;
     half_way.placed = turned(1.5, -2);
     for (int view = 0; view < 3; ++view) {
@@ -66,7 +66,7 @@ TEST(Request, ProjectiveWhereSomeViewIs) {
     EXPECT_FALSE(want.projective());
     Mat4 tilted = Mat4::Identity();
     tilted(3, 0) = 1e-3;
-    want.views = Placement::each(std::vector<Mat4>{Mat4::Identity(), tilted});
+    want.views = Placement::each({Mat4::Identity(), tilted});
     EXPECT_TRUE(want.projective());
 }
 

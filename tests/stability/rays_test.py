@@ -263,6 +263,17 @@ class Skipping(Rays):
         np.testing.assert_allclose(made, expected, atol=TERMINATED + 1e-5)
         self.assertGreater(expected.max(), 0.9)
 
+    def test_S26_peak_between_two_bricks_of_one_value_each(self):
+        """No brick holds anything but 0 or anything but 1, and all that is opaque lies between."""
+        samples = np.zeros((64, 64, 64), "f4")
+        samples[:, :, 32:] = 1
+        made = []
+        for least in (0, 1e-12):
+            points = [(0, least, 1), (0.45, least, 1), (0.5, 0.7, 1), (0.55, least, 1), (1, least, 1)]
+            made.append(self.cast(samples, [*self.transfer(points), *self.FINE, "--rotate", "0,80,5"]))
+        np.testing.assert_allclose(made[0], made[1], atol=2e-7)
+        self.assertGreater(made[0].max(), 0.1)
+
     def test_S26_largest_values_are_not_skipped(self):
         samples = self.sparse()
         made = self.cast(samples, [])

@@ -9,7 +9,7 @@ namespace edgewise {
 /// makes. Unser, "Splines: a perfect fit for signal and image processing", 1999.
 Filter bspline3_filter() {
     return {.name = "bspline3",
-            .help = "cubic B-spline",
+            .help = "the cubic B-spline through the samples",
             .taps = 4,
             .coefficients = true,
             .order = 4,

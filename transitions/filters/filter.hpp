@@ -13,7 +13,7 @@ namespace edgewise {
 /// the command read this and know no filter by name, but kernels that were written for one.
 struct Filter {
     std::string name = {};  // as parameters have it: "foh"
-    std::string help = {};  // a word or two: "linear"
+    std::string help = {};  // what it is: "linear interpolation"
     /// Samples along each axis. At a place x these are floor(x) - taps / 2 + 1 and those after it;
     /// of a filter of one tap the nearest, ties upwards.
     int taps = 1;
@@ -22,6 +22,9 @@ struct Filter {
     int order = 1;              // polynomials of lower degree come out exactly
     double noise_gain = 1;      // root of the mean over x of the sum of squared weights, one axis
     double operations = 0;      // additions and products of the weights of one place, one axis
+    /// RMS error over the range of the samples, where it was not measured: the median over scanned
+    /// volumes turned by 5 to 45 degrees is of this size.
+    double guess = 0.002;
     /// Weights of the taps at x = floor(x) + f, 0 <= f < 1; they add up to 1.
     void (*weights)(double f, double* weights) = nullptr;
     /// Of the whole filter, the coefficients' making included: transform at a frequency [cycles a

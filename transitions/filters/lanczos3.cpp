@@ -22,7 +22,7 @@ double window(double x) {
 /// Turkowski, "Filters for common resampling tasks", 1990.
 Filter lanczos3_filter() {
     return {.name = "lanczos3",
-            .help = "windowed sinc",
+            .help = "a windowed sinc",
             .taps = 2 * kLobes,
             .positive = false,
             .order = 1,

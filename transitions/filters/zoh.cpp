@@ -8,9 +8,10 @@ namespace edgewise {
 /// Zero-order hold: the nearest sample.
 Filter zoh_filter() {
     return {.name = "zoh",
-            .help = "nearest",
+            .help = "the nearest sample",
             .taps = 1,
             .order = 1,
+            .guess = 0.03,
             .weights = [](double, double* weights) { weights[0] = 1; },
             .response =
                 [](double frequency) {

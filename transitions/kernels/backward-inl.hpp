@@ -62,7 +62,7 @@ HWY_INLINE void start_rows(const BackwardPlan& plan, std::int64_t y, std::int64_
         if (!cut) continue;
         const std::int64_t n = plan.extent[a];
         cut_columns(batch.start[a], plan.inverse[a], seen_range(n), batch.seen);
-        cut_columns(batch.start[a], plan.inverse[a], inner_range(n, plan.hold), batch.inner);
+        cut_columns(batch.start[a], plan.inverse[a], inner_range(n, plan), batch.inner);
     }
 }
 

@@ -28,6 +28,12 @@ BackwardPlan common_plan(const Grid& input, Hold hold, float outside, const Filt
     plan.input = input;
     plan.hold = hold;
     plan.filter = filter;
+    plan.below = hold == Hold::bspline3 ? 1 : 0;
+    if (hold == Hold::weighted) {
+        plan.weights = &TapPolynomials::of(*filter);
+        plan.interpolates = !filter->coefficients;
+        plan.below = filter->taps / 2 - 1;
+    }
     plan.axes = input.extent.z == 1 ? 2 : 3;
     plan.mapped = !input.values.identity();
     plan.slope = float(input.values.slope);
@@ -46,7 +52,7 @@ bool has_lanes(const BackwardPlan& plan) {
     for (int a = 0; a < plan.axes; ++a)
         if (plan.extent[a] > kLongest) return false;
     if (plan.axes == 3 && plan.input.channels > 1) return false;
-    if (plan.hold == Hold::weighted) return false;
+    if (plan.hold == Hold::weighted && plan.filter->taps % 2 != 0) return false;
     const Type type = plan.input.type;
     return in_lanes(type) && (type == Type::f32 || plan.hold != Hold::bspline3);
 }
@@ -63,7 +69,7 @@ bool lanes_reach(const BackwardPlan& plan) {
     for (int a = 0; a < plan.axes; ++a) {
         const double step = std::abs(plan.map[4 * a]);
         if (!(step <= 14)) return false;
-        // Taps lie at most three samples from the cell.
+        // Taps lie at most four samples from the cell.
         reach += (kBlock * step + 4) * double(plan.stride[a]);
     }
     return reach < kGreatestOffset;
@@ -101,6 +107,11 @@ Scalar scalar_path(Type type) {
 
 }  // namespace
 
+void backward_in_f64(const BackwardPlan& plan, const WarpOutput& output,
+                     const Region& region) noexcept {
+    scalar_path(plan.input.type)(plan, output, region);
+}
+
 BackwardWarp::BackwardWarp(const Grid& input, const Affine& to_input, Hold hold, float outside,
                            const Filter* filter)
     : plan_(common_plan(input, hold, outside, filter)) {
@@ -136,9 +147,10 @@ void BackwardWarp::operator()(const WarpOutput& output, const Region& region) co
     if (!plan_.projective && plan_.axes == 2 && region.end[2] > 1) {  // planes beyond the only one
         BackwardPlan solid = plan_;
         solid.axes = 3;
-        return scalar_path(plan_.input.type)(solid, output, region);
+        return backward_in_f64(solid, output, region);
     }
-    if (!plan_.vector) return scalar_path(plan_.input.type)(plan_, output, region);
+    if (!plan_.vector) return backward_in_f64(plan_, output, region);
+    if (plan_.hold == Hold::weighted) return backward_weighted_simd(plan_, output, region);
     if (plan_.axes == 2) return backward_2d_simd(plan_, output, region);
     backward_3d_simd(plan_, output, region);
 }

@@ -6,6 +6,7 @@
 #include "graph/samples.hpp"
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid.hpp"
+#include "transitions/kernels/tap_polynomials.hpp"
 
 namespace edgewise::kernels {
 
@@ -30,10 +31,13 @@ using Homography = std::array<double, 9>;
 struct BackwardPlan {
     Grid input;
     Hold hold = Hold::foh;
-    const Filter* filter = nullptr;  // of Hold::weighted
-    int axes = 3;                    // 2: an image, whose z coordinate is ignored
-    Affine map{};                    // output index -> input index, snapped
-    Homography homography{};         // used where `projective`
+    const Filter* filter = nullptr;           // of Hold::weighted
+    const TapPolynomials* weights = nullptr;  // the same for lanes
+    bool interpolates = false;  // of Hold::weighted: on a sample its value is the sample
+    int below = 0;              // taps before the one below a place
+    int axes = 3;               // 2: an image, whose z coordinate is ignored
+    Affine map{};               // output index -> input index, snapped
+    Homography homography{};    // used where `projective`
     bool projective = false;
     bool vector = false;  // false: the scalar path, for what lanes cannot count
     bool mapped = false;  // the value map is not the identity
@@ -61,8 +65,7 @@ struct BackwardPlan {
 /// Places  positions are right to 2^-22 sample whatever the row length: each 64 columns start from
 ///         f64, and lanes count in fixed point; so a value does not depend on the region either
 /// Speed   u8, i8, u16, i16, f32 (bspline3: f32) in vector lanes; u32, i32, f16, f64, column steps
-///         beyond 14 samples, other filters and volumes with several channels take a scalar path in
-///         f64
+///         beyond 14 samples and volumes with several channels take a scalar path in f64
 /// Source  [W93] FIGURE 26 and 27
 class BackwardWarp {
  public:

@@ -133,6 +133,140 @@ HWY_INLINE VF cubic_value(const BackwardPlan& plan, const std::uint8_t* base, VI
     }
 }
 
+/// Weights of a filter's taps at a vector of fractions, and 0 behind the last of them.
+struct TapWeights {
+    static constexpr int kMost = TapPolynomials::kMostTaps;
+
+    VF w[kMost];
+
+    HWY_INLINE TapWeights(const TapPolynomials& polynomials, VF fraction) {
+        const Floats d;
+        for (int tap = 0; tap < kMost; ++tap) w[tap] = hn::Zero(d);
+        for (int tap = 0; tap < polynomials.taps(); ++tap) {
+            VF sum = hn::Set(d, polynomials.coefficient(tap, polynomials.degree()));
+            for (int power = polynomials.degree(); power-- > 0;)
+                sum = hn::MulAdd(sum, fraction, hn::Set(d, polynomials.coefficient(tap, power)));
+            w[tap] = sum;
+        }
+    }
+};
+
+/// The sum of weighted taps along one axis. Where a place lies on a sample it is that, bit for bit.
+HWY_INLINE VF on_sample_or(const BackwardPlan& plan, VF fraction, VF sample, VF sum) {
+    if (!plan.interpolates) return sum;
+    return hn::IfThenElse(hn::Eq(fraction, hn::Zero(Floats())), sample, sum);
+}
+
+/// Samples that follow each other in memory, as many as come with one gather.
+template <class Read>
+inline constexpr int kRun = Read::kBytes == 1 ? 4 : 2;
+
+template <class Read>
+HWY_INLINE void gather_runs(const std::uint8_t* const (&rows)[2], VI offset,
+                            VF (&runs)[2][kRun<Read>]) {
+    if constexpr (Read::kFloats) {
+        Pair pairs[2];
+        gather_pairs<Read, 2>(rows, offset, pairs);
+        for (int r = 0; r < 2; ++r) {
+            runs[r][0] = pairs[r].first;
+            runs[r][1] = pairs[r].second;
+        }
+    } else {
+        using T = typename Read::Sample;
+        VI words[2];
+        gather_words<Read, 2>(rows, offset, words);
+        for (int r = 0; r < 2; ++r) {
+            runs[r][0] = sample_in<T, 0>(words[r]);
+            runs[r][1] = sample_in<T, 1>(words[r]);
+            if constexpr (kRun<Read> == 4) {
+                runs[r][2] = sample_in<T, 2>(words[r]);
+                runs[r][3] = sample_in<T, 3>(words[r]);
+            }
+        }
+    }
+}
+
+/// The sample in each of two rows.
+template <class Read>
+HWY_INLINE void gather_two(const std::uint8_t* const (&rows)[2], VI offset, VF (&samples)[2]) {
+    VI words[2];
+    gather_words<Read, 2>(rows, offset, words);
+    for (int r = 0; r < 2; ++r) {
+        if constexpr (Read::kFloats)
+            samples[r] = hn::BitCast(Floats(), words[r]);
+        else
+            samples[r] = sample_in<typename Read::Sample, 0>(words[r]);
+    }
+}
+
+/// Two rows of taps, weighted along x. `rows` point at the first tap of the origin.
+template <class Read, bool kNeighbours>
+HWY_INLINE void weighted_lines(const BackwardPlan& plan, const std::uint8_t* const (&rows)[2],
+                               VI offset, VF fraction, const TapWeights& x, VF (&lines)[2]) {
+    VF on[2];
+    for (int r = 0; r < 2; ++r) lines[r] = on[r] = hn::Zero(Floats());
+    const auto add = [&](int tap, const VF& first, const VF& second) HWY_ATTR {
+        lines[0] = hn::MulAdd(x.w[tap], first, lines[0]);
+        lines[1] = hn::MulAdd(x.w[tap], second, lines[1]);
+        if (tap != plan.below) return;
+        on[0] = first;
+        on[1] = second;
+    };
+    const int taps = plan.weights->taps();
+    if constexpr (kNeighbours) {
+        for (int tap = 0; tap < taps; tap += kRun<Read>) {
+            VF runs[2][kRun<Read>];
+            gather_runs<Read>({rows[0] + tap * Read::kBytes, rows[1] + tap * Read::kBytes}, offset,
+                              runs);
+            for (int k = 0; k < kRun<Read>; ++k) add(tap + k, runs[0][k], runs[1][k]);
+        }
+    } else {
+        for (int tap = 0; tap < taps; ++tap) {
+            VF samples[2];
+            const std::int64_t at = tap * plan.stride[0];
+            gather_two<Read>({rows[0] + at, rows[1] + at}, offset, samples);
+            add(tap, samples[0], samples[1]);
+        }
+    }
+    for (int r = 0; r < 2; ++r) lines[r] = on_sample_or(plan, fraction, on[r], lines[r]);
+}
+
+/// Value by the weights of any filter with an even number of taps, all of which exist.
+template <class Read, int kAxes, bool kNeighbours>
+HWY_NOINLINE VF weighted_value(const BackwardPlan& plan, const std::uint8_t* base, VI offset,
+                               const Places<kAxes>& at) {
+    const TapPolynomials& polynomials = *plan.weights;
+    const int taps = polynomials.taps();
+    const TapWeights x(polynomials, at.fraction[0]), y(polynomials, at.fraction[1]);
+    for (int a = 0; a < kAxes; ++a) base -= plan.below * plan.stride[a];
+    const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
+        VF sum = hn::Zero(Floats()), on = sum;
+        for (int j = 0; j < taps; j += 2) {
+            const std::uint8_t* const row = slice + j * plan.stride[1];
+            VF lines[2];
+            weighted_lines<Read, kNeighbours>(plan, {row, row + plan.stride[1]}, offset,
+                                              at.fraction[0], x, lines);
+            for (int r = 0; r < 2; ++r) {
+                sum = hn::MulAdd(y.w[j + r], lines[r], sum);
+                if (j + r == plan.below) on = lines[r];
+            }
+        }
+        return on_sample_or(plan, at.fraction[1], on, sum);
+    };
+    if constexpr (kAxes == 2) {
+        return plane(base);
+    } else {
+        const TapWeights z(polynomials, at.fraction[2]);
+        VF sum = hn::Zero(Floats()), on = sum;
+        for (int k = 0; k < taps; ++k) {
+            const VF value = plane(base + k * plan.stride[2]);
+            sum = hn::MulAdd(z.w[k], value, sum);
+            if (k == plan.below) on = value;
+        }
+        return on_sample_or(plan, at.fraction[2], on, sum);
+    }
+}
+
 /// Reconstruction where all taps exist. `base` points at the origin's sample.
 template <class Read, Hold kHold, int kAxes, bool kNeighbours>
 HWY_INLINE VF inner_value(const BackwardPlan& plan, const std::uint8_t* base,
@@ -142,8 +276,10 @@ HWY_INLINE VF inner_value(const BackwardPlan& plan, const std::uint8_t* base,
         return gather_one<Read>(base, offset);
     } else if constexpr (kHold == Hold::foh) {
         return linear_value<Read, kAxes, kNeighbours, false>(plan, base, offset, at);
-    } else {
+    } else if constexpr (kHold == Hold::bspline3) {
         return cubic_value<Read, kAxes, kNeighbours>(plan, base, offset, at);
+    } else {
+        return weighted_value<Read, kAxes, kNeighbours>(plan, base, offset, at);
     }
 }
 
@@ -176,12 +312,61 @@ struct MirroredTaps {
     }
 };
 
+/// The taps of one axis near a border by the weights of any filter: beyond the ends the outermost
+/// samples continue, coefficients are mirrored.
+struct ContinuedTaps {
+    VI offset[TapWeights::kMost];
+    VF fraction;
+    TapWeights weights;
+    const BackwardPlan& plan;
+
+    HWY_INLINE ContinuedTaps(const BackwardPlan& all, VI cell, VF part, VI low, VI high, VI stride)
+        : fraction(part), weights(*all.weights, part), plan(all) {
+        for (int tap = 0; tap < all.weights->taps(); ++tap) {
+            const VI index = hn::Add(cell, hn::Set(Ints(), tap - all.below));
+            const VI there = all.interpolates ? hn::Min(hn::Max(index, low), high)
+                                              : mirror_lanes(index, low, high);
+            offset[tap] = hn::Mul(there, stride);
+        }
+    }
+
+    /// The same sum as that of taps that all exist.
+    template <class Value>
+    HWY_INLINE VF join(const Value& value) const {
+        VF sum = hn::Zero(Floats()), on = sum;
+        for (int tap = 0; tap < plan.weights->taps(); ++tap) {
+            const VF one = value(offset[tap]);
+            sum = hn::MulAdd(weights.w[tap], one, sum);
+            if (tap == plan.below) on = one;
+        }
+        return on_sample_or(plan, fraction, on, sum);
+    }
+};
+
 /// Clamps cells to low..high; the fraction becomes 0 below and `beyond` above.
 HWY_INLINE void clamp_place(VI& cell, VF& fraction, VI low, VI high, VF beyond) {
     const Floats d;
     fraction = hn::IfThenZeroElse(hn::RebindMask(d, hn::Lt(cell, low)), fraction);
     fraction = hn::IfThenElse(hn::RebindMask(d, hn::Gt(cell, high)), beyond, fraction);
     cell = hn::Min(hn::Max(cell, low), high);
+}
+
+/// The separable sum of taps, which `taps(axis)` gives for each axis.
+template <class Read, int kAxes, class Taps>
+HWY_INLINE VF joined_taps(const std::uint8_t* base, const Taps& taps) {
+    const auto x = taps(0), y = taps(1);
+    const auto plane = [&](VI slice) HWY_ATTR {
+        return y.join([&](VI row) HWY_ATTR {
+            const VI line = hn::Add(slice, row);
+            return x.join([&](VI column)
+                              HWY_ATTR { return gather_one<Read>(base, hn::Add(line, column)); });
+        });
+    };
+    if constexpr (kAxes == 2) {
+        return plane(hn::Zero(Ints()));
+    } else {
+        return taps(2).join(plane);
+    }
 }
 
 /// Reconstruction with the border rule. `corner` is the cell of `base`; cells count from there.
@@ -209,27 +394,26 @@ HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
         }
         const VI offset = offsets_of<Read, kAxes, kNeighbours>(plan, at);
         return linear_value<Read, kAxes, kNeighbours, true>(plan, base, offset, at);
-    } else {
+    } else if constexpr (kHold == Hold::bspline3) {
         for (int a = 0; a < kAxes; ++a)
             clamp_place(at.cell[a], at.fraction[a], low[a], hn::Sub(high[a], hn::Set(di, 1)), one);
-        const auto taps = [&](int a) HWY_ATTR {
+        return joined_taps<Read, kAxes>(base, [&](int a) HWY_ATTR {
             return MirroredTaps(at.cell[a], at.fraction[a], low[a], high[a],
                                 hn::Set(di, std::int32_t(plan.stride[a])));
-        };
-        const MirroredTaps x = taps(0), y = taps(1);
-        const auto plane = [&](VI slice) HWY_ATTR {
-            return y.join([&](VI row) HWY_ATTR {
-                const VI line = hn::Add(slice, row);
-                return x.join([&](VI column) HWY_ATTR {
-                    return gather_one<Read>(base, hn::Add(line, column));
-                });
-            });
-        };
-        if constexpr (kAxes == 2) {
-            return plane(hn::Zero(di));
-        } else {
-            return taps(2).join(plane);
+        });
+    } else {
+        // From the last sample on a place is on it.
+        for (int a = 0; a < kAxes; ++a) {
+            const VI before_last = hn::Sub(high[a], hn::Set(di, 1));
+            const VF zero = hn::Zero(Floats());
+            const auto beyond = hn::RebindMask(Floats(), hn::Gt(at.cell[a], before_last));
+            at.fraction[a] = hn::IfThenZeroElse(beyond, at.fraction[a]);
+            clamp_place(at.cell[a], at.fraction[a], low[a], high[a], zero);
         }
+        return joined_taps<Read, kAxes>(base, [&](int a) HWY_ATTR {
+            return ContinuedTaps(plan, at.cell[a], at.fraction[a], low[a], high[a],
+                                 hn::Set(di, std::int32_t(plan.stride[a])));
+        });
     }
 }
 

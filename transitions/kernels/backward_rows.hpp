@@ -37,11 +37,10 @@ inline Range seen_range(std::int64_t n) {
     return {-0.5 - kBorderSlack, double(n) - 0.5 + kBorderSlack};
 }
 
-inline Range inner_range(std::int64_t n, Hold hold) {
+inline Range inner_range(std::int64_t n, const BackwardPlan& plan) {
     const double last = double(n - 1);
-    if (hold == Hold::zoh) return {-0.5 + kFaceMargin, last + 0.5 - kFaceMargin};
-    const double reach = hold == Hold::foh ? 0 : 1;
-    return {reach + kFaceMargin, last - reach - kFaceMargin};
+    if (plan.hold == Hold::zoh) return {-0.5 + kFaceMargin, last + 0.5 - kFaceMargin};
+    return {plan.below + kFaceMargin, last - plan.below - kFaceMargin};
 }
 
 /// Whether a whole region lies inside the ranges, outside the input, or across a border.
@@ -60,7 +59,7 @@ inline Sight sight_of(const BackwardPlan& plan, const Region& region) {
         const Range seen = seen_range(plan.extent[a]);
         // The sums above and the rows below round differently; only a clear miss counts.
         if (high < seen.low - kFaceMargin || low > seen.high + kFaceMargin) return Sight::outside;
-        const Range taps = inner_range(plan.extent[a], plan.hold);
+        const Range taps = inner_range(plan.extent[a], plan);
         if (low < taps.low + kFaceMargin || high > taps.high - kFaceMargin) inner = false;
     }
     return inner ? Sight::inner : Sight::mixed;
@@ -93,5 +92,8 @@ inline void prefetch_columns(const BackwardPlan& plan, const float* row, Span co
 // One function a file of vector code.
 void backward_2d_simd(const BackwardPlan&, const WarpOutput&, const Region&) noexcept;
 void backward_3d_simd(const BackwardPlan&, const WarpOutput&, const Region&) noexcept;
+void backward_weighted_simd(const BackwardPlan&, const WarpOutput&, const Region&) noexcept;
+/// The path without vectors.
+void backward_in_f64(const BackwardPlan&, const WarpOutput&, const Region&) noexcept;
 
 }  // namespace edgewise::kernels

@@ -44,6 +44,18 @@ float largest_opacity(const Optics& optics, const Span& span) {
     return largest > 0 ? largest : 0;
 }
 
+/// The values that are made of samples in a span.
+Span widened(const Span& span, const Overshoot& by) {
+    if (span.low > span.high) return {};
+    if (by.range == 0) return span;
+    const double low = span.low, high = span.high;
+    const double margin =
+        by.range * (high - low) + by.magnitude * std::max(std::abs(low), std::abs(high));
+    constexpr double kMost = std::numeric_limits<float>::max();
+    return {static_cast<float>(std::max(low - margin, -kMost)),
+            static_cast<float>(std::min(high + margin, kMost))};
+}
+
 /// The same of one brick after the other: most are like the one before where data are empty.
 class LargestOpacity {
  public:
@@ -133,9 +145,11 @@ Extent bricks_in(const Extent& volume) {
 }  // namespace
 
 Bricks::Bricks(const Extent& volume, std::pmr::memory_resource* memory)
-    : extent(bricks_in(volume)), level(static_cast<std::size_t>(extent.samples()), memory) {}
+    : extent(bricks_in(volume)),
+      level(static_cast<std::size_t>(extent.samples()), memory),
+      least(memory) {}
 
-void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
+void brick_layers(const Grid& volume, const LevelsOf& of, std::int64_t begin, std::int64_t end,
                   Bricks& bricks) {
     std::pmr::memory_resource* memory = bricks.level.get_allocator().resource();
     const Extent& n = bricks.extent;
@@ -143,30 +157,48 @@ void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, 
     std::array<const void*, kRows> row;
     std::pmr::vector<float> level(static_cast<std::size_t>(n.x), memory);
     std::pmr::vector<float> low(level.size() + kSlack / sizeof(float), memory), high(low, memory);
-    std::optional<LargestOpacity> opacity;
-    if (optics) opacity.emplace(*optics);
-    const bool falls = volume.values.slope < 0;
+    const bool ranges = of.ranges(), falls = volume.values.slope < 0;
     for (std::int64_t k = begin; k < end; ++k) {
-        float* layer = bricks.level.data() + k * n.y * n.x;
+        const std::int64_t first = k * n.y * n.x;
         for (std::int64_t j = 0; j < n.y; ++j) {
             const int count = rows.find(j, k, row);
             brick_rows(rows.type(), row.data(), count, volume.extent.x, {low.data(), high.data()});
-            for (std::size_t i = 0; i < level.size() && opacity; ++i)
-                level[i] = (*opacity)(low[i] > high[i] ? Span{} : Span{low[i], high[i]});
-            for (std::size_t i = 0; i < level.size() && !opacity; ++i) {
-                const float largest = falls ? -low[i] : high[i];
-                level[i] = low[i] > high[i] ? -kInfinity : largest;
-            }
-            spread_row(level, layer + j * n.x);
+            const auto spread = [&](bool negated, std::pmr::vector<float>& to) {
+                for (std::size_t i = 0; i < level.size(); ++i) {
+                    const float largest = negated ? -low[i] : high[i];
+                    level[i] = low[i] > high[i] ? -kInfinity : largest;
+                }
+                spread_row(level, to.data() + first + j * n.x);
+            };
+            spread(!ranges && falls, bricks.level);
+            if (ranges) spread(true, bricks.least);
         }
-        spread_across(layer, n.y, n.x, n.x, memory);
+        spread_across(bricks.level.data() + first, n.y, n.x, n.x, memory);
+        if (ranges) spread_across(bricks.least.data() + first, n.y, n.x, n.x, memory);
     }
 }
 
-void join_layers(Bricks& bricks, std::int64_t begin, std::int64_t end) {
+void join_layers(const Grid& volume, const LevelsOf& of, std::int64_t begin, std::int64_t end,
+                 Bricks& bricks) {
+    std::pmr::memory_resource* memory = bricks.level.get_allocator().resource();
     const Extent& n = bricks.extent;
-    spread_across(bricks.level.data() + begin * n.x, n.z, n.x * n.y, (end - begin) * n.x,
-                  bricks.level.get_allocator().resource());
+    const std::int64_t length = (end - begin) * n.x;
+    const auto join = [&](std::pmr::vector<float>& levels) {
+        spread_across(levels.data() + begin * n.x, n.z, n.x * n.y, length, memory);
+    };
+    join(bricks.level);
+    if (!of.ranges()) return;
+    join(bricks.least);
+    std::optional<LargestOpacity> opacity;
+    if (of.optics) opacity.emplace(*of.optics);
+    const bool falls = volume.values.slope < 0;
+    for (std::int64_t k = 0; k < n.z; ++k)
+        for (std::int64_t i = (k * n.y + begin) * n.x, last = i + length; i < last; ++i) {
+            float& level = bricks.level[static_cast<std::size_t>(i)];
+            const Span span =
+                widened({-bricks.least[static_cast<std::size_t>(i)], level}, of.overshoot);
+            level = opacity ? (*opacity)(span) : falls ? -span.low : span.high;
+        }
 }
 
 }  // namespace edgewise::kernels

@@ -210,10 +210,11 @@ bool Packet::prepare(const RayCast& cast, const ParallelRays& shared, double x, 
 /// Looks up what the surroundings of a packet hold.
 class Levels {
  public:
-    Levels(const Bricks& bricks, Hold hold, float steepest) : bricks_(bricks) {
+    Levels(const RayCast& cast, float steepest) : bricks_(*cast.bricks) {
         // A level covers a brick and its neighbours. A stretch around its middle must not reach
         // farther than a brick's width, less the taps beyond a position.
-        const int reach = (1 << Bricks::kShift) - (hold == Hold::bspline3 ? 2 : 1);
+        const int beyond = 1 + static_cast<int>(taps_below(cast));
+        const int reach = (1 << Bricks::kShift) - beyond;
         const double cells = steepest > 0 ? 2.0 * reach / steepest : 64;
         cells_ = 1 + static_cast<int>(std::min(cells, 63.0));
     }
@@ -297,7 +298,7 @@ void walk_ends(const RayCast& cast, const Packet& packet, const Sampler& sampler
     const Lanes lanes(packet);
     if constexpr (Sum::kSkips) {
         if (cast.bricks) {
-            const Levels levels(*cast.bricks, cast.hold, packet.steepest);
+            const Levels levels(cast, packet.steepest);
             const Bounds bounds(cast.volume.extent);
             const int cells = levels.end_cells();
             if (cells == 0) return walk_partial(packet, lanes, sampler, sum, begin, end);
@@ -360,7 +361,7 @@ HWY_NOINLINE void walk_inside(const RayCast& cast, const Packet& packet, const S
     const Count count(cast, packet);
     if constexpr (Sum::kSkips) {
         if (cast.bricks) {
-            const Levels levels(*cast.bricks, cast.hold, packet.steepest);
+            const Levels levels(cast, packet.steepest);
             // A few of the samples, taken first, tell early which stretches cannot matter.
             if constexpr (Sum::kAnyOrder) {
                 walk_all(lanes, sampler, sum, begin + kChecked, end, 2 * kChecked);

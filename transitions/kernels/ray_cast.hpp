@@ -51,6 +51,20 @@ struct Bricks {
 
     /// Room for the bricks of a volume; scratch while they are made comes from there as well.
     Bricks(const Extent& volume, std::pmr::memory_resource* memory);
+
+    /// While they are made, where a level is that of a range: the smallest sample, negated; its
+    /// largest is in `level`.
+    std::pmr::vector<float> least;
+};
+
+/// What levels of bricks are of.
+struct LevelsOf {
+    const Optics* optics = nullptr;  // of over, else null
+    Overshoot overshoot = {};        // of the filter that reads
+
+    /// Opacities between two samples may be larger than at both, and how far values lie beyond
+    /// samples hangs on their range: then it takes both ends.
+    bool ranges() const noexcept { return optics || overshoot.range > 0; }
 };
 
 /// What rays take, counted while they are cast. Rays of a packet go together: what one of them
@@ -116,12 +130,12 @@ void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t 
 
 /// Brick levels of z-layers [begin, end) of bricks, with their neighbours in the layer. Layers may
 /// be made in parallel. Coefficients will do for samples: B-spline weights are positive and sum
-/// to 1.
-/// @param optics  of over, else null
-void brick_layers(const Grid& volume, const Optics* optics, std::int64_t begin, std::int64_t end,
+/// to 1. Of ranges, bricks.least has to be as large as bricks.level.
+void brick_layers(const Grid& volume, const LevelsOf& of, std::int64_t begin, std::int64_t end,
                   Bricks& bricks);
 /// Joins all layers with their neighbours in z, lines [begin, end) of each: these may be joined in
 /// parallel, once, when all layers are made.
-void join_layers(Bricks& bricks, std::int64_t begin, std::int64_t end);
+void join_layers(const Grid& volume, const LevelsOf& of, std::int64_t begin, std::int64_t end,
+                 Bricks& bricks);
 
 }  // namespace edgewise::kernels

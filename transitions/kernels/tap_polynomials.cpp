@@ -49,6 +49,19 @@ double farthest_off(const Filter& filter, const Eigen::MatrixXd& coefficients) {
     return most;
 }
 
+/// Of magnitudes of the weights of one axis.
+double largest_sum(const Filter& filter) {
+    constexpr int kPlaces = 1024;
+    double largest = 1;
+    for (int i = 0; i < kPlaces; ++i) {
+        double sum = 0;
+        for (const double weight : weights_at(filter, static_cast<double>(i) / kPlaces))
+            sum += std::abs(weight);
+        largest = std::max(largest, sum);
+    }
+    return largest;
+}
+
 }  // namespace
 
 TapPolynomials::TapPolynomials(const Filter& filter) : taps_(filter.taps) {
@@ -72,10 +85,29 @@ const TapPolynomials& TapPolynomials::of(const Filter& filter) {
     return made.try_emplace(filter.name, filter).first->second;
 }
 
+Overshoot overshoot_of(const Filter& filter, int axes) {
+    if (filter.positive) return {};
+    static std::mutex mutex;
+    static std::map<std::string, double> known;
+    const std::lock_guard lock(mutex);
+    const auto [found, is_new] = known.try_emplace(filter.name);
+    if (is_new) found->second = largest_sum(filter);
+    const double sizes = found->second;
+    // Between two places the sum may be a little larger; f32 polynomials and sums of their taps are
+    // off by less than 4e-6 a tap.
+    const double roundings = 1e-5 + 4e-6 * filter.taps;
+    const double all = std::pow(sizes + roundings, axes);
+    // Positive weights add up to P and negative ones to -N: P - N = 1, P + N = all. Of samples in
+    // [low, high] the value is at most P high - N low = high + N (high - low).
+    return {.range = (all - 1) / 2, .magnitude = axes * roundings * all};
+}
+
 Hold hold_of(const Filter& filter) noexcept {
-    if (filter.name == "zoh") return Hold::zoh;
-    if (filter.name == "foh") return Hold::foh;
-    return filter.name == "bspline3" ? Hold::bspline3 : Hold::weighted;
+    // There is but one filter of each: weights add up to 1, and two that keep linear functions lie
+    // on a line.
+    if (filter.taps == 1) return Hold::zoh;
+    if (filter.taps == 2 && filter.order == 2) return Hold::foh;
+    return filter.taps == 4 && filter.coefficients ? Hold::bspline3 : Hold::weighted;
 }
 
 }  // namespace edgewise::kernels

@@ -29,6 +29,15 @@ class TapPolynomials {
     std::array<std::array<float, kMostDegree + 1>, kMostTaps> coefficients_{};
 };
 
+/// How far values may lie beyond the samples that they are made of, on either side: a share of
+/// these samples' range, and for roundings a share of their greatest magnitude.
+struct Overshoot {
+    double range = 0, magnitude = 0;
+};
+
+/// Of values in so many axes; 0 of a filter without negative weights.
+Overshoot overshoot_of(const Filter& filter, int axes);
+
 /// The code that reads by a filter: kernels' own where there is one, else weights at run time.
 Hold hold_of(const Filter& filter) noexcept;
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "transitions/filters/field_filter.hpp"
+
 namespace edgewise {
 namespace {
 
@@ -93,25 +95,26 @@ class CombineModel final : public Model {
         const auto picture = [&](const std::string& warp) {
             return facts.at("picture/screen/" + warp);
         };
+        const std::string& nearest = field_filter(Field::nearest).name;
+        const std::string& linear = field_filter(Field::linear).name;
         // Where no sample is finite there is no field.
-        if (!facts.contains("picture/screen/zoh") || !facts.contains("field/foh")) return;
+        if (!facts.contains("picture/screen/" + nearest) || !facts.contains("field/" + linear))
+            return;
         const Field field = setting_.field.kind();
-        double added = picture(field == Field::nearest  ? "zoh"
-                               : field == Field::linear ? "foh"
-                                                        : "bspline3");
+        double added = picture(field_filter(field).name);
         if (field == Field::formula)
             for (const auto& [name, warp] : setting_.warps) added = std::min(added, picture(name));
         const auto rest = [&](const std::string& warp) {
             return std::sqrt(std::max(0.0, picture(warp) * picture(warp) - added * added));
         };
-        const double blur = facts.at("field/foh");
-        const double gain = blur > 0 && rest("foh") > 0 ? rest("foh") / blur : 1;
+        const double blur = facts.at("field/" + linear);
+        const double gain = blur > 0 && rest(linear) > 0 ? rest(linear) / blur : 1;
         for (const auto& [name, warp] : setting_.warps)
             facts["combined/" + name] = rest(name) / gain;
         // The real rule of an assignment repeats, and so does what it displaces: a pattern of it
         // need not average out as random displacements do, but not worse than noise of two samples
         // alike.
-        const auto noise = facts.find("gain/noise/zoh"), moved = facts.find("combined/me");
+        const auto noise = facts.find("gain/noise/" + nearest), moved = facts.find("combined/me");
         if (noise != facts.end() && moved != facts.end())
             moved->second = std::max(
                 moved->second, std::numbers::sqrt2 * noise->second * facts.at("field/me") / gain);

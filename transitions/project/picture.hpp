@@ -5,6 +5,7 @@
 #include <string>
 
 #include "graph/transition.hpp"
+#include "transitions/filters/filter.hpp"
 #include "transitions/kernels/combine.hpp"
 
 namespace edgewise {
@@ -63,9 +64,9 @@ inline constexpr std::array<double, 4> kCastSteps = {0.25, 0.5, 1, 2};
 // guesses.
 
 /// Of rays cast through samples with a hold (zoh, foh, bspline3) and a step [t].
-Error cast_error(const std::string& filter, double step, const Ask& ask);
+Error cast_error(const Filter& filter, double step, const Ask& ask);
 /// Of slices sheared onto an intermediate image, `step` apart [t], and that image warped.
-Error sheared_error(const std::string& filter, double step, const Ask& ask);
+Error sheared_error(const Filter& filter, double step, const Ask& ask);
 /// Of samples in screen space, one a unit, combined along z.
 Error combined_error(const Ask& ask);
 

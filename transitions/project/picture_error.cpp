@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "graph/range.hpp"
-#include "transitions/filters/filter.hpp"
+#include "transitions/filters/field_filter.hpp"
 #include "transitions/project/picture.hpp"
 
 namespace edgewise {
@@ -12,33 +12,18 @@ namespace {
 
 /// RMS errors over the range of the picture where nothing was measured: those of a real MR head,
 /// 160 x 232 x 160 samples turned by 30, 20 and 10 degrees, step 1 (DESIGN, section 4).
-double guess(const std::string& filter, Mode mode) {
-    const Filter& by = filter_named(filter);
-    const int hold = by.taps == 1 ? 0 : by.coefficients ? 2 : 1;
+double guess(const Filter& filter, Mode mode) {
+    const int hold = filter.taps == 1 ? 0 : filter.coefficients ? 2 : 1;
     return mode->guess[static_cast<std::size_t>(hold)];
 }
 
-double measured(const std::string& filter, double step, const Ask& ask) {
-    return ask.scene.fact(fmt::format("picture/{}/{}", filter, step))
+double measured(const Filter& filter, double step, const Ask& ask) {
+    return ask.scene.fact(fmt::format("picture/{}/{}", filter.name, step))
         .value_or(guess(filter, ask.want.mode) * std::max(1.0, step) * ask.scene.range);
 }
 
-/// The filter whose samples are the field that the request asks for.
-std::string exact_filter(Field field) {
-    switch (field) {
-        case Field::nearest:
-            return "zoh";
-        case Field::linear:
-            return "foh";
-        case Field::spline:
-        case Field::formula:
-            return "bspline3";
-    }
-    return "bspline3";
-}
-
 /// Between measured steps linearly; beyond the longest in proportion to the step.
-double at_step(const std::string& filter, double step, const Ask& ask) {
+double at_step(const Filter& filter, double step, const Ask& ask) {
     if (step >= kCastSteps.back())
         return measured(filter, kCastSteps.back(), ask) * step / kCastSteps.back();
     if (step <= kCastSteps.front()) return measured(filter, kCastSteps.front(), ask);
@@ -59,21 +44,24 @@ double terminated(const Ask& ask) {
     return kTerminated * ask.scene.fact("picture/ended").value_or(1);
 }
 
-/// How errors of samples pass. `hold` is what reads between noisy samples.
-Error gains(const std::string& hold, const Ask& ask) {
+/// How errors of samples pass that a filter reads between. The noise of samples that a spline runs
+/// through passes as that of linear interpolation does.
+Error gains(const Filter& filter, const Ask& ask) {
+    const Field like = filter.taps == 1 ? Field::nearest : Field::linear;
     return {.gain = ask.scene.fact("gain/blur").value_or(guessed_gain(false, ask)),
-            .noise_gain = ask.scene.fact("gain/noise/" + hold).value_or(guessed_gain(true, ask))};
+            .noise_gain = ask.scene.fact("gain/noise/" + field_filter(like).name)
+                              .value_or(guessed_gain(true, ask))};
 }
 
 /// RMS rounding over the range of the picture, of samples that are read by a filter on the way.
 /// f32 positions are off by half of 2^-24 of the longest axis at most, on a slope of which half the
 /// range a sample is a lot; weights of integer samples have 14 bits. An integral averages both, and
 /// adds the rounding of its sum.
-double rounding(const std::string& filter, const Ask& ask) {
+double rounding(const Filter& filter, const Ask& ask) {
     constexpr double kFloat = 0x1p-24, kWeights = 2e-5;
     const auto longest =
         static_cast<double>(std::max({ask.want.input.x, ask.want.input.y, ask.want.input.z}));
-    const double sample = filter_named(filter).taps <= 2 ? kWeights : 0.25 * kFloat * longest;
+    const double sample = filter.taps <= 2 ? kWeights : 0.25 * kFloat * longest;
     if (!ask.want.mode->averages) return sample + kFloat;
     const double root =
         std::sqrt(static_cast<double>(std::max<std::int64_t>(1, ask.want.screen.z)));
@@ -82,19 +70,18 @@ double rounding(const std::string& filter, const Ask& ask) {
 
 }  // namespace
 
-Error cast_error(const std::string& filter, double step, const Ask& ask) {
-    // The noise of samples that a spline runs through passes as that of linear interpolation does.
-    Error error = gains(filter_named(filter).taps == 1 ? "zoh" : "foh", ask);
+Error cast_error(const Filter& filter, double step, const Ask& ask) {
+    Error error = gains(filter, ask);
     error.bias = at_step(filter, step, ask) + terminated(ask);
     error.noise = rounding(filter, ask) * ask.scene.range;
     return error;
 }
 
-Error sheared_error(const std::string& filter, double step, const Ask& ask) {
+Error sheared_error(const Filter& filter, double step, const Ask& ask) {
     // Unmeasured: two reconstructions within a slice, none along z, against one along each axis.
     constexpr double kTwice = 1.4;
     Error error = gains(filter, ask);
-    error.bias = ask.scene.fact("picture/shear_warp/" + filter)
+    error.bias = ask.scene.fact("picture/shear_warp/" + filter.name)
                      .value_or(kTwice * at_step(filter, step, ask)) +
                  terminated(ask);
     error.noise = rounding(filter, ask) * ask.scene.range;
@@ -104,12 +91,12 @@ Error sheared_error(const std::string& filter, double step, const Ask& ask) {
 Error combined_error(const Ask& ask) {
     // The samples bring the error of their reconstruction; what is added is that of a step of 1.
     // Where the samples lie on the rays is independent of what is wrong with them.
-    Error error = gains("zoh", ask);
+    Error error = gains(field_filter(Field::nearest), ask);
     error.bias = terminated(ask);
     // What reads the samples rounds by itself; sums round here.
-    error.noise = std::hypot(
-        rounding("bspline3", ask) * ask.scene.range,
-        ask.scene.fact("picture/combined").value_or(at_step(exact_filter(ask.want.field), 1, ask)));
+    const Filter& exact = field_filter(ask.want.field);
+    error.noise = std::hypot(rounding(field_filter(Field::spline), ask) * ask.scene.range,
+                             ask.scene.fact("picture/combined").value_or(at_step(exact, 1, ask)));
     return error;
 }
 

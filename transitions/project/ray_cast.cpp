@@ -61,9 +61,16 @@ double brick_operations(const Representation& from) {
     return (4 + 6 * static_cast<double>(bytes_of(from.type))) * static_cast<double>(from.samples());
 }
 
-double brick_bytes(const Representation& from) {
+kernels::LevelsOf levels_of(const Offer& offer, const Ask& ask, const kernels::Optics& optics) {
+    const bool opacities = ask.want.mode->skips == ModeTraits::Levels::opacities;
+    return {.optics = opacities ? &optics : nullptr,
+            .overshoot = kernels::overshoot_of(filter_of(offer.with), 3)};
+}
+
+double brick_bytes(const Representation& from, bool ranges) {
     constexpr double kBrick = 64;  // samples
-    return 4 * static_cast<double>(from.samples()) / kBrick * 1.1 + 4096;
+    const double floats = ranges ? 2 : 1;
+    return floats * (4 * static_cast<double>(from.samples()) / kBrick * 1.1 + 4096);
 }
 
 /// Operations to combine one sample (TABLE 37: 3 a colour and 2 of transparency).
@@ -75,7 +82,7 @@ double combining(const Ask& ask, const kernels::Optics& optics) {
 
 /// The samples that rays take: what is empty or hidden is left out, as counted on the preview.
 /// Cropped data hold less that can be left out, so counts are a pixel's, not shares.
-double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks) {
+double counted_of(const Offer& offer, const Ask& ask, double samples, bool bricks) {
     const auto pixels = static_cast<double>(offer.to.samples());
     if (const auto counted = ask.scene.fact(bricks ? "cast/bricks" : "cast/taken"))
         return std::min(samples, *counted * pixels / offer.with.number("step"));
@@ -86,17 +93,24 @@ double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks)
                : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
 }
 
+double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks) {
+    const double counted = counted_of(offer, ask, samples, bricks);
+    if (!bricks || filter_of(offer.with).positive) return counted;
+    // Counted is what bounds of samples leave out; those of values beyond them leave out less.
+    constexpr double kLess = 0.5;
+    const double all = counted_of(offer, ask, samples, false);
+    return all - kLess * std::max(0.0, all - counted);
+}
+
 /// Bricks are made from every voxel and asked along every ray: they pay where what they leave out
 /// is more than that takes. A nearest sample is read faster than a brick is asked. What voxels and
 /// questions take, in samples of a first-order hold, was measured with 128^3 and 256^3 of u8, 16
 /// bits and f32.
 bool with_bricks(const Offer& offer, const Ask& ask, int view) {
-    const Hold hold = hold_of(offer.with);
-    const bool leaves_out = ask.want.mode->skips != ModeTraits::Levels::none;
-    // Bricks bound what is read of them by filters without negative weights.
-    if (!leaves_out || hold == Hold::zoh || hold == Hold::weighted) return false;
+    const int taps = filter_of(offer.with).taps;
+    if (ask.want.mode->skips == ModeTraits::Levels::none || taps == 1) return false;
     const double samples = samples_of(offer, ask, view);
-    const double sample = hold == Hold::foh ? 1 : 8;  // taps: 8 and 64
+    const double sample = std::pow(taps / 2, 3);  // a first-order hold has 8 taps
     const double voxels = static_cast<double>(offer.from.samples());
     const double made = voxels * (0.02 + 0.02 * static_cast<double>(bytes_of(offer.from.type)));
     const double asked = 0.12 * samples * offer.with.number("step");
@@ -201,7 +215,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                                                     Vec3::Constant(taps)),
         .span = spread ? 0 : std::min(offer.from.bytes(), own),
         .others = kLineBytes * lines / std::max(1.0, tiles),
-        .workspace = bricks ? brick_bytes(offer.from) : 0,
+        .workspace = bricks ? brick_bytes(offer.from, levels_of(offer, ask, optics).ranges()) : 0,
         .way =
             hold == Hold::weighted ? "weighted" : way_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
@@ -209,7 +223,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
 }
 
 Error error(const Offer& offer, const Ask& ask) {
-    return cast_error(offer.with.word("filter"), offer.with.number("step"), ask);
+    return cast_error(filter_of(offer.with), offer.with.number("step"), ask);
 }
 
 /// The box of the input that the rays of a part of a picture read. Rays go on together, so that a
@@ -271,7 +285,6 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
          Context& context) {
     const Request& want = ask.want;
     const kernels::Optics optics = optics_of(want, in.what.values);
-    const bool opacities = want.mode->skips == ModeTraits::Levels::opacities;
     const Hold hold = hold_of(offer.with);
     kernels::RayCast cast{.volume = rule_grid(in, want),
                           .hold = hold,
@@ -291,7 +304,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .bound = kTerminated};
     std::unique_ptr<kernels::Bricks> bricks;
     if (cast.volume.whole() && with_bricks(offer, ask, context.view))
-        bricks = bricks_of(cast.volume, opacities ? &optics : nullptr, context.memory,
+        bricks = bricks_of(cast.volume, levels_of(offer, ask, optics), context.memory,
                            [&] { return context.stopped(); });
     context.poll();
     cast.bricks = bricks.get();

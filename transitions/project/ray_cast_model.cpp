@@ -78,8 +78,8 @@ class RayCastModel final : public Model {
             }
         if (noise_ > 0)
             for (const PreviewHold hold : kNoisy)
-                facts_.push_back(
-                    {.name = fmt::format("gain/noise/{}", kPreviewHolds[hold]), .promised = false});
+                facts_.push_back({.name = fmt::format("gain/noise/{}", filter_of(hold).name),
+                                  .promised = false});
         if (want_.mode->left) facts_.push_back({.name = "picture/ended"});
     }
     std::vector<double> steps() const override { return {kCastSteps.begin(), kCastSteps.end()}; }

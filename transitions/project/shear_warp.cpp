@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "graph/spread.hpp"
+#include "transitions/filters/filter.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/shear_warp.hpp"
@@ -66,14 +67,19 @@ Factored factored(const Representation& from, const Request& want, int view) {
     return f;
 }
 
+const Filter& filter_of(const Parameters& with) { return filter_named(with.word("filter")); }
+
+/// No new value appears.
+bool takes_nearest(const Parameters& with) { return filter_of(with).taps == 1; }
+
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
     if (ask.want.eye) return Offer::no("the eye is at a finite distance: shears differ by slice");
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
     if (!is_whole(from)) return Offer::no("slices are sheared in the memory of one rank");
-    if (ask.want.field == Field::nearest && with.word("filter") != "zoh")
+    if (ask.want.field == Field::nearest && !takes_nearest(with))
         return Offer::no("labels: only filter=zoh makes no new value");
-    if (ask.scene.non_finite > 0 && with.word("filter") != "zoh")
+    if (ask.scene.non_finite > 0 && !takes_nearest(with))
         return Offer::no(fmt::format(
             "{} samples are not finite: rays would miss all that was interpolated from them; only "
             "filter=zoh keeps them to themselves",
@@ -103,7 +109,9 @@ double tile_bytes(Mode mode) {
 /// Whether the picture is read from a spline through the intermediate image: that of first-order
 /// hold would be a second blur, which costs a MIP a sixth of its accuracy. Other pictures may not
 /// go below zero, and samples that are not finite would spread over the whole of them.
-bool smooth(const std::string& filter, Mode mode) { return filter == "foh" && mode->extreme != 0; }
+bool smooth(const Parameters& with, Mode mode) {
+    return !takes_nearest(with) && mode->extreme != 0;
+}
 
 /// Operations a voxel: three interpolations of two operations, then the rule with its states. The
 /// largest integers stay in registers, bytes in lanes of 16 bits (kernels::shear_warp_max).
@@ -131,8 +139,8 @@ double voxel_operations(const Offer& offer, const Ask& ask, bool nearest, double
 
 Work work(const Offer& offer, const Ask& ask, int view) {
     const Factored f = factored(offer.from, ask.want, view);
-    const bool nearest = offer.with.word("filter") == "zoh";
-    const bool spline = smooth(offer.with.word("filter"), ask.want.mode);
+    const bool nearest = takes_nearest(offer.with);
+    const bool spline = smooth(offer.with, ask.want.mode);
     // Slices wait for their rows, a tile's few lines of each, and for the states between: measured
     // with 48^3 to 192^3, that is 2.5 times what is counted, where the picture's taps, which lie
     // side by side, take half of as many gathers.
@@ -175,7 +183,7 @@ Error error(const Offer& offer, const Ask& ask) {
     for (int variant = 0; variant < views; ++variant)
         step =
             std::max(step, factored(offer.from, ask.want, ask.want.views.first_view(variant)).step);
-    return sheared_error(offer.with.word("filter"), step, ask);
+    return sheared_error(filter_of(offer.with), step, ask);
 }
 
 /// From the multiple of `each` at or before it.
@@ -325,7 +333,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const Request& want = ask.want;
     const Factored f = factored(in.what, want, context.view);
     const kernels::Optics optics = optics_of(want, in.what.values);
-    const kernels::Hold hold = kernels::hold_of(filter_named(offer.with.word("filter")));
+    const kernels::Hold hold = kernels::hold_of(filter_of(offer.with));
     kernels::ShearWarp warp{.volume = rule_grid(in, want),
                             .hold = hold,
                             .with = combining_of(want, in.what.values, optics),
@@ -336,6 +344,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                             .backwards = f.backwards};
     warp.with.step = f.step;
     const int channels = want.mode->channels;
+<<<<<<< HEAD
     const bool spline = smooth(offer.with.word("filter"), want.mode);
     Representation what;
     what.extent = f.image;
@@ -346,6 +355,13 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     auto* values = image.as<float>();
     project(warp, image.box, want.mode, values, context);
 
+=======
+    Array image(static_cast<std::size_t>(image_bytes(f, want.mode)) + kArraySlack, context.memory);
+    project(warp, f, want.mode, static_cast<float*>(image.data()), context);
+
+    auto* values = static_cast<float*>(image.data());
+    const bool spline = smooth(offer.with, want.mode);
+>>>>>>> h2
     const auto outside = static_cast<float>(rule_miss(want));
     const ShearedImage sheared{.mode = want.mode,
                                .warp = warp,

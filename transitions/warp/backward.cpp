@@ -8,6 +8,7 @@
 
 #include "graph/lines_touched.hpp"
 #include "graph/spread.hpp"
+#include "transitions/filters/field_filter.hpp"
 #include "transitions/filters/read_by.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
@@ -191,10 +192,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
 }
 
 /// What the samples stand for is just what the hold computes.
-bool is_the_field(Hold hold, Field field) {
-    return (hold == Hold::zoh && field == Field::nearest) ||
-           (hold == Hold::foh && field == Field::linear) ||
-           (hold == Hold::bspline3 && field == Field::spline);
+bool is_the_field(const Filter& filter, Field field) {
+    return field != Field::formula && field_filter(field).name == filter.name;
 }
 
 /// Input axes along which a view reads between samples.
@@ -230,7 +229,7 @@ Error error(const Offer& offer, const Ask& ask) {
     const bool labels = ask.want.job->of_points() && ask.want.field == Field::nearest;
     if (hold == Hold::zoh && fits && (labels || offer.from.values.identity())) error.noise = 0;
     if (most == 0 && ask.want.views.different() <= 8) return error;
-    if (is_the_field(hold, ask.want.field)) return error;
+    if (is_the_field(filter_of(offer.with), ask.want.field)) return error;
     error.bias = hold_error(offer.with.word("filter"), ask);
     return error;
 }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "graph/spread.hpp"
+#include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/warp/shear_chain.hpp"
 
@@ -70,15 +71,14 @@ int axes_between_samples(const kernels::ShearChain& chain) {
 }
 
 double hold_error(const std::string& filter, const Ask& ask) {
+    return hold_error(filter, filter_named(filter).guess, ask);
+}
+
+double hold_error(const std::string& name, double guess, const Ask& ask) {
     const Scene& scene = ask.scene;
     if (ask.want.job->of_rays())
-        if (const auto fact = scene.fact("combined/" + filter)) return *fact;
-    if (const auto fact = scene.fact("field/" + filter)) return *fact;
-    // Medians over scanned volumes turned by 5 to 45 degrees are of this size.
-    const double guess = filter == "me"    ? 0.04
-                         : filter == "zoh" ? 0.03
-                         : filter == "foh" ? 0.015
-                                           : 0.002;
+        if (const auto fact = scene.fact("combined/" + name)) return *fact;
+    if (const auto fact = scene.fact("field/" + name)) return *fact;
     return guess * (scene.high - scene.low);
 }
 

@@ -26,8 +26,10 @@ kernels::Affine inverse_map(const Representation& from, const Request& want, int
 /// permutation, and those with a shift by a part of a sample.
 int axes_between_samples(const kernels::ShearChain& chain);
 
-/// RMS error of samples reconstructed once by zoh, foh, bspline3 or an assignment (me): measured
-/// (Scene::facts), else a guess. On the way to a picture as far as the picture shows it.
+/// RMS error of samples reconstructed once by a filter: measured (Scene::facts), else a guess. On
+/// the way to a picture as far as the picture shows it.
 double hold_error(const std::string& filter, const Ask& ask);
+/// The same of what is no filter. @param guess  over the range of the samples
+double hold_error(const std::string& name, double guess, const Ask& ask);
 
 }  // namespace edgewise

@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "graph/spread.hpp"
+#include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/permutation.hpp"
 #include "transitions/warp/counts.hpp"
@@ -20,11 +21,14 @@ namespace {
 using kernels::Send;
 using kernels::ShearChain;
 
-constexpr int kGreatestHalo = 4;  // samples; a wider one is no longer a neighbourhood
+constexpr int kGreatestHalo = 4;       // samples; a wider one is no longer a neighbourhood
+constexpr const char* kItself = "me";  // in place of a filter: a sample is sent as it is
+constexpr double kGuess = 0.04;        // its error, as Filter::guess
 
 Send send_of(const Parameters& with) {
-    const std::string& filter = with.word("filter");
-    return filter == "me" ? Send::me : filter == "zoh" ? Send::zoh : Send::foh;
+    const std::string& word = with.word("filter");
+    if (word == kItself) return Send::me;
+    return filter_named(word).taps == 1 ? Send::zoh : Send::foh;
 }
 
 std::string too_far(int view, const ShearChain& chain) {
@@ -124,7 +128,8 @@ Error error(const Offer& offer, const Ask& ask) {
     if (most == 0 && ask.want.views.different() == looked_at) return error;
     if (send == Send::foh && ask.want.field == Field::linear) return error;
     if (send == Send::zoh && ask.want.field == Field::nearest) return error;
-    error.bias = hold_error(offer.with.word("filter"), ask);
+    const std::string& word = offer.with.word("filter");
+    error.bias = send == Send::me ? hold_error(word, kGuess, ask) : hold_error(word, ask);
     return error;
 }
 
@@ -191,7 +196,7 @@ Transition permutation_warp() {
     edge.source = "Wittenbrink 1993, EQ 22, FIGURE 28 to 30, TABLE 6, Theorem 3.1";
     edge.joins = {{"object/scalar", "screen/scalar"}};
     edge.parameters = {
-        {"filter", one_of({"me", "zoh", "foh"},
+        {"filter", one_of({kItself, "zoh", "foh"},
                           "what a sample sends: me itself, zoh the nearest sample to "
                           "the screen site's point, foh linear reconstruction there")}};
     edge.laws = {Law::identity,    Law::constant,     Law::linear,

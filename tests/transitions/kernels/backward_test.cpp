@@ -57,12 +57,45 @@ double cubic_spline(double t) {
     return t < 2 ? (2 - t) * (2 - t) * (2 - t) / 6 : 0;
 }
 
+/// What reads: a hold with code of its own, or a filter by its weights.
+struct By {
+    Hold hold;
+    const Filter* filter = nullptr;
+
+    By(Hold which) : hold(which) {}
+    By(const Filter& weights) : hold(Hold::weighted), filter(&weights) {}
+};
+
+/// Those of which the weights are told at run time.
+std::vector<const Filter*> weighted_filters() {
+    std::vector<const Filter*> all;
+    for (const Filter& filter : filters())
+        if (hold_of(filter) == Hold::weighted) all.push_back(&filter);
+    return all;
+}
+
+std::vector<By> all_that_read() {
+    std::vector<By> all = {Hold::zoh, Hold::foh, Hold::bspline3};
+    for (const Filter* filter : weighted_filters()) all.emplace_back(*filter);
+    return all;
+}
+
 /// Index and weight of every tap along one axis at a position inside.
-std::vector<std::pair<std::int64_t, double>> taps(double p, std::int64_t n, Hold hold) {
+std::vector<std::pair<std::int64_t, double>> taps(double p, std::int64_t n, const By& by) {
+    const Hold hold = by.hold;
     p = std::clamp(p, 0.0, double(n - 1));
     if (hold == Hold::zoh) return {{std::int64_t(std::floor(p + 0.5)), 1.0}};
     std::vector<std::pair<std::int64_t, double>> all;
     const auto cell = std::int64_t(std::floor(p));
+    if (by.filter) {
+        std::array<double, 8> weights{};
+        by.filter->weights(p - double(cell), weights.data());
+        for (int tap = 0; tap < by.filter->taps; ++tap)
+            all.emplace_back(
+                std::clamp<std::int64_t>(cell + tap + 1 - by.filter->taps / 2, 0, n - 1),
+                weights[tap]);
+        return all;
+    }
     for (std::int64_t i = cell - 1; i <= cell + 2; ++i) {
         const double t = p - double(i);
         const double w = hold == Hold::foh ? std::max(0.0, 1 - std::abs(t)) : cubic_spline(t);
@@ -72,7 +105,8 @@ std::vector<std::pair<std::int64_t, double>> taps(double p, std::int64_t n, Hold
 }
 
 template <class T>
-double reference(const Samples<T>& in, Hold hold, const std::array<double, 3>& p, int channel) {
+double reference(const Samples<T>& in, const By& hold, const std::array<double, 3>& p,
+                 int channel) {
     const bool image = in.extent.z == 1;
     double sum = 0;
     for (const auto& [z, wz] : image ? taps(0, 1, Hold::zoh) : taps(p[2], in.extent.z, hold))
@@ -148,13 +182,13 @@ const std::vector<Geometry> kGeometries = {
 };
 
 template <class T>
-void expect_reference(Type type, Hold hold, double tolerance, int channels = 1) {
+void expect_reference(Type type, const By& by, double tolerance, int channels = 1) {
     std::mt19937 random(7);
     for (const Geometry& g : kGeometries) {
         const Samples<T> in(g.in, channels, random);
         const Affine m = turn(g.x, g.y, g.z, g.in, g.out, g.scale);
         const ValueMap values{0.5, -3};
-        const BackwardWarp warp(in.grid(type, values), m, hold, -77);
+        const BackwardWarp warp(in.grid(type, values), m, by.hold, -77, by.filter);
         const std::vector<float> got = warped(warp, g.out, channels, g.tile);
         double worst = 0;
         std::size_t i = 0;
@@ -164,9 +198,8 @@ void expect_reference(Type type, Hold hold, double tolerance, int channels = 1) 
                     for (int c = 0; c < channels; ++c, ++i) {
                         const auto p = apply(m, double(x), double(y), double(z));
                         ASSERT_NE(got[i], kSentinel);
-                        if (undecided(p, g.in, hold)) continue;
-                        const double want =
-                            inside(p, g.in) ? values(reference(in, hold, p, c)) : -77;
+                        if (undecided(p, g.in, by.hold)) continue;
+                        const double want = inside(p, g.in) ? values(reference(in, by, p, c)) : -77;
                         worst = std::max(worst, std::abs(got[i] - want));
                     }
         EXPECT_LE(worst, tolerance * in.range() * values.slope)
@@ -206,8 +239,21 @@ TEST(Backward, ChannelsMatchTheDefinition) {
     }
 }
 
+/// Weights are off by 4e-6 a tap at most, and slopes reach some 3 ranges a sample; the range is
+/// less than the magnitude by up to a third.
+TEST(Backward, FiltersByTheirWeightsMatchTheDefinition) {
+    constexpr double kWeighted = 1e-5;
+    for (const Filter* filter : weighted_filters()) {
+        expect_reference<std::uint8_t>(Type::u8, *filter, kWeighted);
+        expect_reference<std::int16_t>(Type::i16, *filter, kWeighted);
+        expect_reference<float>(Type::f32, *filter, kWeighted);
+        expect_reference<std::uint8_t>(Type::u8, *filter, kWeighted, 3);
+        expect_reference<float>(Type::f32, *filter, kWeighted, 2);
+    }
+}
+
 template <class T>
-void expect_copies(Type type, Hold hold) {
+void expect_copies(Type type, const By& by) {
     std::mt19937 random(3);
     const Extent n{70, 45, 21};
     Samples<T> in(n, 1, random);
@@ -226,7 +272,7 @@ void expect_copies(Type type, Hold hold) {
         Affine m = turn(x, y, z, n, out);
         m[3] += shift;
         m[7] -= 2 * shift;
-        const BackwardWarp warp(in.grid(type), m, hold, 5);
+        const BackwardWarp warp(in.grid(type), m, by.hold, 5, by.filter);
         const std::vector<float> got = warped(warp, out, 1, {64, 16, 16});
         std::size_t i = 0;
         for (std::int64_t c = 0; c < out.z; ++c)
@@ -250,14 +296,20 @@ TEST(Backward, QuarterTurnsAndWholeShiftsCopyBytes) {
         expect_copies<float>(Type::f32, hold);
         expect_copies<double>(Type::f64, hold);
     }
+    for (const Filter* filter : weighted_filters()) {
+        expect_copies<std::uint8_t>(Type::u8, *filter);
+        expect_copies<std::int16_t>(Type::i16, *filter);
+        expect_copies<float>(Type::f32, *filter);
+    }
 }
 
 TEST(Backward, RegionsDoNotChangeValues) {
     std::mt19937 random(5);
     const Extent n{210, 160, 1}, out{230, 170, 1};
     const Samples<float> in(n, 1, random);
-    for (const Hold hold : {Hold::zoh, Hold::foh, Hold::bspline3}) {
-        const BackwardWarp warp(in.grid(Type::f32), turn(0, 0, 33.3, n, out), hold, 0);
+    for (const By& by : all_that_read()) {
+        const BackwardWarp warp(in.grid(Type::f32), turn(0, 0, 33.3, n, out), by.hold, 0,
+                                by.filter);
         const auto whole = warped(warp, out, 1, out);
         for (const Extent& tile : {Extent{64, 64, 1}, {33, 7, 1}, {1, 1, 1}, {128, 64, 1}})
             EXPECT_EQ(whole, warped(warp, out, 1, tile));
@@ -325,9 +377,9 @@ TEST(Backward, HomographyMatchesTheDefinition) {
     const Homography h{1, 0.1, -20, -0.1, 1, 30, -4e-3, 2e-3, 0.71};  // w = 0 crosses the screen
     for (int channels : {1, 3}) {
         const Samples<float> in(n, channels, random);
-        const double tolerance = 3e-6 * in.range();
-        for (const Hold hold : {Hold::zoh, Hold::foh, Hold::bspline3}) {
-            const BackwardWarp warp(in.grid(Type::f32), h, hold, -4);
+        for (const By& by : all_that_read()) {
+            const double tolerance = (by.filter ? 1e-5 : 3e-6) * in.range();
+            const BackwardWarp warp(in.grid(Type::f32), h, by.hold, -4, by.filter);
             const auto got = warped(warp, n, channels, {64, 32, 1});
             int seen = 0;
             std::size_t i = 0;
@@ -339,10 +391,10 @@ TEST(Backward, HomographyMatchesTheDefinition) {
                         const std::array<double, 3> p{
                             (h[0] * double(x) + h[1] * double(y) + h[2]) / w,
                             (h[3] * double(x) + h[4] * double(y) + h[5]) / w, 0};
-                        if (std::abs(w) < 1e-9 || undecided(p, n, hold)) continue;
+                        if (std::abs(w) < 1e-9 || undecided(p, n, by.hold)) continue;
                         const bool sees = w > 0 && inside(p, n);
                         seen += sees;
-                        const double want = sees ? reference(in, hold, p, c) : -4;
+                        const double want = sees ? reference(in, by, p, c) : -4;
                         ASSERT_NEAR(got[i], want, tolerance) << x << " " << y;
                     }
             EXPECT_GT(seen, 5000);
