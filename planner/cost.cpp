@@ -83,13 +83,8 @@ double unit_random(std::uint64_t state) {
 
 std::string timing_name(const Transition& edge, const Offer& offer, const Request& want,
                         const Work& work) {
-<<<<<<< HEAD
-    // The box of a view is larger than the input, and its samples lie apart as the pixels do.
-    const bool of_view = want.job->of_rays() && offer.to.space == "screen";
-=======
     // The box of a view is larger than the input, and its samples are spaced like the pixels.
     const bool of_view = want.job->of_rays() && offer.to.space == "screen";
->>>>>>> h3
     const std::string_view kind =
         offer.to.content == "picture"
             ? (want.mode->timed_as.empty() ? want.mode->name : want.mode->timed_as)
