@@ -95,14 +95,10 @@ struct Transition {
     /// adds to facet_bytes). The output shares samples and facets with the input; `run` puts the
     /// new one into Data::facets and writes no sample.
     bool attaches = false;
-<<<<<<< HEAD
     /// Whether views may be transforms that no matrix is. Others are not asked about such a
     /// request.
     bool any_transform = false;
-    /// With these, and with a filter as its only other parameter, the edge alone is the plain way
-=======
     /// With these, and with a filter as its only other parameter, the edge alone is the plain path
->>>>>>> h3
     /// to the screen, which budgets may compare with (Budget::like).
     std::optional<Parameters> plain = {};
 

@@ -344,8 +344,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                             .backwards = f.backwards};
     warp.with.step = f.step;
     const int channels = want.mode->channels;
-<<<<<<< HEAD
-    const bool spline = smooth(offer.with.word("filter"), want.mode);
+    const bool spline = smooth(offer.with, want.mode);
     Representation what;
     what.extent = f.image;
     what.type = Type::f32;
@@ -355,13 +354,6 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     auto* values = image.as<float>();
     project(warp, image.box, want.mode, values, context);
 
-=======
-    Array image(static_cast<std::size_t>(image_bytes(f, want.mode)) + kArraySlack, context.memory);
-    project(warp, f, want.mode, static_cast<float*>(image.data()), context);
-
-    auto* values = static_cast<float*>(image.data());
-    const bool spline = smooth(offer.with, want.mode);
->>>>>>> h2
     const auto outside = static_cast<float>(rule_miss(want));
     const ShearedImage sheared{.mode = want.mode,
                                .warp = warp,
