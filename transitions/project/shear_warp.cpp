@@ -317,7 +317,7 @@ Region box_of_volume(const Factored& f, const Region& image, const Extent& n) {
 Partition parts(const Offer& offer, const Ask& ask) {
     const Representation& from = offer.from;
     // A spline's prefilter goes over the whole image, and so does the range of its values.
-    if (smooth(offer.with.word("filter"), ask.want.mode)) return {};
+    if (smooth(offer.with, ask.want.mode)) return {};
     // Slices across the rays may differ in extent from view to view.
     if (from.space == "aligned" && from.placed.different() > 1) return {};
     return {.kind = Partition::output,
