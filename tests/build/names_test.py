@@ -1,0 +1,78 @@
+"""Edges, filters, modes and jobs are known by name in their own files alone, so that one more is a file pair and a line.
+
+Programs of the command that say what they measure (calibrate, audit, advise) may name edges and modes.
+"""
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FOLDERS = ["graph", "planner", "runtime", "scene", "reference", "transitions", "cli"]
+MEASURING = ["cli/audit/", "cli/calibrate/", "cli/advise.cpp"]
+
+
+def sources(*folders):
+    for folder in folders:
+        for file in sorted((ROOT / folder).rglob("*")):
+            if file.suffix in (".cpp", ".hpp"):
+                yield file.relative_to(ROOT).as_posix()
+
+
+def code_of(file):
+    """Its text without comments and includes."""
+    text = re.sub(r"//[^\n]*", "", (ROOT / file).read_text())
+    return re.sub(r"#include[^\n]*", "", text)
+
+
+def found(pattern, allowed, folders=FOLDERS):
+    hits = []
+    for file in sources(*folders):
+        if any(file.startswith(each) for each in allowed):
+            continue
+        hits += [f"{file}: {hit.group(0)}" for hit in re.finditer(pattern, code_of(file))]
+    return hits
+
+
+def names_in(folder, pattern):
+    """[(name, file)] of what the files of a folder define."""
+    return [(hit.group(1), file) for file in sources(folder) for hit in re.finditer(pattern, code_of(file))]
+
+
+class Names(unittest.TestCase):
+    def test_edges_are_named_in_their_own_files(self):
+        edges = names_in("transitions", r"\.name\s*=\s*\"([a-z]+\.[a-z_]+)\"")
+        self.assertGreaterEqual(len(edges), 14)
+        for name, file in edges:
+            room = file.removesuffix(".cpp")
+            self.assertEqual(found(rf"\"{re.escape(name)}[\"/]", [room, *MEASURING]), [], name)
+
+    def test_filters_are_named_in_their_own_files_and_where_edges_list_what_they_try(self):
+        filters = names_in("transitions/filters", r"\.name\s*=\s*\"([a-z0-9]+)\"")
+        self.assertGreaterEqual(len(filters), 5)
+        lists = r"(any_filter|one_of)\(\{[^}]*\}"
+        hits = []
+        for file in sources(*FOLDERS):
+            # What is compared with by default is linear interpolation (graph/request.hpp: Like).
+            if file.startswith("transitions/filters/") or file.startswith("graph/request.") or \
+                    file.startswith("cli/audit/"):
+                continue
+            code = re.sub(lists, "", code_of(file))
+            hits += [f"{file}: {name}" for name, _ in filters if f'"{name}"' in code]
+        self.assertEqual(hits, [])
+
+    def test_modes_are_named_in_their_own_files(self):
+        modes = [name for name, _ in names_in("graph/modes", r"\.name\s*=\s*\"([a-z]+)\"")]
+        self.assertGreaterEqual(len(modes), 6)
+        # Statistics have a mean too; a request's default is a mode.
+        allowed = ["graph/modes/", "graph/request.hpp", "cli/request/request_options.cpp", "cli/info.cpp",
+                   "cli/session/facts_json.cpp", "cli/session/report.cpp", *MEASURING]
+        names = "|".join(modes)
+        self.assertEqual(found(rf"\"({names})\"|\bMode::({names})\b", allowed), [])
+
+    def test_the_library_knows_no_job(self):
+        library = ["graph", "planner", "runtime", "scene", "reference", "transitions"]
+        self.assertEqual(found(r"\bJob::[a-z]+", ["graph/job.", "graph/request.hpp"], library), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
