@@ -10,14 +10,6 @@ std::string_view name_of(Minimize what) noexcept {
     return names[static_cast<int>(what)];
 }
 
-Like like_linear(Field field) {
-    Like like;
-    if (field != Field::nearest) return like;
-    like.filter = "zoh";
-    like.barred.clear();
-    return like;
-}
-
 std::array<double, 4> Transfer::at(double value) const noexcept {
     const auto above = std::upper_bound(points.begin(), points.end(), value,
                                         [](double v, const Point& p) { return v < p.value; });

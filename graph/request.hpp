@@ -46,14 +46,12 @@ struct Eye {
 /// whatever its error is there. What it is compared with is the plain path (Transition::plain).
 struct Like {
     std::string name = "linear";  // what it is called
-    std::string filter = "foh";
+    std::string filter = {};
     /// Filters that a path must not read by, however small its error: what a root mean square does
     /// not tell of them is seen.
-    std::set<std::string> barred = {"zoh", "me"};
+    std::set<std::string> barred = {};
     double times = 1.05;  // as much likely error at most, on the same draws; infinite: any error
 };
-/// What every other program gives: linear interpolation; of labels the nearest one.
-Like like_linear(Field field);
 
 /// Upper limits; absent: none.
 struct Budget {

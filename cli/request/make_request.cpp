@@ -10,6 +10,7 @@
 #include "cli/request/percentile.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
+#include "transitions/filters/like_linear.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "planner/planner.hpp"
 #include "tests/planner/random_graph.hpp"
+#include "transitions/filters/like_linear.hpp"
 
 namespace edgewise {
 namespace {

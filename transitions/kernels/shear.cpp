@@ -70,7 +70,10 @@ Region intersection(const Region& a, const Region& b) {
 
 /// Samples beside a position that its value depends on. The weights of a B-spline's prefilter fall
 /// by 0.268 a sample: 14 samples farther, 1e-8 is left.
-double support(Hold hold) { return hold == Hold::foh ? 1 : 16; }
+double support(Hold hold, const Filter* filter) {
+    if (hold == Hold::weighted) return filter->taps / 2;
+    return hold == Hold::foh ? 1 : 16;
+}
 
 Region permuted_box(const ShearChain& chain, const Extent& input) {
     Region box;
@@ -85,7 +88,7 @@ Region permuted_box(const ShearChain& chain, const Extent& input) {
 }  // namespace
 
 std::vector<ShearPass> shear_passes(const ShearChain& chain, const Extent& input,
-                                    const Extent& screen, Hold hold) {
+                                    const Extent& screen, Hold hold, const Filter* filter) {
     // Without any shear one pass still carries the samples over.
     const int count = std::max(chain.count, 1);
     std::vector<ShearPass> passes(static_cast<std::size_t>(count));
@@ -93,13 +96,15 @@ std::vector<ShearPass> shear_passes(const ShearChain& chain, const Extent& input
     Zonotope needed(Region::all(screen));
     for (int k = count - 1; k >= 0; --k) {
         passes[k].shear = chain.shears[k];
+        passes[k].filter = filter;
         passes[k].to = k == count - 1 ? Region::all(screen) : needed.bounds();
         needed.shear(chain.shears[k], -1);
-        needed.widen(chain.shears[k].axis, support(hold));
+        needed.widen(chain.shears[k].axis, support(hold, filter));
     }
-    // What the input reaches, with the samples that continue it: two, and one more a pass.
+    // What the input reaches, with the samples that continue it: two, or as many as a filter
+    // reads beyond the end, and one more a pass.
     const Region start = permuted_box(chain, input);
-    Zonotope reached(start, 2);
+    Zonotope reached(start, hold == Hold::weighted ? std::max(2.0, support(hold, filter)) : 2);
     for (int k = 0; k < count; ++k) {
         passes[k].from = k == 0 ? start : passes[k - 1].to;
         reached.shear(chain.shears[k], 1);
@@ -132,11 +137,12 @@ std::vector<ShearPass> passes_of_box(std::vector<ShearPass> passes, Hold hold, c
         const int axis = pass.shear.axis;
         const std::int64_t begin = from.begin[axis], end = from.end[axis];
         for (Zonotope* places : {&seen, &needed}) places->shear(pass.shear, -1);
-        if (hold == Hold::foh || moves_whole(pass.shear)) {
+        if (hold != Hold::bspline3 || moves_whole(pass.shear)) {
             // A place beyond the end of a line has the value of its last sample.
             const double before = double(begin) - std::max(seen.low(axis), needed.low(axis));
             const double behind = std::min(seen.high(axis), needed.high(axis)) - double(end - 1);
-            const double reach = std::max({1.0, before, behind}) + kRounding;
+            const double taps = hold == Hold::bspline3 ? 1 : support(hold, pass.filter);
+            const double reach = std::max({taps, before, behind}) + kRounding;
             for (Zonotope* places : {&seen, &needed}) places->widen(axis, reach);
         } else {
             // Recursions of the prefilter go over whole lines, and round as they go.
@@ -153,7 +159,7 @@ std::vector<ShearPass> passes_of_box(std::vector<ShearPass> passes, Hold hold, c
 }
 
 std::size_t shear_scratch(const ShearPass& pass) noexcept {
-    // Sixteen lines with three samples of padding, and one line more.
+    // Sixteen lines with eight samples of padding, and one line more.
     const std::size_t n = std::size_t(pass.from.extent()[pass.shear.axis]) + 32;
     return 16 * n + n;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "graph/samples.hpp"
+#include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/shears.hpp"
 
@@ -16,6 +17,7 @@ namespace edgewise::kernels {
 struct ShearPass {
     Shear shear;
     Region from, to;  // boxes of samples before and after; coordinates may be negative
+    const Filter* filter = nullptr;  // of Hold::weighted
 };
 
 /// The passes of a chain, with the boxes between them: large enough that nothing on the screen is
@@ -23,9 +25,11 @@ struct ShearPass {
 /// Where a box is empty nothing of the input is on the screen.
 /// Frames  the first box is the input behind the chain's exact permutation, where a reversed axis
 ///         runs from -(n-1) to 0; the last lies in the screen
-/// @param hold  foh or bspline3
+/// @param hold    not zoh
+/// @param filter  of Hold::weighted
 std::vector<ShearPass> shear_passes(const ShearChain& chain, const Extent& input,
-                                    const Extent& screen, Hold hold);
+                                    const Extent& screen, Hold hold,
+                                    const Filter* filter = nullptr);
 
 /// A shift this close to whole samples is whole.
 inline constexpr double kWholeShift = 1e-9;
@@ -51,7 +55,8 @@ std::size_t shear_scratch(const ShearPass& pass) noexcept;
 ///              (Grid::row); its value map is applied
 /// @param out   f32 samples of the box `held`, which contains pass.to
 /// @param hold  foh: linear; bspline3: cubic B-spline through the samples of each line (prefiltered
-///              with the pole sqrt(3) - 2, mirrored at the ends of the line)
+///              with the pole sqrt(3) - 2, mirrored at the ends of the line); weighted: by the
+///              weights of the pass's filter, beyond the ends of a line its outermost samples
 /// Source  [W93] EQ 10 to 12 and 3.6.6 (multipass warp); four-shear chains in volumes
 void run_shear_pass(const ShearPass& pass, const Grid& in, float* out, const Region& held,
                     Hold hold, const Region& part, float* scratch) noexcept;

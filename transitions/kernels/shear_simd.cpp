@@ -64,13 +64,24 @@ std::int64_t offset_of(const ShearPass& pass, const Grid& in, const Index& at) {
     return at[0] + at[1] * in.row_step() + at[2] * in.slice_step();
 }
 
-/// Four weights of the cubic B-spline, or two of the linear hold, for the taps from cell - 1 on.
+constexpr int kMostTaps = 8;
+constexpr int kBefore = kMostTaps / 2;  // samples of padding before a line, and behind it
+
+/// Four weights of the cubic B-spline, or two of the linear hold, for the taps from cell - 1 on;
+/// or those of a filter from its first tap on.
 struct Weights {
-    float w[4];
+    float w[kMostTaps];
 };
 
-Weights weights_of(Hold hold, float f) {
+Weights weights_of(Hold hold, const Filter* filter, float f) {
     if (hold == Hold::foh) return {{0, 1 - f, f, 0}};
+    if (hold == Hold::weighted) {
+        double exact[kMostTaps] = {};
+        filter->weights(double(f), exact);
+        Weights weights;
+        std::copy_n(exact, kMostTaps, weights.w);
+        return weights;
+    }
     const float g = 1 - f;
     return {{g * g * g / 6, 2.0f / 3 - f * f * (2 - f) / 2, 2.0f / 3 - g * g * (1 + f) / 2,
              f * f * f / 6}};
@@ -164,10 +175,11 @@ bool plain(const Grid& in) { return in.type == Type::f32 && in.values.identity()
 
 // ---- lines along x ------------------------------------------------------------------------------
 
-/// One row: the same weights for every sample. `row` has n samples (or coefficients, with two more
-/// readable on either side); first and last are the samples that continue beyond its ends.
-void move_row(const float* row, std::int64_t n, const Shift& shift, Hold hold, float first,
-              float last, std::int64_t begin, std::int64_t end, float* out) {
+/// One row: the same weights for every sample. `row` has n samples (or coefficients; but for a
+/// linear hold with as many more on either side as taps reach); first and last are the samples that
+/// continue beyond its ends.
+void move_row(const float* row, std::int64_t n, const Shift& shift, Hold hold, const Filter* filter,
+              float first, float last, std::int64_t begin, std::int64_t end, float* out) {
     const Floats d;
     // Output t has its cell at t + whole; cells 0 .. n-2 have both neighbours.
     const std::int64_t inner = std::clamp<std::int64_t>(-shift.whole, begin, end);
@@ -175,12 +187,20 @@ void move_row(const float* row, std::int64_t n, const Shift& shift, Hold hold, f
     std::fill(out, out + (inner - begin), first);
     std::fill(out + (beyond - begin), out + (end - begin), last);
     const float* from = row + shift.whole;
-    if (hold == Hold::foh && shift.fraction == 0) {  // not 0 * NaN
+    if (hold != Hold::bspline3 && shift.fraction == 0) {  // not 0 * NaN
         std::copy(from + inner, from + beyond, out + (inner - begin));
         return;
     }
-    const Weights weights = weights_of(hold, shift.fraction);
+    const Weights weights = weights_of(hold, filter, shift.fraction);
+    const int taps = hold == Hold::weighted ? filter->taps : hold == Hold::foh ? 2 : 4;
+    const int below = taps / 2 - 1;
     const auto value = [&](const auto load) HWY_ATTR {
+        if (hold == Hold::weighted) {
+            VF sum = hn::Zero(d);
+            for (int k = 0; k < taps; ++k)
+                sum = hn::MulAdd(hn::Set(d, weights.w[k]), load(k - below), sum);
+            return sum;
+        }
         VF sum = hn::Mul(hn::Set(d, weights.w[1]), load(0));
         sum = hn::MulAdd(hn::Set(d, weights.w[2]), load(1), sum);
         if (hold == Hold::foh) return sum;
@@ -194,12 +214,11 @@ void move_row(const float* row, std::int64_t n, const Shift& shift, Hold hold, f
                    out + (t - begin));
     if (t < beyond) {
         // The last vector's spare lanes would read behind the row.
-        HWY_ALIGN float taps[4][kLines] = {}, result[kLines];
+        HWY_ALIGN float copied[kMostTaps][kLines] = {}, result[kLines];
         const auto rest = std::size_t(beyond - t);
-        const int reach = hold == Hold::foh ? 0 : 1;
-        for (int tap = -reach; tap <= 1 + reach; ++tap)
-            std::copy_n(from + t + tap, rest, taps[tap + 1]);
-        hn::Store(value([&](int tap) HWY_ATTR { return hn::Load(d, taps[tap + 1]); }), d, result);
+        for (int k = 0; k < taps; ++k) std::copy_n(from + t + k - below, rest, copied[k]);
+        hn::Store(value([&](int tap) HWY_ATTR { return hn::Load(d, copied[tap + below]); }), d,
+                  result);
         std::copy_n(result, rest, out + (t - begin));
     }
 }
@@ -215,7 +234,7 @@ void linear_rows(const ShearPass& pass, const Grid& in, float* out, const Region
                 load_row(in, offset, n, scratch);
                 row = scratch;
             }
-            move_row(row, n, shift_of(pass, {0, double(y), double(z)}), Hold::foh, row[0],
+            move_row(row, n, shift_of(pass, {0, double(y), double(z)}), Hold::foh, nullptr, row[0],
                      row[n - 1], part.begin[0], part.end[0],
                      out + offset_of(held, std::array{part.begin[0], y, z}));
         }
@@ -255,10 +274,32 @@ void cubic_rows(const ShearPass& pass, const Grid& in, float* out, const Region&
                 for (std::int64_t i = 0; i < n; ++i) row[i] = lines[i * kLines + lane];
                 pad(row, n, 1, 1);
                 const std::int64_t y = y0 + lane;
-                move_row(row, n, shift_of(pass, {0, double(y), double(z)}), Hold::bspline3,
+                move_row(row, n, shift_of(pass, {0, double(y), double(z)}), Hold::bspline3, nullptr,
                          first[lane], last[lane], part.begin[0], part.end[0],
                          out + offset_of(held, std::array{part.begin[0], y, z}));
             }
+        }
+}
+
+/// Continues a line by its outermost samples.
+void continue_line(float* line, std::int64_t n, std::int64_t stride, int count) {
+    for (int i = 0; i < kBefore; ++i) {
+        std::copy_n(line, count, line - (i + 1) * stride);
+        std::copy_n(line + (n - 1) * stride, count, line + (n + i) * stride);
+    }
+}
+
+void weighted_rows(const ShearPass& pass, const Grid& in, float* out, const Region& held,
+                   const Region& part, float* scratch) {
+    const std::int64_t n = pass.from.extent().x;
+    float* row = scratch + kLines;
+    for (std::int64_t z = part.begin[2]; z < part.end[2]; ++z)
+        for (std::int64_t y = part.begin[1]; y < part.end[1]; ++y) {
+            load_row(in, offset_of(pass, in, std::array{pass.from.begin[0], y, z}), n, row);
+            continue_line(row, n, 1, 1);
+            move_row(row, n, shift_of(pass, {0, double(y), double(z)}), Hold::weighted, pass.filter,
+                     row[0], row[n - 1], part.begin[0], part.end[0],
+                     out + offset_of(held, std::array{part.begin[0], y, z}));
         }
 }
 
@@ -268,8 +309,9 @@ void cubic_rows(const ShearPass& pass, const Grid& in, float* out, const Region&
 struct Beam {
     const float* lines;  // [n] x 16; coefficients with padding for bspline3
     std::int64_t n;
+    int taps;  // of Hold::weighted
     alignas(64) std::int32_t whole[kLines];
-    alignas(64) float weights[4][kLines];
+    alignas(64) float weights[kMostTaps][kLines];
     alignas(64) float first[kLines], last[kLines];
 };
 
@@ -291,6 +333,10 @@ HWY_INLINE VF beam_value(const Beam& beam, std::int64_t t, int lane) {
         // Where the fraction is 0 the sample itself: not 0 * NaN.
         const VF blend = hn::MulAdd(weight(2), tap(1), hn::Mul(weight(1), nearest));
         sum = hn::IfThenElse(hn::Eq(weight(2), hn::Zero(d)), nearest, blend);
+    } else if constexpr (kHold == Hold::weighted) {
+        sum = hn::Zero(d);
+        for (int k = 0; k < beam.taps; ++k)
+            sum = hn::MulAdd(weight(k), tap(k + 1 - beam.taps / 2), sum);
     } else {
         sum = hn::MulAdd(weight(2), tap(1), hn::Mul(weight(1), nearest));
         sum = hn::MulAdd(weight(0), tap(-1), sum);
@@ -340,8 +386,10 @@ void beams(const ShearPass& pass, const Grid& in, float* out, const Region& held
     const std::int64_t n = pass.from.extent()[axis];
     const std::int64_t in_stride = strides_of(pass, in)[axis], out_stride = strides_of(held)[axis];
     const Prefilter prefilter(kHold == Hold::bspline3 ? n : 1);
-    float* lines = scratch + 2 * kLines;
-    Beam beam{.lines = lines, .n = n, .whole = {}, .weights = {}, .first = {}, .last = {}};
+    float* lines = scratch + kBefore * kLines;
+    const int taps = kHold == Hold::weighted ? pass.filter->taps : 4;
+    Beam beam{
+        .lines = lines, .n = n, .taps = taps, .whole = {}, .weights = {}, .first = {}, .last = {}};
     for (std::int64_t o = part.begin[other]; o < part.end[other]; ++o)
         for (std::int64_t x = part.begin[0]; x < part.end[0]; x += kLines) {
             const int count = int(std::min<std::int64_t>(kLines, part.end[0] - x));
@@ -355,6 +403,8 @@ void beams(const ShearPass& pass, const Grid& in, float* out, const Region& held
             if constexpr (kHold == Hold::bspline3) {
                 prefilter(lines);
                 pad(lines, n, kLines, kLines);
+            } else if constexpr (kHold == Hold::weighted) {
+                continue_line(lines, n, kLines, kLines);
             } else {
                 std::copy_n(lines + (n - 1) * kLines, kLines, lines + n * kLines);
             }
@@ -364,8 +414,8 @@ void beams(const ShearPass& pass, const Grid& in, float* out, const Region& held
                 line[other] = double(o);
                 const Shift shift = shift_of(pass, line);
                 beam.whole[lane] = std::int32_t(shift.whole);
-                const Weights weights = weights_of(kHold, shift.fraction);
-                for (int k = 0; k < 4; ++k) beam.weights[k][lane] = weights.w[k];
+                const Weights weights = weights_of(kHold, pass.filter, shift.fraction);
+                for (int k = 0; k < taps; ++k) beam.weights[k][lane] = weights.w[k];
             }
             at[axis] = part.begin[axis];
             store_beam<kHold>(beam, part.begin[axis], part.end[axis], count,
@@ -376,13 +426,14 @@ void beams(const ShearPass& pass, const Grid& in, float* out, const Region& held
 void run(const ShearPass& pass, const Grid& in, float* out, const Region& held, Hold hold,
          const Region& part, float* scratch) {
     if (moves_whole(pass.shear)) hold = Hold::foh;
-    if (pass.shear.axis == 0)
-        return hold == Hold::foh ? linear_rows(pass, in, out, held, part, scratch)
-                                 : cubic_rows(pass, in, out, held, part, scratch);
     if (hold == Hold::foh)
-        beams<Hold::foh>(pass, in, out, held, part, scratch);
-    else
-        beams<Hold::bspline3>(pass, in, out, held, part, scratch);
+        return pass.shear.axis == 0 ? linear_rows(pass, in, out, held, part, scratch)
+                                    : beams<Hold::foh>(pass, in, out, held, part, scratch);
+    if (hold == Hold::weighted)
+        return pass.shear.axis == 0 ? weighted_rows(pass, in, out, held, part, scratch)
+                                    : beams<Hold::weighted>(pass, in, out, held, part, scratch);
+    if (pass.shear.axis == 0) return cubic_rows(pass, in, out, held, part, scratch);
+    beams<Hold::bspline3>(pass, in, out, held, part, scratch);
 }
 
 }  // namespace HWY_NAMESPACE

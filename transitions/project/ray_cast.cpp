@@ -93,10 +93,12 @@ double counted_of(const Offer& offer, const Ask& ask, double samples, bool brick
                : samples * std::min(1.0, 2 * ask.scene.occupied_fraction);
 }
 
+/// The same with the bounds of a filter.
 double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks) {
     const double counted = counted_of(offer, ask, samples, bricks);
     if (!bricks || filter_of(offer.with).positive) return counted;
-    // Counted is what bounds of samples leave out; those of values beyond them leave out less.
+    // Counted is what bounds of samples leave out. Those of values beyond them left out about half
+    // as much of the MR head.
     constexpr double kLess = 0.5;
     const double all = counted_of(offer, ask, samples, false);
     return all - kLess * std::max(0.0, all - counted);

@@ -28,7 +28,8 @@ using kernels::ShearPass;
 
 constexpr double kSteepest = 8;  // samples of shift from line to line
 
-Hold hold_of(const Parameters& with) { return kernels::hold_of(filter_named(with.word("filter"))); }
+const Filter& filter_of(const Parameters& with) { return filter_named(with.word("filter")); }
+Hold hold_of(const Parameters& with) { return kernels::hold_of(filter_of(with)); }
 
 /// Refuses maps that are far from a rotation of the samples, as turns of oblong pixels are.
 std::string too_steep(int view, const ShearChain& chain) {
@@ -54,6 +55,8 @@ std::string too_steep(int view, const ShearChain& chain) {
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
     if (ask.want.field == Field::nearest)
         return Offer::no("labels: interpolation would make new values");
+    if (filter_of(with).taps % 2 != 0)
+        return Offer::no("passes interpolate; nearest samples are moved by warp.permutation");
     if (is_spread(from) && hold_of(with) != Hold::foh)
         return Offer::no("over ranks: passes by filter=foh only");
     if (from.channels != 1) return Offer::no(fmt::format("{} channels; moves one", from.channels));
@@ -72,8 +75,8 @@ struct Passes {
 
 Passes passes_of(const Offer& offer, const Request& want, int view) {
     const ShearChain chain = chain_of(offer.from, want, view);
-    return {chain,
-            kernels::shear_passes(chain, offer.from.extent, offer.to.extent, hold_of(offer.with))};
+    return {chain, kernels::shear_passes(chain, offer.from.extent, offer.to.extent,
+                                         hold_of(offer.with), &filter_of(offer.with))};
 }
 
 double samples_of(const Region& box) {
@@ -96,7 +99,9 @@ Work spread_work(const Offer& offer, const Ask& ask, int view) {
 Work work(const Offer& offer, const Ask& ask, int view) {
     if (is_spread(offer.from)) return spread_work(offer, ask, view);
     const auto [chain, passes] = passes_of(offer, ask.want, view);
-    const double each = hold_of(offer.with) == Hold::foh ? 8 : 18;
+    const Filter& filter = filter_of(offer.with);
+    // Of coefficients with their making.
+    const double each = filter.coefficients ? 18 : 4 + 2 * filter.taps;
     constexpr double kFloat = sizeof(float);
     Work work{.streamed = offer.to.bytes()};  // the mask
     const double permuted = chain.starts_in_place() ? 0 : offer.from.bytes();
@@ -144,7 +149,7 @@ Error error(const Offer& offer, const Ask& ask) {
     // no pass for; of a spline all that they get wrong is new. Losses of one sign add.
     const double direct = error.bias;
     error.bias += slanted * *pass;
-    if (filter == "foh" && ask.want.field != Field::linear)
+    if (filter_named(filter).taps == 2 && ask.want.field != Field::linear)
         error.bias = std::max(direct + std::max(passes - axes, 0.0) * *pass,
                               direct / std::max(axes, 1.0) + slanted * *pass);
     // What sheared grids fold over has no sign, and passes into a picture as noise does.
@@ -279,9 +284,7 @@ Transition shear_warp_passes() {
     edge.name = "warp.shear";
     edge.source = "Wittenbrink 1993, 3.6.6, EQ 10 to 12, TABLE 6";
     edge.joins = {{"object/scalar", "screen/scalar"}};
-    edge.parameters = {{"filter", one_of({"foh", "bspline3"},
-                                         "reconstruction along the lines of each pass: foh "
-                                         "linear, bspline3 cubic B-spline")}};
+    edge.parameters = {{"filter", any_filter({"foh", "bspline3"})}};
     edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
     edge.offer = offer;
     edge.work = work;

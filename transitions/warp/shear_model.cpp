@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/warp/backward_model.hpp"
 #include "transitions/warp/shear_chain.hpp"
@@ -27,22 +29,13 @@ std::vector<Vec3> slanted_lines(const Request& want) {
     return lines;
 }
 
-/// What one pass gets wrong at p: the field interpolated linearly and by a spline along a line
-/// through p, which lies anywhere between two of its nodes. Channel 0; 0 where nodes are absent.
-/// @param f  of p between the two, 0 to 1
-std::array<double, 2> wrong_of_pass(const PreviewBlock& block, const Vec3& p, const Vec3& line,
-                                    double f) {
-    // Nodes on either side. Lines reach 1.25 samples from node to node (kCoarsestLine), so that
-    // four lie in the margin of the block.
-    constexpr int kReach = 4;
-    Places places;
-    for (int k = 0; k < 2 * kReach; ++k) places.add(p + (k + 1 - kReach - f) * line);
-    places.add(p);
-    std::array<double, 2 * kReach + 1> value{};
-    block.reference(places, value.data());
-    if (!std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); }))
-        return {};
-    // The natural spline: what it bends to at its ends fades by 0.27 a node.
+// Nodes on either side. Lines reach 1.25 samples from node to node (kCoarsestLine), so that four
+// lie in the margin of the block.
+constexpr int kReach = 4;
+
+/// The natural spline through nodes, at f between the two in the middle: what it bends to at its
+/// ends fades by 0.27 a node.
+double spline_between(const double* value, double f) {
     std::array<double, 2 * kReach> bend{}, upper{};  // second derivatives
     for (int k = 1; k < 2 * kReach - 1; ++k) {
         const double pivot = 1 / (4 - upper[k - 1]);
@@ -52,30 +45,56 @@ std::array<double, 2> wrong_of_pass(const PreviewBlock& block, const Vec3& p, co
     for (int k = 2 * kReach - 2; k > 0; --k) bend[k] -= upper[k] * bend[k + 1];
     const int low = kReach - 1;
     const double g = 1 - f, linear = g * value[low] + f * value[low + 1];
-    const double spline =
-        linear + ((g * g * g - g) * bend[low] + (f * f * f - f) * bend[low + 1]) / 6;
-    return {linear - value.back(), spline - value.back()};
+    return linear + ((g * g * g - g) * bend[low] + (f * f * f - f) * bend[low + 1]) / 6;
+}
+
+double value_between(const Filter& filter, const double* value, double f) {
+    if (filter.coefficients) return spline_between(value, f);
+    std::array<double, 2 * kReach> weights{};
+    filter.weights(f, weights.data());
+    double sum = 0;
+    for (int tap = 0; tap < filter.taps; ++tap)
+        sum += weights[tap] * value[kReach - filter.taps / 2 + tap];
+    return sum;
+}
+
+using Filters = std::vector<const Filter*>;
+
+/// What one pass gets wrong at p: the field interpolated by each filter along a line through p,
+/// which lies anywhere between two of its nodes. Channel 0; 0 where nodes are absent.
+/// @param f  of p between the two, 0 to 1
+void wrong_of_pass(const PreviewBlock& block, const Filters& by, const Vec3& p, const Vec3& line,
+                   double f, std::span<double> wrong) {
+    Places places;
+    for (int k = 0; k < 2 * kReach; ++k) places.add(p + (k + 1 - kReach - f) * line);
+    places.add(p);
+    std::array<double, 2 * kReach + 1> value{};
+    block.reference(places, value.data());
+    if (!std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); }))
+        return (void)std::ranges::fill(wrong, 0.0);
+    for (std::size_t k = 0; k < by.size(); ++k)
+        wrong[k] = value_between(*by[k], value.data(), f) - value.back();
 }
 
 /// At one of the lines, somewhere between two nodes: both drawn by a number of the place.
-std::array<double, 2> wrong_at(const PreviewBlock& block, const Vec3& p,
-                               const std::vector<Vec3>& lines, std::uint64_t drawn) {
-    return wrong_of_pass(block, p, lines[drawn % lines.size()], hashed(drawn));
+void wrong_at(const PreviewBlock& block, const Filters& by, const Vec3& p,
+              const std::vector<Vec3>& lines, std::uint64_t drawn, std::span<double> wrong) {
+    wrong_of_pass(block, by, p, lines[drawn % lines.size()], hashed(drawn), wrong);
 }
 
 class ShearedAlongRay final : public RayModel {
  public:
-    ShearedAlongRay(const ReferenceField& field, const std::vector<Vec3>& lines)
-        : field_(field), lines_(lines) {}
+    ShearedAlongRay(const ReferenceField& field, const Filters& by, const std::vector<Vec3>& lines)
+        : field_(field), by_(by), lines_(lines), squares_(by.size()), wrong_(by.size()) {}
     void take(double, RayPiece& piece) override {
         for_each_present(piece, field_, [&](std::size_t i, double) {
             if ((piece.cells().index[i] & 3) != 0) return;  // a few will do
             const Vec3 p = piece.places()[i];
             const auto drawn =
                 static_cast<std::uint64_t>(std::abs(1e3 * (piece.cells().middle[i] + p.sum())));
-            const std::array<double, 2> wrong = wrong_at(piece.block(), p, lines_, drawn);
-            for (std::size_t k = 0; k < wrong.size(); ++k)
-                if (std::isfinite(wrong[k])) squares_[k] += wrong[k] * wrong[k];
+            wrong_at(piece.block(), by_, p, lines_, drawn, wrong_);
+            for (std::size_t k = 0; k < wrong_.size(); ++k)
+                if (std::isfinite(wrong_[k])) squares_[k] += wrong_[k] * wrong_[k];
             ++points_;
         });
     }
@@ -86,8 +105,9 @@ class ShearedAlongRay final : public RayModel {
 
  private:
     const ReferenceField& field_;
+    const Filters& by_;
     const std::vector<Vec3>& lines_;
-    std::array<double, 2> squares_{};
+    std::vector<double> squares_, wrong_;  // by filter
     double points_ = 0;
 };
 
@@ -95,23 +115,28 @@ class ShearModel final : public Model {
  public:
     ShearModel(const ModelSetting& setting, std::vector<Vec3> lines)
         : setting_(setting), lines_(std::move(lines)) {
-        for (const char* name : {"sheared/foh", "sheared/bspline3"})
-            facts_.push_back({.name = name, .of_points = true});
+        for (const Filter* filter : setting.filters) {
+            if (filter->taps == 1) continue;
+            by_.push_back(filter);
+            facts_.push_back({.name = "sheared/" + filter->name, .of_points = true});
+        }
     }
     void at(const PointMade& point, std::span<double> squares) const override {
         if (point.labels) return;
         const auto drawn = static_cast<std::uint64_t>(std::abs(1e3 * point.p.sum()));
-        const std::array<double, 2> wrong = wrong_at(point.block, point.p, lines_, drawn);
+        std::vector<double> wrong(by_.size());
+        wrong_at(point.block, by_, point.p, lines_, drawn, wrong);
         for (std::size_t k = 0; k < wrong.size(); ++k)
             if (std::isfinite(wrong[k])) squares[k] = wrong[k] * wrong[k];
     }
     std::vector<double> steps() const override { return {kFieldStep}; }
     std::unique_ptr<RayModel> follow(const RaySpan&, const OutputSample&) const override {
-        return std::make_unique<ShearedAlongRay>(setting_.field, lines_);
+        return std::make_unique<ShearedAlongRay>(setting_.field, by_, lines_);
     }
 
  private:
     const ModelSetting& setting_;
+    Filters by_;
     std::vector<Vec3> lines_;
 };
 

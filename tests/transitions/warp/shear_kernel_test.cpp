@@ -9,6 +9,7 @@
 #include "transitions/kernels/axis_permutation.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/shear.hpp"
+#include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/warp/shear_chain.hpp"
 
 namespace edgewise::kernels {
@@ -63,9 +64,18 @@ class Spline {
     Eigen::VectorXd coefficients_;
 };
 
-double line_value(const Eigen::VectorXd& line, double at, Hold hold) {
+double line_value(const Eigen::VectorXd& line, double at, const Filter& filter) {
     at = std::clamp(at, 0.0, double(line.size() - 1));
-    if (hold == Hold::bspline3) return Spline(line)(at);
+    if (filter.coefficients) return Spline(line)(at);
+    if (filter.taps > 2) {
+        std::array<double, 8> weights{};
+        filter.weights(at - std::floor(at), weights.data());
+        double sum = 0;
+        for (int tap = 0; tap < filter.taps; ++tap)
+            sum += weights[tap] *
+                   line[std::clamp(int(at) + tap + 1 - filter.taps / 2, 0, int(line.size()) - 1)];
+        return sum;
+    }
     const int cell = std::min(int(at), std::max(int(line.size()) - 2, 0));
     const int next = std::min(cell + 1, int(line.size()) - 1);
     return line[cell] + (at - cell) * (line[next] - line[cell]);
@@ -74,10 +84,12 @@ double line_value(const Eigen::VectorXd& line, double at, Hold hold) {
 TEST(ShearPass, EveryLineIsResampledAtItsOwnShift) {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> value(-1, 1);
-    for (const Hold hold : {Hold::foh, Hold::bspline3})
-        for (int axis = 0; axis < 3; ++axis)
+    for (const Filter& filter : filters())
+        for (int axis = 0; axis < 3 && filter.taps > 1; ++axis)
             for (int n : {1, 2, 3, 17, 40}) {
+                const Hold hold = hold_of(filter);
                 ShearPass pass;
+                pass.filter = &filter;
                 pass.from = {{-3, 2, -5}, {-3 + 19, 2 + 21, -5 + 9}};
                 pass.from.end[axis] = pass.from.begin[axis] + n;
                 pass.shear = {.axis = axis, .by = {0.37, -0.81, 0.55}, .offset = 1.3};
@@ -109,7 +121,7 @@ TEST(ShearPass, EveryLineIsResampledAtItsOwnShift) {
                                     2 * samples[(at[2] * in.y + at[1]) * in.x + at[0]] + 0.5;
                             const float got = moved[(z * out.y + y) * out.x + x];
                             // Samples to 2.5 in f32, weights to a few units of 2^-24.
-                            ASSERT_NEAR(got, line_value(line, p, hold), 4e-6) << axis << ' ' << n;
+                            ASSERT_NEAR(got, line_value(line, p, filter), 4e-6) << axis << ' ' << n;
                         }
             }
 }
