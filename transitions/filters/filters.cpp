@@ -5,6 +5,7 @@
 #include "transitions/filters/bspline3.hpp"
 #include "transitions/filters/foh.hpp"
 #include "transitions/filters/keys.hpp"
+#include "transitions/filters/keys6.hpp"
 #include "transitions/filters/lanczos3.hpp"
 #include "transitions/filters/zoh.hpp"
 
@@ -12,7 +13,8 @@ namespace edgewise {
 
 const std::vector<Filter>& filters() {
     static const std::vector<Filter> all = {
-        zoh_filter(), foh_filter(), bspline3_filter(), keys_filter(), lanczos3_filter(),
+        zoh_filter(),  foh_filter(),      bspline3_filter(),
+        keys_filter(), lanczos3_filter(), keys6_filter(),
     };
     return all;
 }
