@@ -68,7 +68,8 @@ Data part_of(const Data& whole, const Region& box, std::pmr::memory_resource* me
 Data samples_of(const Representation& what, std::pmr::memory_resource* memory) {
     Data data = Data::make(what, memory);
     std::mt19937 bits(7);
-    for (std::int64_t i = 0; i < what.samples() * what.channels; ++i) {
+    const int numbers = what.channels * (what.type == Type::c64 ? 2 : 1);
+    for (std::int64_t i = 0; i < what.samples() * numbers; ++i) {
         const bool high = i > what.samples() / 2;
         const auto value = static_cast<float>((high ? 120 : 10) + static_cast<int>(bits() % 50));
         if (what.type == Type::u8)
@@ -265,6 +266,25 @@ TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
     }
     for (const char* edge : {"project.ray_cast", "project.shear_warp", "project.combine"})
         EXPECT_GT(tried.edges[edge], 0) << edge;
+}
+
+TEST(Boxes, OfASliceOfASpectrumAreTheBytesOfTheWhole) {
+    Tried tried;
+    const Representation what = volume(Type::u8);
+    for (const Field field : {Field::spline, Field::linear})
+        for (const Mat4& turn : {rotation(25, -40, 10), rotation(0, 90, 0), rotation(0, 0, 0)}) {
+            Request want = request_of(Job::render, Mode::mean, what, {turn});
+            want.field = field;
+            const Scene scene;
+            std::vector<Representation> spectra;
+            for (const Transition& edge : catalogue()) {
+                if (edge.name != "spectrum.forward") continue;
+                for (const Parameters& with : all_parameters(edge))
+                    spectra.push_back(edge.offer(what, {want, scene}, with).to);
+            }
+            sweep(want, spectra, tried);
+        }
+    EXPECT_GT(tried.edges["spectrum.slice"], 0);
 }
 
 TEST(Boxes, OfAPlanTakeLessMemoryForTheSameBytes) {

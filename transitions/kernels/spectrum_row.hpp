@@ -19,6 +19,21 @@ struct SpectrumView {
     const float *taps = nullptr, *pairs = nullptr;  // of TapTable
 };
 
+/// The samples before a place, whose windows begin `width` / 2 - 1 earlier. F(-f) is the conjugate
+/// of F(f): only kx >= 0 is stored.
+inline std::array<std::int64_t, 3> cells_at(std::array<std::uint64_t, 3> frequency,
+                                            const std::array<std::uint64_t, 3>& period) noexcept {
+    __extension__ using Wide = unsigned __int128;
+    const std::uint64_t sign = std::uint64_t{0} - (frequency[0] >> 63);
+    std::array<std::int64_t, 3> cells;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        cells[axis] = static_cast<std::int64_t>(
+            static_cast<Wide>((frequency[axis] ^ sign) - sign) * period[axis] >> 64);
+    return cells;
+}
+/// Columns that are read from the first tap on: six are read as eight.
+constexpr std::int64_t columns_read(int width) noexcept { return width == 4 ? 4 : 8; }
+
 /// Samples of a spectrum along a line, by windowed interpolation: width^3 complex taps each.
 /// Frequencies are 64-bit fractions of one cycle per voxel, so that they wrap as the spectrum does.
 void sample_row(const SpectrumView& spectrum, std::array<std::uint64_t, 3> frequency,

@@ -125,57 +125,153 @@ Complex turn(std::int64_t k, double at, std::int64_t n) {
 
 std::int64_t modulo(std::int64_t k, std::int64_t n) { return (k % n + n) % n; }
 
-struct Slicer {
+/// Samples of a run that stand side by side.
+struct Stretch {
+    std::int64_t ky = 0;
+    Run run;
+    std::int64_t begin = 0, end = 0;  // from the first of the run
+
+    std::int64_t size() const noexcept { return end - begin; }
+};
+
+/// Where the samples of a run are added: column kx and, conjugated, its mirror image in the row of
+/// -ky.
+struct Folding {
+    std::int64_t column, mirrored;
+    std::int64_t width;
+
+    Folding(const SliceView& view, std::int64_t kx)
+        : column(kx % view.width),
+          mirrored(column == 0 ? 0 : view.width - column),
+          width(view.width) {}
+    void advance() noexcept {
+        if (++column == width) column = 0;
+        mirrored = column == 0 ? 0 : width - column;
+    }
+};
+
+/// What becomes of samples in a part of the slice.
+struct Target {
     const SliceView& view;
+    const Region& part;
+
+    bool has_row(std::int64_t ky) const noexcept {
+        const std::int64_t row = modulo(ky, view.height);
+        return row >= part.begin[1] && row < part.end[1];
+    }
+    bool has_column(std::int64_t column) const noexcept {
+        return column >= part.begin[0] && column < part.end[0];
+    }
+    bool has_all_columns() const noexcept {
+        return part.begin[0] == 0 && part.end[0] > view.width / 2;
+    }
+};
+
+/// Calls body(stretch) for all that is added to rows b and -b of a part, in a fixed order.
+template <class Body>
+void each_stretch(const Target& target, std::int64_t b, std::int64_t last, const Body& body) {
+    const SliceView& view = target.view;
+    if (!target.has_row(b) && !target.has_row(-b)) return;
+    const std::int64_t residues[] = {b, (view.height - b) % view.height};
+    const int different = residues[0] == residues[1] ? 1 : 2;
+    for (int which = 0; which < different; ++which)
+        for (std::int64_t ky = -last + modulo(residues[which] + last, view.height); ky <= last;
+             ky += view.height) {
+            const bool own = target.has_row(ky), opposite = target.has_row(-ky);
+            const Run run = run_of(view, ky);
+            Stretch stretch{ky, run, 0, 0};
+            if (own && opposite && target.has_all_columns()) {
+                stretch.end = run.size();
+                if (stretch.size() > 0) body(stretch);
+                continue;
+            }
+            Folding at(view, run.first);
+            for (std::int64_t i = 0; i < run.size(); ++i, at.advance()) {
+                if ((own && target.has_column(at.column)) ||
+                    (opposite && target.has_column(at.mirrored))) {
+                    stretch.end = i + 1;
+                    continue;
+                }
+                if (stretch.size() > 0) body(stretch);
+                stretch.begin = stretch.end = i + 1;
+            }
+            if (stretch.size() > 0) body(stretch);
+        }
+}
+
+/// Frequencies along a stretch, as sample_row takes them.
+struct Line {
+    std::array<double, 3> first;  // of the run [cycles per voxel]
+    std::array<std::uint64_t, 3> frequency, step;
+
+    Line(const Plane& plane, const Stretch& stretch) {
+        for (int axis = 0; axis < 3; ++axis) {
+            first[axis] = static_cast<double>(stretch.ky) * plane.y[axis] +
+                          static_cast<double>(stretch.run.first) * plane.x[axis];
+            step[axis] = fraction_of(plane.x[axis]);
+            frequency[axis] =
+                fraction_of(first[axis]) + static_cast<std::uint64_t>(stretch.begin) * step[axis];
+        }
+    }
+};
+
+struct Slicer {
+    const Target target;
     const SpectrumView& spectrum;
     const Plane plane;
     const Complex* turns;  // of kx
     Complex* out;
+    const Region& held;
 
+    /// Column 0 of the row of ky, held or not.
     Complex* row(std::int64_t ky) const {
-        return out + modulo(ky, view.height) * (view.width / 2 + 1);
+        return out + (modulo(ky, target.view.height) - held.begin[1]) * held.extent().x -
+               held.begin[0];
     }
-    /// Interpolates the samples of a run and gives them response, phase and scale.
-    void interpolate(std::int64_t ky, const Run& run, Complex* samples) const;
-    /// Adds a run to the row of ky and, conjugated, to that of -ky.
-    void fold(std::int64_t ky, const Run& run, const Complex* samples) const;
+    void clear(std::int64_t ky) const {
+        if (target.has_row(ky))
+            std::fill(row(ky) + target.part.begin[0], row(ky) + target.part.end[0], Complex{});
+    }
+    /// Interpolates samples and gives them response, phase and scale.
+    void interpolate(const Stretch& stretch, Complex* samples) const;
+    /// Adds samples to the row of ky and, conjugated, to that of -ky.
+    void fold(const Stretch& stretch, const Complex* samples) const;
 };
 
-void Slicer::interpolate(std::int64_t ky, const Run& run, Complex* samples) const {
-    std::array<double, 3> first;
-    std::array<std::uint64_t, 3> frequency, step;
-    for (int axis = 0; axis < 3; ++axis) {
-        first[axis] = static_cast<double>(ky) * plane.y[axis] +
-                      static_cast<double>(run.first) * plane.x[axis];
-        frequency[axis] = fraction_of(first[axis]);
-        step[axis] = fraction_of(plane.x[axis]);
-    }
-    sample_row(spectrum, frequency, step, run.size(), samples);
-    const bool edge = !view.folded && 2 * std::abs(ky) == view.height;
-    const Complex factor =
-        turn(ky, plane.at_y, view.height) * static_cast<float>(plane.scale * (edge ? 0.5 : 1));
+void Slicer::interpolate(const Stretch& stretch, Complex* samples) const {
+    const SliceView& view = target.view;
+    const Line line(plane, stretch);
+    sample_row(spectrum, line.frequency, line.step, stretch.size(), samples);
+    const bool edge = !view.folded && 2 * std::abs(stretch.ky) == view.height;
+    const Complex factor = turn(stretch.ky, plane.at_y, view.height) *
+                           static_cast<float>(plane.scale * (edge ? 0.5 : 1));
     const ResponseTable& response = ResponseTable::of(view.between);
-    for (std::int64_t i = 0; i < run.size(); ++i) {
-        Complex weight = factor * turns[run.first + i];
+    for (std::int64_t i = stretch.begin; i < stretch.end; ++i) {
+        Complex weight = factor * turns[stretch.run.first + i];
         for (int axis = 0; axis < 3 && view.between != Between::band; ++axis)
             weight *= response.at(
-                static_cast<float>(first[axis] + static_cast<double>(i) * plane.x[axis]));
-        samples[i] *= weight;
+                static_cast<float>(line.first[axis] + static_cast<double>(i) * plane.x[axis]));
+        samples[i - stretch.begin] *= weight;
     }
     // Half of the sample at the picture's highest frequency belongs to each of its two signs.
-    if (!view.folded && 2 * run.last == view.width) samples[run.size() - 1] *= 0.5f;
+    if (!view.folded && 2 * stretch.run.last == view.width && stretch.end == stretch.run.size())
+        samples[stretch.size() - 1] *= 0.5f;
 }
 
-void Slicer::fold(std::int64_t ky, const Run& run, const Complex* samples) const {
-    Complex *own = row(ky), *opposite = row(-ky);
-    const std::int64_t half = view.width / 2;
-    std::int64_t column = run.first % view.width;
-    for (std::int64_t i = 0; i < run.size(); ++i) {
-        const std::int64_t mirrored = column == 0 ? 0 : view.width - column;
-        if (column <= half) own[column] += samples[i];
+void Slicer::fold(const Stretch& stretch, const Complex* samples) const {
+    Complex *own = row(stretch.ky), *opposite = row(-stretch.ky);
+    // No column is above half of the width.
+    const Region none{}, &part = target.part;
+    const Region &to_own = target.has_row(stretch.ky) ? part : none,
+                 &to_opposite = target.has_row(-stretch.ky) ? part : none;
+    const std::int64_t first = stretch.run.first + stretch.begin;
+    Folding at(target.view, first);
+    for (std::int64_t i = 0; i < stretch.size(); ++i, at.advance()) {
+        if (at.column >= to_own.begin[0] && at.column < to_own.end[0]) own[at.column] += samples[i];
         // A row and its opposite are both computed where kx = 0.
-        if (mirrored <= half && run.first + i > 0) opposite[mirrored] += std::conj(samples[i]);
-        if (++column == view.width) column = 0;
+        if (at.mirrored >= to_opposite.begin[0] && at.mirrored < to_opposite.end[0] &&
+            first + i > 0)
+            opposite[at.mirrored] += std::conj(samples[i]);
     }
 }
 
@@ -199,17 +295,16 @@ double cutoff(Between between) noexcept {
     return between == Between::spline ? 0.75 : between == Between::linear ? 0.75 : 0.5;
 }
 
-void slice_of_spectrum(const Complex* spectrum, const Extent& period, const KaiserBessel& window,
-                       const SliceView& view, Complex* out, std::pmr::memory_resource* memory,
-                       const Stop& stop) {
-    const Extent stored = SpectrumShape::stored_of(period);
+void slice_of_spectrum(const Grid& spectrum, const Extent& period, const KaiserBessel& window,
+                       const SliceView& view, Complex* out, const Region& held, const Region& part,
+                       std::pmr::memory_resource* memory, const Stop& stop) {
     const int width = window.width();
     Block<std::ptrdiff_t> rows(period.y + width, memory), planes(period.z + width, memory);
-    fill_offsets(period.y, width, stored.x, rows.data());
-    fill_offsets(period.z, width, stored.x * stored.y, planes.data());
+    fill_offsets(period.y, width, spectrum.row_step(), rows.data());
+    fill_offsets(period.z, width, spectrum.slice_step(), planes.data());
     const TapTable& table = TapTable::of(window);
     const SpectrumView source{
-        spectrum + SpectrumShape::kColumnsBefore,
+        spectrum.as<Complex>() + SpectrumShape::kColumnsBefore,
         {static_cast<std::uint64_t>(period.x), static_cast<std::uint64_t>(period.y),
          static_cast<std::uint64_t>(period.z)},
         rows.data(),
@@ -222,25 +317,59 @@ void slice_of_spectrum(const Complex* spectrum, const Extent& period, const Kais
     const std::int64_t longest = longest_run(view), last = last_row(view);
     Block<Complex> turns(longest + 1, memory);
     for (std::int64_t k = 0; k < longest; ++k) turns[k] = turn(k, plane.at_x, view.width);
-    const Slicer slicer{view, source, plane, turns.data(), out};
+    const Slicer slicer{{view, part}, source, plane, turns.data(), out, held};
 
     // One task owns rows b and -b and all that is folded into them, in a fixed order.
     tbb::parallel_for(std::int64_t{0}, view.height / 2 + 1, [&](std::int64_t b) {
         if (stopped(stop)) return;
-        std::fill_n(slicer.row(b), view.width / 2 + 1, Complex{});
-        std::fill_n(slicer.row(-b), view.width / 2 + 1, Complex{});
+        slicer.clear(b);
+        slicer.clear(-b);
         Block<Complex> samples(longest + 1, memory);
-        const std::int64_t residues[] = {b, (view.height - b) % view.height};
-        const int different = residues[0] == residues[1] ? 1 : 2;
-        for (int which = 0; which < different; ++which)
-            for (std::int64_t ky = -last + modulo(residues[which] + last, view.height); ky <= last;
-                 ky += view.height) {
-                const Run run = run_of(view, ky);
-                if (run.size() == 0) continue;
-                slicer.interpolate(ky, run, samples.data());
-                slicer.fold(ky, run, samples.data());
-            }
+        each_stretch(slicer.target, b, last, [&](const Stretch& stretch) {
+            slicer.interpolate(stretch, samples.data());
+            slicer.fold(stretch, samples.data());
+        });
     });
+}
+
+Region spectrum_read(const Extent& period, const KaiserBessel& window, const SliceView& view,
+                     const Region& part) {
+    const Plane plane = plane_of(view);
+    const Target target{view, part};
+    const std::int64_t last = last_row(view), width = window.width(), before = width / 2 - 1;
+    const std::array periods{static_cast<std::uint64_t>(period.x),
+                             static_cast<std::uint64_t>(period.y),
+                             static_cast<std::uint64_t>(period.z)};
+    Region cells;  // that samples lie in
+    const auto add = [&](std::size_t axis, std::int64_t cell) {
+        const bool first = cells.end[axis] == 0;
+        cells.begin[axis] = first ? cell : std::min(cells.begin[axis], cell);
+        cells.end[axis] = std::max(cells.end[axis], cell + 1);
+    };
+    for (std::int64_t b = 0; b <= view.height / 2; ++b)
+        each_stretch(target, b, last, [&](const Stretch& stretch) {
+            Line line(plane, stretch);
+            for (std::int64_t i = 0; i < stretch.size(); ++i) {
+                const auto at = cells_at(line.frequency, periods);
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    add(axis, at[axis]);
+                    line.frequency[axis] += line.step[axis];
+                }
+            }
+        });
+    if (cells.empty()) return {};
+    Region read;
+    read.begin[0] = cells.begin[0] + SpectrumShape::kColumnsBefore - before;
+    read.end[0] =
+        cells.end[0] - 1 + SpectrumShape::kColumnsBefore - before + columns_read(window.width());
+    for (std::size_t axis = 1; axis < 3; ++axis) {
+        const std::int64_t n = period[static_cast<int>(axis)];
+        read.begin[axis] = cells.begin[axis] - before;
+        read.end[axis] = cells.end[axis] - before + width - 1;
+        // Taps beyond one end are at the other.
+        if (read.begin[axis] < 0 || read.end[axis] > n) read.begin[axis] = 0, read.end[axis] = n;
+    }
+    return read;
 }
 
 double slice_samples(const SliceView& view) noexcept {

@@ -41,13 +41,19 @@ struct SliceView {
 /// phase puts the origin voxel where it falls on the picture. By the slice theorem this is the
 /// spectrum of the integral along screen z [value x pixel], whatever the affine map.
 ///
-/// @param spectrum  of spectrum_of_volume, with this period and window
-/// @param out       view.stored() complex samples
+/// @param spectrum  of spectrum_of_volume, with this period and window; what spectrum_read says
+/// @param out       complex samples of the box `held` of view.stored()
+/// @param part      the box of `held` that is made, the same to the bit whatever is left out
 /// @param stop      true: returns soon, with `out` unfinished
 /// Bytes do not depend on the number of threads. Source: Bracewell 1956; [W93] 5.1
-void slice_of_spectrum(const Complex* spectrum, const Extent& period, const KaiserBessel& window,
-                       const SliceView& view, Complex* out, std::pmr::memory_resource* memory,
-                       const Stop& stop);
+void slice_of_spectrum(const Grid& spectrum, const Extent& period, const KaiserBessel& window,
+                       const SliceView& view, Complex* out, const Region& held, const Region& part,
+                       std::pmr::memory_resource* memory, const Stop& stop);
+
+/// The box of the stored spectrum that a part of the slice is made of. Low frequencies of both
+/// signs lie at both ends of y and z, so that it is often all of an axis.
+Region spectrum_read(const Extent& period, const KaiserBessel& window, const SliceView& view,
+                     const Region& part);
 
 /// How many samples of the spectrum slice_of_spectrum interpolates.
 double slice_samples(const SliceView& view) noexcept;

@@ -86,6 +86,7 @@ Transition spectrum_inverse() {
     edge.laws = {Law::linear};
     edge.offer = offer;
     edge.work = work;
+    // Every pixel is made of every sample, so that the picture stays whole.
     edge.error = exact;  // all that a spectrum gets wrong is counted by spectrum.forward
     edge.run = run;
     return edge;

@@ -14,15 +14,15 @@ kernels::Between between(Field field) {
     return field == Field::spline ? kernels::Between::spline : kernels::Between::band;
 }
 
-kernels::SliceView view_of(const Offer& offer, const Ask& ask, int view) {
+kernels::SliceView view_of(const Offer& offer, const Request& want, int view) {
     const Extent& slice = offer.to.extent;
     const double width = static_cast<double>(2 * (slice.x - 1));
-    return {.to_screen = kernels::affine_of(residual(offer.from, ask.want, view)),
+    return {.to_screen = kernels::affine_of(residual(offer.from, want, view)),
             .width = 2 * (slice.x - 1),
             .height = slice.y,
-            .between = between(ask.want.field),
+            .between = between(want.field),
             .folded = offer.with.word("band") == "volume",
-            .scale = ask.want.unit / (width * static_cast<double>(slice.y))};
+            .scale = want.unit / (width * static_cast<double>(slice.y))};
 }
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
@@ -39,7 +39,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
 }
 
 Work work(const Offer& offer, const Ask& ask, int view) {
-    const kernels::SliceView slice = view_of(offer, ask, view);
+    const kernels::SliceView slice = view_of(offer, ask.want, view);
     const double samples = kernels::slice_samples(slice);
     const double width = window_of(offer.from).width();
     return {// Taps along x are pairs of f32; the sums along y and z come first, those along x last.
@@ -60,11 +60,21 @@ Error error(const Offer& offer, const Ask&) {
     return offer.with.word("band") == "volume" ? Error{} : Error::unknown();
 }
 
-void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+Partition parts(const Offer& offer, const Ask& ask) {
+    return {.kind = Partition::output,
+            .leaf = offer.to.extent,
+            .reads = [offer, want = ask.want](const Region& out, int view) {
+                return kernels::spectrum_read(kernels::SpectrumShape::period_of(offer.from.extent),
+                                              window_of(offer.from), view_of(offer, want, view),
+                                              out);
+            }};
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     kernels::slice_of_spectrum(
-        in.as<kernels::Complex>(), kernels::SpectrumShape::period_of(in.what.extent),
-        window_of(in.what), view_of(offer, ask, context.view), out.as<kernels::Complex>(),
+        kernels::grid_of(in), kernels::SpectrumShape::period_of(in.what.extent), window_of(in.what),
+        view_of(offer, ask.want, context.view), out.as<kernels::Complex>(), out.held(), region,
         context.memory, [&] { return context.stopped(); });
     context.poll();
 }
@@ -84,6 +94,7 @@ Transition spectrum_slice() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
+    edge.parts = parts;
     edge.run = run;
     return edge;
 }

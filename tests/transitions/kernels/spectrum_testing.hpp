@@ -107,7 +107,9 @@ inline std::vector<float> project(const Volume& volume, const Affine& to_screen,
     view.folded = options.folded;
     view.scale = 1 / static_cast<double>(view.width * view.height);
     std::vector<Complex> slice(view.stored().samples());
-    slice_of_spectrum(spectrum.data(), shape.period, shape.window, view, slice.data(), kMemory, {});
+    const Region all = Region::all(view.stored());
+    slice_of_spectrum({spectrum.data(), Type::c64, shape.stored(), 1, {}}, shape.period,
+                      shape.window, view, slice.data(), all, all, kMemory, {});
     std::vector<float> pixels(picture.samples());
     picture_of_slice(slice.data(), {view.width, view.height, 1}, picture, pixels.data(), kMemory,
                      {});
