@@ -8,6 +8,7 @@
 
 #include "graph/errors.hpp"
 #include "io/picture.hpp"
+#include "io/png_data.hpp"
 #include "io/text.hpp"
 
 namespace edgewise::store {
@@ -254,13 +255,18 @@ void write_png(Replacement& out, const Header& what, const void* samples) {
         png_write_chunk(encoder.png, reinterpret_cast<png_const_bytep>("eXIf"),
                         reinterpret_cast<png_const_bytep>(what.exif.data()), what.exif.size());
     png_write_info(encoder.png, encoder.info);
-    if (what.type == Type::u16 && std::endian::native == std::endian::little)
-        png_set_swap(encoder.png);
-    const std::size_t stride =
-        static_cast<std::size_t>(what.extent.x * what.channels) * bytes_of(what.type);
-    const auto* row = static_cast<png_const_bytep>(samples);
-    for (png_uint_32 y = 0; y < height; ++y, row += stride) png_write_row(encoder.png, row);
-    png_write_end(encoder.png, nullptr);
+    // libpng compresses on one thread.
+    compress_png(
+        {.first = static_cast<const std::byte*>(samples),
+         .stride = static_cast<std::size_t>(what.extent.x * what.channels) * bytes_of(what.type),
+         .height = what.extent.y,
+         .channels = what.channels,
+         .bytes = static_cast<int>(bytes_of(what.type))},
+        [&](std::span<const std::byte> chunk) {
+            png_write_chunk(encoder.png, reinterpret_cast<png_const_bytep>("IDAT"),
+                            reinterpret_cast<png_const_bytep>(chunk.data()), chunk.size());
+        });
+    png_write_chunk(encoder.png, reinterpret_cast<png_const_bytep>("IEND"), nullptr, 0);
 }
 
 }  // namespace edgewise::store
