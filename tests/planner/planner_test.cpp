@@ -76,7 +76,9 @@ TEST(Planner, ChoiceIsTheBestOfBruteForce) {
             alone.front = false;
             const Answer decided = planned.answer(unit_profile(), alone);
             ASSERT_EQ(answer.plan.has_value(), decided.plan.has_value()) << "graph " << i;
-            if (answer.plan) EXPECT_EQ(answer.plan->texts(), decided.plan->texts());
+            if (answer.plan) {
+                EXPECT_EQ(answer.plan->texts(), decided.plan->texts());
+            }
             std::optional<double> best;
             for (const Walked& path : brute.paths())
                 if (const Seen s = seen(path); keeps(s, planned.want.budget))
