@@ -51,7 +51,7 @@ Vec3 Transform::apply(const Vec3& at) const {
 
 Mat3 Transform::jacobian(const Vec3& at) const {
     const auto of_matrix = [](const Mat4& matrix, const Vec3& from) -> Mat3 {
-        const Eigen::Vector4d to = matrix * from.homogeneous();
+        const Eigen::Vector4d to = matrix * Eigen::Vector4d(from.x(), from.y(), from.z(), 1);
         const Mat3 linear = matrix.topLeftCorner<3, 3>();
         const Eigen::RowVector3d last = matrix.block<1, 3>(3, 0);
         return (linear - to.head<3>() / to[3] * last) / to[3];

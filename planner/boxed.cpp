@@ -11,7 +11,7 @@ namespace edgewise {
 namespace {
 
 constexpr int kViewsAsked = 8;
-constexpr int kMostBoxes = 4096;
+constexpr int kMostBoxes = 512;
 
 /// What boxes take of the steps before the last one.
 struct Between {
@@ -44,15 +44,13 @@ Between between(const Plan& plan, const Ask& ask, int first) {
     return all;
 }
 
-}  // namespace
-
-std::optional<Plan> boxed(const Plan& whole, const Ask& ask, int boxes,
-                          const PlanOptions& options) {
+/// The plan where its last steps hold so much between them. None where there is no "between".
+std::optional<Plan> with_between(const Plan& whole, const Ask& ask, int boxes,
+                                 const PlanOptions& options, const Between* added) {
     Plan plan = whole;
     plan.boxes = boxes;
     const int last = static_cast<int>(plan.steps.size()) - 1, first = first_in_boxes(plan, ask);
     if (first >= last || plan.steps.back().offer.to.place != Place::memory) return {};
-    const Between added = between(plan, ask, first);
 
     // The steps count as one, from what the first of them reads to what the last one makes.
     StepCost all;
@@ -61,14 +59,14 @@ std::optional<Plan> boxed(const Plan& whole, const Ask& ask, int boxes,
     double seconds = plan.predicted.seconds;
     for (int at = first; at <= last; ++at) {
         Step& step = plan.steps[at];
-        const double more = added.made[static_cast<std::size_t>(at - first)];
+        const double more = added ? added->made[static_cast<std::size_t>(at - first)] : 1;
         seconds += (more - 1) * step.seconds;
         step.seconds *= more;
         step.predicted.seconds = step.seconds;
         all.seconds += step.seconds;
         all.scratch = std::max(all.scratch, step.scratch);
     }
-    all.scratch += std::min(ask.want.threads, boxes) * added.bytes;
+    if (added) all.scratch += std::min(ask.want.threads, boxes) * added->bytes;
     Label before = first > 0 ? plan.steps[first - 1].label : Label{};
     before.peak = std::max(before.peak, options.pinned);
     const Offer merged{.from = plan.steps[first].offer.from, .to = to};
@@ -84,8 +82,22 @@ std::optional<Plan> boxed(const Plan& whole, const Ask& ask, int boxes,
     return plan;
 }
 
+}  // namespace
+
+std::optional<Plan> boxed(const Plan& whole, const Ask& ask, int boxes,
+                          const PlanOptions& options) {
+    Plan plan = whole;
+    plan.boxes = boxes;
+    const int first = first_in_boxes(plan, ask);
+    if (first + 1 >= static_cast<int>(plan.steps.size())) return {};
+    const Between added = between(plan, ask, first);
+    return with_between(whole, ask, boxes, options, &added);
+}
+
 std::optional<Plan> fewest_boxes(const Plan& whole, const Ask& ask, const PlanOptions& options) {
-    if (!accurate_enough(whole.predicted, ask.want.budget)) return {};
+    // Even if nothing lay between the steps.
+    const std::optional<Plan> least = with_between(whole, ask, kMostBoxes, options, nullptr);
+    if (!least || !feasible(least->predicted, ask.want.budget)) return {};
     for (int boxes = 2; boxes <= kMostBoxes; boxes *= 2) {
         std::optional<Plan> plan = boxed(whole, ask, boxes, options);
         if (!plan || !fast_enough(plan->predicted, ask.want.budget)) return {};

@@ -120,14 +120,26 @@ void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<P
         return chosen ? &real[static_cast<std::size_t>(chosen - choice.data())] : nullptr;
     };
     const Plan* chosen = pick(budget, want.minimize);
-    // Nothing is small enough: what has its last steps in boxes may be.
-    std::vector<Plan> in_boxes;
+    // Nothing is small enough: what has its last steps in boxes may be. Boxes make no plan cheaper,
+    // so those that are dearer as a whole than the best one found need no look.
+    std::optional<Plan> in_boxes;
     if (!chosen && budget.bytes) {
-        for (const Plan& plan : real)
-            if (!small_enough(plan.predicted, budget))
-                if (std::optional<Plan> smaller = fewest_boxes(plan, ask, options))
-                    in_boxes.push_back(std::move(*smaller));
-        chosen = best(in_boxes, want.minimize, [](std::size_t) { return true; });
+        std::vector<const Plan*> wholes;
+        for (const Plan& plan : real) wholes.push_back(&plan);
+        const auto dearness = [&](const Plan* plan) {
+            return want.minimize == Minimize::memory ? 0
+                                                     : objective(plan->predicted, want.minimize);
+        };
+        std::stable_sort(wholes.begin(), wholes.end(),
+                         [&](const Plan* a, const Plan* b) { return dearness(a) < dearness(b); });
+        for (const Plan* whole : wholes) {
+            if (in_boxes && dearness(whole) >= objective(in_boxes->predicted, want.minimize)) break;
+            std::optional<Plan> smaller = fewest_boxes(*whole, ask, options);
+            if (smaller && (!in_boxes || objective(smaller->predicted, want.minimize) <
+                                             objective(in_boxes->predicted, want.minimize)))
+                in_boxes = std::move(smaller);
+        }
+        if (in_boxes) chosen = &*in_boxes;
     }
     if (!chosen && budget.like) {
         budget.like.reset();
