@@ -14,7 +14,7 @@ const points = doc.points.map((point, index) => ({
   failure: point.failure,
   predicted: { seconds: point.predicted.seconds, error: point.predicted.error, bytes: point.predicted.bytes },
   measured: point.measured
-    ? { seconds: point.measured.median, error: point.measured.error ? point.measured.error.nrmse : null, bytes: point.measured.bytes }
+    ? { seconds: point.measured.typical, error: point.measured.error ? point.measured.error.nrmse : null, bytes: point.measured.bytes }
     : { seconds: null, error: null, bytes: null },
   source: point,
 }));

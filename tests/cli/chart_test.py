@@ -78,7 +78,7 @@ class OneChart(Chart):
                              [step.split("/")[0] for step in point["steps"]])
             self.assertEqual(point["plan"]["predicted"], point["predicted"])
             self.assertEqual(len(point["measured"]["seconds"]), 3)
-            self.assertEqual(point["measured"]["typical"], undisturbed(point["measured"]["seconds"]))
+            self.assertAlmostEqual(point["measured"]["typical"], undisturbed(point["measured"]["seconds"]), delta=1e-12)
             self.assertEqual(point["measured"]["error"]["samples"], 512)
             self.assertGreater(point["measured"]["bytes"], 0)
         self.assertEqual(sum(point["chosen"] for point in self.points()), 1)

@@ -144,8 +144,8 @@ class WhatARunSays(Running):
                 self.assertNotIn("[no better]", line)
 
     def test_long_planning_is_said(self):
-        request = ["render", "phantom:gaussians:24", "-o", "null:", "--max-error", "0.2", "--planner", "pilot",
-                   "--planning-time", "1s"]
+        request = ["render", "phantom:gaussians:96", "-o", "null:", "--max-error", "0.2", "--planner", "exhaustive",
+                   "--planning-time", "4s"]
         self.assertIn(b"planning ...", self.run_it(*request).stderr)
 
 

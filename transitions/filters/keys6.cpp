@@ -12,7 +12,7 @@ void weights(double f, double* w) {
     w[2] = 1 + f * f * (-28 + 16 * f) / 12;
     w[3] = f * (8 + f * (20 - 16 * f)) / 12;
     w[4] = f * (-1 + f * (-6 + 7 * f)) / 12;
-    w[5] = f * f * (f - 1) / 12;
+    w[5] = f * f * (1 - f) / 12;
 }
 
 }  // namespace

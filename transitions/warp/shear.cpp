@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <memory>
 #include <optional>
 #include <tbb/parallel_for.h>
@@ -277,6 +277,16 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     context.poll();
 }
 
+/// Passes interpolate: nearest samples are moved by warp.permutation.
+Domain filters_between_samples() {
+    Domain any = any_filter({"foh", "bspline3"});
+    std::erase_if(any.words,
+                  [](const std::string& name) { return filter_named(name).taps % 2 != 0; });
+    any.meaning =
+        fmt::format("reconstruction along the lines of each pass: {}", fmt::join(any.words, ", "));
+    return any;
+}
+
 }  // namespace
 
 Transition shear_warp_passes() {
@@ -284,7 +294,7 @@ Transition shear_warp_passes() {
     edge.name = "warp.shear";
     edge.source = "Wittenbrink 1993, 3.6.6, EQ 10 to 12, TABLE 6";
     edge.joins = {{"object/scalar", "screen/scalar"}};
-    edge.parameters = {{"filter", any_filter({"foh", "bspline3"})}};
+    edge.parameters = {{"filter", filters_between_samples()}};
     edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};
     edge.offer = offer;
     edge.work = work;
