@@ -1,0 +1,41 @@
+// Netpbm (PGM, PPM of 8 and 16 bits) and PFM, written: a line of text and the samples. They are
+// read by OpenImageIO, whose writer knows 8 bits alone.
+
+#include <bit>
+#include <cstring>
+#include <fmt/format.h>
+
+#include "io/reader.hpp"
+#include "io/text.hpp"
+
+namespace edgewise::store {
+
+void write_pnm(Replacement& out, const Header& what, const void* samples) {
+    const auto* from = static_cast<const std::byte*>(samples);
+    const std::size_t width = bytes_of(what.type);
+    const bool floats = what.type == Type::f32;
+    // A file that is called PPM holds colour.
+    const bool repeats = what.channels == 1 && ends_with_any(out.path(), {".ppm"});
+    const bool colour = repeats || what.channels == 3;
+    const char* kind = floats ? (colour ? "PF" : "Pf") : colour ? "P6" : "P5";
+    const char* last = floats ? "-1.0" : width == 2 ? "65535" : "255";
+    const std::string head =
+        fmt::format("{}\n{} {}\n{}\n", kind, what.extent.x, what.extent.y, last);
+    out.write(std::as_bytes(std::span(head)));
+    // Netpbm's numbers are big-endian, its rows go down; those of PFM are little-endian and go up.
+    const auto row_numbers = static_cast<std::size_t>(what.extent.x * what.channels);
+    const bool swaps = width > 1 && (std::endian::native == std::endian::little) != floats;
+    const std::size_t copies = repeats ? 3 : 1;
+    Bytes row(row_numbers * copies * width);
+    for (std::int64_t y = 0; y < what.extent.y; ++y) {
+        const std::byte* line =
+            from +
+            static_cast<std::size_t>(floats ? what.extent.y - 1 - y : y) * row_numbers * width;
+        for (std::size_t i = 0; i < row_numbers * copies; ++i)
+            std::memcpy(row.data() + i * width, line + i / copies * width, width);
+        if (swaps) swap_bytes(row.data(), width, static_cast<std::int64_t>(row.size() / width));
+        out.write(row);
+    }
+}
+
+}  // namespace edgewise::store
