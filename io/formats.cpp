@@ -191,7 +191,6 @@ std::vector<Format> pictures_of_the_library() {
         picture("Cineon", "cineon", {".cin"}, {}, ""),
         picture("DDS", "dds", {".dds"}, {}, "the largest picture"),
         picture("IFF", "iff", {".iff"}, {}, "of Maya"),
-        picture("Softimage PIC", "softimage", {".pic"}, {}, ""),
     };
 }
 

@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "graph/errors.hpp"
+#include "io/apart.hpp"
 #include "io/reader.hpp"
 #include "io/text.hpp"
 
@@ -91,6 +92,29 @@ std::string without_addresses(std::string text) {
     return text;
 }
 
+/// What OpenImageIO may use: decoders of JPEG 2000 hold each sample of 8 bits as two of 32, with
+/// what they decode from. OpenVDB says its size last of all.
+Allowance allowance_of(const std::string& path, const ModuleImage& image, std::int64_t bytes) {
+    constexpr std::size_t kAlways = 256u << 20, kCopies = 12;
+    constexpr std::size_t kBytesEachSecond = 1 << 20;  // a tenth of what the slowest decoder makes
+    const auto samples = static_cast<std::size_t>(bytes);
+    const std::size_t there = File(path).size();
+    Allowance allowance;
+    allowance.seconds += static_cast<unsigned>((samples + there) / kBytesEachSecond);
+    if (std::string_view(image.format) != "openvdb")
+        allowance.memory = kAlways + kCopies * samples + 2 * there;
+    return allowance;
+}
+
+ModuleImage call_apart(const std::string& path, const ModuleImage& image, std::span<std::byte> into,
+                       std::int64_t bytes,
+                       const std::function<bool(ModuleImage&, void*, char*)>& call) {
+    const Apart answer = apart(image, into, allowance_of(path, image, bytes), call);
+    if (!answer.whole) refuse(path, "its data are damaged: they end the library that reads them");
+    if (!answer.done) refuse(path, shown(without_addresses(answer.error)));
+    return answer.image;
+}
+
 class ModuleReader : public Reader {
  public:
     ModuleReader(Library library, std::string path, const ModuleImage& image)
@@ -129,8 +153,9 @@ class ModuleReader : public Reader {
 
 }  // namespace
 
-Header inspect_by(Library library, const std::string& path, const char* format) {
-    const ModuleImage image = module_inspect(library, path, format);
+Header inspect_by(Library library, const std::string& path, const char* format,
+                  std::int64_t claimed) {
+    const ModuleImage image = module_inspect(library, path, format, claimed);
     Header header;
     header.file = path;
     header.format = image.format;
@@ -168,19 +193,32 @@ std::size_t bytes_of(Library library) noexcept {
     return (library == Library::itk ? 24u : library == Library::oiio ? 136u : 8u) << 20;
 }
 
-ModuleImage module_inspect(Library library, const std::string& path, const char* format) {
+ModuleImage module_inspect(Library library, const std::string& path, const char* format,
+                           std::int64_t claimed) {
     ModuleImage image;
     std::snprintf(image.format, sizeof image.format, "%s", format);
+    const ModuleInspect inspect = opened(library, path).inspect;
+    if (library == Library::oiio)
+        return call_apart(path, image, {}, claimed, [&](ModuleImage& found, void*, char* error) {
+            return inspect(path.c_str(), &found, error);
+        });
     char error[kModuleError] = "";
-    if (!opened(library, path).inspect(path.c_str(), &image, error))
-        refuse(path, shown(without_addresses(error)));
+    if (!inspect(path.c_str(), &image, error)) refuse(path, shown(without_addresses(error)));
     return image;
 }
 
 void module_read(Library library, const std::string& path, const ModuleImage& image,
                  std::span<std::byte> into) {
+    const ModuleRead read = opened(library, path).read;
+    if (library == Library::oiio) {
+        call_apart(path, image, into, static_cast<std::int64_t>(into.size()),
+                   [&](const ModuleImage& found, void* samples, char* error) {
+                       return read(path.c_str(), &found, samples, into.size(), error);
+                   });
+        return;
+    }
     char error[kModuleError] = "";
-    if (!opened(library, path).read(path.c_str(), &image, into.data(), into.size(), error))
+    if (!read(path.c_str(), &image, into.data(), into.size(), error))
         refuse(path, shown(without_addresses(error)));
 }
 

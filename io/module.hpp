@@ -62,9 +62,11 @@ inline constexpr std::int64_t kDensest = 1 << 16;
 /// Resident memory that opening the library takes.
 std::size_t bytes_of(Library library) noexcept;
 /// @throws InputError the library is not there, or cannot read the file
-ModuleImage module_inspect(Library, const std::string& path, const char* format = "");
+/// @param claimed  bytes of samples by the file's header, checked against its length; 0: not known
+ModuleImage module_inspect(Library, const std::string& path, const char* format = "",
+                           std::int64_t claimed = 0);
 /// What every file of that library gives: header, checks, reader.
-Header inspect_by(Library, const std::string& path, const char* format);
+Header inspect_by(Library, const std::string& path, const char* format, std::int64_t claimed = 0);
 /// The type that module_read gives: halves come as f32.
 inline Type module_type(const ModuleImage& image) noexcept {
     return static_cast<Type>(image.type) == Type::f16 ? Type::f32 : static_cast<Type>(image.type);

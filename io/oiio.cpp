@@ -35,7 +35,6 @@ constexpr Mark kMarks[] = {
     {0, "\x80\x2a\x5f\xd7", "cineon"},
     {0, "DDS ", "dds"},
     {0, "FOR4", "iff"},
-    {0, "\x53\x80\xf6\x34", "softimage"},
     {0, "#?", "hdr"},
     {0, "BM", "bmp"},
     {0, "\x01\xda", "sgi"},
@@ -59,10 +58,12 @@ class Claims {
  public:
     Claims(const std::string& path, std::uint64_t size) : path_(path), size_(size) {}
     /// @param bytes  of one pixel in memory
-    void check(std::int64_t width, std::int64_t height, std::int64_t bytes) const {
+    void check(std::int64_t width, std::int64_t height, std::int64_t bytes) {
         if (width < 1 || height < 1)
             refuse(path_, fmt::format("is {} x {} pixels, expected 1 or more", width, height));
-        check_density(path_, product(path_, product(path_, width, height), bytes), size_, kDensest);
+        const std::int64_t all = product(path_, product(path_, width, height), bytes);
+        check_density(path_, all, size_, kDensest);
+        largest_ = std::max(largest_, all);
     }
     void rows(std::int64_t width, std::int64_t height, std::int64_t most) const {
         if (height > most)
@@ -71,14 +72,16 @@ class Claims {
     }
     std::uint64_t size() const { return size_; }
     const std::string& path() const { return path_; }
+    std::int64_t largest() const { return largest_; }
 
  private:
     const std::string& path_;
     std::uint64_t size_;
+    std::int64_t largest_ = 0;  // that was claimed [bytes]
 };
 
 /// Attributes of one part's header, from `at`. @return where it ends; 0: there is none
-std::size_t check_exr_part(const Claims& claims, std::string_view head, std::size_t at) {
+std::size_t check_exr_part(Claims& claims, std::string_view head, std::size_t at) {
     const auto name = [&] {
         const std::size_t end = head.substr(0, std::min(head.size(), at + 256)).find('\0', at);
         if (end == head.npos)
@@ -113,7 +116,7 @@ std::size_t check_exr_part(const Claims& claims, std::string_view head, std::siz
 }
 
 /// OpenEXR makes a table of as many rows as the header claims.
-void check_exr(const Claims& claims, std::string_view head) {
+void check_exr(Claims& claims, std::string_view head) {
     constexpr std::int64_t kManyParts = 0x1000;
     const bool many = (number(head, 4, 4, false) & kManyParts) != 0;
     std::size_t at = 8;
@@ -122,7 +125,7 @@ void check_exr(const Claims& claims, std::string_view head) {
 }
 
 /// Canvas of an extended file, or the size of its only picture.
-void check_webp(const Claims& claims, std::string_view head) {
+void check_webp(Claims& claims, std::string_view head) {
     const std::string_view kind = head.size() < 30 ? "" : head.substr(12, 4);
     if (kind == "VP8X")
         claims.check(number(head, 24, 3, false) + 1, number(head, 27, 3, false) + 1, 4);
@@ -136,7 +139,7 @@ void check_webp(const Claims& claims, std::string_view head) {
 }
 
 /// The SIZ marker of the codestream (ITU-T T.800, A.5.1).
-void check_jpeg2000(const Claims& claims, std::string_view head) {
+void check_jpeg2000(Claims& claims, std::string_view head) {
     const std::size_t at = head.find("\xff\x4f\xff\x51");
     if (at == head.npos || at + 42 > head.size())
         refuse(claims.path(), "damaged JPEG 2000 header: it has no size");
@@ -147,15 +150,16 @@ void check_jpeg2000(const Claims& claims, std::string_view head) {
 }
 
 /// Pictures of several sizes in one file: each says its own (ISO/IEC 23008-12, 6.5.3).
-void check_heif(const Claims& claims, std::string_view head) {
+void check_heif(Claims& claims, std::string_view head) {
     for (std::size_t at = head.find("ispe"); at != head.npos; at = head.find("ispe", at + 4))
         claims.check(number(head, at + 8, 4, true), number(head, at + 12, 4, true), 4);
 }
 
 /// What a header claims, before its library, which believes it, opens the file.
-void check_claims(const std::string& path, const std::string& library) {
+/// @return the bytes of samples that it claims, 0 where that is not looked at
+std::int64_t check_claims(const std::string& path, const std::string& library) {
     const File file(path);
-    const Claims claims(path, file.size());
+    Claims claims(path, file.size());
     const Bytes bytes = file.head(library == "openexr" ? kLongestHeader : kPeek);
     const std::string_view head = text_of(bytes);
     const std::string_view found = library_format(bytes);
@@ -169,6 +173,7 @@ void check_claims(const std::string& path, const std::string& library) {
         claims.check(
             number(head, 18, 4, true), number(head, 14, 4, true),
             number(head, 12, 2, true) * std::max<std::int64_t>(number(head, 22, 2, true) / 8, 1));
+    return claims.largest();
 }
 
 // Writing
@@ -256,8 +261,8 @@ std::string_view library_format(std::span<const std::byte> head) noexcept {
 }
 
 Header inspect_by_oiio(const std::string& path, const std::string& library) {
-    check_claims(path, library);
-    Header header = inspect_by(Library::oiio, path, library.c_str());
+    const std::int64_t claimed = check_claims(path, library);
+    Header header = inspect_by(Library::oiio, path, library.c_str(), claimed);
     for (const Format& format : formats())
         if (format.library == library && (library != "pnm" || ends_with_any(path, format.endings)))
             header.format = format.name;
