@@ -183,7 +183,7 @@ std::vector<Format> pictures_of_the_library() {
         picture("BMP", "bmp", {".bmp", ".dib"}, {{u8}, 4, {2}, 32767}, ""),
         picture("DPX", "dpx", {".dpx"}, {{u8, u16, f32}, 4, {2}, 0, multiplied}, ""),
         picture("SGI", "sgi", {".sgi", ".rgb", ".rgba", ".bw"}, {{u8, u16}, 4, {}, 65535}, ""),
-        picture("RLA", "rla", {".rla"}, {{u8, u16, f32}, 4, {}, 32767, multiplied}, ""),
+        picture("RLA", "rla", {".rla"}, {}, ""),
         picture("GIF", "gif", {".gif"}, {}, "the first picture"),
         picture("PSD", "psd", {".psd", ".psb", ".pdd"}, {}, "the merged picture"),
         picture("HEIF", "heif", {".heic", ".heif", ".avif"}, {}, "the first picture"),

@@ -115,6 +115,11 @@ Alpha alpha_of(const OIIO::ImageSpec& spec, const std::string& format) {
 
 bool inspect(const char* path, ModuleImage* found, char* error) {
     const std::string format = found->format;
+    if (format == "webp") {
+        const bool one = edgewise::store::inspect_webp(path, *found, error);
+        if (one || *error) return one;
+        std::snprintf(found->format, sizeof found->format, "animated webp");
+    }
     const auto input = open(path, format, error);
     if (!input) return false;
     const OIIO::ImageSpec& spec = input->spec();
@@ -137,7 +142,9 @@ bool inspect(const char* path, ModuleImage* found, char* error) {
 }
 
 bool read(const char* path, const ModuleImage* image, void* into, std::size_t bytes, char* error) {
-    const auto input = open(path, image->format, error);
+    const std::string format = image->format;
+    if (format == "webp") return edgewise::store::read_webp(path, *image, into, bytes, error);
+    const auto input = open(path, format == "animated webp" ? "webp" : format, error);
     if (!input) return false;
     const OIIO::ImageSpec& spec = input->spec();
     const OIIO::TypeDesc type = description_of(module_type(*image));

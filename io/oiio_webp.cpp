@@ -1,5 +1,10 @@
-// WebP by its own library: OpenImageIO's writer loses colour whatever it is asked.
+// WebP by its own library: OpenImageIO's writer loses colour whatever it is asked, and its reader
+// composes a picture over black.
 
+#include <fstream>
+#include <iterator>
+#include <vector>
+#include <webp/decode.h>
 #include <webp/encode.h>
 
 #include "io/oiio_module.hpp"
@@ -28,7 +33,39 @@ struct Picture : WebPPicture {
     ~Picture() { WebPPictureFree(this); }
 };
 
+std::vector<std::uint8_t> bytes_in(const char* path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
 }  // namespace
+
+bool inspect_webp(const char* path, ModuleImage& found, char* error) {
+    const std::vector<std::uint8_t> bytes = bytes_in(path);
+    WebPBitstreamFeatures features;
+    if (WebPGetFeatures(bytes.data(), bytes.size(), &features) != VP8_STATUS_OK) {
+        tell(error, "damaged WebP header");
+        return false;
+    }
+    if (features.has_animation) return false;
+    found.size[0] = features.width;
+    found.size[1] = features.height;
+    found.channels = features.has_alpha ? 4 : 3;
+    found.type = static_cast<int>(Type::u8);
+    found.alpha = static_cast<int>(features.has_alpha ? Alpha::straight : Alpha::none);
+    return true;
+}
+
+bool read_webp(const char* path, const ModuleImage& image, void* into, std::size_t bytes,
+               char* error) {
+    const std::vector<std::uint8_t> packed = bytes_in(path);
+    const auto decode = image.channels == 4 ? WebPDecodeRGBAInto : WebPDecodeRGBInto;
+    const int stride = static_cast<int>(image.size[0]) * image.channels;
+    if (decode(packed.data(), packed.size(), static_cast<std::uint8_t*>(into), bytes, stride))
+        return true;
+    tell(error, "its compressed data are damaged or end too early");
+    return false;
+}
 
 bool write_webp(const ModuleImage& image, const void* samples, int quality, const ModuleSink& sink,
                 char* error) {
