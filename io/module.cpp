@@ -179,9 +179,8 @@ Header inspect_by(Library library, const std::string& path, const char* format,
     if (!image.window)
         header.warnings.push_back(
             path + ": the picture differs from its display window, which is ignored");
-    if (image.pictures > 1)
-        header.warnings.push_back(
-            fmt::format("{}: the first of its {} pictures is read", path, image.pictures));
+    if (image.several)
+        header.warnings.push_back(path + ": holds several pictures, of which the first is read");
     // Both libraries hold a second copy while they decode.
     header.reading_bytes = bytes_of(library) + 2 * static_cast<std::size_t>(bytes);
     header.reader = std::make_shared<const ModuleReader>(library, path, image);

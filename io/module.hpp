@@ -25,8 +25,8 @@ struct ModuleImage {
     int alpha = 0;                                      // an Alpha
     /// Name of the library's reader or writer. Asked of OpenImageIO: no other sees the file.
     char format[32] = "";
-    int window = 1;    // answer: the picture fills the window that it is shown in
-    int pictures = 1;  // answer: in the file, of which this is the first
+    int window = 1;   // answer: the picture fills the window that it is shown in
+    int several = 0;  // answer: the file holds more pictures, of which this is the first
 };
 /// Takes the bytes of a file that is written. @return false where that fails
 struct ModuleSink {

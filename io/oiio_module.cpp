@@ -137,7 +137,8 @@ bool inspect(const char* path, ModuleImage* found, char* error) {
     found->window =
         format != "openexr" || (spec.x == spec.full_x && spec.y == spec.full_y &&
                                 spec.width == spec.full_width && spec.height == spec.full_height);
-    found->pictures = spec.get_int_attribute("oiio:subimages", 1);
+    // The other pictures of a PSD are layers, of which the first is made.
+    found->several = format != "psd" && input->seek_subimage(1, 0);
     return true;
 }
 
