@@ -36,6 +36,7 @@ int do_job(const JobOptions& options, bool runs) {
     session.runs = session.announces = runs;
     if (runs && !options.explain && !options.verify && !options.report)
         session.errors = ErrorsWanted::for_choice;
+    session.plan_options.front = !runs || options.explain || options.json || options.report;
     bool explained = false;
     return guarded(
         [&] {

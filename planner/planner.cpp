@@ -4,6 +4,7 @@
 #include <chrono>
 #include <fmt/format.h>
 #include <functional>
+#include <limits>
 #include <tuple>
 
 #include "planner/alike.hpp"
@@ -148,6 +149,11 @@ void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<P
                                   : missed(want.budget);
 }
 
+/// The costs that a shortest path is looked for by: arcs of barred filters are none.
+const Priced& fastest_of(const Priced& priced) {
+    return priced.alike ? priced.alike->likely : priced;
+}
+
 }  // namespace
 
 Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
@@ -162,31 +168,32 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
     Priced priced{spanned, sources, {}, options.pinned};
     priced.costs = price(spanned, catalogue, ask, profile, profile.processors, options);
     const Budget& budget = ask.want.budget;
-    const bool unbounded =
-        !budget.error && !budget.like && !budget.copied && !budget.seconds && !budget.bytes;
     if (budget.like) priced.alike = alike_of(priced, catalogue, ask, *budget.like);
-    std::vector<Route> routes = routes_to_choose_from(priced);
-    if (unbounded && ask.want.minimize == Minimize::time) {
-        // Without a budget the least time is a plain shortest path, found first and alone decisive.
-        std::vector<Route> fastest = fastest_route(priced);
-        routes.insert(routes.begin(), fastest.begin(), fastest.end());
-    }
-    const auto plans = [&] {
+    Priced real_priced = priced;
+    const bool others = ask.want.threads != profile.processors;
+    if (others)
+        real_priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
+    const auto plans_of = [&](const std::vector<Route>& routes, const Priced& by) {
         std::vector<Plan> all;
         for (const Route& route : routes)
-            all.push_back(plan_of(route, priced, catalogue, ask, options));
+            all.push_back(plan_of(route, by, catalogue, ask, options));
         return all;
     };
-    const std::vector<Plan> choice = plans();
-    std::vector<Plan> real = choice;
-    if (ask.want.threads != profile.processors) {
-        priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
-        real = plans();
-    }
+    // Where the shortest path keeps all budgets nothing that takes longer can be the answer: the
+    // search for labels is left with what ties.
+    double most_seconds = std::numeric_limits<double>::infinity();
+    if (!options.front && ask.want.minimize == Minimize::time)
+        if (const std::optional<Route> route = fastest_route(fastest_of(priced));
+            route && feasible(predicted_of(*route, priced, ask, options), budget) &&
+            feasible(predicted_of(*route, real_priced, ask, options), budget))
+            most_seconds = route->label.seconds;
+    const std::vector<Route> routes = routes_to_choose_from(priced, most_seconds);
+    const std::vector<Plan> choice = plans_of(routes, priced);
+    const std::vector<Plan> real = others ? plans_of(routes, real_priced) : choice;
     choose(answer, choice, real, ask, options);
+    if (options.front) answer.front = reported_front(real);
     if (priced.alike && priced.alike->plain)
         answer.plain = {priced.alike->plain->step, priced.alike->plain->likely / ask.scene.range};
-    answer.front = reported_front(real);
     answer.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return answer;

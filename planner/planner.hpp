@@ -22,6 +22,8 @@ struct PlanOptions {
     /// Bytes that the process is expected to need in addition to what paths count: `resident`
     /// without reserves, for Predicted::expected alone. 0: not known.
     double held = 0;
+    /// Whether the front is worked out where a shortest path decides alone.
+    bool front = true;
     /// Replaces costs by seeded random ones, so that tests run paths that would never win.
     std::optional<std::uint64_t> random_costs = {};
 };
@@ -35,7 +37,9 @@ struct Compared {
 /// What a planner answers: a plan or none, and why.
 struct Answer {
     std::optional<Plan> plan;
-    std::vector<Plan> front;    // no path is better in seconds, bytes and error; fastest first
+    /// No path is better in seconds, bytes and error; fastest first. Empty where it was not asked
+    /// for (PlanOptions::front).
+    std::vector<Plan> front;
     std::vector<Plan> nearest;  // where no plan fits: the closest on either side of the budget
     std::vector<Refusal> refused;
     std::vector<std::string> warnings;

@@ -1,6 +1,8 @@
 #include "planner/search.hpp"
 
 #include <algorithm>
+#include <boost/graph/dijkstra_shortest_paths.hpp>
+#include <boost/property_map/function_property_map.hpp>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -27,8 +29,9 @@ struct Reached {
 /// r_c_shortest_paths does the same, and tests compare this one with it.
 class LabelSetting {
  public:
-    explicit LabelSetting(const Priced& priced)
+    LabelSetting(const Priced& priced, double most_seconds)
         : priced_(priced),
+          most_seconds_(most_seconds),
           fronts_(boost::num_vertices(priced.spanned.graph)),
           open_([this](std::size_t a, std::size_t b) { return later(a, b); }) {}
 
@@ -66,6 +69,7 @@ class LabelSetting {
     }
 
     void reach(const Reached& next) {
+        if (next.label.seconds > most_seconds_) return;
         std::vector<Kept>& front = fronts_[next.at];
         for (const Kept& kept : front)
             if (dominates(kept.label, next.label)) return;  // must be "<=": see dominates()
@@ -116,6 +120,7 @@ class LabelSetting {
     }
 
     const Priced& priced_;
+    double most_seconds_;
     std::vector<Reached> reached_;
     std::vector<std::vector<Kept>> fronts_;  // by vertex
     std::priority_queue<std::size_t, std::vector<std::size_t>,
@@ -153,43 +158,51 @@ Label Priced::step(const Label& label, ArcOf arc) const {
     return extend(label, spanned.graph[arc].offer, cost(arc), from_source, pinned);
 }
 
-std::vector<Route> pareto_routes(const Priced& priced) { return LabelSetting(priced).routes(); }
+std::vector<Route> pareto_routes(const Priced& priced, double most_seconds) {
+    return LabelSetting(priced, most_seconds).routes();
+}
 
-std::vector<Route> fastest_route(const Priced& priced) {
+std::optional<Route> fastest_route(const Priced& priced) {
     const Graph& graph = priced.spanned.graph;
+    if (priced.spanned.sources.empty()) return {};
     constexpr double kNone = std::numeric_limits<double>::infinity();
-    std::vector<double> seconds(boost::num_vertices(graph), kNone);
-    std::vector<std::optional<ArcOf>> by(seconds.size());
-    using Open = std::pair<double, At>;
-    std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
-    for (const At source : priced.spanned.sources) {
-        seconds[source] = priced.start(source).seconds;
-        open.emplace(seconds[source], source);
-    }
-    while (!open.empty()) {
-        const auto [least, at] = open.top();
-        open.pop();
-        if (least > seconds[at]) continue;
-        for (const ArcOf arc : boost::make_iterator_range(boost::out_edges(at, graph))) {
-            const At to = boost::target(arc, graph);
-            const double sum = least + priced.cost(arc).seconds;
-            if (sum >= seconds[to]) continue;
-            seconds[to] = sum;
-            by[to] = arc;
-            open.emplace(sum, to);
-        }
-    }
+    // No arc leads to a source, so what a source starts with goes with the arcs that leave it.
+    const auto weight = [&](const ArcOf& arc) {
+        const StepCost& cost = priced.cost(arc);
+        const At from = boost::source(arc, graph);
+        const double start = graph[from].source >= 0 ? priced.start(from).seconds : 0;
+        return cost.barred ? kNone : start + cost.seconds;
+    };
+    std::vector<double> seconds(boost::num_vertices(graph));
+    std::vector<At> before(seconds.size());
+    const auto index = boost::get(boost::vertex_index, graph);
+    boost::dijkstra_shortest_paths(
+        graph, priced.spanned.sources.begin(), priced.spanned.sources.end(),
+        boost::make_iterator_property_map(before.begin(), index),
+        boost::make_iterator_property_map(seconds.begin(), index),
+        boost::make_function_property_map<ArcOf>(weight), index, std::less<>(),
+        boost::closed_plus<double>(kNone), kNone, 0.0, boost::default_dijkstra_visitor());
+    const auto total = [&](At at) {
+        return graph[at].source >= 0 ? priced.start(at).seconds : seconds[at];
+    };
     std::optional<At> end;
     for (const At target : priced.spanned.targets)
-        if (seconds[target] < kNone && (!end || seconds[target] < seconds[*end])) end = target;
+        if (total(target) < kNone && (!end || total(target) < total(*end))) end = target;
     if (!end) return {};
     Route route{.source = *end, .arcs = {}, .label = {}};
-    for (; by[route.source]; route.source = boost::source(*by[route.source], graph))
-        route.arcs.push_back(*by[route.source]);
+    for (; before[route.source] != route.source; route.source = before[route.source]) {
+        // Of parallel arcs the cheapest.
+        std::optional<ArcOf> by;
+        for (const ArcOf arc :
+             boost::make_iterator_range(boost::out_edges(before[route.source], graph)))
+            if (boost::target(arc, graph) == route.source && (!by || weight(arc) < weight(*by)))
+                by = arc;
+        route.arcs.push_back(*by);
+    }
     std::reverse(route.arcs.begin(), route.arcs.end());
     route.label = priced.start(route.source);
     for (const ArcOf arc : route.arcs) route.label = priced.step(route.label, arc);
-    return {route};
+    return route;
 }
 
 std::vector<Route> simple_routes(const Priced& priced, std::size_t limit) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "graph/transform_graph.hpp"
@@ -31,12 +33,13 @@ struct Priced {
 };
 
 /// All routes that no other dominates, in the order of `before`; of those with equal labels one.
-/// None takes an arc that is barred.
-std::vector<Route> pareto_routes(const Priced& priced);
+/// None takes an arc that is barred, or more seconds than `most_seconds`.
+std::vector<Route> pareto_routes(const Priced& priced,
+                                 double most_seconds = std::numeric_limits<double>::infinity());
 
-/// The route of least seconds (Dijkstra), or none. Peak and error are no sums along edges, so it
-/// serves only where no budget bounds them.
-std::vector<Route> fastest_route(const Priced& priced);
+/// The route of least seconds by arcs that are not barred (Dijkstra), or none. Peak and error are
+/// no sums along edges, so whether it keeps budgets is seen at its end.
+std::optional<Route> fastest_route(const Priced& priced);
 
 /// Every simple route, depth first; at most `limit`.
 std::vector<Route> simple_routes(const Priced& priced, std::size_t limit);

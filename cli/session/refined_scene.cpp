@@ -23,7 +23,8 @@ Answer answer_to(const Session& session, const Scene& scene) {
 
 /// Whether no path is faster by so much, whatever its error. Then more draws can gain nothing.
 bool is_fastest(const Answer& answer, Minimize minimize) {
-    return minimize == Minimize::time && answer.plan && !answer.front.empty() &&
+    if (minimize != Minimize::time || !answer.plan) return false;
+    return answer.front.empty() ||
            answer.front.front().predicted.seconds >= kWorth * answer.plan->predicted.seconds;
 }
 
@@ -67,8 +68,10 @@ bool chooses_unseen(Session& session) {
     Request open = want;
     open.budget.like->times = std::numeric_limits<double>::infinity();
     const std::vector<Source> sources = session.sources();
-    Answer answer =
-        plan(session.edges, {open, session.scene}, sources, session.profile, session.plan_options);
+    const auto answer_by = [&](const PlanOptions& options) {
+        return plan(session.edges, {open, session.scene}, sources, session.profile, options);
+    };
+    Answer answer = answer_by(session.plan_options);
     if (!answer.plan) return false;
     const auto is_sure = [&](const Plan& plan) {
         return plan.predicted.likeness == Likeness::alike &&
@@ -78,13 +81,14 @@ bool chooses_unseen(Session& session) {
     if (!is_sure(*answer.plan)) {
         if (want.minimize != Minimize::time) return false;
         std::optional<Plan> sure;
-        for (const Plan& plan : answer.front)  // fastest first
+        PlanOptions all = session.plan_options;
+        all.front = true;
+        for (const Plan& plan : answer_by(all).front)  // fastest first
             if (!sure && is_sure(plan)) sure = plan;
         if (!sure && answer.plain && session.demands.via.empty()) {
             PlanOptions by_plain = session.plan_options;
             by_plain.demands.via = {demand_of(answer.plain->step, session.edges)};
-            const Answer plain =
-                plan(session.edges, {open, session.scene}, sources, session.profile, by_plain);
+            const Answer plain = answer_by(by_plain);
             if (plain.plan && is_sure(*plain.plan)) sure = plain.plan;
         }
         if (!sure) return false;

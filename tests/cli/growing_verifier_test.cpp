@@ -19,7 +19,7 @@ struct HalfWrong {
         want.axes = 2;
         want.input = data.what.extent;
         want.screen = {kWidth, kHeight, 1};
-        want.views = Placement::each({Mat4::Identity()});
+        want.views = Placement::each({Mat4(Mat4::Identity())});
         Representation what = data.what;
         what.extent = want.screen;
         result = Data::make(what, heap());

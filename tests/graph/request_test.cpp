@@ -66,7 +66,7 @@ TEST(Request, ProjectiveWhereSomeViewIs) {
     EXPECT_FALSE(want.projective());
     Mat4 tilted = Mat4::Identity();
     tilted(3, 0) = 1e-3;
-    want.views = Placement::each({Mat4::Identity(), tilted});
+    want.views = Placement::each({Mat4(Mat4::Identity()), tilted});
     EXPECT_TRUE(want.projective());
 }
 

@@ -71,6 +71,14 @@ TEST(Planner, ChoiceIsTheBestOfBruteForce) {
             planned.want.minimize = what;
             planned.want.budget = random_budget(random);
             const Answer answer = planned.answer(unit_profile(), options());
+            // Nobody asks for the front: a shortest path that keeps all budgets decides.
+            PlanOptions alone = options();
+            alone.front = false;
+            const Answer decided = planned.answer(unit_profile(), alone);
+            ASSERT_EQ(answer.plan.has_value(), decided.plan.has_value()) << "graph " << i;
+            if (answer.plan) {
+                EXPECT_EQ(answer.plan->texts(), decided.plan->texts());
+            }
             std::optional<double> best;
             for (const Walked& path : brute.paths())
                 if (const Seen s = seen(path); keeps(s, planned.want.budget))

@@ -78,10 +78,8 @@ TEST(Verifier, AgreesWithACountOverAllSamples) {
     std::int64_t count = 0;
     for (int frame = 0; frame < 2; ++frame)
         for (std::int64_t i = 0; i < 80 * 70; ++i) {
-            const Vec3 p =
-                (want.views.at(frame).inverse() *
-                 Vec3(static_cast<double>(i % 80), static_cast<double>(i / 80), 0).homogeneous())
-                    .head<3>();
+            const Vec3 p = want.views.at(frame).inverse().apply(
+                Vec3(static_cast<double>(i % 80), static_cast<double>(i / 80), 0));
             if (p.x() < -0.5 || p.x() > 63.5 || p.y() < -0.5 || p.y() > 63.5) continue;
             const double expected = phantom.at(p);
             const double d =

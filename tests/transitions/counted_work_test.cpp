@@ -75,7 +75,7 @@ TEST(CountedWork, AScreenSmallerThanTheShadowIsAllHit) {
 
 /// Output samples in blocks of columns of which one at least sees the input.
 double blocked_samples(const Turned& of) {
-    const Mat4 map = of.want.views.at(0).inverse();
+    const Mat4 map = of.want.views.at(0).inverse().matrix();
     const Extent& screen = of.want.screen;
     double blocked = 0;
     for (std::int64_t z = 0; z < screen.z; ++z)
@@ -114,7 +114,7 @@ TEST(CountedWork, ABackwardWarpCountsTheBlocksThatItWorksOut) {
 /// Lines of the input that nearest samples of a turned grid touch, were there as many in it as in
 /// the blocks that are worked out.
 double touched_lines(const Turned& of) {
-    const Mat4 map = of.want.views.at(0).inverse();
+    const Mat4 map = of.want.views.at(0).inverse().matrix();
     const Extent &screen = of.want.screen, &n = of.from.extent;
     std::set<std::int64_t> lines;
     double seen = 0;
