@@ -9,8 +9,6 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <sys/mman.h>
-#include <unistd.h>
 
 namespace edgewise::store {
 
@@ -191,31 +189,6 @@ class Proxy : public OIIO::Filesystem::IOProxy {
     bool failed_ = false;
 };
 
-/// A file of no folder, for writers that need a path.
-class MemoryFile {
- public:
-    MemoryFile() : descriptor_(::memfd_create("picture", MFD_CLOEXEC)) {}
-    MemoryFile(const MemoryFile&) = delete;
-    MemoryFile& operator=(const MemoryFile&) = delete;
-    ~MemoryFile() { ::close(descriptor_); }
-    std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-    bool copy(const ModuleSink& sink) const {
-        std::vector<char> part(1 << 20);
-        std::uint64_t at = 0;
-        for (;;) {
-            const ssize_t got =
-                ::pread(descriptor_, part.data(), part.size(), static_cast<off_t>(at));
-            if (got <= 0) return got == 0;
-            const auto count = static_cast<std::size_t>(got);
-            if (!sink.put(sink.self, at, part.data(), count)) return false;
-            at += count;
-        }
-    }
-
- private:
-    int descriptor_;
-};
-
 OIIO::ImageSpec description_of(const ModuleImage& image) {
     OIIO::ImageSpec spec(static_cast<int>(image.size[0]), static_cast<int>(image.size[1]),
                          image.channels, description_of(static_cast<Type>(image.type)));
@@ -242,17 +215,15 @@ bool write(const ModuleImage& image, const void* samples, int quality, const Mod
     }
     OIIO::ImageSpec spec = description_of(image);
     Proxy proxy(sink);
-    const MemoryFile file;
-    const bool streams = output->supports("ioproxy") != 0;
     OIIO::Filesystem::IOProxy* const to = &proxy;
-    if (streams) spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &to);
-    const bool done = output->open(streams ? "picture." + format : file.path(), spec) &&
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &to);
+    const bool done = output->supports("ioproxy") && output->open("picture", spec) &&
                       output->write_image(spec.format, samples);
     const bool closed = output->close();
     // Some writers fail without saying so in what they return.
     const bool failed = !done || !closed || output->has_error() || proxy.failed();
     if (failed) tell(error, output->geterror());
-    return !failed && (streams || file.copy(sink));
+    return !failed;
 }
 
 /// Exceptions must not cross into a program that was built without this library.

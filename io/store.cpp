@@ -188,6 +188,8 @@ void write(const std::string& path, const Header& what, const void* samples,
     if (format->name == "TIFF") write_tiff(out, what, samples);
     if (format->name == "PNM" || format->name == "PFM")
         write_pnm(out, what, samples);
+    else if (format->name == "SGI")
+        write_sgi(out, what, samples);
     else if (!format->library.empty())
         write_by_oiio(out, *format, what, samples, options.quality.value_or(0));
     out.commit();
