@@ -269,6 +269,15 @@ Header inspect_by_oiio(const std::string& path, const std::string& library) {
     return header;
 }
 
+Bytes with_alpha_of(const Format& format, const Header& what, const void* samples) {
+    if (what.channels % 2 != 0 || what.alpha == Alpha::none || what.alpha == format.alpha)
+        return {};
+    const std::span<const std::byte> from = samples_of(what, samples);
+    Bytes changed(from.begin(), from.end());
+    change_alpha(what, format.alpha == Alpha::premultiplied, changed);
+    return changed;
+}
+
 void write_by_oiio(Replacement& out, const Format& format, const Header& what, const void* samples,
                    int quality) {
     std::span<const std::byte> from = samples_of(what, samples);
@@ -282,10 +291,6 @@ void write_by_oiio(Replacement& out, const Format& format, const Header& what, c
     const bool stream = ends_with_any(out.path(), {".j2k", ".j2c"});
     std::snprintf(image.format, sizeof image.format, "%s", stream ? "j2k" : format.library.c_str());
     Bytes changed;
-    if (has_alpha && what.alpha != Alpha::none && what.alpha != format.alpha) {
-        changed.assign(from.begin(), from.end());
-        change_alpha(what, format.alpha == Alpha::premultiplied, changed);
-    }
     const bool colour_only = format.library == "webp" || format.library == "hdr";
     if (what.channels == 1 && colour_only) {
         changed = grey_as_colour(from, bytes_of(what.type));

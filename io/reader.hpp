@@ -115,6 +115,8 @@ void write_metaimage(Replacement&, const Header&, const void* samples);
 void write_png(Replacement&, const Header&, const void* samples);
 void write_jpeg(Replacement&, const Header&, const void* samples, int quality);
 void write_tiff(Replacement&, const Header&, const void* samples);
+/// Samples with colour as the format holds it, multiplied by alpha or not; empty: as they are.
+Bytes with_alpha_of(const Format&, const Header&, const void* samples);
 void write_pnm(Replacement&, const Header&, const void* samples);
 void write_sgi(Replacement&, const Header&, const void* samples);
 void write_by_oiio(Replacement&, const Format&, const Header&, const void* samples, int quality);

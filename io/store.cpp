@@ -179,6 +179,9 @@ void write(const std::string& path, const Header& what, const void* samples,
     const Format* format = format_of(path);
     if (const std::string why = cannot_write(path, what); !why.empty())
         throw RequestError(path + ": " + why);
+    Bytes changed;
+    if (!format->library.empty()) changed = with_alpha_of(*format, what, samples);
+    if (!changed.empty()) samples = changed.data();
     Replacement out(path);
     if (format->name == "NIfTI") write_nifti(out, what, samples);
     if (format->name == "NRRD") write_nrrd(out, what, samples);
