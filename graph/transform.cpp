@@ -1,5 +1,6 @@
 #include "graph/transform.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <fmt/format.h>

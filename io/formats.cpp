@@ -15,7 +15,7 @@ const std::vector<Type> kNumbers{Type::u8,  Type::i8,  Type::u16, Type::i16,
 std::vector<Format> table() {
     return {
         {"NIfTI",
-         {".nii.gz", ".nii", ".hdr", ".img"},
+         {".nii.gz", ".nii", ".img"},
          true,
          true,
          kNumbers,
@@ -23,7 +23,7 @@ std::vector<Format> table() {
          true,
          64,
          true,
-         "1 and 2, pairs are read"},
+         "1 and 2; pairs of .hdr and .img are read"},
         {"NRRD",
          {".nrrd", ".nhdr"},
          true,
@@ -94,7 +94,10 @@ std::vector<Format> table() {
          false,
          3,
          false,
-         "1 or 3 channels"},
+         "1 or 3 channels",
+         "",
+         {2},
+         65500},
         {"TIFF",
          {".tif", ".tiff"},
          true,
@@ -106,17 +109,30 @@ std::vector<Format> table() {
          4,
          false,
          "several pages are a volume; ImageJ and OME say channels and times"},
-        {"EXR",
-         {".exr"},
+        {"PNM",
+         {".pnm", ".ppm", ".pgm", ".pbm"},
          true,
          true,
-         {Type::f16, Type::f32},
+         {Type::u8, Type::u16},
          true,
          false,
-         4,
+         3,
          false,
-         "read by OpenImageIO"},
-        {"OpenVDB", {".vdb"}, true, false, {}, false, true, 4, false, "read by OpenImageIO"},
+         "written binary; .pgm is grey, .ppm colour",
+         "pnm",
+         {2}},
+        {"PFM",
+         {".pfm"},
+         true,
+         true,
+         {Type::f32},
+         true,
+         false,
+         3,
+         false,
+         "1 or 3 channels",
+         "pnm",
+         {2}},
         {"MRC",
          {".mrc", ".rec", ".map", ".mrcs", ".ccp4"},
          true,
@@ -127,6 +143,54 @@ std::vector<Format> table() {
          3,
          false,
          "MRC2014 and CCP4 maps"},
+        {"OpenVDB", {".vdb"}, true, false, {}, false, true, 4, false, "", "openvdb"},
+    };
+}
+
+struct Written {
+    std::vector<Type> types;
+    int channels = 4;
+    std::vector<int> cannot{};
+    std::int64_t side = 0;
+    Alpha alpha = Alpha::straight;
+};
+
+Format picture(const char* name, const char* library, std::vector<std::string> endings,
+               const Written& written, const char* note) {
+    return {name,          std::move(endings),
+            true,          !written.types.empty(),
+            written.types, true,
+            false,         written.channels,
+            false,         note,
+            library,       written.cannot,
+            written.side,  written.alpha};
+}
+
+/// Pictures that OpenImageIO reads. Sides are what their headers hold, or their encoders.
+std::vector<Format> pictures_of_the_library() {
+    constexpr Type u8 = Type::u8, u16 = Type::u16, f32 = Type::f32;
+    const auto multiplied = Alpha::premultiplied;
+    return {
+        picture("EXR", "openexr", {".exr"}, {{Type::f16, f32}, 4, {}, 0, multiplied},
+                "half, float"),
+        picture("WebP", "webp", {".webp"}, {{u8}, 4, {2}, 16383},
+                "keeps every value without --quality; grey becomes colour"),
+        picture("JPEG 2000", "jpeg2000", {".jp2", ".j2k", ".j2c"}, {{u8, u16}, 4, {2}},
+                "keeps every value without --quality"),
+        picture("Radiance HDR", "hdr", {".hdr", ".rgbe"}, {{f32}, 3, {2}},
+                "8 bits of the largest channel; grey becomes colour, below 0 becomes 0"),
+        picture("TGA", "targa", {".tga", ".tpic"}, {{u8}, 4, {}, 65535}, ""),
+        picture("BMP", "bmp", {".bmp", ".dib"}, {{u8}, 4, {2}, 32767}, ""),
+        picture("DPX", "dpx", {".dpx"}, {{u8, u16, f32}, 4, {2}, 0, multiplied}, ""),
+        picture("SGI", "sgi", {".sgi", ".rgb", ".rgba", ".bw"}, {{u8, u16}, 4, {}, 65535}, ""),
+        picture("RLA", "rla", {".rla"}, {}, ""),
+        picture("GIF", "gif", {".gif"}, {}, "the first picture"),
+        picture("PSD", "psd", {".psd", ".psb", ".pdd"}, {}, "the merged picture"),
+        picture("HEIF", "heif", {".heic", ".heif", ".avif"}, {}, "the first picture"),
+        picture("ICO", "ico", {".ico"}, {}, "the first picture"),
+        picture("Cineon", "cineon", {".cin"}, {}, ""),
+        picture("DDS", "dds", {".dds"}, {}, "the largest picture"),
+        picture("IFF", "iff", {".iff"}, {}, "of Maya"),
     };
 }
 
@@ -150,7 +214,11 @@ bool leans(const Header& what) {
 }  // namespace
 
 const std::vector<Format>& formats() {
-    static const std::vector<Format> kFormats = table();
+    static const std::vector<Format> kFormats = [] {
+        std::vector<Format> all = table();
+        for (Format& format : pictures_of_the_library()) all.push_back(std::move(format));
+        return all;
+    }();
     return kFormats;
 }
 
@@ -168,9 +236,10 @@ const Format* format_of(std::string_view path) {
 std::string cannot_write(std::string_view path, const Header& what) {
     const Format* found = format_of(path);
     if (!found) return "the ending of '" + shown(path) + "' names no format";
-    if (ends_with_any(path, {".hdr", ".img", ".nhdr"}))
-        return "headers apart from their data are not written";
     const Format& format = *found;
+    if (ends_with_any(path, {".img", ".nhdr"}) || (what.volume && ends_with_any(path, {".hdr"})))
+        return "headers apart from their data are not written";
+    if (ends_with_any(path, {".pbm"})) return "pictures of one bit are not written";
     const auto has = [](const auto& list, auto wanted) {
         return std::find(list.begin(), list.end(), wanted) != list.end();
     };
@@ -186,10 +255,11 @@ std::string cannot_write(std::string_view path, const Header& what) {
     if (!has(format.types, what.type))
         return fmt::format("{} cannot hold {}", format.name, name_of(what.type));
     if (what.channels < 1 || what.channels > format.channels ||
-        (format.name == "JPEG" && what.channels == 2))
+        has(format.cannot_channels, what.channels))
         return fmt::format("{} cannot hold {} channels", format.name, what.channels);
-    if (format.name == "JPEG" && std::max(what.extent.x, what.extent.y) > 65500)
-        return "JPEG holds at most 65500 pixels a side";
+    if (what.channels > 1 && ends_with_any(path, {".pgm"})) return "PGM is grey; PPM holds colour";
+    if (format.side > 0 && std::max(what.extent.x, what.extent.y) > format.side)
+        return fmt::format("{} holds at most {} pixels a side", format.name, format.side);
     if (!format.values && !what.values.identity())
         return fmt::format("{} cannot say that values are {} x stored + {}", format.name,
                            what.values.slope, what.values.offset);

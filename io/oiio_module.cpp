@@ -1,23 +1,31 @@
-// The module that reads by OpenImageIO: EXR, OpenVDB, and pictures of rare kinds.
+// The module that reads and writes by OpenImageIO: EXR, OpenVDB, and pictures of rare kinds.
 
+#include "io/oiio_module.hpp"
+
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 
-#include "io/module.hpp"
+namespace edgewise::store {
+
+void tell(char* error, const std::string& what) {
+    std::snprintf(error, kModuleError, "%s", what.c_str());
+}
+
+}  // namespace edgewise::store
 
 namespace {
 
 using edgewise::Type;
 using edgewise::store::Alpha;
-using edgewise::store::kModuleError;
+using edgewise::store::kDensest;
 using edgewise::store::ModuleImage;
-
-void tell(char* error, const std::string& what) {
-    std::snprintf(error, kModuleError, "%s", what.c_str());
-}
+using edgewise::store::ModuleSink;
+using edgewise::store::tell;
 
 Type type_of(const OIIO::ImageSpec& spec) {
     switch (spec.format.basetype) {
@@ -35,8 +43,10 @@ Type type_of(const OIIO::ImageSpec& spec) {
             return Type::i32;
         case OIIO::TypeDesc::DOUBLE:
             return Type::f64;
+        case OIIO::TypeDesc::HALF:
+            return Type::f16;
         default:
-            return Type::f32;  // half too
+            return Type::f32;
     }
 }
 
@@ -56,24 +66,59 @@ OIIO::TypeDesc description_of(Type type) {
             return OIIO::TypeDesc::INT32;
         case Type::f64:
             return OIIO::TypeDesc::DOUBLE;
+        case Type::f16:
+            return OIIO::TypeDesc::HALF;
         default:
             return OIIO::TypeDesc::FLOAT;
     }
 }
 
-/// Values as stored: colour stays unmultiplied where the file has it so, and threads stay few.
-std::unique_ptr<OIIO::ImageInput> open(const char* path, char* error) {
+void set_up() {
     OIIO::attribute("threads", 1);
     OIIO::attribute("exr_threads", -1);
-    OIIO::ImageSpec wish;
+}
+
+/// Values as stored: colour stays unmultiplied where the file has it so, and threads stay few.
+std::unique_ptr<OIIO::ImageInput> open(const char* path, const std::string& format, char* error) {
+    set_up();
+    constexpr std::uint64_t kBelieved = 64;  // [MB], as check_density does
+    const std::uint64_t megabytes = std::filesystem::file_size(path) / (1 << 20) + 1;
+    OIIO::attribute("limits:imagesize_MB", static_cast<int>(std::clamp<std::uint64_t>(
+                                               megabytes * kDensest, kBelieved, INT32_MAX)));
+    OIIO::ImageSpec wish, spec;
     wish["oiio:UnassociatedAlpha"] = 1;
-    auto input = OIIO::ImageInput::open(path, &wish);
-    if (!input) tell(error, OIIO::geterror());
-    return input;
+    auto input = OIIO::ImageInput::create(format);
+    if (!input) {
+        tell(error, OIIO::geterror());
+        return nullptr;
+    }
+    if (input->open(path, spec, wish)) return input;
+    const std::string why = input->geterror();
+    tell(error, why.empty() ? "not " + format + ", or damaged" : why);
+    return nullptr;
+}
+
+Alpha alpha_of(const OIIO::ImageSpec& spec, const std::string& format) {
+    // Grey with alpha: only its count says so.
+    const bool counted = spec.nchannels == 2 && (format == "sgi" || format == "targa");
+    if (!counted && (spec.alpha_channel < 0 || spec.alpha_channel < spec.nchannels - 1))
+        return Alpha::none;
+    // They hold straight alpha, which OpenImageIO does not say.
+    for (const char* straight : {"bmp", "sgi", "gif", "ico", "webp", "jpeg2000"})
+        if (format == straight) return Alpha::straight;
+    return counted || spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0
+               ? Alpha::straight
+               : Alpha::premultiplied;
 }
 
 bool inspect(const char* path, ModuleImage* found, char* error) {
-    const auto input = open(path, error);
+    const std::string format = found->format;
+    if (format == "webp") {
+        const bool one = edgewise::store::inspect_webp(path, *found, error);
+        if (one || *error) return one;
+        std::snprintf(found->format, sizeof found->format, "animated webp");
+    }
+    const auto input = open(path, format, error);
     if (!input) return false;
     const OIIO::ImageSpec& spec = input->spec();
     if (spec.deep) {
@@ -86,18 +131,22 @@ bool inspect(const char* path, ModuleImage* found, char* error) {
     found->axes = spec.depth > 1 ? 3 : 2;
     found->channels = spec.nchannels;
     found->type = static_cast<int>(type_of(spec));
-    const bool straight = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
-    if (spec.alpha_channel >= 0 && spec.alpha_channel == spec.nchannels - 1)
-        found->alpha = static_cast<int>(straight ? Alpha::straight : Alpha::premultiplied);
-    std::snprintf(found->format, sizeof found->format, "%s", input->format_name());
+    found->alpha = static_cast<int>(alpha_of(spec, format));
+    found->window =
+        format != "openexr" || (spec.x == spec.full_x && spec.y == spec.full_y &&
+                                spec.width == spec.full_width && spec.height == spec.full_height);
+    // The other pictures of a PSD are layers, of which the first is made.
+    found->several = format != "psd" && input->seek_subimage(1, 0);
     return true;
 }
 
 bool read(const char* path, const ModuleImage* image, void* into, std::size_t bytes, char* error) {
-    const auto input = open(path, error);
+    const std::string format = image->format;
+    if (format == "webp") return edgewise::store::read_webp(path, *image, into, bytes, error);
+    const auto input = open(path, format == "animated webp" ? "webp" : format, error);
     if (!input) return false;
     const OIIO::ImageSpec& spec = input->spec();
-    const OIIO::TypeDesc type = description_of(static_cast<Type>(image->type));
+    const OIIO::TypeDesc type = description_of(module_type(*image));
     const auto expected = static_cast<std::size_t>(spec.image_pixels()) *
                           static_cast<std::size_t>(spec.nchannels) * type.size();
     if (spec.width != image->size[0] || spec.height != image->size[1] ||
@@ -108,6 +157,73 @@ bool read(const char* path, const ModuleImage* image, void* into, std::size_t by
     if (input->read_image(0, 0, 0, spec.nchannels, type, into)) return true;
     tell(error, input->geterror());
     return false;
+}
+
+// Writing
+// ------------------------------------------------------------------------------------------
+
+/// Hands on what a writer makes, at the place where it belongs.
+class Proxy : public OIIO::Filesystem::IOProxy {
+ public:
+    explicit Proxy(const ModuleSink& sink) : IOProxy("picture", Write), sink_(sink) {}
+    const char* proxytype() const override { return "edgewise"; }
+    std::size_t write(const void* bytes, std::size_t count) override {
+        const std::size_t done = pwrite(bytes, count, m_pos);
+        m_pos += static_cast<std::int64_t>(done);
+        return done;
+    }
+    std::size_t pwrite(const void* bytes, std::size_t count, std::int64_t at) override {
+        if (failed_ || !sink_.put(sink_.self, static_cast<std::uint64_t>(at), bytes, count)) {
+            failed_ = true;
+            return 0;
+        }
+        size_ = std::max(size_, static_cast<std::size_t>(at) + count);
+        return count;
+    }
+    std::size_t size() const override { return size_; }
+    bool failed() const { return failed_; }
+
+ private:
+    const ModuleSink& sink_;
+    std::size_t size_ = 0;
+    bool failed_ = false;
+};
+
+OIIO::ImageSpec description_of(const ModuleImage& image) {
+    OIIO::ImageSpec spec(static_cast<int>(image.size[0]), static_cast<int>(image.size[1]),
+                         image.channels, description_of(static_cast<Type>(image.type)));
+    if (image.channels < 3) spec.channelnames = {"Y", "A"};
+    spec.channelnames.resize(static_cast<std::size_t>(image.channels));
+    spec.alpha_channel = image.channels % 2 == 0 ? image.channels - 1 : -1;
+    if (image.alpha == static_cast<int>(Alpha::straight)) spec["oiio:UnassociatedAlpha"] = 1;
+    // Equal pictures give equal files: no writer puts the time in.
+    spec["DateTime"] = "1970:01:01 00:00:00";
+    return spec;
+}
+
+bool write(const ModuleImage& image, const void* samples, int quality, const ModuleSink& sink,
+           char* error) {
+    const std::string format = image.format;
+    if (format == "webp") return edgewise::store::write_webp(image, samples, quality, sink, error);
+    if (format == "jpeg2000" || format == "j2k")
+        return edgewise::store::write_jpeg2000(image, samples, quality, sink, error);
+    set_up();
+    const auto output = OIIO::ImageOutput::create(format);
+    if (!output) {
+        tell(error, OIIO::geterror());
+        return false;
+    }
+    OIIO::ImageSpec spec = description_of(image);
+    Proxy proxy(sink);
+    OIIO::Filesystem::IOProxy* const to = &proxy;
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &to);
+    const bool done = output->supports("ioproxy") && output->open("picture", spec) &&
+                      output->write_image(spec.format, samples);
+    const bool closed = output->close();
+    // Some writers fail without saying so in what they return.
+    const bool failed = !done || !closed || output->has_error() || proxy.failed();
+    if (failed) tell(error, output->geterror());
+    return !failed;
 }
 
 /// Exceptions must not cross into a program that was built without this library.
@@ -137,4 +253,16 @@ extern "C" __attribute__((visibility("default"))) bool edgewise_read(const char*
                                                                      void* into, std::size_t bytes,
                                                                      char* error) {
     return guarded(error, [&] { return read(path, image, into, bytes, error); });
+}
+extern "C" __attribute__((visibility("default"))) bool edgewise_write(
+    const ModuleImage* image, const void* samples, std::size_t bytes, int quality,
+    const ModuleSink* sink, char* error) {
+    return guarded(error, [&] {
+        const auto expected = static_cast<std::size_t>(image->size[0] * image->size[1]) *
+                              static_cast<std::size_t>(image->channels) *
+                              description_of(static_cast<Type>(image->type)).size();
+        if (bytes == expected) return write(*image, samples, quality, *sink, error);
+        tell(error, "samples do not fill the picture");
+        return false;
+    });
 }

@@ -99,12 +99,14 @@ Header inspect_dicom(const std::string& path, const Selection&);  // file or fol
 Header inspect_png(const std::string& path);
 Header inspect_jpeg(const std::string& path);
 Header inspect_tiff(const std::string& path, const Selection&);
-Header inspect_exr(const std::string& path);
 Header inspect_mrc(const std::string& path);
 bool is_mrc(std::span<const std::byte> head) noexcept;
 Header inspect_stack(const std::string& folder, const std::vector<std::string>& pictures);
 Header inspect_by_itk(const std::string& path);
-Header inspect_by_oiio(const std::string& path);
+/// @param library  OpenImageIO's name of the format: "openexr", "openvdb" ...
+Header inspect_by_oiio(const std::string& path, const std::string& library);
+/// OpenImageIO's name of the format that these first bytes of a file belong to, or "".
+std::string_view library_format(std::span<const std::byte> head) noexcept;
 bool is_dicom(const std::string& path);
 
 void write_nifti(Replacement&, const Header&, const void* samples);
@@ -113,7 +115,11 @@ void write_metaimage(Replacement&, const Header&, const void* samples);
 void write_png(Replacement&, const Header&, const void* samples);
 void write_jpeg(Replacement&, const Header&, const void* samples, int quality);
 void write_tiff(Replacement&, const Header&, const void* samples);
-void write_exr(Replacement&, const Header&, const void* samples);
+/// Samples with colour as the format holds it, multiplied by alpha or not; empty: as they are.
+Bytes with_alpha_of(const Format&, const Header&, const void* samples);
+void write_pnm(Replacement&, const Header&, const void* samples);
+void write_sgi(Replacement&, const Header&, const void* samples);
+void write_by_oiio(Replacement&, const Format&, const Header&, const void* samples, int quality);
 
 /// NIfTI has types for RGB and RGBA, whose values are never scaled; other channels are its fifth
 /// axis, and that makes a volume.

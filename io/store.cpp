@@ -17,9 +17,11 @@ namespace fs = std::filesystem;
 
 const std::vector<std::string> kMrcEndings{".mrc", ".mrcs", ".rec", ".map", ".ccp4", ".st", ".ali"};
 
+/// Whether a folder of such files is a volume.
 bool is_picture(const std::string& path) {
-    return ends_with_any(
-        path, {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp", ".tga", ".webp", ".hdr"});
+    const Format* format = format_of(path);
+    return format && format->reads && format->images &&
+           (!format->volumes || format->name == "TIFF");
 }
 
 Header inspect_folder(const std::string& path, const Selection& pick) {
@@ -47,16 +49,16 @@ Header inspect_by_content(const std::string& path, const Selection& pick) {
     if (text.starts_with("\x89PNG")) return inspect_png(path);
     if (text.starts_with("\xff\xd8\xff")) return inspect_jpeg(path);
     if (is_tiff(head)) return inspect_tiff(path, pick);
-    if (text.starts_with("\x76\x2f\x31\x01")) return inspect_exr(path);
     if (text.starts_with("NRRD000")) return inspect_nrrd(path);
     if (text.starts_with("# vtk DataFile")) return inspect_vtk(path);
     if (is_dicom(path)) return inspect_dicom(path, {});
     // Files from before the year 2000 have no mark.
     if (is_mrc(head) || ends_with_any(path, kMrcEndings)) return inspect_mrc(path);
     if (ends_with_any(path, {".gipl", ".gipl.gz"})) return inspect_by_itk(path);
-    if (ends_with_any(path, {".vdb", ".bmp", ".tga", ".webp", ".hdr", ".pnm", ".pgm", ".ppm",
-                             ".gif", ".jp2", ".dpx"}))
-        return inspect_by_oiio(path);
+    if (const auto library = library_format(head); !library.empty())
+        return inspect_by_oiio(path, std::string(library));
+    if (const Format* format = format_of(path); format && !format->library.empty())
+        return inspect_by_oiio(path, format->library);
     refuse(path, "its format is not known, by its ending or its first bytes");
 }
 
@@ -73,7 +75,7 @@ Header inspect_file(const std::string& path, const Selection& pick) {
     if (ends_with_any(path, {".vti"})) return inspect_vti(path);
     if (ends_with_any(path, {".json"})) return inspect_json(path);
     if (ends_with_any(path, {".dcm", ".dicom", ".ima"})) return inspect_dicom(path, pick);
-    if (ends_with_any(path, {".exr"})) return inspect_exr(path);
+    if (ends_with_any(path, {".exr"})) return inspect_by_oiio(path, "openexr");
     return inspect_by_content(path, pick);
 }
 
@@ -177,14 +179,22 @@ void write(const std::string& path, const Header& what, const void* samples,
     const Format* format = format_of(path);
     if (const std::string why = cannot_write(path, what); !why.empty())
         throw RequestError(path + ": " + why);
+    Bytes changed;
+    if (!format->library.empty()) changed = with_alpha_of(*format, what, samples);
+    if (!changed.empty()) samples = changed.data();
     Replacement out(path);
     if (format->name == "NIfTI") write_nifti(out, what, samples);
     if (format->name == "NRRD") write_nrrd(out, what, samples);
     if (format->name == "MetaImage") write_metaimage(out, what, samples);
     if (format->name == "PNG") write_png(out, what, samples);
-    if (format->name == "JPEG") write_jpeg(out, what, samples, options.quality);
+    if (format->name == "JPEG") write_jpeg(out, what, samples, options.quality.value_or(95));
     if (format->name == "TIFF") write_tiff(out, what, samples);
-    if (format->name == "EXR") write_exr(out, what, samples);
+    if (format->name == "PNM" || format->name == "PFM")
+        write_pnm(out, what, samples);
+    else if (format->name == "SGI")
+        write_sgi(out, what, samples);
+    else if (!format->library.empty())
+        write_by_oiio(out, *format, what, samples, options.quality.value_or(0));
     out.commit();
 }
 

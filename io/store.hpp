@@ -117,7 +117,8 @@ struct Loaded {
 Loaded load(const std::string& source, const Selection&, std::pmr::memory_resource* from);
 
 struct WriteOptions {
-    int quality = 95;  // of JPEG, 1..100
+    /// 1..100; none: 95 for JPEG, while WebP and JPEG 2000 keep every value.
+    std::optional<int> quality{};
 };
 
 /// Writes samples (x fastest, channels together, native byte order, `what.type`) in the format of
@@ -138,6 +139,10 @@ struct Format {
     int channels = 4;     // at most
     bool values = false;  // can say that value = slope * stored + offset
     std::string note;
+    std::string library{};               // OpenImageIO's name of it, where that reads it
+    std::vector<int> cannot_channels{};  // counts below `channels` that cannot be written
+    std::int64_t side = 0;               // pixels of a side at most; 0: no limit
+    Alpha alpha = Alpha::straight;       // what its files hold, where a writer has the choice
 };
 const std::vector<Format>& formats();
 /// The format of a path's ending (the longest that fits), or none. "-", standard output, is PNG.

@@ -567,7 +567,7 @@ Header inspect_tiff(const std::string& path, const Selection& pick) {
     for (const std::size_t index : layout.pages) {
         const TiffPage& page = pages[index];
         if (page.format > 4) refuse(path, "complex samples are not supported");
-        if (!is_plain(page) && pages.size() == 1) return inspect_by_oiio(path);
+        if (!is_plain(page) && pages.size() == 1) return inspect_by_oiio(path, "tiff");
         if (!is_plain(page))
             refuse(path,
                    fmt::format("pages of {} bits, photometric {}, compression {}: not supported",

@@ -18,7 +18,8 @@ struct Wish {
     std::optional<Window> window;
     std::optional<std::size_t> verify;  // samples; 0: all
     std::uint64_t seed = 1;
-    int repeat = 1, quality = 95;
+    int repeat = 1;
+    std::optional<int> quality;
     std::optional<int> bits;
     bool memory_given = false;  // --max-memory
     Planner planner = Planner::estimate;

