@@ -73,9 +73,9 @@ void copy_row(const PngRows& rows, std::int64_t y, std::vector<Byte>& to, std::s
 }
 
 struct Stripe {
-    std::int64_t begin = 0, end = 0;     // rows
+    std::int64_t begin = 0, end = 0;         // rows
     std::vector<Byte> filtered{}, packed{};  // with a byte before each row that names its filter
-    uLong sum = 1;                       // adler32
+    uLong sum = 1;                           // adler32
 };
 
 void filter(const PngRows& rows, Stripe& stripe) {
