@@ -205,7 +205,7 @@ class Options(Audit):
     def test_memory_budgets_end_with_their_request(self):
         report = self.audit([{"args": TINY[1] + ["--max-memory", "40MiB"]},
                              {"args": ["warp", "phantom:gaussians:140", "--rotate", "1,2,3"]}],
-                            "--limit", "2", "--repeat", "1")
+                            "--limit", "2", "--repeat", "1", "--verify", "2000")
         self.assertEqual(len(report["requests"][1]["measured_paths"]), 2)
 
     def test_json_goes_to_standard_output(self):
