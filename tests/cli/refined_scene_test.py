@@ -10,6 +10,8 @@ EDGEWISE = os.environ["EDGEWISE"]
 DATA = pathlib.Path(os.environ.get("EDGEWISE_DATA", pathlib.Path(__file__).resolve().parents[2] / "data"))
 HEAD = DATA / "ct_head/quarter.nhdr"
 
+# Drawing more pays over many runs.
+MANY = ("--repeat", "1000")
 # Request, budget on the error, the path that keeps it although the usual draws leave that open, and its filter.
 STRADDLING = [
     (("warp", HEAD, "--rotate", "5,10,15"), "0.0096", "foh"),
@@ -45,7 +47,7 @@ class RefinedScene(unittest.TestCase):
     def test_the_cheaper_path_is_found_and_keeps_the_budget(self):
         for request, budget, hold in STRADDLING:
             with self.subTest(request=request):
-                report = self.report(*request, "--max-error", budget, "--verify=all", "-o", self.folder / "out.nrrd")
+                report = self.report(*request, "--max-error", budget, "--verify=all", *MANY, "-o", self.folder / "out.nrrd")
                 self.assertGreaterEqual(report["scene"]["draws"], 3 * self.usual_draws(*request))
                 (step,) = report["plan"]["steps"]
                 self.assertEqual(step["transition"], "warp.backward")
@@ -57,7 +59,7 @@ class RefinedScene(unittest.TestCase):
     def test_plans_are_the_same_cold_warm_and_on_one_thread(self):
         for request, budget, _ in STRADDLING:
             with self.subTest(request=request):
-                plans = [self.plan(*request, "--max-error", budget, *more, cache=cache)
+                plans = [self.plan(*request, "--max-error", budget, *MANY, *more, cache=cache)
                          for cache, more in (("cache", ()), ("cache", ()), ("none", ("--threads", "1")))]
                 for other in plans[1:]:
                     self.assertEqual(other["scene"], plans[0]["scene"])
@@ -75,6 +77,12 @@ class RefinedScene(unittest.TestCase):
                 self.assertEqual(self.plan(*request, "--max-error", budget)["scene"]["draws"],
                                  self.usual_draws(*request))
 
+    def test_one_run_pays_for_no_more_draws(self):
+        for request, budget, _ in STRADDLING:
+            with self.subTest(request=request):
+                self.assertEqual(self.plan(*request, "--max-error", budget)["scene"]["draws"],
+                                 self.usual_draws(*request))
+
     def test_a_budget_that_nothing_keeps_is_not_drawn_for(self):
         request = ("warp", "phantom:zone-plate:900", "--rotate", "20", "--via", "warp.backward/filter=zoh")
         loose = self.plan(*request, "--max-error", "0.9")
@@ -88,11 +96,11 @@ class RefinedScene(unittest.TestCase):
 
     def test_planning_says_what_it_drew_and_keeps_it(self):
         request, budget, _ = STRADDLING[0]
-        self.assertIn("4 times the usual draws", self.run_it("plan", *request, "--max-error", budget, cache="other"))
+        self.assertIn("4 times the usual draws", self.run_it("plan", *request, "--max-error", budget, *MANY, cache="other"))
         scenes = self.folder / "other" / "edgewise" / "scenes"
         kept = {path.name: path.read_bytes() for path in scenes.glob("*-view-*.json")}
         self.assertEqual(len(kept), 2)  # of the usual draws, and of 4 times as many
-        self.run_it("plan", *request, "--max-error", budget, cache="other")
+        self.run_it("plan", *request, "--max-error", budget, *MANY, cache="other")
         self.assertEqual(kept, {path.name: path.read_bytes() for path in scenes.glob("*-view-*.json")})
 
 
