@@ -10,7 +10,6 @@
 namespace edgewise {
 namespace {
 
-constexpr int kViewsAsked = 8;
 constexpr int kMostBoxes = 512;
 
 /// What boxes take of the steps before the last one.
@@ -23,11 +22,10 @@ Between between(const Plan& plan, const Ask& ask, int first) {
     const std::size_t count = plan.steps.size() - static_cast<std::size_t>(first);
     const Representation& to = plan.steps.back().offer.to;
     const std::vector<Region> regions = boxes_of(to.extent, plan.boxes);
-    const int views = std::min(to.runs(), kViewsAsked);
+    const int views = to.runs();  // all of them: their boxes differ, and the peak is a promise
     Between all{.made = std::vector<double>(count, 0.0)};
     all.made.back() = 1;
-    for (int i = 0; i < views; ++i) {
-        const int variant = static_cast<int>(static_cast<std::int64_t>(i) * to.runs() / views);
+    for (int variant = 0; variant < views; ++variant)
         for (const Region& region : regions) {
             const auto boxes = boxes_read(plan, ask, first, region, to.placed.first_view(variant));
             double before = 0;
@@ -40,11 +38,11 @@ Between between(const Plan& plan, const Ask& ask, int first) {
                 before = bytes;
             }
         }
-    }
     return all;
 }
 
-/// The plan where its last steps hold so much between them. None where there is no "between".
+/// The plan with its last steps in boxes. None where nothing lies between them.
+/// @param added  what the boxes take; null: as if they took nothing
 std::optional<Plan> with_between(const Plan& whole, const Ask& ask, int boxes,
                                  const PlanOptions& options, const Between* added) {
     Plan plan = whole;
