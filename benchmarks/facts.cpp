@@ -13,10 +13,10 @@
 #include <string>
 #include <tbb/parallel_for.h>
 
-#include "cli/request/input.hpp"
-#include "cli/session/facts_json.hpp"
-#include "cli/session/hash.hpp"
-#include "cli/session/known_facts.hpp"
+#include "engine/request/input.hpp"
+#include "engine/facts_json.hpp"
+#include "engine/hash.hpp"
+#include "engine/known_facts.hpp"
 
 namespace {
 
@@ -54,10 +54,10 @@ double copying(const Data& data, std::pmr::memory_resource* memory) {
 
 void measure(const std::string& file) {
     auto* memory = std::pmr::new_delete_resource();
-    cli::Input input = cli::inspected(file, {});
+    Input input = inspected(file, {});
     const double reading = least([&] {
         input.data.reset();
-        cli::read_data(input, memory);
+        read_data(input, memory);
     });
     const Data& data = *input.data;
     fmt::print("{}\n", file);
@@ -69,25 +69,25 @@ void measure(const std::string& file) {
     RadialPower power;
     print("spectrum",
           least([&] { power = measure_radial_power(data, statistics.occupied, memory); }), reading);
-    const cli::KnownFacts known(input.identity);
-    if (known.keep("spectrum", cli::json_of(power))) {
-        print("keeping a spectrum", least([&] { known.keep("spectrum", cli::json_of(power)); }),
+    const KnownFacts known(input.identity);
+    if (known.keep("spectrum", json_of(power))) {
+        print("keeping a spectrum", least([&] { known.keep("spectrum", json_of(power)); }),
               reading);
         print("finding a spectrum", least([&] {
-                  cli::read(cli::KnownFacts(cli::identity_of(input)).find("spectrum").value(),
+                  read(KnownFacts(identity_of(input)).find("spectrum").value(),
                             power);
               }),
               reading);
-        known.keep("statistics", cli::json_of(statistics));
+        known.keep("statistics", json_of(statistics));
         print("finding statistics", least([&] {
-                  cli::read(cli::KnownFacts(cli::identity_of(input)).find("statistics").value(),
+                  read(KnownFacts(identity_of(input)).find("statistics").value(),
                             statistics);
               }),
               reading);
     }
     volatile std::uint64_t keep = 0;
     print("hashing all samples", least([&] {
-              cli::Hash hash;
+              Hash hash;
               hash.add(data.samples.data(), static_cast<std::size_t>(data.what.bytes()));
               keep = hash.value();
           }),

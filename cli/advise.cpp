@@ -5,13 +5,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/request/outputs.hpp"
-#include "cli/request/quantities.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/request/quantities.hpp"
 #include "cli/request/request_options.hpp"
-#include "cli/session/paths.hpp"
+#include "engine/paths.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/rivals.hpp"
-#include "cli/session/session.hpp"
+#include "engine/rivals.hpp"
+#include "cli/session/typed_session.hpp"
+#include "engine/session.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/version.hpp"
 #include "planner/advise.hpp"
@@ -31,7 +32,8 @@ struct Advised {
 };
 
 Advised advise_on(const JobOptions& options, const std::string& text) {
-    Session session(options);
+    TypedSession typed(options);
+    Session& session = *typed;
     take_request(session);
     make_plan(session);
     const Plan& plan = *session.answer->plan;

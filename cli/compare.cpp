@@ -4,12 +4,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/machine/machine.hpp"
+#include "engine/measure/machine.hpp"
 #include "cli/request/errors.hpp"
-#include "cli/request/input.hpp"
-#include "cli/request/numbers.hpp"
-#include "cli/request/options.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/input.hpp"
+#include "engine/request/numbers.hpp"
+#include "engine/request/quantities.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"

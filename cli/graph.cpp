@@ -5,11 +5,11 @@
 
 #include "charts/program.hpp"
 #include "cli/request/errors.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/graph_picture.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/session.hpp"
+#include "cli/session/typed_session.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
 #include "planner/cost.hpp"
@@ -57,7 +57,7 @@ std::string picture_of(Session& session, const TransformGraph& spanned) {
 std::string graph_of(Session& session, Form form) {
     take_request(session);
     const TransformGraph spanned =
-        expand(session.edges, session.ask(), session.sources(), session.demands);
+        expand(session.edges, session.ask(), session.sources(), session.spec.demands);
     const auto cost = [&](const Arc& arc) {
         return cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer, session.ask(),
                        session.profile, session.want().threads);
@@ -92,8 +92,8 @@ int do_graph(const GraphOptions& options, const JobOptions* job) {
         expect_ending(options.out);
         std::string text;
         if (job) {
-            Session session(*job);
-            text = graph_of(session, form_of(options.out));
+            TypedSession session(*job);
+            text = graph_of(*session, form_of(options.out));
         } else {
             text = graph_without_request(form_of(options.out));
         }

@@ -5,13 +5,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/machine/machine.hpp"
+#include "engine/measure/machine.hpp"
 #include "cli/request/errors.hpp"
-#include "cli/request/input.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/input.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/request/selection_words.hpp"
-#include "cli/session/known_scene.hpp"
+#include "engine/known_scene.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"

@@ -4,65 +4,112 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/request/outputs.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/rivals.hpp"
+#include "engine/rivals.hpp"
 #include "cli/session/run_page.hpp"
-#include "cli/session/session.hpp"
+#include "cli/session/explain.hpp"
+#include "cli/session/typed_session.hpp"
+#include "engine/session.hpp"
+#include "graph/errors.hpp"
+#include "runtime/runtime.hpp"
 #include "cli/verbs/verbs.hpp"
 
 namespace edgewise::cli {
 namespace {
 
+/// Everything that is to be written can be, before any work.
+void check_outputs(const JobOptions& o) {
+    if (o.out) Outputs checked(*o.out);
+    if (o.report && !o.report->ends_with(".html"))
+        throw RequestError(
+            fmt::format("--report {}: expected a name that ends in .html", *o.report));
+    std::string printed;  // the option whose words go to standard output
+    for (const auto& [option, file] : {std::pair{"-o", &o.out},
+                                       {"--json", &o.json},
+                                       {"--trace", &o.trace},
+                                       {"--flow", &o.flow},
+                                       {"--report", &o.report}}) {
+        if (!*file) continue;
+        if (**file != "-") {
+            if (file != &o.out) expect_writable(option, **file);
+            continue;
+        }
+        if (!printed.empty())
+            throw RequestError(
+                fmt::format("{} and {}: only one goes to standard output", printed, option));
+        printed = option;
+    }
+}
+
 /// Writes a part of the explanation; beside what was asked for on standard output it goes to
 /// standard error.
-void explain(const Session& session, const std::string& text) {
-    const JobOptions& o = session.options;
+void explain(const JobOptions& o, const std::string& text) {
     const bool taken = o.json == "-" || o.out == "-" || o.trace == "-" || o.flow == "-";
     std::FILE* out = taken ? stderr : stdout;
     std::fputs(text.c_str(), out);
     std::fflush(out);  // before what comes from the run on standard error
 }
 
-void report(const Session& session, bool with_run, const std::optional<Failure>& failure) {
-    if (session.options.json)
-        write_text(*session.options.json, text_of(report_of(session, with_run, failure)));
+void report(const TypedSession& typed, bool with_run, const std::optional<Failure>& failure) {
+    if (typed.options().json)
+        write_text(*typed.options().json,
+                   text_of(report_of(*typed, typed.startup_seconds(), with_run, failure)));
+}
+
+/// Runs the plan, with a drawing of what is about to run and a trace of what ran.
+void run(TypedSession& typed) {
+    Session& session = *typed;
+    const JobOptions& o = typed.options();
+    if (o.flow) write_text(*o.flow, flow_dot(*session.answer->plan, session.ask()));
+    perform(session);
+    if (o.trace) write_text(*o.trace, chrome_trace(*session.answer->plan, session.measured->trace));
+    if (o.explain || (o.verify && o.json != "-")) explain(o, measurement_of(session));
+    typed.messages().result(result_of(session));
 }
 
 /// @param runs  else it is only planned, and explained
 int do_job(const JobOptions& options, bool runs) {
-    Session session(options);
-    session.runs = session.announces = runs;
-    if (runs && !options.explain && !options.verify && !options.report)
-        session.errors = ErrorsWanted::for_choice;
-    session.plan_options.front = !runs || options.explain || options.json || options.report;
+    std::optional<TypedSession> typed;
     bool explained = false;
     return guarded(
         [&] {
+            Messages at_first;
+            configure(at_first, options);
+            check_outputs(options);
+            typed.emplace(options);
+            Session& session = **typed;
+            session.runs = session.announces = runs;
+            if (runs && !options.explain && !options.verify && !options.report)
+                session.errors = ErrorsWanted::for_choice;
+            session.plan_options.front =
+                !runs || options.explain || options.json || options.report;
             take_request(session);
             make_plan(session);
             if (options.explain || options.json || options.report || !runs) weigh(session);
             forget_errors(session);
             if (options.explain || (!runs && options.json != "-")) {
-                explain(session, explanation_of(session));
+                explain(options, explanation_of(session));
                 explained = true;
             }
-            if (runs) perform(session);
-            if (runs && (options.explain || (options.verify && options.json != "-")))
-                explain(session, measurement_of(session));
-            if (runs) session.messages.result(result_of(session));
-            if (options.report) write_run_page(session);
-            report(session, runs, {});
+            if (runs) run(*typed);
+            if (options.report) write_run_page(*typed);
+            report(*typed, runs, {});
             return 0;
         },
         [&](int code, const std::string& message) {
+            if (!typed) {
+                if (options.json) write_text(*options.json, text_of(failure_of(code, message)));
+                return;
+            }
+            Session& session = **typed;
             session.planning.reset();
             session.messages.end_progress();
             forget_errors(session);
             if (session.answer && (options.explain || !runs) && !explained)
-                explain(session, explanation_of(session));
-            report(session, runs, Failure{code, message});
+                explain(options, explanation_of(session));
+            report(*typed, runs, Failure{code, message});
         });
 }
 

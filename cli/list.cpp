@@ -5,9 +5,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/machine/machine.hpp"
+#include "engine/measure/machine.hpp"
 #include "cli/request/errors.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"

@@ -4,10 +4,10 @@
 #include <tbb/task_arena.h>
 #include <vector>
 
-#include "cli/machine/machine.hpp"
-#include "cli/machine/signals.hpp"
+#include "engine/measure/machine.hpp"
+#include "cli/signals/signals.hpp"
 #include "cli/request/errors.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"

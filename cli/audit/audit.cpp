@@ -6,14 +6,17 @@
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sys/resource.h>
 
 #include "cli/audit/audit_requests.hpp"
-#include "cli/machine/signals.hpp"
+#include "cli/signals/signals.hpp"
 #include "cli/request/errors.hpp"
 #include "cli/request/messages.hpp"
-#include "cli/request/numbers.hpp"
-#include "cli/request/options.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/numbers.hpp"
+#include "cli/request/job_options.hpp"
+#include "engine/measure/machine.hpp"
+#include "transitions/catalogue.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
@@ -49,6 +52,18 @@ std::string duration_text(double seconds) {
     return fmt::format("{:.0f} min", seconds / 60);
 }
 
+/// A memory budget fences the whole process in; the next request must not inherit it.
+class OwnLimits {
+ public:
+    OwnLimits() { getrlimit(RLIMIT_DATA, &before_); }
+    ~OwnLimits() { setrlimit(RLIMIT_DATA, &before_); }
+    OwnLimits(const OwnLimits&) = delete;
+    OwnLimits& operator=(const OwnLimits&) = delete;
+
+ private:
+    rlimit before_{};
+};
+
 /// All requests, one after the other; a failure of one is part of the answer.
 class Audit {
  public:
@@ -56,7 +71,7 @@ class Audit {
         : options_(options), messages_(messages), settings_(settings_of(options)) {}
 
     void run(const std::vector<AuditRequest>& requests) {
-        const KeepsResults keeps;
+        const InState collecting(messages_, Listener::State::collecting);
         const auto begin = Clock::now();
         for (const AuditRequest& request : requests) {
             const auto seconds = [&] {
@@ -110,7 +125,18 @@ class Audit {
                 if (!options.threads) options.threads = options_.threads;
                 if (!options.machine) options.machine = options_.machine;
                 if (!options.planner) options.planner = options_.planner;
-                done_.push_back(audited(asked, options, settings_));
+                const Catalogue edges = catalogue();
+                const RequestSpec spec = spec_of(options, edges);
+                // Each is warned of by itself.
+                Messages messages;
+                messages.configure(options.log.value_or("warning"),
+                                   options.progress.value_or("auto"), options.quiet);
+                const OwnLimits restored;
+                AuditedRequest request;
+                static_cast<Audited&>(request) = audited(
+                    spec, edges, chosen_profile(options.machine), settings_, messages);
+                request.asked = asked;
+                done_.push_back(std::move(request));
             },
             failed.message);
         if (failed.code == 0 || stop_flag()) return;

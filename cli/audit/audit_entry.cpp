@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/audit/audit.hpp"
-#include "cli/machine/quantiles.hpp"
+#include "engine/measure/quantiles.hpp"
 #include "cli/session/report.hpp"
 
 namespace edgewise::cli {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "cli/machine/quantiles.hpp"
-#include "cli/session/paths.hpp"
+#include "engine/measure/quantiles.hpp"
+#include "engine/paths.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "cli/audit/audit.hpp"
 #include "cli/audit/audit_fixed.hpp"
-#include "cli/machine/quantiles.hpp"
+#include "engine/measure/quantiles.hpp"
 #include "cli/session/report.hpp"
 
 namespace edgewise::cli {

@@ -4,15 +4,16 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/calibrate/calibration.hpp"
-#include "cli/machine/machine.hpp"
+#include "engine/calibrate/calibration.hpp"
+#include "engine/measure/machine.hpp"
 #include "cli/request/errors.hpp"
 #include "cli/request/messages.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"
+#include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -39,7 +40,7 @@ int do_calibrate(const CalibrateOptions& options) {
         if (options.json && *options.json != "-") expect_writable("--json", *options.json);
         Messages messages;
         if (options.quiet) messages.configure("error", "never", true);
-        const Profile profile = measured_profile(options.quick, messages);
+        const Profile profile = measured_profile(catalogue(), options.quick, messages);
         const std::string text = to_json(profile).dump(2) + "\n";
         write_text(file, text);
         if (options.json) write_text(*options.json, text);

@@ -13,11 +13,14 @@
 #include "charts/page.hpp"
 #include "charts/program.hpp"
 #include "cli/chart/chart_sweep.hpp"
-#include "cli/machine/signals.hpp"
+#include "cli/signals/signals.hpp"
 #include "cli/request/messages.hpp"
-#include "cli/request/numbers.hpp"
-#include "cli/request/options.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/numbers.hpp"
+#include "cli/request/job_options.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/quantities.hpp"
+#include "transitions/catalogue.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
@@ -78,20 +81,20 @@ charts::Peer peer_of(const std::string& text) {
 ChartSettings settings_of(const ChartOptions& options, const std::string& title) {
     ChartSettings settings;
     settings.title = title;
-    settings.paths.limit = options.sweep ? kSweepLimit : kLimit;
+    settings.runs.paths.limit = options.sweep ? kSweepLimit : kLimit;
     if (options.limit)
-        settings.paths.limit =
+        settings.runs.paths.limit =
             static_cast<std::size_t>(whole_of("--limit", *options.limit, 1, 1 << 20));
     const JobOptions& job = options.job;
-    settings.repeat_given = job.repeat.has_value();
+    settings.runs.repeat_given = job.repeat.has_value();
     if (job.repeat)
-        settings.paths.repeat = static_cast<int>(whole_of("--repeat", *job.repeat, 1, 10'000));
-    if (job.verify) settings.paths.samples = static_cast<std::int64_t>(verify_count(*job.verify));
+        settings.runs.paths.repeat = static_cast<int>(whole_of("--repeat", *job.repeat, 1, 10'000));
+    if (job.verify) settings.runs.paths.samples = static_cast<std::int64_t>(verify_count(*job.verify));
     if (job.seed)
-        settings.paths.seed =
+        settings.runs.paths.seed =
             static_cast<std::uint64_t>(whole_of("--seed", *job.seed, 0, INT64_MAX));
     for (const std::string& peer : options.peers) settings.peers.push_back(peer_of(peer));
-    settings.pictures =
+    settings.runs.pictures =
         !options.sweep && std::any_of(options.out.begin(), options.out.end(), [](const auto& file) {
             return ending_of_file(file) == ".html";
         });
@@ -142,9 +145,32 @@ class Progress {
     Clock::time_point begin_ = Clock::now(), began_ = begin_;
 };
 
+/// What each request of a chart is served with.
+struct Serving {
+    Catalogue edges = catalogue();
+    Profile profile;
+};
+
+ChartedRequest charted_request(const JobOptions& options, const ChartSettings& settings,
+                               const Serving& serving, const ChartProgress& progress) {
+    Messages messages;
+    messages.configure(options.log.value_or("warning"), options.progress.value_or("auto"),
+                       options.quiet);
+    const RequestSpec spec = spec_of(options, serving.edges);
+    ChartedRequest request;
+    ChartedRuns runs = settings.runs;
+    runs.planned = [&](const Session& session) {
+        request.request = request_json(session);
+        if (spec.max_memory) request.request["budget"]["bytes"] = *spec.max_memory;
+    };
+    static_cast<Charted&>(request) =
+        charted(spec, serving.edges, serving.profile, runs, progress, messages);
+    return request;
+}
+
 /// The paths of all values of a sweep that are most often worth having, and whatever was chosen.
 std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
-                                  const PathSettings& settings) {
+                                  const PathSettings& settings, const Serving& serving) {
     std::map<std::string, std::pair<int, int>> votes;  // wanted, there
     std::vector<std::string> order;
     std::set<std::string> paths;
@@ -154,7 +180,12 @@ std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
         votes[path].second += there;
     };
     for (const double value : sweep.values) {
-        const Charting charting = charting_of(sweep.at(request, value), settings);
+        Messages messages;
+        messages.configure(request.log.value_or("warning"), request.progress.value_or("auto"),
+                           request.quiet);
+        const Charting charting =
+            charting_of(spec_of(sweep.at(request, value), serving.edges), serving.edges,
+                        serving.profile, settings, messages);
         for (const std::string& path : charting.paths) vote(path, 0, 1);
         for (const std::string& path : charting.wanted) vote(path, 1, 0);
         if (!charting.chosen.empty()) paths.insert(charting.chosen);
@@ -167,17 +198,19 @@ std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
     return paths;
 }
 
-std::vector<Charted> run_sweep(const Sweep& sweep, const JobOptions& request,
-                               const ChartSettings& settings, Messages& messages) {
+std::vector<ChartedRequest> run_sweep(const Sweep& sweep, const JobOptions& request,
+                                      ChartSettings settings, const Serving& serving,
+                                      Messages& messages) {
     messages.progress(0, "planning every value");
-    const std::set<std::string> only = swept_paths(sweep, request, settings.paths);
+    settings.runs.only = swept_paths(sweep, request, settings.runs.paths, serving);
     Progress progress(messages, sweep.values.size());
-    std::vector<Charted> all;
-    const KeepsResults keeps;
+    std::vector<ChartedRequest> all;
+    const InState collecting(messages, Listener::State::collecting);
     for (const double value : sweep.values) {
         if (stop_flag()) break;
         progress.next(fmt::format("{}={:.6g} ", sweep.option, value));
-        all.push_back(charted(sweep.at(request, value), settings, only, std::ref(progress)));
+        all.push_back(
+            charted_request(sweep.at(request, value), settings, serving, std::ref(progress)));
         all.back().at = value;
         progress.done();
     }
@@ -186,7 +219,7 @@ std::vector<Charted> run_sweep(const Sweep& sweep, const JobOptions& request,
 }
 
 void write_all(const ChartOptions& options, const ChartSettings& settings,
-               const std::vector<Charted>& requests, const std::string& swept) {
+               const std::vector<ChartedRequest>& requests, const std::string& swept) {
     const charts::Table table = table_of(requests, settings, swept);
     const nlohmann::ordered_json document = document_of(requests, settings, table);
     const auto& pictures = requests.front().pictures;
@@ -203,12 +236,12 @@ void write_all(const ChartOptions& options, const ChartSettings& settings,
 }
 
 /// A chart of nothing would only look as if there were none.
-void expect_results(const std::vector<Charted>& requests) {
-    for (const Charted& request : requests)
+void expect_results(const std::vector<ChartedRequest>& requests) {
+    for (const ChartedRequest& request : requests)
         for (const MeasuredPath& path : request.paths)
             if (path.measured()) return;
     if (stop_flag()) throw Cancelled();
-    for (const Charted& request : requests)
+    for (const ChartedRequest& request : requests)
         for (const MeasuredPath& path : request.paths)
             throw RunError("no path has a result: " + path_text(path.steps) + ": " + path.failure);
     throw RunError("there is no path");
@@ -222,16 +255,17 @@ int do_chart(const ChartOptions& options, const std::string& title) {
         check_outputs(options);
         const ChartSettings settings = settings_of(options, title);
         const JobOptions request = request_of(job);
-        std::vector<Charted> requests;
+        const Serving serving{.profile = chosen_profile(job.machine)};
+        std::vector<ChartedRequest> requests;
         std::string swept;
         if (options.sweep) {
             const Sweep sweep = sweep_of(*options.sweep);
             swept = sweep.option;
-            requests = run_sweep(sweep, request, settings, messages);
+            requests = run_sweep(sweep, request, settings, serving, messages);
         } else {
             Progress progress(messages, 1);
             progress.next("");
-            requests.push_back(charted(request, settings, {}, std::ref(progress)));
+            requests.push_back(charted_request(request, settings, serving, std::ref(progress)));
             progress.done();
         }
         messages.end_progress();

@@ -3,7 +3,7 @@
 
 #include "charts/front.hpp"
 #include "cli/chart/chart.hpp"
-#include "cli/machine/quantiles.hpp"
+#include "engine/measure/quantiles.hpp"
 #include "cli/session/report.hpp"
 #include "graph/version.hpp"
 
@@ -26,7 +26,7 @@ Json measured_json(const MeasuredPath& path) {
             {"error", to_json(path.error)}};
 }
 
-charts::Point point_of(const Charted& request, std::size_t i) {
+charts::Point point_of(const ChartedRequest& request, std::size_t i) {
     const MeasuredPath& path = request.paths[i];
     charts::Point point;
     point.path = path_text(path.steps);
@@ -42,13 +42,13 @@ charts::Point point_of(const Charted& request, std::size_t i) {
     return point;
 }
 
-Json point_json(const Charted& request, std::size_t i, const charts::Point& point) {
+Json point_json(const ChartedRequest& request, std::size_t i, const charts::Point& point) {
     const MeasuredPath& path = request.paths[i];
     Json json;
     if (request.at) json["at"] = *request.at;
     json["steps"] = path.steps;
     json["family"] = point.family;
-    json["plan"] = request.plans[i];
+    json["plan"] = to_json(request.plans[i]);
     json["predicted"] = to_json(path.predicted);
     json["measured"] = measured_json(path);
     json["front"] = point.front;
@@ -66,9 +66,9 @@ Json peers_json(const std::vector<charts::Peer>& peers) {
 }
 
 /// Every one once, in the order in which they came.
-std::vector<std::string> warnings_of(const std::vector<Charted>& requests) {
+std::vector<std::string> warnings_of(const std::vector<ChartedRequest>& requests) {
     std::vector<std::string> warnings;
-    for (const Charted& request : requests)
+    for (const ChartedRequest& request : requests)
         for (const std::string& warning : request.warnings)
             if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
                 warnings.push_back(warning);
@@ -77,13 +77,13 @@ std::vector<std::string> warnings_of(const std::vector<Charted>& requests) {
 
 }  // namespace
 
-charts::Table table_of(const std::vector<Charted>& requests, const ChartSettings& settings,
+charts::Table table_of(const std::vector<ChartedRequest>& requests, const ChartSettings& settings,
                        const std::string& swept) {
     charts::Table table;
     table.title = settings.title;
     table.peers = settings.peers;
     table.swept = swept;
-    for (const Charted& request : requests)
+    for (const ChartedRequest& request : requests)
         for (std::size_t i = 0; i < request.paths.size(); ++i)
             table.points.push_back(point_of(request, i));
     charts::mark_front(table.points);
@@ -95,30 +95,30 @@ charts::Table table_of(const std::vector<Charted>& requests, const ChartSettings
     return table;
 }
 
-Json document_of(const std::vector<Charted>& requests, const ChartSettings& settings,
+Json document_of(const std::vector<ChartedRequest>& requests, const ChartSettings& settings,
                  const charts::Table& table) {
     Json json = {{"schema", 1}, {"version", version()}};
     json["warnings"] = warnings_of(requests);
     if (std::any_of(requests.begin(), requests.end(),
-                    [](const Charted& request) { return request.interrupted; }))
+                    [](const ChartedRequest& request) { return request.interrupted; }))
         json["interrupted"] = true;
     json["request"] = requests.empty() ? Json() : requests.front().request;
     json["machine"] = requests.empty() ? Json() : Json(requests.front().machine);
-    json["settings"] = {{"limit", settings.paths.limit},
-                        {"repeat", settings.paths.repeat},
-                        {"verify", settings.paths.samples ? Json(*settings.paths.samples) : Json()},
-                        {"seed", settings.paths.seed}};
+    json["settings"] = {{"limit", settings.runs.paths.limit},
+                        {"repeat", settings.runs.paths.repeat},
+                        {"verify", settings.runs.paths.samples ? Json(*settings.runs.paths.samples) : Json()},
+                        {"seed", settings.runs.paths.seed}};
     std::size_t all = 0;
-    for (const Charted& request : requests) all = std::max(all, request.all_paths);
+    for (const ChartedRequest& request : requests) all = std::max(all, request.all_paths);
     json["paths"] = all;
     if (!table.swept.empty()) {
         Json values = Json::array();
-        for (const Charted& request : requests) values.push_back(*request.at);
+        for (const ChartedRequest& request : requests) values.push_back(*request.at);
         json["sweep"] = {{"option", table.swept}, {"values", values}};
     }
     json["points"] = Json::array();
     std::size_t place = 0;
-    for (const Charted& request : requests)
+    for (const ChartedRequest& request : requests)
         for (std::size_t i = 0; i < request.paths.size(); ++i)
             json["points"].push_back(point_json(request, i, table.points[place++]));
     json["peers"] = peers_json(settings.peers);

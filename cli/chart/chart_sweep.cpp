@@ -6,8 +6,8 @@
 #include <map>
 #include <variant>
 
-#include "cli/request/input.hpp"
-#include "cli/request/numbers.hpp"
+#include "engine/request/input.hpp"
+#include "engine/request/numbers.hpp"
 #include "cli/request/selection_words.hpp"
 #include "graph/errors.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/request/geometry.hpp"
+#include "cli/request/geometry_words.hpp"
 #include "cli/request/selection_words.hpp"
 
 namespace edgewise::cli {
@@ -26,5 +26,14 @@ struct JobOptions {
     std::vector<std::string> words;  // of the command line, as it was typed
     bool explain = false, quiet = false, strict = false, labels = false;
 };
+
+/// Reads all texts that say what is asked for. @throws RequestError
+RequestSpec spec_of(const JobOptions& options, const Catalogue& edges);
+
+/// --window LO,HI: "0,255", "1%,99.5%". @throws RequestError
+Window window_of(const std::string& text);
+
+/// --verify=N: a number of samples, or all (0). @throws RequestError
+std::size_t verify_count(const std::string& text);
 
 }  // namespace edgewise::cli

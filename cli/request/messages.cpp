@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "cli/signals/signals.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
 
@@ -41,15 +42,8 @@ void Messages::say(const char* kind, const std::string& text) {
 
 void Messages::error(const std::string& text) { say("", text); }
 
-void Messages::warning(const std::string& text) {
-    // The same thing found in every frame is worth saying once.
-    if (std::find(warnings_.begin(), warnings_.end(), text) != warnings_.end()) return;
-    warnings_.push_back(text);
+void Messages::on_warning(const std::string& text) {
     if (log_ >= Log::warning) say("warning: ", text);
-}
-
-void Messages::info(const std::string& text) {
-    if (log_ >= Log::info) say("", text);
 }
 
 void Messages::debug(const std::string& text) {
@@ -95,6 +89,24 @@ void Messages::end_progress() {
     if (!bar_) return;
     bar_ = false;
     fmt::print(stderr, "\r{:78}\r", "");
+}
+
+const std::atomic<bool>& Messages::stop() const noexcept { return stop_flag(); }
+
+void Messages::memory_opened(double bytes) { fence_memory(bytes); }
+
+void Messages::begins(State state) {
+    if (state == State::unobserved)
+        begin_unobserved();
+    else
+        begin_collecting();
+}
+
+void Messages::ends(State state) {
+    if (state == State::unobserved)
+        end_unobserved();
+    else
+        end_collecting();
 }
 
 bool colourful() {

@@ -2,37 +2,44 @@
 
 #include <chrono>
 #include <string>
-#include <vector>
+
+#include "engine/listener.hpp"
 
 namespace edgewise::cli {
 
 enum class Log { error, warning, info, debug };
 enum class Progress { automatic, always, never };
 
-/// What goes to standard error, and the warnings that also enter the report.
-class Messages {
+/// Says on standard error what the work tells, ends it on a signal, and keeps the process within
+/// its budget of memory.
+class Messages : public Listener {
  public:
     /// --log, --progress. @throws RequestError
     void configure(const std::string& log, const std::string& progress, bool quiet);
 
     void error(const std::string& text);
-    void warning(const std::string& text);
-    void info(const std::string& text);
-    void debug(const std::string& text);
-    const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+    void debug(const std::string& text) override;
 
     /// A share of the work is done: a bar on a terminal.
-    void progress(double share, const std::string& step);
+    void progress(double share, const std::string& step) override;
     /// A step is done: one line where there is no bar.
     void step_done(const std::string& step, double seconds);
     /// A step goes on for long; may be called by another thread while there is no bar.
-    void step_begun(const std::string& step);
+    void step_begun(const std::string& step) override;
     /// What a run ends with.
     void result(const std::string& text);
     /// Worth knowing, and nothing is wrong with the result.
-    void notice(const std::string& text);
+    void notice(const std::string& text) override;
     /// Takes the bar away.
-    void end_progress();
+    void end_progress() override;
+    const std::atomic<bool>& stop() const noexcept override;
+    /// Libraries get std::bad_alloc where they would break a memory budget.
+    void memory_opened(double bytes) override;
+    void begins(State state) override;
+    void ends(State state) override;
+
+ protected:
+    void on_warning(const std::string& text) override;
 
  private:
     void say(const char* kind, const std::string& text);
@@ -42,7 +49,6 @@ class Messages {
     Progress progress_ = Progress::automatic;
     bool quiet_ = false, bar_ = false;
     std::chrono::steady_clock::time_point drawn_{};
-    std::vector<std::string> warnings_;
 };
 
 /// Whether standard output may be coloured: a terminal, and no NO_COLOR.

@@ -3,11 +3,16 @@
 #include <optional>
 #include <string>
 
+#include "io/store.hpp"
+
 namespace edgewise::cli {
 
 /// What of a file is meant, and what it fails to say, as it was typed.
 struct SelectionWords {
     std::optional<std::string> series, time, channel, orient, spacing, unit;
 };
+
+/// Which of several things in a file are meant, and what is said in its place. @throws RequestError
+store::Selection selection_of(const SelectionWords& words);
 
 }  // namespace edgewise::cli

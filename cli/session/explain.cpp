@@ -7,10 +7,11 @@
 #include <set>
 #include <utility>
 
-#include "cli/machine/machine.hpp"
-#include "cli/request/quantities.hpp"
-#include "cli/session/rivals.hpp"
-#include "cli/session/session.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/quantities.hpp"
+#include "cli/session/margin_report.hpp"
+#include "engine/rivals.hpp"
+#include "engine/session.hpp"
 #include "transitions/filters/filter.hpp"
 
 namespace edgewise::cli {
@@ -68,7 +69,7 @@ namespace {
 /// All paths, those of the front first.
 std::vector<Plan> paths_of(const Session& session) {
     const std::vector<Source> sources = session.sources();
-    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.demands);
+    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.spec.demands);
     std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
                                         session.profile, session.plan_options, kMostPaths);
     std::set<std::string> front;
@@ -104,7 +105,7 @@ std::map<std::string, double> seconds_on_all(const Session& session) {
     want.threads = session.profile.processors;
     const Ask ask{want, session.scene};
     const std::vector<Source> sources = session.sources();
-    const TransformGraph spanned = expand(session.edges, ask, sources, session.demands);
+    const TransformGraph spanned = expand(session.edges, ask, sources, session.spec.demands);
     for (const Plan& plan : all_paths(spanned, session.edges, ask, sources, session.profile,
                                       session.plan_options, kMostPaths))
         seconds.emplace(path_text(plan), plan.predicted.seconds);
@@ -190,7 +191,7 @@ std::string explanation_of(const Session& session) {
     std::string text = fmt::format(
         "{} {}: {} view{}, {} threads{}, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
         "edges\n",
-        name_of(want.job), session.options.input, want.frames, want.frames > 1 ? "s" : "",
+        name_of(want.job), session.spec.input, want.frames, want.frames > 1 ? "s" : "",
         want.threads, want.ranks > 1 ? fmt::format(" on each of {} ranks", want.ranks) : "",
         machine_text(session), budget_text(want), seconds_text(answer.seconds), answer.vertices,
         answer.edges);
@@ -281,7 +282,7 @@ std::string result_of(const Session& session) {
 std::string measurement_of(const Session& session) {
     const Measured& measured = *session.measured;
     std::string text;
-    if (session.options.explain && session.answer->plan) text = measured_table(session) + "\n";
+    if (session.explained && session.answer->plan) text = measured_table(session) + "\n";
     text += fmt::format("measured: {}, peak {}", seconds_text(median(measured.seconds)),
                         bytes_text(measured.bytes));
     if (measured.error) {

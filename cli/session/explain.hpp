@@ -6,7 +6,19 @@
 #include "graph/cost.hpp"
 #include "graph/request.hpp"
 
+namespace edgewise {
+struct Session;
+}
+
 namespace edgewise::cli {
+
+/// The plan and its alternatives as a table.
+std::string explanation_of(const Session& session);
+/// The result of a run in one line: files, size, path, seconds, error.
+std::string result_of(const Session& session);
+/// Measured against predicted seconds of the run, step by step; and, where it was verified, its
+/// error.
+std::string measurement_of(const Session& session);
 
 /// Why a path was not chosen: the budget that it breaks, else what the plan is better in.
 std::string why_not(const Predicted& other, const std::optional<Predicted>& chosen,

@@ -10,7 +10,7 @@
 #include "charts/html.hpp"
 #include "charts/program.hpp"
 #include "charts/scales.hpp"
-#include "cli/session/session.hpp"
+#include "engine/session.hpp"
 #include "planner/cost.hpp"
 
 namespace edgewise::cli {

@@ -5,9 +5,11 @@
 
 #include "graph/transform_graph.hpp"
 
-namespace edgewise::cli {
-
+namespace edgewise {
 struct Session;
+}
+
+namespace edgewise::cli {
 
 /// What an arc's label says of its cost, in a few words each.
 using CostWords = std::function<std::vector<std::string>(const Arc&)>;

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "cli/session/rivals.hpp"
-#include "cli/session/session.hpp"
+#include "cli/session/margin_report.hpp"
+#include "engine/session.hpp"
 #include "graph/version.hpp"
 
 namespace edgewise::cli {
@@ -78,7 +78,7 @@ Json scene_json(const Session& session) {
             {"rays", rays}};
 }
 
-void add_answer(Json& report, const Session& session) {
+void add_answer(Json& report, const Session& session, double startup_seconds) {
     report["plan"] = nullptr;
     report["front"] = Json::array();
     report["refused"] = Json::array();
@@ -102,8 +102,8 @@ void add_answer(Json& report, const Session& session) {
                             {"preview", spent.preview},
                             {"search", spent.search},
                             {"pilot", spent.pilot}}},
-                          {"startup_seconds", session.startup_seconds},
-                          {"planner", session.options.planner.value_or("estimate")},
+                          {"startup_seconds", startup_seconds},
+                          {"planner", name_of(session.spec.planner)},
                           {"machine", session.profile.name},
                           {"vertices", answer.vertices},
                           {"edges", answer.edges}};
@@ -124,13 +124,13 @@ Json to_json(const Predicted& predicted) {
 
 Json request_json(const Session& session) {
     const Request& want = session.want();
-    Json json = {{"job", name_of(want.job)}, {"input", session.options.input}};
+    Json json = {{"job", name_of(want.job)}, {"input", session.spec.input}};
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
     const Budget& budget = want.budget;
     json["budget"] = {{"error", or_null(budget.error)},
                       {"default", budget.like ? Json(budget.like->name) : Json()},
                       {"seconds", or_null(budget.seconds)},
-                      {"bytes", session.wish.memory_given ? or_null(budget.bytes) : Json()}};
+                      {"bytes", session.spec.max_memory ? or_null(budget.bytes) : Json()}};
     json["minimize"] = name_of(want.minimize);
     json["frames"] = want.frames;
     json["threads"] = want.threads;
@@ -165,11 +165,12 @@ Json failure_of(int code, const std::string& message) {
     return report;
 }
 
-Json report_of(const Session& session, bool with_run, const std::optional<Failure>& failure) {
+Json report_of(const Session& session, double startup_seconds, bool with_run,
+               const std::optional<Failure>& failure) {
     Json report = report_head();
     report["warnings"] = session.messages.warnings();
     report["request"] = request_json(session);
-    add_answer(report, session);
+    add_answer(report, session, startup_seconds);
     if (with_run) {
         report["measured"] = measured_json(session);
         report["outputs"] = session.files;

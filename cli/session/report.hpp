@@ -7,9 +7,11 @@
 #include "graph/plan.hpp"
 #include "reference/verify.hpp"
 
-namespace edgewise::cli {
-
+namespace edgewise {
 struct Session;
+}
+
+namespace edgewise::cli {
 
 /// How a request ended that did not end well.
 struct Failure {
@@ -18,8 +20,9 @@ struct Failure {
 };
 
 /// The JSON of CLI.md of `warp`, `render` and `plan`; what is not known is null.
+/// @param startup_seconds  of the process, before it took the request
 /// @param with_run  with what was measured and written
-nlohmann::ordered_json report_of(const Session& session, bool with_run,
+nlohmann::ordered_json report_of(const Session& session, double startup_seconds, bool with_run,
                                  const std::optional<Failure>& failure);
 /// Of a request that failed before there was one, and of the other verbs.
 nlohmann::ordered_json failure_of(int code, const std::string& message);

@@ -8,15 +8,14 @@
 
 #include "charts/report.hpp"
 #include "charts/scales.hpp"
-#include "cli/machine/machine.hpp"
-#include "cli/machine/quantiles.hpp"
-#include "cli/machine/signals.hpp"
-#include "cli/request/quantities.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/measure/quantiles.hpp"
+#include "engine/request/quantities.hpp"
 #include "cli/session/explain.hpp"
 #include "cli/session/graph_picture.hpp"
-#include "cli/session/paths.hpp"
+#include "engine/paths.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/session.hpp"
+#include "cli/session/typed_session.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
 #include "planner/cost.hpp"
@@ -36,16 +35,16 @@ std::string shell_word(const std::string& word) {
     return quoted + "'";
 }
 
-std::string command_of(const Session& session) {
+std::string command_of(const std::vector<std::string>& words) {
     std::string command;
-    for (const std::string& word : session.options.words)
+    for (const std::string& word : words)
         command += (command.empty() ? "" : " ") + shell_word(word);
     return command;
 }
 
 std::string title_of(const Session& session) {
     const Request& want = session.want();
-    const std::string& input = session.options.input;
+    const std::string& input = session.spec.input;
     const std::filesystem::path path(input.ends_with('/') ? input.substr(0, input.size() - 1)
                                                           : input);
     return fmt::format("edgewise {} of {}{}", name_of(want.job), path.filename().string(),
@@ -103,7 +102,7 @@ std::vector<Fact> request_facts(const Session& session) {
                                    want.frames > 1 ? fmt::format(", {} frames", want.frames) : ""));
     facts.emplace_back("written to", outputs_text(session));
     Request asked = want;
-    if (!session.wish.memory_given) asked.budget.bytes.reset();  // what is free is no demand
+    if (!session.spec.max_memory) asked.budget.bytes.reset();  // what is free is no demand
     facts.emplace_back("budget", budget_text(asked));
     facts.emplace_back("errors are against", field_text(want.field));
     return facts;
@@ -127,7 +126,7 @@ std::vector<Fact> machine_facts(const Session& session) {
         {"threads", fmt::format("{} of {} cores", session.want().threads, usable_cores())},
         {"planned", fmt::format("in {}, by {}: {} vertices, {} edges",
                                 charts::seconds_text(session.answer->seconds),
-                                session.options.planner.value_or("estimate"),
+                                name_of(session.spec.planner),
                                 session.answer->vertices, session.answer->edges)},
         {"read, written", fmt::format("{}, {}", charts::seconds_text(session.input->read_seconds),
                                       charts::seconds_text(measured.write_seconds))},
@@ -201,7 +200,7 @@ std::vector<charts::ReportPath> front_of(const Session& session) {
 void take_graph(charts::Report& report, const Session& session) {
     // The samples may have been given back by now; what they are the plan still knows.
     const std::vector<Source> sources = {{session.answer->plan->source}};
-    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.demands);
+    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.spec.demands);
     try {
         report.graph = laid_out(
             picture_dot(spanned, session.edges, cost_words(session), &*session.answer->plan));
@@ -212,10 +211,11 @@ void take_graph(charts::Report& report, const Session& session) {
 
 }  // namespace
 
-void write_run_page(Session& session) {
+void write_run_page(const TypedSession& typed) {
+    const Session& session = *typed;
     charts::Report report;
     report.title = title_of(session);
-    report.command = command_of(session);
+    report.command = command_of(typed.options().words);
     report.request = request_facts(session);
     report.machine = machine_facts(session);
     if (session.shown) {
@@ -231,9 +231,9 @@ void write_run_page(Session& session) {
         report.refused.emplace_back(refusal.transition, refusal.reason);
     take_graph(report, session);
     report.warnings = session.messages.warnings();
-    report.document = report_of(session, true, {});
-    if (stop_flag()) throw Cancelled();
-    write_text(*session.options.report, charts::page_of(report));
+    report.document = report_of(session, typed.startup_seconds(), true, {});
+    if (session.messages.stop()) throw Cancelled();
+    write_text(*typed.options().report, charts::page_of(report));
 }
 
 }  // namespace edgewise::cli

@@ -2,10 +2,10 @@
 
 namespace edgewise::cli {
 
-struct Session;
+class TypedSession;
 
 /// Writes --report: the page of a run that has ended well. Without Graphviz it says so in place of
 /// the graph. @throws RunError, Cancelled
-void write_run_page(Session& session);
+void write_run_page(const TypedSession& typed);
 
 }  // namespace edgewise::cli

@@ -3,9 +3,9 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
-#include "cli/machine/signals.hpp"
+#include "cli/signals/signals.hpp"
 #include "cli/request/errors.hpp"
-#include "cli/request/outputs.hpp"
+#include "engine/request/outputs.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "graph/errors.hpp"

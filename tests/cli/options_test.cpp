@@ -1,11 +1,13 @@
-#include "cli/request/options.hpp"
+#include "cli/request/job_options.hpp"
 
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "cli/request/numbers.hpp"
-#include "cli/request/outputs.hpp"
-#include "cli/request/tail.hpp"
+#include "engine/request/numbers.hpp"
+#include "engine/request/quantities.hpp"
+#include "engine/request/transfer.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/request/tail.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise::cli {
@@ -63,10 +65,12 @@ std::string transfer_file(const std::string& text) {
 }
 
 TEST(Transfers, AreRead) {
-    const Transfer transfer =
-        load_transfer(transfer_file(R"({"points": [{"value": 0, "opacity": 0, "color": [0, 0, 0]},
-                                     {"value": 10, "opacity": 0.5, "color": [1, 0.5, 0]}]})"),
-                      0.7);
+    const std::string points = R"("points": [{"value": 0, "opacity": 0, "color": [0, 0, 0]},
+                                            {"value": 10, "opacity": 0.5, "color": [1, 0.5, 0]}])";
+    EXPECT_FALSE(load_transfer(transfer_file("{" + points + "}")).unit_given);
+    const TransferSpec read = load_transfer(transfer_file("{\"unit\": 0.7, " + points + "}"));
+    const Transfer& transfer = read.transfer;
+    EXPECT_TRUE(read.unit_given);
     EXPECT_EQ(transfer.unit, 0.7);
     EXPECT_EQ(transfer.at(5)[3], 0.25);
     EXPECT_EQ(transfer.at(5)[1], 0.25);
@@ -75,7 +79,7 @@ TEST(Transfers, AreRead) {
 TEST(Transfers, RefuseWithTheField) {
     const auto refused = [](const char* text, const char* field) {
         try {
-            load_transfer(transfer_file(text), 1);
+            load_transfer(transfer_file(text));
             FAIL() << text;
         } catch (const RequestError& error) {
             EXPECT_NE(std::string(error.what()).find(field), std::string::npos) << error.what();
@@ -117,7 +121,7 @@ std::shared_ptr<const Data> picture(std::vector<float> values, int channels = 1)
 
 template <class T>
 std::vector<T> finished_as(const std::vector<float>& values, const Tail& tail,
-                           const Levels& levels = {}, int channels = 1) {
+                           const Shades& levels = {}, int channels = 1) {
     const Array out =
         finished(*picture(values, channels), tail, levels, std::pmr::get_default_resource());
     const T* begin = static_cast<const T*>(out.data());
@@ -166,15 +170,15 @@ TEST(Tail, LevelsSpanAllFrames) {
     std::vector<float> ramp(1001);
     for (std::size_t i = 0; i < ramp.size(); ++i) ramp[i] = static_cast<float>(i);
     const std::shared_ptr<const Data> frames[] = {picture(ramp), picture({-500.f, NAN})};
-    const Levels range = levels_of(frames, {}, {});
+    const Shades range = shades_of(frames, {}, {});
     EXPECT_EQ(range.black, -500);
     EXPECT_EQ(range.white, 1000);
     const std::shared_ptr<const Data> one[] = {frames[0]};
-    const Levels middle = levels_of(one, window_of("10%,90%"), {});
+    const Shades middle = shades_of(one, window_of("10%,90%"), {});
     EXPECT_NEAR(middle.black, 100, 1e-3);  // bins are 1000 / 4096^2 wide
     EXPECT_NEAR(middle.white, 900, 1e-3);
     const std::shared_ptr<const Data> flat[] = {picture({3.f, 3.f})};
-    EXPECT_EQ(levels_of(flat, {}, {}).black, 3);
+    EXPECT_EQ(shades_of(flat, {}, {}).black, 3);
 }
 
 }  // namespace

@@ -1,0 +1,146 @@
+#include "cli/request/job_options.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <limits>
+
+#include "engine/request/geometry.hpp"
+#include "engine/request/numbers.hpp"
+#include "engine/request/quantities.hpp"
+#include "engine/request/transfer.hpp"
+#include "graph/errors.hpp"
+#include "graph/words.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+WindowEnd window_end(const std::string& text) {
+    if (text.empty() || text.back() != '%') return {number_of("--window", text), false};
+    const double at = number_of("--window", text.substr(0, text.size() - 1));
+    if (at < 0 || at > 100)
+        throw RequestError(fmt::format("--window: {} is not from 0% to 100%", text));
+    return {at, true};
+}
+
+Window window_of(const std::string& text) {
+    const auto words = split(text, ',');
+    if (words.size() != 2)
+        throw RequestError(fmt::format(
+            "--window: '{}' given; expected LO,HI in values or percentiles, as 1%,99.5%", text));
+    const Window window{window_end(words[0]), window_end(words[1])};
+    if (window.low.percentile == window.high.percentile && !(window.low.at < window.high.at))
+        throw RequestError(fmt::format("--window: {}: LO is not less than HI", text));
+    return window;
+}
+
+std::array<double, 3> background_of(const std::string& text) {
+    const std::vector<double> c = numbers_of("--background", text);
+    if (c.size() != 3)
+        throw RequestError(
+            fmt::format("--background: '{}' given; expected R,G,B, each from 0 to 1", text));
+    for (const double part : c)
+        if (part < 0 || part > 1)
+            throw RequestError(fmt::format("--background: {} is not from 0 to 1", part));
+    return {c[0], c[1], c[2]};
+}
+
+std::size_t verify_count(const std::string& text) {
+    if (same_word(text, "all")) return 0;
+    return static_cast<std::size_t>(whole_of("--verify", text, 1, 1'000'000'000));
+}
+
+constexpr std::int64_t kMostThreads = 1024, kMostRanks = 1 << 24;
+
+/// The place of a word, in any case, in a list. @throws RequestError naming the nearest
+int chosen(const char* option, const std::string& word, std::initializer_list<const char*> words) {
+    const auto found = std::find_if(words.begin(), words.end(),
+                                    [&](const char* name) { return same_word(word, name); });
+    if (found != words.end()) return static_cast<int>(found - words.begin());
+    throw RequestError(fmt::format("{}: '{}' is not known; {}", option, word,
+                                   instead_of(word, {words.begin(), words.end()})));
+}
+
+void read_budgets(RequestSpec& spec, const JobOptions& o) {
+    if (o.max_time) spec.max_time = time_budget(*o.max_time);
+    if (o.max_memory) spec.max_memory = memory_budget(*o.max_memory);
+    if (o.minimize)
+        spec.minimize =
+            static_cast<Minimize>(chosen("--minimize", *o.minimize, {"time", "error", "memory"}));
+    spec.like_linear = o.max_error == "linear";
+    if (o.max_error && !spec.like_linear) spec.max_error = error_budget(*o.max_error);
+    if (o.range) spec.range = number_of("--range", *o.range);
+    const char* variable = std::getenv("EDGEWISE_THREADS");
+    const std::string threads = o.threads ? *o.threads : variable ? variable : "";
+    if (!threads.empty())
+        spec.threads = static_cast<int>(
+            whole_of(o.threads ? "--threads" : "EDGEWISE_THREADS", threads, 1, kMostThreads));
+    if (o.ranks) spec.ranks = static_cast<int>(whole_of("--ranks", *o.ranks, 1, kMostRanks));
+    if (o.planner)
+        spec.planner = static_cast<Planner>(
+            chosen("--planner", *o.planner, {"estimate", "pilot", "exhaustive"}));
+    if (o.planning_time) spec.planning_time = time_budget(*o.planning_time);
+    spec.strict = o.strict;
+}
+
+void read_mode(RequestSpec& spec, const JobOptions& o) {
+    if (o.mode) spec.mode = mode_named(*o.mode);
+    if (o.background) spec.background = background_of(*o.background);
+    if (o.zero) spec.zero = number_of("--zero", *o.zero);
+    if (o.outside) spec.outside = number_of("--outside", *o.outside);
+    if (o.window) spec.window = window_of(*o.window);
+    if (o.reference)
+        spec.reference = static_cast<Field>(
+            chosen("--reference", *o.reference, {"spline", "linear", "nearest"}));
+    spec.labels = o.labels;
+}
+
+void read_output(RequestSpec& spec, const JobOptions& o) {
+    spec.out = o.out;
+    if (o.verify) spec.verify = verify_count(*o.verify);
+    if (o.seed) spec.seed = static_cast<std::uint64_t>(whole_of("--seed", *o.seed, 0, INT64_MAX));
+    if (o.repeat) spec.repeat = static_cast<int>(whole_of("--repeat", *o.repeat, 1, 1'000'000));
+    if (o.quality) spec.quality = static_cast<int>(whole_of("--quality", *o.quality, 1, 100));
+    if (o.bits) {
+        constexpr int kBits[] = {8, 16, 32};
+        spec.bits = kBits[chosen("--bits", *o.bits, {"8", "16", "32"})];
+    }
+}
+
+}  // namespace
+
+store::Selection selection_of(const SelectionWords& words) {
+    constexpr std::int64_t kMost = std::numeric_limits<int>::max();
+    store::Selection selection;
+    selection.series = words.series;
+    if (words.time) selection.time = static_cast<int>(whole_of("--time", *words.time, 0, kMost));
+    if (words.channel)
+        selection.channel = static_cast<int>(whole_of("--channel", *words.channel, 0, kMost));
+    if (words.orient) {
+        directions_of(*words.orient);
+        selection.orient = *words.orient;
+    }
+    if (words.spacing) selection.spacing = numbers_of("--input-spacing", *words.spacing);
+    if (words.unit && words.unit->empty())
+        throw RequestError("--input-unit: expected mm, um or nm");
+    if (words.unit) selection.unit = *words.unit;
+    return selection;
+}
+
+RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
+    RequestSpec spec;
+    spec.job = o.job;
+    spec.input = o.input;
+    read_mode(spec, o);
+    read_budgets(spec, o);
+    read_output(spec, o);
+    spec.selection = selection_of(o.selection);
+    if (o.transfer) spec.transfer = load_transfer(*o.transfer);
+    for (const std::string& text : o.via) spec.demands.via.push_back(demand_of(text, edges));
+    for (const std::string& text : o.without)
+        spec.demands.without.push_back(demand_of(text, edges));
+    spec.geometry = geometry_spec(o.geometry);
+    return spec;
+}
+
+}  // namespace edgewise::cli

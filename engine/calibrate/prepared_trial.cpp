@@ -1,0 +1,31 @@
+#include "engine/calibrate/prepared_trial.hpp"
+
+
+namespace edgewise {
+
+PreparedTrial::PreparedTrial(const Trial& trial, Phantoms& phantoms, const Catalogue& edges,
+                             Listener& listener)
+    : session(spec_of(trial), edges, default_profile(), listener) {
+    session.errors = ErrorsWanted::never;
+    session.given = phantoms.of(trial);
+    take_request(session);
+}
+
+std::vector<Plan> PreparedTrial::paths(const Profile& profile) const {
+    const std::vector<Source> sources{{session.input->data->what}};
+    const TransformGraph spanned = expand(session.edges, session.ask(), sources);
+    return all_paths(spanned, session.edges, session.ask(), sources, profile, session.plan_options,
+                     1000);
+}
+
+Outcome PreparedTrial::run(const Plan& plan, int threads) const {
+    RunOptions how;
+    how.threads = threads;
+    how.memory = session.memory.get();
+    how.stop = &session.messages.stop();
+    return edgewise::run(
+        plan, session.ask(), session.input->data, [](int, const std::shared_ptr<const Data>&) {},
+        how);
+}
+
+}  // namespace edgewise

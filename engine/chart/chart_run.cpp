@@ -1,0 +1,205 @@
+#include <algorithm>
+#include <chrono>
+#include <fmt/format.h>
+#include <limits>
+
+#include "engine/chart/chart_run.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/errors.hpp"
+#include "engine/chart_pictures.hpp"
+#include "engine/session.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise {
+namespace {
+
+/// Of longer runs two tell as much as many of short ones.
+constexpr double kLong = 1;  // [s]
+/// What a first run needs in addition to the path: verifying, a picture.
+constexpr double kBeside = 0.02;  // [s]
+
+std::vector<std::string> chosen_steps(const Session& session) {
+    return session.answer && session.answer->plan ? session.answer->plan->texts()
+                                                  : std::vector<std::string>{};
+}
+
+/// The request up to the paths that are worth running. Budgets are drawn: where no plan keeps them
+/// there still are paths.
+TriedPaths prepared(Session& session, const PathSettings& settings,
+                    const std::set<std::string>& only) {
+    session.runs = true;
+    take_request(session);
+    std::string problem;
+    try {
+        make_plan(session);
+    } catch (const NoPlan& error) {
+        problem = error.what();
+        session.messages.warning("no plan keeps the budgets");
+    }
+    TriedPaths tried = tried_paths(session, settings.limit, settings.seed, only);
+    if (tried.plans.empty() && only.empty()) throw NoPlan(problem);
+    return tried;
+}
+
+/// Runs the paths of one request for a chart: all of them alike, since all are shown.
+class ChartRun {
+ public:
+    ChartRun(Session& session, const TriedPaths& tried, const ChartedRuns& settings,
+             double resident, Charted& result, const ChartProgress& progress)
+        : session_(session),
+          settings_(settings),
+          result_(result),
+          progress_(progress),
+          taker_(session),
+          rasters_(tried.plans.size()),
+          runs_(session, result.paths, tried.plans, settings.paths, resident) {
+        for (const MeasuredPath& path : result.paths)
+            all_ += (1 + settings.paths.repeat) * path.predicted.seconds + kBeside;
+    }
+
+    void run_all() {
+        const InState collecting(session_.messages, Listener::State::collecting);
+        try {
+            run_first_ones();
+            for (int round = 0; round < settings_.paths.repeat; ++round)
+                runs_.run_round(
+                    round, [&](std::size_t i) { return is_wanted(i); },
+                    [&](std::size_t i) { begins_round(round, i); });
+            result_.interrupted = session_.messages.stop();
+        } catch (const Cancelled&) {
+            result_.interrupted = true;
+        }
+        if (settings_.pictures) take_pictures();
+    }
+
+ private:
+    const MeasuredPath& path(std::size_t i) const { return result_.paths[i]; }
+
+    /// What is most worth having comes first: an interrupted chart keeps it.
+    void run_first_ones() {
+        std::vector<std::size_t> order(result_.paths.size());
+        for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+        std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            return rank(path(a)) < rank(path(b));
+        });
+        for (std::size_t n = 0; n < order.size(); ++n) {
+            const std::size_t i = order[n];
+            progress_(done_ / all_, fmt::format("path {}/{}", n + 1, order.size()));
+            runs_.run_first(i, std::numeric_limits<double>::infinity(),
+                            [&](int frame, const std::shared_ptr<const Data>& data) {
+                                if (settings_.pictures && frame == 0)
+                                    rasters_[i] = taker_.taken(*data);
+                            });
+            done_ += path(i).predicted.seconds + kBeside;
+        }
+    }
+
+    static int rank(const MeasuredPath& path) { return path.chosen ? 0 : path.front ? 1 : 2; }
+
+    void begins_round(int round, std::size_t i) {
+        progress_(done_ / all_, fmt::format("round {}/{}", round + 1, settings_.paths.repeat));
+        done_ += path(i).predicted.seconds;
+    }
+
+    bool is_wanted(std::size_t i) const {
+        const MeasuredPath& path = this->path(i);
+        return settings_.repeat_given || path.seconds.empty() || path.least() <= kLong;
+    }
+
+    void take_pictures() {
+        charts::Pictures pictures;
+        std::size_t first = rasters_.size();
+        for (std::size_t i = 0; i < rasters_.size(); ++i)
+            if (rasters_[i] && (first == rasters_.size() || path(i).chosen)) first = i;
+        if (first == rasters_.size()) return;
+        const auto reference = taker_.reference(runs_.field(), &runs_.reference_memory(),
+                                                *rasters_[first], [&](double share) {
+                                                    progress_(share, "reference picture");
+                                                    return !session_.messages.stop();
+                                                });
+        result_.interrupted = result_.interrupted || session_.messages.stop();
+        pictures.base = reference ? *reference : *rasters_[first];
+        pictures.base_is = reference            ? "the reference"
+                           : path(first).chosen ? "the chosen path"
+                                                : fmt::format("path {}", first);
+        pictures.points = std::move(rasters_);
+        pictures.note = taker_.note();
+        taker_.set_window(pictures);
+        result_.pictures = std::move(pictures);
+    }
+
+    Session& session_;
+    const ChartedRuns& settings_;
+    Charted& result_;
+    const ChartProgress& progress_;
+    PictureTaker taker_;
+    std::vector<std::optional<charts::Raster>> rasters_;
+    PathRuns runs_;
+    double done_ = 0, all_ = 0;
+};
+
+/// --max-memory would fence the process in; it is shown, not applied.
+RequestSpec without_fences(const RequestSpec& spec) {
+    RequestSpec free = spec;
+    free.max_memory.reset();
+    free.strict = false;
+    return free;
+}
+
+void describe(Charted& charted, const Session& session, const TriedPaths& tried) {
+    const Budget& budget = session.want().budget;
+    charted.machine = session.profile.name;
+    charted.seconds_budget = budget.seconds;
+    charted.error_budget = budget.error;
+    charted.all_paths = tried.all;
+    for (const Plan& plan : tried.plans) {
+        charted.plans.push_back(plan);
+        charted.families.push_back(family_of(plan.texts()));
+    }
+}
+
+}  // namespace
+
+std::string family_of(const std::vector<std::string>& steps) {
+    std::string family;
+    for (const std::string& step : steps) {
+        const std::string edge = step.substr(0, step.find('/'));
+        if (!edge.starts_with("store.")) family += (family.empty() ? "" : " > ") + edge;
+    }
+    return family.empty() ? "the input itself" : family;
+}
+
+Charting charting_of(const RequestSpec& spec, const Catalogue& edges, const Profile& profile,
+                     const PathSettings& settings, Listener& listener) {
+    Session session(without_fences(spec), edges, profile, listener);
+    const TriedPaths tried = prepared(session, settings, {});
+    const std::vector<std::string> chosen = chosen_steps(session);
+    Charting charting;
+    if (!chosen.empty()) charting.chosen = path_text(chosen);
+    for (std::size_t i = 0; i < tried.plans.size(); ++i) {
+        charting.paths.push_back(path_text(tried.plans[i].texts()));
+        if (tried.front[i] || tried.plans[i].texts() == chosen)
+            charting.wanted.push_back(charting.paths.back());
+    }
+    return charting;
+}
+
+Charted charted(const RequestSpec& spec, const Catalogue& edges, const Profile& profile,
+                const ChartedRuns& settings, const ChartProgress& progress, Listener& listener) {
+    Session session(without_fences(spec), edges, profile, listener);
+    const TriedPaths tried = prepared(session, settings.paths, settings.only);
+    session.memory->trim();
+    const double resident = resident_now() - static_cast<double>(session.memory->used());
+    Charted charted;
+    describe(charted, session, tried);
+    if (settings.planned) settings.planned(session);
+    const std::vector<std::string> chosen = chosen_steps(session);
+    const bool has_plan = session.answer && session.answer->plan;
+    charted.paths = unmeasured(tried, has_plan ? &chosen : nullptr);
+    ChartRun(session, tried, settings, resident, charted, progress).run_all();
+    session.messages.end_progress();
+    charted.warnings = session.messages.warnings();
+    return charted;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "scene/histogram.hpp"
+#include "scene/statistics.hpp"
+#include "transitions/spectrum/radial_power.hpp"
+
+namespace edgewise {
+
+/// What a preview adds to statistics (Scene has both).
+struct Seen {
+    double range = 1;
+    std::map<std::string, double> facts, likely;
+    std::int64_t draws = 0;
+    bool exhausted = false;
+};
+
+// Facts as JSON and back: the same to the last bit, numbers that are not finite too.
+
+nlohmann::json json_of(const Statistics& statistics);
+nlohmann::json json_of(const Histogram& histogram);
+nlohmann::json json_of(const RadialPower& spectrum);
+nlohmann::json json_of(const Seen& seen);
+
+/// @throws std::exception  fields that are missing or of another kind
+void read(const nlohmann::json& json, Statistics& statistics);
+void read(const nlohmann::json& json, Histogram& histogram);
+void read(const nlohmann::json& json, RadialPower& spectrum);
+void read(const nlohmann::json& json, Seen& seen);
+
+}  // namespace edgewise

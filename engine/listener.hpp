@@ -1,0 +1,69 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+namespace edgewise {
+
+/// Whom a session tells what it does, and who may end it. By default nobody is told anything.
+/// All but the flag is used by one thread at a time.
+class Listener {
+ public:
+    Listener() = default;
+    virtual ~Listener() = default;
+    Listener(const Listener&) = delete;
+    Listener& operator=(const Listener&) = delete;
+
+    /// What is wrong with the result or may be; the same words count once.
+    void warning(const std::string& text);
+    const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+
+    /// Worth knowing, and nothing is wrong with the result.
+    virtual void notice(const std::string&) {}
+    virtual void debug(const std::string&) {}
+    /// A share of the work is done.
+    virtual void progress(double, const std::string&) {}
+    virtual void end_progress() {}
+    /// A step goes on for long; may come from another thread.
+    virtual void step_begun(const std::string&) {}
+
+    /// Set by whoever wants the work to end; runs, measurements and verifying look at it often.
+    virtual const std::atomic<bool>& stop() const noexcept { return stop_; }
+    void end() noexcept { stop_ = true; }
+
+    /// From now on all samples and scratch of the session take at most so many bytes.
+    virtual void memory_opened(double) {}
+
+    /// What the work is doing, for whoever decides how it may be ended.
+    enum class State {
+        unobserved,  // it reads or plans: nothing is half done, and nobody looks at the flag
+        collecting,  // there are results to keep: only the flag may end it
+    };
+    virtual void begins(State) {}
+    virtual void ends(State) {}
+
+ protected:
+    virtual void on_warning(const std::string&) {}
+
+ private:
+    std::vector<std::string> warnings_;
+    std::atomic<bool> stop_ = false;
+};
+
+/// Tells a listener what the work does for as long as it lives.
+class InState {
+ public:
+    InState(Listener& listener, Listener::State state) : listener_(listener), state_(state) {
+        listener_.begins(state_);
+    }
+    ~InState() { listener_.ends(state_); }
+    InState(const InState&) = delete;
+    InState& operator=(const InState&) = delete;
+
+ private:
+    Listener& listener_;
+    Listener::State state_;
+};
+
+}  // namespace edgewise

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "planner/profile.hpp"
+
+namespace edgewise {
+
+/// Cores that this process may use: its affinity and the limit of its control group.
+int usable_cores();
+/// Bytes that the machine, or this process's control group, has free.
+double free_memory();
+/// Resident bytes now, and the most so far.
+double resident_now();
+double resident_peak();
+/// Bytes of data that the process has allocated, as RLIMIT_DATA counts them.
+double data_now();
+/// Since the process began: what loading took of the processor, and the time from then on.
+double process_seconds();
+/// The processor's name, "" where the system does not say.
+std::string cpu_name();
+
+/// [byte] of the first, second or third cache for data; nothing where the system does not tell.
+std::optional<std::int64_t> cache_bytes(int level);
+
+/// $XDG_CONFIG_HOME/edgewise, ~/.config/edgewise, or "" where there is no home.
+std::string config_folder();
+/// Where what was learned is kept from run to run: $XDG_CACHE_HOME/edgewise, ~/.cache/edgewise, or
+/// "" where there is no home.
+std::string cache_folder();
+
+/// --machine FILE|NAME, else EDGEWISE_MACHINE, else the profile that `calibrate` left for this
+/// processor, else the built-in one.
+/// @throws InputError for a file, RequestError for a name that is not there
+Profile chosen_profile(const std::optional<std::string>& machine);
+
+/// Whether a profile is the built-in one: nobody measured this machine.
+bool is_built_in(const Profile& profile);
+
+}  // namespace edgewise

@@ -1,0 +1,233 @@
+#include <algorithm>
+#include <chrono>
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include "engine/measure/machine.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/session.hpp"
+#include "engine/shown.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// Everything after the planner: runs, keeps or passes on frames, verifies, writes.
+class Performance {
+ public:
+    explicit Performance(Session& session)
+        : session_(session),
+          want_(session.want()),
+          writes_(session.outputs && !session.outputs->none()) {
+        session.measured.emplace();
+        if (session.shows) shown_.emplace(session);
+        if (!session.spec.verify) return;
+        field_.emplace(*session.input->data, want_.field,
+                       session.input->phantom ? &*session.input->phantom : nullptr);
+        verifier_.emplace(want_, *field_, static_cast<std::int64_t>(*session.spec.verify),
+                          session.spec.seed, session.memory.get());
+    }
+
+    void run_all() {
+        for (int i = 0; i < session_.spec.repeat; ++i) {
+            last_ = i + 1 == session_.spec.repeat;
+            run_once();
+            poll();
+        }
+        end_run();
+        if (!session_.spec.strict) keeps_budgets();
+    }
+
+ private:
+    void poll() const {
+        if (session_.messages.stop()) throw Cancelled();
+    }
+
+    void run_once() {
+        frames_.resize(static_cast<std::size_t>(want_.frames));
+        delivering_ = 0;
+        RunOptions options;
+        options.threads = want_.threads;
+        options.memory = session_.memory.get();
+        options.stop = &session_.messages.stop();
+        options.progress = [&](double share, const std::string& step) {
+            session_.messages.progress(share, step);
+        };
+        options.replan = [&](const std::string& failed, const std::string&,
+                             const std::vector<Representation>& held) {
+            return other_plan(failed, held);
+        };
+        const Deliver deliver = [&](int frame, std::shared_ptr<const Data> result) {
+            const auto begin = Clock::now();
+            // Waiting for its own tiles, this thread must not begin another frame's step: that
+            // would deliver while the first delivery still holds the runtime's lock.
+            tbb::this_task_arena::isolate([&] { take(frame, std::move(result)); });
+            delivering_ += since(begin);
+        };
+        const Outcome outcome =
+            run(*session_.answer->plan, session_.ask(), session_.input->data, deliver, options);
+        session_.messages.end_progress();
+        note(outcome);
+    }
+
+    void note(const Outcome& outcome) {
+        Measured& measured = *session_.measured;
+        // Writing and verifying are no part of the path; other threads went on with it meanwhile.
+        const double passing = delivering_ / std::max(1, std::min(want_.threads, want_.frames));
+        measured.seconds.push_back(std::max(0.0, outcome.seconds - passing));
+        measured.steps = outcome.steps;
+        measured.step_seconds = outcome.step_seconds;
+        for (const std::string& warning : outcome.warnings) session_.messages.warning(warning);
+        if (last_) measured.trace = outcome.trace;
+    }
+
+    std::optional<Plan> other_plan(const std::string& failed,
+                                   const std::vector<Representation>& held) {
+        PlanOptions options = session_.plan_options;
+        options.demands = session_.spec.demands;
+        options.demands.without.push_back(demand_of(failed, session_.edges));
+        without_.push_back(options.demands.without.back());
+        options.demands.without.insert(options.demands.without.end(), without_.begin(),
+                                       without_.end());
+        std::vector<Source> sources;
+        for (const Representation& what : held) sources.push_back({what});
+        return plan(session_.edges, session_.ask(), sources, session_.profile, options).plan;
+    }
+
+    /// One frame of a run; of several runs the last is kept, so that earlier ones leave no results
+    /// beside the next.
+    void take(int frame, std::shared_ptr<const Data> result) {
+        if (!last_) return;
+        if (!session_.writes_at_once()) {
+            if (writes_ || verifier_ || (shown_ && frame == 0))
+                frames_[static_cast<std::size_t>(frame)] = std::move(result);
+            return;
+        }
+        if (verifier_) verifier_->frame(frame, *result);
+        const bool shows = shown_ && frame == 0;
+        if (!writes_ && !shows) return;
+        const std::shared_ptr<const Data> one[] = {std::move(result)};
+        const Shades levels = shades_of(one, session_.window, session_.written.tail);
+        if (shows) shown_->take(*one[0], levels);
+        if (writes_) write(frame, *one[0], levels);
+    }
+
+    void write(int frame, const Data& result, const Shades& levels) {
+        poll();
+        const auto begin = Clock::now();
+        const Array samples =
+            finished(result, session_.written.tail, levels, session_.memory.get());
+        const std::string file = session_.outputs->file(frame);
+        store::write(file, session_.written.header, samples.data(), {session_.spec.quality});
+        session_.measured->write_seconds += since(begin);
+        session_.files.push_back(file);
+    }
+
+    /// What waited until all frames were there.
+    void end_run() {
+        if (!session_.writes_at_once()) {
+            for (std::size_t i = 0; verifier_ && i < frames_.size(); ++i) {
+                verifier_->frame(static_cast<int>(i), *frames_[i]);
+                poll();
+            }
+        }
+        if (verifier_) session_.measured->error = verifier_->finish();
+        verifier_.reset();
+        session_.memory->trim();
+        if (session_.spec.strict && !keeps_budgets())
+            throw RunError("--strict: a budget is broken; nothing is written");
+        const bool waited = !session_.writes_at_once();
+        const Shades levels = waited && (writes_ || shown_) ? default_levels() : Shades{};
+        show(levels);
+        if (!waited || !writes_) return;
+        // From here on nobody reads the samples: their bytes are the last form's.
+        field_.reset();
+        session_.input->data.reset();
+        for (std::size_t i = 0; i < frames_.size(); ++i) {
+            write(static_cast<int>(i), *frames_[i], levels);
+            frames_[i].reset();
+        }
+    }
+
+    /// While there are samples to compare with.
+    void show(const Shades& levels) {
+        if (!shown_) return;
+        if (!session_.writes_at_once()) shown_->take(*frames_[0], levels);
+        shown_->compare();
+        session_.memory->trim();
+    }
+
+    Shades default_levels() const {
+        const Tail& tail = session_.written.tail;
+        if (!tail.view) return {};
+        const store::Header& header = session_.input->header;
+        const bool photograph = !header.volume && !is_integer(header.type);
+        if (photograph && !session_.window) return {0, 1};
+        return shades_of(frames_, session_.window, tail);
+    }
+
+    /// Whether what was measured may keep the budgets that were given; a warning says which it does
+    /// not.
+    bool keeps_budgets() {
+        Measured& measured = *session_.measured;
+        measured.bytes = resident_peak();
+        const Budget& budget = want_.budget;
+        const auto broken = [&](const char* what, double value, double limit, const char* unit) {
+            if (value <= limit) return;
+            measured.kept = false;
+            session_.messages.warning(fmt::format("{} {:.3g}{} is beyond the budget of {:.3g}{}",
+                                                  what, value, unit, limit, unit));
+        };
+        std::vector<double> seconds = measured.seconds;
+        std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
+        if (budget.seconds) broken("time:", seconds[seconds.size() / 2], *budget.seconds, " s");
+        if (session_.spec.max_memory)
+            broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, " MiB");
+        if (measured.error && budget.error) judge_error(*budget.error);
+        return measured.kept != false;
+    }
+
+    /// An interval on one side of the budget judges it; one that straddles it leaves it open.
+    void judge_error(double budget) {
+        Measured& measured = *session_.measured;
+        const Verified& error = *measured.error;
+        if (error.high <= budget) return;
+        const std::string interval = fmt::format("error: {:.3g} (95 %: {:.3g} to {:.3g})",
+                                                 error.nrmse, error.low, error.high);
+        if (error.low > budget) {
+            measured.kept = false;
+            session_.messages.warning(
+                fmt::format("{} is beyond the budget of {:.3g}", interval, budget));
+            return;
+        }
+        if (measured.kept == true) measured.kept.reset();
+        session_.messages.warning(
+            fmt::format("{} leaves open whether the budget of {:.3g} is kept; --verify=all decides",
+                        interval, budget));
+    }
+
+    Session& session_;
+    const Request& want_;
+    const bool writes_;
+    bool last_ = true;
+    double delivering_ = 0;
+    std::vector<std::shared_ptr<const Data>> frames_;
+    std::vector<Demand> without_;
+    std::optional<ReferenceField> field_;
+    std::optional<Verifier> verifier_;
+    std::optional<ShownResult> shown_;
+};
+
+}  // namespace
+
+void perform(Session& session) {
+    Performance(session).run_all();
+}
+
+}  // namespace edgewise

@@ -1,0 +1,305 @@
+#include "engine/request/geometry.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/request/screen.hpp"
+#include "graph/errors.hpp"
+#include "graph/words.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr std::int64_t kMostViews = 100000;
+
+Vec3 centre_of(const Extent& extent) {
+    return {(extent.x - 1) / 2.0, (extent.y - 1) / 2.0, (extent.z - 1) / 2.0};
+}
+
+Mat4 shift_by(const Vec3& by) {
+    Mat4 map = Mat4::Identity();
+    map.topRightCorner<3, 1>() = by;
+    return map;
+}
+
+Mat4 linear(const Mat3& matrix) {
+    Mat4 map = Mat4::Identity();
+    map.topLeftCorner<3, 3>() = matrix;
+    return map;
+}
+
+/// The sample of --about, from the centre [file unit].
+Vec3 held_point(const GeometrySpec& spec, const InputGrid& input) {
+    if (!spec.about) return Vec3::Zero();
+    const std::vector<double>& at = *spec.about;
+    if (static_cast<int>(at.size()) != input.axes)
+        throw RequestError(fmt::format("--about: {} numbers given; expected {}", at.size(),
+                                       input.axes == 2 ? "X,Y" : "X,Y,Z"));
+    Vec3 sample = centre_of(input.extent);
+    for (int k = 0; k < input.axes; ++k) sample[k] = at[k];
+    return input.lean * (sample - centre_of(input.extent)).cwiseProduct(input.spacing);
+}
+
+/// Centred object space -> centred screen space, without the steps.
+Mat4 viewed(const GeometrySpec& spec, const InputGrid& input, Job job) {
+    const bool front = job == Job::render && input.anatomical;
+    const std::string name = spec.view.value_or(front ? "front" : "z");
+    const Mat3 view = view_of(name, input.direction);
+    if (input.axes == 2 && view != Mat3::Identity())
+        throw RequestError(fmt::format("--view {}: an image has only the view z", name));
+    return linear(view);
+}
+
+/// How many views there are, and which step makes them. @throws RequestError
+std::int64_t count_views(const GeometrySpec& spec, Job job) {
+    std::optional<std::int64_t> views;
+    for (const GeometryStep& step : spec.steps) {
+        if (step.kind != GeometryStep::Kind::turntable) continue;
+        if (job == Job::warp) throw RequestError("--turntable: only render makes several views");
+        if (views) throw RequestError("--turntable: given twice; one turn makes the views");
+        const double count = step.numbers.size() == 1 ? step.numbers[0] : 0;
+        if (!(count >= 1 && count <= kMostViews && count == std::floor(count)))
+            throw RequestError(fmt::format("--turntable: {} given; expected a whole number from 1 "
+                                           "to {}",
+                                           fmt::join(step.numbers, ","), kMostViews));
+        views = static_cast<std::int64_t>(count);
+    }
+    return views.value_or(1);
+}
+
+/// Centred object space -> centred screen space, one map a view.
+std::vector<Mat4> all_views(const GeometrySpec& spec, const InputGrid& input, const Mat4& view,
+                            Job job) {
+    const std::int64_t count = count_views(spec, job);
+    const Vec3 held = view.topLeftCorner<3, 3>() * held_point(spec, input);
+    // What --about holds is held by each step, so also by several after one another; a turntable
+    // among them goes about the middle of its pictures.
+    Mat4 before = Mat4::Identity(), after = Mat4::Identity();
+    const auto held_fast = [&](const Mat4& steps) -> Mat4 {
+        return held.isZero(0) ? steps : Mat4(shift_by(held) * steps * shift_by(-held));
+    };
+    bool turned = false;
+    for (const GeometryStep& step : spec.steps) {
+        if (step.kind == GeometryStep::Kind::turntable) {
+            turned = true;
+            continue;
+        }
+        Mat4& side = turned ? after : before;
+        side = map_of(step, input) * side;
+    }
+    before = held_fast(before) * view;
+    after = held_fast(after);
+    std::vector<Mat4> maps;
+    for (std::int64_t i = 0; i < count; ++i) {
+        const double angle = 360.0 * static_cast<double>(i) / static_cast<double>(count);
+        maps.push_back(turned ? Mat4(after * linear(rotation_of(0, angle, 0)) * before) : before);
+    }
+    return maps;
+}
+
+/// The input as --view turns it: axes change places and ends.
+InputGrid turned_grid(const InputGrid& input, const Mat4& view) {
+    const Mat3 turn = view.topLeftCorner<3, 3>();
+    InputGrid grid = input;
+    for (int to = 0; to < 3; ++to)
+        for (int from = 0; from < 3; ++from)
+            if (turn(to, from) != 0) {
+                grid.extent[to] = input.extent[from];
+                grid.spacing[to] = input.spacing[from];
+            }
+    grid.lean = turn * input.lean * turn.transpose();
+    return grid;
+}
+
+/// Entries within rounding of a whole number become it: a quarter turn or a shift by whole samples
+/// that was composed of several maps is a copy of samples, and edges look for exactly that.
+void snap(Mat4& map) {
+    for (int row = 0; row < 3; ++row) {
+        const double most = std::max(1.0, map.row(row).head<3>().cwiseAbs().maxCoeff());
+        for (int column = 0; column < 3; ++column) {
+            double& entry = map(row, column);
+            if (std::abs(entry - std::round(entry)) <= 1e-14 * most) entry = std::round(entry);
+            if (entry == 0) entry = 0;  // no -0
+        }
+    }
+}
+
+/// Centred screen space -> input samples' screen indices, around a centred map.
+///
+/// Shifts are worked out from the finished linear part: (n-1)/2 is exact in binary, so identities
+/// and quarter turns stay exact, which a product of three matrices would not promise.
+Mat4 on_grid(const Mat4& map, const InputGrid& input, const ScreenGrid& grid) {
+    const Vec3 from = centre_of(input.extent), to = centre_of(grid.extent);
+    if (map.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+        const Mat4 object = linear(input.spacing.asDiagonal()) * shift_by(-from);
+        const Mat4 screen = shift_by(to) * linear(grid.spacing.cwiseInverse().asDiagonal()) *
+                            shift_by(-grid.centre);
+        return screen * map * object;
+    }
+    Mat4 result = Mat4::Identity();
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            result(row, column) = map(row, column) * input.spacing[column] / grid.spacing[row];
+    snap(result);
+    for (int row = 0; row < 3; ++row) {
+        const double moved = (map(row, 3) - grid.centre[row]) / grid.spacing[row];
+        double at = to[row] + moved - result.row(row).head<3>().dot(from);
+        const double most = std::max({1.0, to[row], from.maxCoeff()});
+        if (std::abs(at - std::round(at)) <= 1e-13 * most) at = std::round(at);
+        result(row, 3) = at == 0 ? 0 : at;
+    }
+    return result;
+}
+
+/// How much more an affine map stretches one direction than another. Steps that are fine one by one
+/// may flatten the input together, which the determinant of none of them shows.
+/// @throws RequestError where no f64 inverse of it would hold
+double condition_of(const Mat4& map, int axes) {
+    if (map.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) return 1;
+    constexpr double kFlat = 1e12;  // places of 4096 samples would be off by 2^-53 kFlat 4096 = 0.5
+    const Eigen::MatrixXd linear = map.topLeftCorner(axes, axes);
+    const Eigen::VectorXd stretch = Eigen::JacobiSVD<Eigen::MatrixXd>(linear).singularValues();
+    const double condition = stretch[0] / stretch[axes - 1];
+    if (!(condition <= kFlat))
+        throw RequestError(
+            fmt::format("the geometry options make a map of condition {:.3g}, which flattens the "
+                        "{}; at most {:.0g}",
+                        condition, axes == 2 ? "image" : "volume", kFlat));
+    return condition;
+}
+
+}  // namespace
+
+std::vector<Vec3> corners_of(const InputGrid& input) {
+    std::vector<Vec3> corners;
+    for (int i = 0; i < (input.axes == 2 ? 4 : 8); ++i)
+        corners.emplace_back(i & 1 ? input.extent.x - 0.5 : -0.5,
+                             i & 2 ? input.extent.y - 0.5 : -0.5,
+                             input.axes == 2 ? 0.0
+                             : i & 4         ? input.extent.z - 0.5
+                                             : -0.5);
+    return corners;
+}
+
+std::optional<Vec3> sent(const Mat4& map, const Vec3& point) {
+    const Eigen::Vector4d to = map * point.homogeneous();
+    if (!(to[3] > 0)) return std::nullopt;
+    return Vec3(to.head<3>() / to[3]);
+}
+
+namespace {
+
+/// Entries that are half a sample but for rounding: what a grid's samples lie at when its axes only
+/// change places.
+double tidy(double at) {
+    const double near = std::round(2 * at) / 2;
+    return std::abs(at - near) <= 1e-9 ? near + 0.0 : at;
+}
+
+/// Where the output's samples lie: by the views themselves where the grid is what they turn, else
+/// by --view alone. Output index -> input index.
+Mat4 place_of(const Mat4& turning) {
+    if (turning == Mat4::Identity()) return turning;
+    Mat4 lies = turning.inverse();
+    for (int row = 0; row < 3; ++row) lies(row, 3) = tidy(lies(row, 3));
+    return lies;
+}
+
+/// How deep the moved volume is, and how much of that is not in the output.
+void measure_depth(Geometry& geometry, const Mat4& map, const std::vector<Vec3>& corners) {
+    double low = 1e300, high = -1e300;
+    for (const Vec3& corner : corners) {
+        const std::optional<Vec3> at = sent(map, corner);
+        if (!at) return;
+        low = std::min(low, at->z());
+        high = std::max(high, at->z());
+    }
+    const ScreenGrid& grid = geometry.grid;
+    const double half = double(grid.extent.z) * grid.spacing.z() / 2;
+    const double beyond =
+        std::max(grid.centre.z() - half - low, high - grid.centre.z() - half) / grid.spacing.z();
+    geometry.depth = (high - low) / grid.spacing.z();
+    geometry.cut = std::max(0.0, beyond);
+}
+
+}  // namespace
+
+void take_axes(InputGrid& grid, const Mat3& points) {
+    constexpr double kUnseen = 0.1;  // sample
+    grid.direction = points;
+    grid.lean = Mat3::Identity();
+    // Gram and Schmidt, in the order of the axes: slices stay as they were acquired.
+    Mat3 own = points;
+    for (int k = 0; k < grid.axes; ++k) {
+        for (int j = 0; j < k; ++j) {
+            const double along = own.col(j).dot(points.col(k));
+            grid.lean(j, k) = along;
+            own.col(k) -= along * own.col(j);
+        }
+        const double across = own.col(k).norm();
+        grid.lean(k, k) = across;
+        own.col(k) /= across;
+    }
+    bool seen = false;
+    for (int k = 0; k < grid.axes; ++k)
+        for (int j = 0; j < k; ++j)
+            seen |= std::abs(grid.lean(j, k)) * double(grid.extent[k]) * grid.spacing[k] >
+                    kUnseen * grid.spacing[j];
+    if (seen)
+        grid.direction = own;
+    else
+        grid.lean = Mat3::Identity();
+}
+
+Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) {
+    const Mat4 view = viewed(spec, input, job);
+    std::vector<Mat4> maps = all_views(spec, input, view, job);
+    const InputGrid turned = turned_grid(input, view);
+    Mat4 turning = view;
+    if (input.leans()) {
+        // From along the axes of the grid to perpendicular ones and, in a warp, back.
+        Mat4 back = Mat4::Identity();
+        if (job == Job::warp && !spec.upright) back = linear(turned.lean.inverse());
+        const Mat4 lean = linear(input.lean);
+        for (Mat4& map : maps) map = back * map * lean;
+        turning = back * turning * lean;
+    }
+    std::vector<Vec3> corners = corners_of(input);
+    for (Vec3& corner : corners)
+        corner = (corner - centre_of(input.extent)).cwiseProduct(input.spacing);
+
+    Geometry geometry;
+    geometry.condition = condition_of(maps[0], input.axes);
+    geometry.grid = job == Job::warp ? warp_grid(spec, turned, maps[0], corners)
+                                     : picture_grid(spec, input, maps, corners);
+    if (spec.perspective) {
+        if (job == Job::warp) throw RequestError("--perspective: only render has an eye");
+        // The eye sees the whole scene, of which a zoom shows the middle.
+        geometry.eye = eye_of(*spec.perspective, geometry.grid, maps, corners);
+    }
+    if (spec.zoom) {
+        zoom(geometry.grid, *spec.zoom, job);
+        if (geometry.eye) take_steps(*geometry.eye, geometry.grid);
+    }
+    if (job == Job::render) geometry.unit = geometry.grid.spacing.z();
+    for (const Mat4& map : maps) geometry.views.push_back(on_grid(map, input, geometry.grid));
+    for (const Mat4& map : geometry.views)
+        if (!map.allFinite()) throw RequestError("the geometry options overflow when combined");
+    if (job == Job::render) {
+        if (spec.grid_moves) throw RequestError("--move: of warp; a picture has no grid to turn");
+        return geometry;
+    }
+    const bool grid_moves = spec.grid_moves.value_or(false);
+    if (grid_moves && maps[0].row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+        throw RequestError("--move grid: a homography leaves no grid of equal steps");
+    geometry.lies =
+        place_of(grid_moves ? geometry.views[0] : on_grid(turning, input, geometry.grid));
+    if (input.axes == 3) measure_depth(geometry, maps[0], corners);
+    return geometry;
+}
+
+}  // namespace edgewise

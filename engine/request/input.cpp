@@ -1,0 +1,211 @@
+#include "engine/request/input.hpp"
+
+#include <chrono>
+#include <fmt/format.h>
+#include <limits>
+#include <tbb/parallel_for.h>
+
+#include "engine/request/numbers.hpp"
+#include "graph/errors.hpp"
+#include "graph/with_type.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr std::int64_t kLargestSide = 100000;
+
+/// "phantom:NAME:N".
+Phantom phantom_of(const std::string& name) {
+    const auto words = split(name, ':');
+    if (words.size() != 3)
+        throw RequestError(fmt::format("{}: expected phantom:NAME:N with a name of {}", name,
+                                       fmt::join(phantom_names(), ", ")));
+    return phantom_named(words[1], whole_of(name, words[2], 1, kLargestSide));
+}
+
+store::Header header_of(const std::string& name, const Phantom& phantom) {
+    store::Header header;
+    header.file = name;
+    header.format = "phantom";
+    header.volume = phantom.axes == 3;
+    header.extent = {phantom.side, phantom.side, phantom.axes == 3 ? phantom.side : 1};
+    header.type = Type::f32;
+    return header;
+}
+
+template <class T>
+void premultiply(const T* in, int channels, std::size_t samples, double opaque, float* out) {
+    const int last = channels - 1;
+    tbb::parallel_for(std::size_t{0}, (samples + 65535) / 65536, [&](std::size_t block) {
+        const std::size_t end = std::min(samples, (block + 1) * 65536);
+        for (std::size_t i = block * 65536; i < end; ++i) {
+            const T* sample = in + i * static_cast<std::size_t>(channels);
+            float* to = out + i * static_cast<std::size_t>(channels);
+            const double alpha = static_cast<double>(sample[last]) / opaque;
+            for (int c = 0; c < last; ++c)
+                to[c] = static_cast<float>(static_cast<double>(sample[c]) * alpha);
+            to[last] = static_cast<float>(alpha);
+        }
+    });
+}
+
+std::shared_ptr<const Data> premultiplied_data(const Data& straight, double opaque,
+                                               std::pmr::memory_resource* memory) {
+    Representation what = straight.what;
+    what.type = Type::f32;
+    auto data = std::make_shared<Data>(Data::make(what, memory));
+    const auto samples = static_cast<std::size_t>(what.samples());
+    with_type(straight.what.type, [&](auto zero) {
+        premultiply(straight.as<decltype(zero)>(), what.channels, samples, opaque,
+                    data->as<float>());
+    });
+    return data;
+}
+
+Type loaded_type(const Input& input) noexcept {
+    return store::loaded_type(input.header.type, input.selection.as_stored);
+}
+
+}  // namespace
+
+bool Input::premultiplied() const noexcept {
+    return keep == Keep::values && header.alpha == store::Alpha::straight && channels() > 1;
+}
+
+double Input::opaque() const noexcept {
+    return is_integer(header.type) ? limits_of(header.type)[1] : 1;
+}
+
+double Input::bytes() const {
+    if (data && data->samples.data()) return static_cast<double>(data->samples.bytes());
+    if (phantom) return static_cast<double>(header.extent.samples()) * sizeof(float);
+    const auto stored = static_cast<double>(store::loaded_bytes(header, selection));
+    if (!premultiplied()) return stored;
+    return stored / static_cast<double>(bytes_of(loaded_type(*this))) * sizeof(float);
+}
+
+Input inspected(const std::string& name, const store::Selection& selection) {
+    const bool file = !name.starts_with("phantom:") && !name.starts_with("describe:");
+    if (!file && (!selection.spacing.empty() || !selection.unit.empty()))
+        throw RequestError(
+            fmt::format("{}: --input-spacing and --input-unit are about files{}", name,
+                        name.starts_with("describe:") ? "; here spacing=X,Y,Z says it" : ""));
+    Input input;
+    input.inspected_at = std::chrono::system_clock::now();
+    input.name = name;
+    input.selection = selection;
+    if (name.starts_with("phantom:")) {
+        input.phantom = phantom_of(name);
+        input.header = header_of(name, *input.phantom);
+    } else if (name.starts_with("describe:")) {
+        input.described = described_by(name);
+        input.header = header_of(name, *input.described);
+    } else {
+        input.header = store::inspect(name, selection);
+        take_keep(input, Keep::values);
+    }
+    const int channels = input.header.channels;
+    if (selection.channel && *selection.channel >= channels)
+        throw RequestError(fmt::format("--channel {}: {} has {} channel{}, counted from 0",
+                                       *selection.channel, name, channels,
+                                       channels > 1 ? "s" : ""));
+    return input;
+}
+
+namespace {
+
+Representation loaded_as(const Input& input) {
+    const store::Header& header = input.header;
+    Representation what;
+    what.axes = header.volume ? 3 : 2;
+    what.extent = header.extent;
+    what.channels = input.channels();
+    what.type = loaded_type(input);
+    what.values = header.values;
+    return what;
+}
+
+/// Brings what was read as it is stored to f32, which kernels are written for, where that keeps
+/// what has to be kept.
+void narrow(Input& input, Data& data, std::pmr::memory_resource* memory,
+            std::vector<std::string>& warnings) {
+    const Type type = data.what.type;
+    if (input.keep == Keep::bits || !input.selection.as_stored || bytes_of(type) < 4) return;
+    if (type == Type::f32) return;
+    const std::int64_t rounded = rounded_by_f32(data);
+    if (rounded == 0) return to_f32(data, memory);
+    if (input.keep == Keep::labels) {
+        input.table = code_labels(data, input.outside, memory);
+        return;
+    }
+    warnings.push_back(
+        fmt::format("{}: {} values of type {} are rounded where they are computed "
+                    "in f32",
+                    input.name, rounded, name_of(type)));
+}
+
+}  // namespace
+
+Representation stored_as(const Input& input) {
+    Representation what = loaded_as(input);
+    what.type = store::loaded_type(input.header.type, true);
+    return what;
+}
+
+void take_keep(Input& input, Keep keep) {
+    input.keep = keep;
+    // 32-bit integers take no more memory as they are; f64 does.
+    input.selection.as_stored = keep != Keep::values || input.header.type != Type::f64;
+}
+
+std::shared_ptr<const Data> described_data(const Input& input) {
+    auto data = std::make_shared<Data>();
+    data->what = loaded_as(input);
+    return data;
+}
+
+std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory) {
+    const auto identity = identity_of(input);
+    const auto begin = std::chrono::steady_clock::now();
+    std::vector<std::string> warnings = input.header.warnings;
+    if (input.phantom) {
+        input.data =
+            std::make_shared<Data>(make_phantom(input.phantom->name, input.phantom->side, memory));
+    } else {
+        const store::Header& header = input.header;
+        // Beyond the selection's limit: told with its size, before anything is allocated.
+        store::loaded_bytes(header, input.selection);
+        auto data = std::make_shared<Data>(Data::make(loaded_as(input), memory));
+        for (std::string& warning : store::read_samples(
+                 header, input.selection, data->samples.data(), data->samples.bytes()))
+            warnings.push_back(std::move(warning));
+        narrow(input, *data, memory, warnings);
+        input.data = std::move(data);
+        if (input.premultiplied())
+            input.data = premultiplied_data(*input.data, input.opaque(), memory);
+    }
+    input.read_seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    input.identity.reset();
+    if (identity && identity_of(input) == identity) input.identity = identity;
+    return warnings;
+}
+
+InputGrid grid_of(const Input& input) {
+    const store::Header& header = input.header;
+    InputGrid grid;
+    grid.axes = header.volume ? 3 : 2;
+    grid.extent = header.extent;
+    grid.spacing = Vec3(header.spacing.data());
+    grid.anatomical = header.anatomical;
+    if (grid.axes == 2) grid.spacing.z() = 1;
+    Mat3 points;
+    for (int k = 0; k < 3; ++k)
+        points.col(k) = Vec3(header.direction[static_cast<std::size_t>(k)].data());
+    take_axes(grid, points);
+    // What does not say how it lies in the body is taken as LPS.
+    if (!header.anatomical) grid.direction.setIdentity();
+    return grid;
+}
+
+}  // namespace edgewise

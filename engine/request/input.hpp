@@ -1,0 +1,63 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "engine/request/describe.hpp"
+#include "engine/request/geometry.hpp"
+#include "engine/request/input_identity.hpp"
+#include "graph/data.hpp"
+#include "io/labels.hpp"
+#include "io/store.hpp"
+#include "reference/phantoms.hpp"
+
+namespace edgewise {
+
+/// What of the samples has to outlive the way into memory and out again.
+enum class Keep {
+    values,  // as far as f32 has digits; straight colour is multiplied by its alpha
+    labels,  // which is which: what f32 cannot hold is coded by a table
+    bits,    // everything: samples are only moved
+};
+
+/// What FILE stands for: first its description, then its samples.
+struct Input {
+    std::string name;  // as it was typed
+    store::Header header;
+    store::Selection selection;
+    std::optional<Phantom> phantom;
+    std::optional<Described> described;
+    Keep keep = Keep::values;
+    double outside = 0;                       // labels: the value beyond the input
+    std::shared_ptr<const LabelTable> table;  // that samples are places in; absent: they are values
+    std::shared_ptr<const Data> data;
+    double read_seconds = 0;
+    std::chrono::system_clock::time_point inspected_at{};
+    std::optional<InputIdentity> identity;  // of the samples as they were read; absent: not sure
+
+    int channels() const noexcept { return store::loaded_channels(header, selection); }
+    /// Straight colour is multiplied by its alpha before it is interpolated.
+    bool premultiplied() const noexcept;
+    /// The stored alpha that is opaque.
+    double opaque() const noexcept;
+    /// Bytes of the samples in memory.
+    double bytes() const;
+};
+
+/// Reads the description. @throws InputError, RequestError
+Input inspected(const std::string& name, const store::Selection& selection);
+/// What memory holds before anything is read: the stored type where bits are kept.
+Representation stored_as(const Input& input);
+/// How the samples are to be read.
+void take_keep(Input& input, Keep keep);
+/// Reads the samples. @throws InputError, RequestError, std::bad_alloc
+/// @return warnings
+std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory);
+
+/// The same of what was described: a representation without samples.
+std::shared_ptr<const Data> described_data(const Input& input);
+
+InputGrid grid_of(const Input& input);
+
+}  // namespace edgewise

@@ -1,0 +1,83 @@
+#include "engine/request/input_identity.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include "engine/measure/machine.hpp"
+#include "engine/request/input.hpp"
+#include "graph/version.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr std::chrono::seconds kCoarsestClock{2};
+
+std::optional<struct stat> status_of(const std::string& path) {
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0) return std::nullopt;
+    return status;
+}
+
+std::string text_of(const struct stat& s) {
+    return fmt::format("{} {} {} {}.{:09} {}.{:09}", s.st_dev, s.st_ino, s.st_size,
+                       s.st_mtim.tv_sec, s.st_mtim.tv_nsec, s.st_ctim.tv_sec, s.st_ctim.tv_nsec);
+}
+
+/// Facts are as good as what measured them: another build may measure otherwise, and another kind
+/// of processor may round otherwise.
+const std::string& measured_by() {
+    static const std::string text = [] {
+        const auto self = status_of("/proc/self/exe");
+        return fmt::format("{}|{}|{}", version(), self ? text_of(*self) : "", cpu_name());
+    }();
+    return text;
+}
+
+std::string absolute(const std::string& path) {
+    std::error_code none;
+    const auto canonical = std::filesystem::canonical(path, none);
+    return none ? path : canonical.string();
+}
+
+/// How files become samples.
+std::string decoding_of(const Input& input) {
+    const store::Header& header = input.header;
+    return fmt::format("{} {} {} {} {}|{} {}|{} {}|{}|{} {:a}", header.format, header.volume,
+                       header.extent.x, header.extent.y, header.extent.z, input.channels(),
+                       static_cast<int>(header.type), header.values.slope, header.values.offset,
+                       input.premultiplied(), static_cast<int>(input.keep),
+                       input.keep == Keep::labels ? input.outside : 0.0);
+}
+
+std::string selection_text(const store::Selection& pick) {
+    const std::string padding = pick.nothing ? fmt::format("{}", *pick.nothing) : std::string("-");
+    return fmt::format("|{}|{}|{}|{}|{}|{}|{}|{}", pick.series.value_or("-"),
+                       pick.time.value_or(-1), pick.channel.value_or(-1), pick.orient,
+                       fmt::join(pick.spacing, ","), pick.unit, static_cast<int>(pick.padding),
+                       padding);
+}
+
+}  // namespace
+
+std::optional<InputIdentity> identity_of(const Input& input) {
+    if (input.described) return std::nullopt;
+    if (input.phantom) return InputIdentity{input.name, input.name + "|" + measured_by()};
+    const auto files = store::files_of(input.header);
+    if (!files) return std::nullopt;
+    InputIdentity identity;
+    // "raw:..." is no path, but says more than one.
+    identity.where = absolute(input.header.file) + selection_text(input.selection);
+    identity.what = measured_by() + "|" + decoding_of(input);
+    const auto newest = std::chrono::system_clock::to_time_t(input.inspected_at - kCoarsestClock);
+    for (const std::string& file : *files) {
+        const auto status = status_of(file);
+        if (!status || status->st_mtim.tv_sec >= newest || status->st_ctim.tv_sec >= newest)
+            return std::nullopt;
+        identity.what += fmt::format("|{} {}", absolute(file), text_of(*status));
+    }
+    return identity;
+}
+
+}  // namespace edgewise

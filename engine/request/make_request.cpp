@@ -1,0 +1,161 @@
+#include "engine/request/make_request.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/measure/machine.hpp"
+#include "engine/request/percentile.hpp"
+#include "graph/errors.hpp"
+#include "graph/range.hpp"
+#include "transitions/filters/like_linear.hpp"
+
+namespace edgewise {
+namespace {
+
+void take_budgets(Request& want, const RequestSpec& spec) {
+    Budget& budget = want.budget;
+    budget.seconds = spec.max_time;
+    budget.bytes = spec.max_memory;
+    // "The best in 50 ms": a time alone asks for the least error within it.
+    const bool best_in_time = spec.max_time && !spec.max_error && !spec.like_linear;
+    want.minimize = spec.minimize.value_or(best_in_time ? Minimize::error : Minimize::time);
+    const bool by_default =
+        !spec.max_error && !spec.max_time && want.minimize != Minimize::error;
+    if (by_default || spec.like_linear)
+        budget.like.emplace();  // which one hangs on what the samples are
+    else
+        budget.error = spec.max_error;
+    if (spec.range && !(*spec.range > 0))
+        throw RequestError(fmt::format("--range: {} is not greater than 0", *spec.range));
+    want.range = spec.range;
+    want.threads = spec.threads.value_or(usable_cores());
+    if (spec.planning_time && spec.planner == Planner::estimate)
+        throw RequestError("--planning-time: of --planner pilot and exhaustive only");
+}
+
+void take_mode(Request& want, const RequestSpec& spec) {
+    want.mode = spec.mode;
+    const auto only = [&](const char* option, bool given, bool ModeTraits::*takes) {
+        const ModeTraits& mode = *want.mode;
+        if (!given || mode.*takes) return;
+        std::vector<std::string_view> names;
+        for (const Mode other : modes())
+            if ((*other).*takes) names.push_back(other->name);
+        throw RequestError(fmt::format("{}: of --mode {} only, not of {}", option,
+                                       fmt::join(names, ", "), mode.name));
+    };
+    only("--zero", spec.zero.has_value(), &ModeTraits::takes_zero);
+    only("--background", spec.background.has_value(), &ModeTraits::takes_transfer);
+    only("--transfer", spec.transfer.has_value(), &ModeTraits::takes_transfer);
+    if (spec.background) want.background = *spec.background;
+    if (spec.zero) want.zero = *spec.zero;
+    if (spec.outside) want.outside = *spec.outside;
+}
+
+}  // namespace
+
+Request request_of(const RequestSpec& spec) {
+    Request want;
+    want.job = spec.job;
+    take_mode(want, spec);
+    take_budgets(want, spec);
+    return want;
+}
+
+store::Selection selection_of(const RequestSpec& spec) {
+    store::Selection selection = spec.selection;
+    // Padding of DICOM is no measurement: rays must not take it for one. A warp keeps it as stored.
+    if (spec.job == Job::render)
+        selection.padding = spec.mode->takes_zero ? store::Padding::nothing
+                            : spec.mode->miss == ModeTraits::Miss::highest
+                                ? store::Padding::largest
+                                : store::Padding::smallest;
+    if (spec.zero) selection.nothing = *spec.zero;
+    return selection;
+}
+
+Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
+                       const std::optional<Outputs>& outputs) {
+    const InputGrid grid = grid_of(input);
+    if (want.job == Job::render && grid.axes == 2)
+        throw RequestError(fmt::format(
+            "render: {} is an image; expected a volume (warp turns images)", input.name));
+    if (want.job == Job::render && input.channels() > 1)
+        throw RequestError(fmt::format("render: {} has {} channels, from 0; say which by --channel",
+                                       input.name, input.channels()));
+    if (input.channels() > 4)
+        throw RequestError(fmt::format(
+            "warp: {} has {} channels, from 0, and at most 4 are kept; say which by --channel",
+            input.name, input.channels()));
+    GeometrySpec seen = spec.geometry;
+    // A picture of a plane through a grid that leans must not lean.
+    seen.upright = outputs && !outputs->none() && !outputs->format().volumes;
+    const Geometry geometry = geometry_of(seen, grid, want.job);
+    want.axes = grid.axes;
+    want.input = grid.extent;
+    want.spacing = grid.spacing;
+    want.frames = static_cast<int>(geometry.views.size());
+    want.views =
+        geometry.views.size() == 1 ? Placement(geometry.views[0]) : Placement::each(geometry.views);
+    want.screen = geometry.grid.extent;
+    want.unit = geometry.unit;
+    want.eye = geometry.eye;
+    if (spec.labels && spec.reference && *spec.reference != Field::nearest)
+        throw RequestError(
+            fmt::format("--labels: of labels the reference is nearest, not {}; "
+                        "leave out one of the two",
+                        *spec.reference == Field::spline   ? "spline"
+                        : *spec.reference == Field::linear ? "linear"
+                                                           : "formula"));
+    if (spec.labels)
+        want.field = Field::nearest;
+    else if (spec.reference)
+        want.field = *spec.reference;
+    else if (input.phantom)
+        want.field = Field::formula;
+    else
+        want.field = input.header.labels ? Field::nearest : Field::spline;
+    if (want.budget.like) want.budget.like = like_linear(want.field);
+    return geometry;
+}
+
+void take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+                 const Data& data, const Statistics& statistics) {
+    want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
+                : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
+                                                               : 0;
+    want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
+    if (!spec.zero) want.zero = std::min(0.0, statistics.low);
+    if (want.job != Job::render || !want.mode->takes_transfer) return;
+    const double unit = want.spacing.minCoeff();
+    if (spec.transfer) {
+        want.transfer = spec.transfer->transfer;
+        if (!spec.transfer->unit_given) want.transfer.unit = unit;
+        return;
+    }
+    // Without a transfer function the window is where the grey ramp runs, so it is no view of the
+    // result as well.
+    double low = statistics.low, high = statistics.high;
+    if (window) {
+        const auto value = [&](const WindowEnd& end) {
+            if (end.percentile && !data.samples.data())
+                throw RequestError("--window: percentiles need samples; give values");
+            return end.percentile
+                       ? percentile_of(data, statistics.low, statistics.high, end.at / 100)
+                       : end.at;
+        };
+        low = value(window->low), high = value(window->high);
+        window.reset();
+    }
+    want.transfer = grey_ramp(low, high, unit);
+}
+
+Transfer grey_ramp(double low, double high, double unit) {
+    constexpr double kMostOpacity = 0.05;
+    // A step would tell a constant from its own rounding.
+    if (!(low < high)) high = low + range_between(low, low);
+    return {{{low, 0, {0, 0, 0}}, {high, kMostOpacity, {1, 1, 1}}}, unit};
+}
+
+}  // namespace edgewise

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+
+#include "engine/request/geometry.hpp"
+#include "engine/request/input.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/request/spec.hpp"
+#include "scene/statistics.hpp"
+
+namespace edgewise {
+
+/// What the graph needs to know of a request before its input is looked at: job, mode, budgets.
+/// @throws RequestError
+Request request_of(const RequestSpec& spec);
+
+/// What of the file is read, and what stands where nothing was measured.
+store::Selection selection_of(const RequestSpec& spec);
+
+/// Puts the geometry into the request. @throws RequestError, NoPlan
+Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
+                       const std::optional<Outputs>& outputs);
+
+/// Puts in what hangs on values: what a MIP's misses show, an X-ray's zero, a composite's ramp.
+/// @param window  is taken away where it became the ramp
+/// @throws RequestError
+void take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+                 const Data& data, const Statistics& statistics);
+
+/// A grey ramp: opacity 0 to 0.05 per `unit` of length between two values.
+Transfer grey_ramp(double low, double high, double unit);
+
+}  // namespace edgewise

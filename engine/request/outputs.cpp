@@ -1,0 +1,116 @@
+#include "engine/request/outputs.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <fmt/format.h>
+#include <span>
+#include <unistd.h>
+#include <vector>
+
+#include "engine/request/numbers.hpp"
+#include "graph/errors.hpp"
+#include "graph/words.hpp"
+#include "io/file.hpp"
+
+namespace edgewise {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const std::string& option, const std::string& file,
+                         const std::string& what) {
+    throw RequestError(fmt::format("{} {}: {}", option, file, what));
+}
+
+std::string writable_endings() {
+    std::vector<std::string> endings;
+    for (const store::Format& format : store::formats())
+        if (format.writes)
+            endings.insert(endings.end(), format.endings.begin(), format.endings.end());
+    return fmt::format("{}", fmt::join(endings, " "));
+}
+
+}  // namespace
+
+void expect_writable(const std::string& option, const std::string& file) {
+    std::error_code none;
+    const fs::path folder = fs::path(file).parent_path();
+    const fs::path where = folder.empty() ? fs::path(".") : folder;
+    if (!fs::is_directory(where, none))
+        refuse(option, file, fmt::format("there is no folder '{}'", where.string()));
+    if (::access(where.c_str(), W_OK | X_OK) != 0)
+        refuse(option, file, fmt::format("the folder '{}' cannot be written", where.string()));
+    if (fs::is_directory(file, none)) refuse(option, file, "is a folder; expected a file");
+}
+
+Outputs::Outputs(const std::string& pattern) : pattern_(pattern) {
+    if (lower(pattern) == "null:") return;
+    if (pattern == "-") {
+        before_ = pattern;
+        format_ = store::format_of(pattern);
+        return;
+    }
+    std::string* part = &before_;
+    for (std::size_t i = 0; i < pattern.size(); ++i) {
+        if (pattern[i] != '%') {
+            *part += pattern[i];
+            continue;
+        }
+        std::size_t end = i + 1;
+        while (end < pattern.size() && pattern[end] >= '0' && pattern[end] <= '9') ++end;
+        const std::string width = pattern.substr(i + 1, end - i - 1);
+        const char kind = end < pattern.size() ? pattern[end] : '\0';
+        if (kind == '%' && width.empty()) {
+            *part += '%';
+        } else if (kind == 'd' && !numbered_ && width.size() <= 3) {
+            numbered_ = true;
+            part = &after_;
+            fill_ = width.starts_with('0') ? '0' : ' ';
+            digits_ = width.empty() ? 0 : std::stoi(width);
+        } else {
+            refuse("-o", pattern,
+                   "one %d or %04d may stand for the frame number; %% is a percent "
+                   "sign");
+        }
+        i = end;
+    }
+    format_ = store::format_of(file(0));
+    if (!format_ || !format_->writes)
+        refuse("-o", pattern,
+               fmt::format("{}; known endings: {}",
+                           format_ ? format_->name + " is only read, not written"
+                                   : std::string("no format has this ending"),
+                           writable_endings()));
+    expect_writable("-o", file(0));
+}
+
+std::string Outputs::file(int frame) const {
+    if (!numbered_) return before_;
+    std::string number = std::to_string(frame);
+    if (number.size() < static_cast<std::size_t>(digits_))
+        number.insert(0, static_cast<std::size_t>(digits_) - number.size(), fill_);
+    return before_ + number + after_;
+}
+
+void Outputs::expect_frames(int frames) const {
+    if (frames > 1 && pattern_ == "-")
+        refuse("-o", pattern_, "standard output takes one picture, and there are several frames");
+    if (frames > 1 && !none() && !numbered_)
+        refuse(
+            "-o", pattern_,
+            fmt::format("{} frames need a number in the name, as {}_%03d{}", frames,
+                        fs::path(before_).stem().string(), fs::path(before_).extension().string()));
+}
+
+void write_text(const std::string& file, const std::string& text) {
+    if (file == "-") {
+        const bool whole = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+        if (std::fflush(stdout) != 0 || !whole) throw RunError("standard output cannot be written");
+        return;
+    }
+    store::Replacement replacement(file);
+    replacement.write(std::as_bytes(std::span(text)));
+    replacement.commit();
+}
+
+}  // namespace edgewise

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "io/store.hpp"
+
+namespace edgewise {
+
+/// -o OUT: one file, one file a frame, standard output ("-", a PNG), or nothing ("null:").
+class Outputs {
+ public:
+    /// @throws RequestError a folder that is not there or cannot be written, an ending that no
+    ///         format has, a number pattern other than %d, %04d and %%
+    explicit Outputs(const std::string& pattern);
+
+    bool none() const noexcept { return format_ == nullptr; }
+    bool numbered() const noexcept { return numbered_; }
+    const store::Format& format() const noexcept { return *format_; }
+    /// The file of a frame, from 0.
+    std::string file(int frame) const;
+    /// @throws RequestError several frames and no place for their number
+    void expect_frames(int frames) const;
+
+ private:
+    std::string pattern_, before_, after_;
+    bool numbered_ = false;
+    int digits_ = 0;
+    char fill_ = ' ';
+    const store::Format* format_ = nullptr;
+};
+
+/// @throws RequestError the folder of a file is not there or cannot be written
+void expect_writable(const std::string& option, const std::string& file);
+
+/// Writes text (a report, a graph), "-" is standard output; a file is replaced when whole.
+/// @throws RunError
+void write_text(const std::string& file, const std::string& text);
+
+}  // namespace edgewise

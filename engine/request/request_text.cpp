@@ -1,0 +1,33 @@
+#include "engine/request/request_text.hpp"
+
+#include <fmt/format.h>
+
+namespace edgewise {
+
+std::string request_text(const Request& want) {
+    std::string text =
+        fmt::format("{}|{}|{} {} {}|{}|{:a} {:a} {:a} {:a}|", name_of(want.job), name_of(want.mode),
+                    want.axes, text_of(want.screen, 3), want.frames, static_cast<int>(want.field),
+                    want.unit, want.zero, want.miss, want.outside);
+    for (int view = 0; view < want.frames; ++view) {
+        const Mat4 map = want.views.at(view).matrix();
+        text.append(reinterpret_cast<const char*>(map.data()), 16 * sizeof(double));
+    }
+    for (int i = 0; i < 3; ++i)
+        text += fmt::format("{:a} {:a},", want.spacing[i], want.background[i]);
+    if (want.eye)
+        text += fmt::format("eye {:a} {:a} {:a} {:a} {:a} {:a}", want.eye->at[0], want.eye->at[1],
+                            want.eye->at[2], want.eye->plane, want.eye->width, want.eye->height);
+    if (want.written)
+        text += fmt::format("written {} {:a} {:a} {} {:a}", name_of(want.written->type),
+                            want.written->values.slope, want.written->values.offset,
+                            want.written->straight, want.written->opaque);
+    if (want.range) text += fmt::format("range {:a}", *want.range);
+    text += fmt::format("{:a}", want.transfer.unit);
+    for (const auto& point : want.transfer.points)
+        text += fmt::format("{:a} {:a} {:a} {:a} {:a};", point.value, point.opacity, point.color[0],
+                            point.color[1], point.color[2]);
+    return text;
+}
+
+}  // namespace edgewise

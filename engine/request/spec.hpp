@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "graph/request.hpp"
+#include "graph/transform_graph.hpp"
+#include "io/store.hpp"
+
+namespace edgewise {
+
+/// One end of a window: a value, or a share of the samples.
+struct WindowEnd {
+    double at = 0;
+    bool percentile = false;  // then `at` is in percent
+};
+/// What is shown black and what white.
+struct Window {
+    WindowEnd low, high;
+
+    bool values() const noexcept { return !low.percentile && !high.percentile; }
+};
+
+/// One of the maps that make up a view.
+struct GeometryStep {
+    enum class Kind {
+        rotate,     // [degree]: an image takes one angle, a volume those about x, y and z
+        matrix,     // row by row: an image 2x2, 2x3 or 3x3, a volume 3x3, 3x4 or 4x4
+        scale,      // one factor, or one an axis
+        translate,  // [file unit], one an axis
+        shear,      // threes of: axis that moves (0 is x), axis that moves it, by how much
+        turntable,  // number of views, about screen y
+    };
+    Kind kind;
+    std::vector<double> numbers;
+};
+const char* name_of(GeometryStep::Kind kind) noexcept;
+
+/// How many samples the output has: as many as show all (`fit`), those of the longer side (one
+/// number), or those of each axis.
+struct OutputSize {
+    bool fit = false;
+    std::vector<std::int64_t> sides;
+
+    std::string text() const;
+};
+
+/// How the output lies in the input. What is absent is chosen so that all of the input is seen.
+struct GeometrySpec {
+    std::optional<std::string> view;           // front, left, axial, x, ...: see view_of
+    std::optional<std::vector<double>> about;  // sample that is held fixed; else the centre
+    std::vector<GeometryStep> steps;           // applied in this order
+    std::optional<double> perspective;         // render: vertical angle of the view [degree]
+    std::optional<double> zoom;                // render
+    std::optional<bool> grid_moves;            // warp: the steps turn the grid, not the content
+    std::optional<std::vector<double>> spacing;  // of output samples [file unit]
+    std::optional<OutputSize> size;
+    /// The output cannot say that its axes lean, so they are made perpendicular.
+    bool upright = false;
+};
+
+/// How costs are found: from models alone, by running the contenders, or all paths.
+enum class Planner { estimate, pilot, exhaustive };
+const char* name_of(Planner planner) noexcept;
+
+/// A transfer function, and the file that it comes from.
+struct TransferSpec {
+    Transfer transfer;
+    bool unit_given = false;  // else its opacities are per smallest spacing of the input
+};
+
+/// A request as somebody makes it: which file, how it is seen, how good, how fast. What is absent
+/// is worked out from the data. Errors call a member as the command line does: `max_error` is
+/// "--max-error".
+struct RequestSpec {
+    Job job = Job::render;
+    std::string input;  // file, folder, phantom:NAME:N, raw:..., or, for plans, describe:...
+    store::Selection selection;
+    std::optional<std::string> out;  // file, %d is the frame; "-": standard output; "null:": none
+    GeometrySpec geometry;
+    Mode mode = Mode::mip;
+    std::optional<double> zero, outside;  // value that adds nothing (X-ray); beyond the input
+    std::optional<std::array<double, 3>> background;  // composite, each 0..1
+    std::optional<TransferSpec> transfer;             // composite
+    std::optional<Window> window;
+    std::optional<Field> reference;  // what the samples mean
+    bool labels = false;             // no new value appears, all come out bit for bit
+
+    std::optional<double> max_error;  // NRMSE
+    bool like_linear = false;         // as good as linear interpolation
+    std::optional<double> range;      // the difference in values that counts as an error of 1
+    std::optional<double> max_time;   // [s]
+    std::optional<double> max_memory;  // [byte], peak of the process
+    std::optional<Minimize> minimize;
+    std::optional<int> threads, ranks;  // else the cores of this process; the machine's
+    Planner planner = Planner::estimate;
+    std::optional<double> planning_time;  // [s], of pilot and exhaustive
+    Demands demands;                      // edges that must be on the path, or must not
+
+    std::optional<int> bits, quality;   // 8, 16: a view, 32: values; 1..100 of JPEG and others
+    std::optional<std::size_t> verify;  // samples to measure the error on, 0: all
+    std::uint64_t seed = 1;             // of these samples
+    int repeat = 1;
+    bool strict = false;  // a measured budget that is broken is a failure, and nothing is written
+};
+
+}  // namespace edgewise

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/request/spec.hpp"
+#include "graph/data.hpp"
+#include "io/labels.hpp"
+#include "io/store.hpp"
+
+namespace edgewise {
+
+/// What becomes of results before they are written: no choice of the planner's, no counted error.
+struct Tail {
+    bool view = false;  // through the window into 8 or 16 bits; else values
+    /// Results are places in this table of values (see coded_labels); absent: values.
+    std::shared_ptr<const LabelTable> table;
+    Type type = Type::f32;
+    ValueMap values;               // of values: value = slope * stored + offset
+    int channels = 1;              // written
+    bool over_background = false;  // composite: four premultiplied channels become three
+    std::array<double, 3> background{0, 0, 0};
+    store::Alpha alpha = store::Alpha::none;  // of the last channel that is written
+    double alpha_unit = 1;                    // stored alpha that is opaque
+};
+
+/// A black and a white value.
+struct Shades {
+    double black = 0, white = 1;
+};
+
+/// The values behind a window, over all frames; non-finite samples do not count.
+/// @param window  absent: the range
+Shades shades_of(std::span<const std::shared_ptr<const Data>> frames,
+                 const std::optional<Window>& window, const Tail& tail);
+
+/// Samples as they are written.
+/// @param result  [samples, channels], of any stored type
+/// @return tail.channels of tail.type a sample, from `memory`
+Array finished(const Data& result, const Tail& tail, const Shades& levels,
+               std::pmr::memory_resource* memory);
+
+}  // namespace edgewise

@@ -1,0 +1,487 @@
+#include "engine/session.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <malloc.h>
+
+#include "engine/measure/machine.hpp"
+#include "engine/known_scene.hpp"
+#include "engine/pilot.hpp"
+#include "engine/refined_scene.hpp"
+#include "engine/shown.hpp"
+#include "graph/errors.hpp"
+#include "graph/transform_graph.hpp"
+#include "graph/version.hpp"
+#include "planner/cost.hpp"
+#include "scene/scene.hpp"
+
+namespace edgewise {
+namespace {
+
+/// What a run needs in addition to counted samples: stacks of threads, the flow graph, buffers of
+/// libraries.
+constexpr double kReserve = 12 << 20, kReserveAThread = 1 << 20;
+/// What it takes of that as a rule: the code of kernels, and what threads touch of their stacks.
+constexpr double kGrowth = 1 << 20, kGrowthAThread = 1 << 18;
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// How many memories there are, and who shares one: by default as the machine has them.
+void take_ranks(Session& session) {
+    Request& want = session.request;
+    const RequestSpec& o = session.spec;
+    want.ranks = o.ranks.value_or(session.profile.ranks);
+    if (want.ranks == 1) return;
+    if (session.runs)
+        throw RequestError(
+            fmt::format("{}: {} ranks: a run is on one rank; `edgewise plan` plans for more",
+                        o.ranks ? "--ranks" : "--machine", want.ranks));
+    if (!o.threads) want.threads = session.profile.processors;
+}
+
+void take_machine(Session& session) {
+    take_ranks(session);
+    if (session.spec.max_time && !session.explained && session.runs &&
+        is_built_in(session.profile))
+        session.messages.notice(
+            "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "
+            "measures this machine");
+    if (session.want().ranks == 1 && !session.profile.cpu.empty() &&
+        session.profile.cpu != cpu_name())
+        session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",
+                                             session.profile.name, session.profile.cpu));
+    if (!session.profile.build.empty() && session.profile.build != version())
+        session.messages.warning(
+            fmt::format("the profile '{}' was measured by version {}, this is {}: calibrate again",
+                        session.profile.name, session.profile.build, version()));
+}
+
+/// The budget of all samples and scratch: what is allowed less what the process has already.
+void open_memory(Session& session) {
+    Budget& budget = session.request.budget;
+    if (session.want().ranks > 1) {
+        // Of a rank of a machine that is elsewhere only its samples are known.
+        if (!budget.bytes && session.profile.memory > 0) budget.bytes = session.profile.memory;
+        session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(free_memory()));
+        return;
+    }
+    session.resident = resident_now() + kReserve + kReserveAThread * session.want().threads;
+    if (!budget.bytes) budget.bytes = resident_now() + free_memory();
+    const double left = std::max(0.0, *budget.bytes - session.resident);  // see expect_room
+    session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(left));
+    if (session.spec.max_memory) session.messages.memory_opened(left + kReserve + 10e6 * session.want().threads);
+}
+
+/// Why there is no room for samples, or "".
+std::string lack_of_room(const Session& session) {
+    const Input& input = *session.input;
+    const Budget& budget = session.want().budget;
+    if (session.want().ranks == 1 && *budget.bytes <= session.resident)
+        return fmt::format(
+            "--max-memory {:.0f} MiB: the process takes {:.0f} MiB before it holds any samples",
+            *budget.bytes / 0x1p20, session.resident / 0x1p20);
+    const auto limit = static_cast<double>(session.memory->limit());
+    if (input.described || input.bytes() <= limit) return {};
+    return fmt::format("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
+                       input.name, input.bytes() / 0x1p20, limit / 0x1p20,
+                       session.spec.max_memory ? " by --max-memory" : " on this machine");
+}
+
+/// @param low,high  of the input's values
+void take_written(Session& session, double low, double high) {
+    Request& want = session.request;
+    const Input& input = *session.input;
+    if (!session.outputs) {
+        session.written.tail.table = input.table;
+        return;
+    }
+    session.written =
+        written_of(session.want(), session.spec, session.geometry, input, *session.outputs, low, high);
+    const Tail& tail = session.written.tail;
+    want.written.reset();
+    if (want.job != Job::warp || tail.view || session.outputs->none()) return;
+    const WrittenAs written{tail.type, tail.values, tail.alpha == store::Alpha::straight,
+                            tail.alpha_unit};
+    // Places in a table are whole numbers, and none is written.
+    if (written.rounds() && !tail.table) want.written = written;
+}
+
+/// Whether some path that may be chosen brings the samples to where they are wanted and computes
+/// none of them anew, whatever their values are.
+bool can_be_copied(const Session& session, const Representation& stored) {
+    Scene any;
+    any.high = std::numeric_limits<double>::infinity();
+    any.low = -any.high;
+    const Ask ask{session.want(), any};
+    const TransformGraph spanned = expand(session.edges, ask, {{stored}}, session.spec.demands);
+    const auto arcs = boost::make_iterator_range(boost::edges(spanned.graph));
+    return std::any_of(arcs.begin(), arcs.end(), [&](const auto arc) {
+        const Arc& what = spanned.graph[arc];
+        return spanned.graph[boost::source(arc, spanned.graph)].source >= 0 &&
+               spanned.graph[boost::target(arc, spanned.graph)].target &&
+               session.edges[static_cast<std::size_t>(what.edge)].error_of(what.offer, ask).copies;
+    });
+}
+
+/// What the samples have to keep: labels stay apart, and what only moves comes out bit for bit.
+void take_exactness(Session& session) {
+    Input& input = *session.input;
+    const Request& want = session.want();
+    const RequestSpec& o = session.spec;
+    if (o.labels) input.header.labels = true;
+    if (want.job != Job::warp || input.described || input.phantom || session.given) return;
+    const Representation stored = stored_as(input);
+    const bool labels = want.field == Field::nearest;
+    if (o.labels && o.outside && is_integer(stored.type) &&
+        !can_store(stored.type, stored.values, want.outside))
+        throw RequestError(fmt::format("--outside {}: labels of type {} cannot say it", *o.outside,
+                                       name_of(stored.type)));
+    const bool wide = bytes_of(stored.type) >= 4 && stored.type != Type::f32;
+    const Tail& tail = session.written.tail;
+    const bool kept_by_writing =
+        !tail.view && (!input.premultiplied() || tail.alpha == store::Alpha::straight);
+    if (kept_by_writing && (wide || input.premultiplied()) && can_be_copied(session, stored)) {
+        take_keep(input, Keep::bits);
+    } else if (labels) {
+        input.outside = want.outside;
+        take_keep(input, Keep::labels);
+    }
+    // f64 as it is takes twice the memory of f32.
+    if (input.bytes() > static_cast<double>(session.memory->limit()))
+        take_keep(input, Keep::values);
+    if (input.keep != Keep::bits) return;
+    session.request.budget.copied = true;
+    take_written(session, 0, 0);
+}
+
+/// What there is no data of: guesses take the place of measurements.
+void take_description(Session& session) {
+    Input& input = *session.input;
+    input.data = described_data(input);
+    const Statistics statistics = described_statistics(*input.described, input.header);
+    take_values(session.request, session.window, session.spec, *input.data, statistics);
+    session.scene = described_scene(*input.described, input.header);
+    take_written(session, statistics.low, statistics.high);
+}
+
+void read_input(Session& session) {
+    if (session.input->described) {
+        take_description(session);
+        return;
+    }
+    const InState unobserved(session.messages, Listener::State::unobserved);
+    Input& input = *session.input;
+    if (session.given)
+        input.data = session.given;
+    else
+        for (const std::string& warning : read_data(input, session.memory.get()))
+            session.messages.warning(warning);
+    if (session.announces)
+        session.planning = std::make_unique<Announced>(session.messages, "planning");
+    const auto begin = Clock::now();
+    const Statistics& statistics = session.statistics =
+        session.given ? statistics_of(*input.data, session.memory.get())
+                      : known_statistics(input, session.memory.get());
+    session.spent.statistics += since(begin);
+    if (statistics.non_finite > 0)
+        session.messages.warning(
+            fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
+    take_values(session.request, session.window, session.spec, *input.data, statistics);
+    if (input.table) session.request.outside = place_in(*input.table, input.outside);
+    // What is written decides about errors.
+    if (!input.table) take_written(session, statistics.low, statistics.high);
+    look_at_data(session, session.errors == ErrorsWanted::asked);
+    if (input.table)
+        take_written(session, input.table->front(), input.table->back());
+    else
+        take_written(session, statistics.low, statistics.high);
+    for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
+}
+
+double frame_bytes(const Request& want) {
+    const Extent out = want.output();
+    return double(out.x) * double(out.y) * double(out.z) *
+           (want.job == Job::render ? want.mode->channels : 1) * sizeof(float);
+}
+
+/// Bytes that stay whatever the path: samples, results that wait, and their last form.
+double pinned_bytes(const Session& session) {
+    const Request& want = session.want();
+    const int channels = want.job == Job::warp ? session.input->channels() : 1;
+    const double frame = frame_bytes(want) * channels;
+    const double written = frame / sizeof(float) * double(bytes_of(session.written.tail.type));
+    // Ranks read what they work on, and keep their share of the results.
+    if (want.ranks > 1)
+        return session.writes_at_once() ? 0 : frame * (want.frames - 1) / want.ranks;
+    const double samples = session.input->bytes();
+    // The planner counts one result; the others wait in memory as well.
+    double pinned = samples + shown_bytes(session);
+    if (!session.writes_at_once()) pinned += frame * (want.frames - 1);
+    // A single result is finished after the samples are given back.
+    pinned += want.frames > 1 ? written : std::max(0.0, written - samples);
+    return pinned;
+}
+
+/// What verifying needs in addition to samples and results, when the path has ended.
+double verifying_bytes(const Session& session) {
+    if (!session.spec.verify || !session.input->data->samples.data()) return 0;
+    const ReferenceField field(*session.input->data, session.want().field,
+                               session.input->phantom ? &*session.input->phantom : nullptr);
+    return verifier_bytes(session.want(), field, static_cast<std::int64_t>(*session.spec.verify),
+                          session.want().threads);
+}
+
+/// @throws RequestError where there are no samples
+void pilot(Session& session) {
+    if (!session.input->data->samples.data())
+        throw RequestError("--planner: without samples nothing can be measured; only estimate");
+    const Answer& answer = *session.answer;
+    // As long as a few dozen runs take, within reason.
+    constexpr double kRuns = 40, kLeast = 2.5, kMost = 20;
+    const double guess = answer.plan ? answer.plan->predicted.seconds : kMost / kRuns;
+    const std::optional<double> given = session.spec.planning_time;
+    const double limit = given.value_or(std::clamp(kRuns * guess, kLeast, kMost));
+    const auto begin = Clock::now();
+    try {
+        measure_contenders(session, session.spec.planner == Planner::exhaustive, limit,
+                           given.value_or(kMost));
+    } catch (const std::bad_alloc&) {
+        session.messages.warning("--planner: no memory left to measure with; models decide");
+    }
+    session.spent.pilot += since(begin);
+}
+
+/// Before samples are read. Where there is no room for them, how much would do is planned as if
+/// they were only described.
+void expect_room(Session& session) {
+    const std::string lack = lack_of_room(session);
+    if (lack.empty()) return;
+    Input& input = *session.input;
+    if (!input.described)
+        input.described = Described{.extent = input.header.extent,
+                                    .volume = input.header.volume,
+                                    .type = input.header.type,
+                                    .spacing = input.header.spacing};
+    session.window.reset();  // its percentiles are of samples
+    take_description(session);
+    prepare_planning(session);
+    session.way_out = way_out_of(session, Errors::guessed);
+    throw NoPlan(lack + text_of(*session.way_out));
+}
+
+/// Why an edge that was asked for cannot serve, or "".
+std::string refused_demand(const Session& session) {
+    for (const Demand& demand : session.spec.demands.via)
+        for (const Refusal& refusal : session.answer->refused)
+            if (demand.name == refusal.transition ||
+                refusal.transition.starts_with(demand.name + "."))
+                return fmt::format("{}: {}", refusal.transition, refusal.reason);
+    return {};
+}
+
+/// That rounding to the file's type is what breaks an error budget, or "".
+std::string rounding_text(const Session& session) {
+    const Request& want = session.want();
+    if (!want.written || !want.budget.error) return {};
+    const double error = rounding_of(session.ask()) / session.scene.range;
+    if (error <= *want.budget.error) return {};
+    return fmt::format(
+        "; rounding to {} alone makes an error of {:.3g}: write f32 (--bits 32 and a format that "
+        "holds it, as .nrrd or .tif)",
+        name_of(want.written->type), error);
+}
+
+/// Labels that nobody called so: a plan that computes between them makes new ones.
+void hint_at_labels(Session& session) {
+    const Request& want = session.want();
+    const Input& input = *session.input;
+    if (want.job != Job::warp || want.field != Field::spline || session.spec.reference ||
+        input.phantom || !input.data->samples.data())
+        return;
+    const auto copies = [&](const Step& step) {
+        return step.by->error_of(step.offer, session.ask()).copies;
+    };
+    const std::vector<Step>& steps = session.answer->plan->steps;
+    if (std::all_of(steps.begin(), steps.end(), copies)) return;
+    if (looks_like_labels(*input.data, session.scene.commonest))
+        session.messages.warning(fmt::format(
+            "{} may hold labels (few different values): values between them appear; --labels "
+            "makes none",
+            input.name));
+}
+
+std::string nearest_text(const std::vector<Plan>& nearest) {
+    std::string text;
+    for (const Plan& plan : nearest)
+        text += fmt::format(
+            "\n  {}: {:.3g} s, {:.0f} MiB, error {}", fmt::join(plan.texts(), ", "),
+            plan.predicted.seconds, plan.predicted.bytes / 0x1p20,
+            plan.predicted.known ? fmt::format("{:.3g}", plan.predicted.error) : "unknown");
+    return text.empty() ? text : "; the nearest are" + text;
+}
+
+/// Depth is what a viewer does not show to be missing.
+void say_what_is_cut_off(Session& session) {
+    const Geometry& geometry = session.geometry;
+    constexpr double kSeen = 0.5;  // sample
+    if (session.want().job != Job::warp || geometry.cut <= kSeen) return;
+    session.messages.warning(fmt::format(
+        "depth: the moved volume is {:.4g} samples deep, the output {}, so up to {:.4g} at an end "
+        "are cut off; --size fit keeps all",
+        geometry.depth, geometry.grid.extent.z, geometry.cut));
+}
+
+/// Pictures have no spacing that a viewer would heed.
+void say_what_is_squeezed(Session& session) {
+    const Vec3& spacing = session.geometry.grid.spacing;
+    constexpr double kSeen = 1e-3;  // a pixel in a thousand
+    if (session.want().job != Job::warp || session.want().axes != 3 || !session.outputs ||
+        session.outputs->none() || session.outputs->format().volumes ||
+        std::abs(spacing.x() / spacing.y() - 1) <= kSeen)
+        return;
+    session.messages.warning(fmt::format(
+        "the picture's pixels are {:.4g} x {:.4g} {}, and most viewers show them square; "
+        "--spacing {:.4g} makes them so",
+        spacing.x(), spacing.y(), session.input->header.unit, std::min(spacing.x(), spacing.y())));
+}
+
+}  // namespace
+
+namespace {
+
+/// What f32 takes from f64 on the way into memory, as if all values were as large as the largest.
+double lost_in_reading(const Session& session) {
+    const Input& input = *session.input;
+    if (input.header.type != Type::f64 || input.data->what.type != Type::f32 || input.table ||
+        session.given || session.want().field == Field::nearest)
+        return 0;
+    const Scene& scene = session.scene;
+    return std::max(std::abs(scene.low), std::abs(scene.high)) * 0x1p-24 / std::sqrt(3.0);
+}
+
+}  // namespace
+
+bool Session::writes_at_once() const noexcept {
+    if (want().frames == 1 || spec.strict) return false;
+    const bool writes = outputs && !outputs->none();
+    return !writes || !written.tail.view || (window && window->values());
+}
+
+std::vector<Source> Session::sources() const {
+    const Representation& what = input->data->what;
+    if (want().ranks == 1) return {{what, Label{.noise = lost_in_reading(*this)}}};
+    Representation on_disk = what;
+    on_disk.place = Place::disk;
+    const double bytes = what.bytes();
+    return {{on_disk}, {what, Label{.peak = bytes, .held = bytes}}};
+}
+
+void look_at_data(Session& session, bool draw) {
+    const auto begin = Clock::now();
+    const Demands asked = untried(session.spec.demands, session.edges);
+    const Input& input = *session.input;
+    const Statistics& statistics = session.statistics;
+    std::pmr::memory_resource* memory = session.memory.get();
+    session.drawn = 1;
+    if (draw) {
+        session.scene =
+            known_scene(session.edges, input, statistics, session.want(), memory, 1, asked);
+    } else if (auto kept = kept_scene(input, statistics, session.want(), asked)) {
+        session.scene = std::move(*kept);
+    } else {
+        session.drawn = 0;
+        session.scene = unseen_scene(statistics);
+        count_scene(session.edges, *input.data, session.want(), session.scene, memory);
+    }
+    session.spent.preview += since(begin);
+}
+
+void take_request(Session& session) {
+    const RequestSpec& o = session.spec;
+    if (o.out) session.outputs.emplace(*o.out);
+    const Request& want = session.want();
+    // Where the choice depends on errors as such, they are always wanted.
+    if (session.errors == ErrorsWanted::for_choice &&
+        (want.budget.error || want.minimize == Minimize::error ||
+         session.spec.planner != Planner::estimate))
+        session.errors = ErrorsWanted::asked;
+    take_machine(session);
+    open_memory(session);
+    {
+        const InState unobserved(session.messages, Listener::State::unobserved);
+        session.input = inspected(o.input, selection_of(o));
+    }
+    if (session.runs && session.input->described)
+        throw RequestError(
+            fmt::format("{}: a description has no samples to run on; "
+                        "`edgewise plan` and `edgewise graph` take it",
+                        o.input));
+    session.geometry = take_geometry(session.request, o, *session.input, session.outputs);
+    // Places of 512 samples are then off by 2^-53 512 times that, 2^-22 of a sample.
+    constexpr double kIllConditioned = 4e6;
+    if (session.geometry.condition > kIllConditioned)
+        session.messages.warning(fmt::format(
+            "the geometry options make a map of condition {:.3g}: nearly singular, places are "
+            "uncertain",
+            session.geometry.condition));
+    say_what_is_cut_off(session);
+    say_what_is_squeezed(session);
+    if (session.outputs) session.outputs->expect_frames(session.want().frames);
+    take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
+    take_exactness(session);
+    expect_room(session);
+    read_input(session);
+}
+
+void prepare_planning(Session& session) {
+    session.plan_options.demands = session.spec.demands;
+    session.plan_options.pinned = pinned_bytes(session);
+    session.plan_options.resident = session.resident;
+    if (session.want().ranks > 1) return;
+    session.plan_options.after = std::max(verifying_bytes(session), showing_bytes(session));
+    // What reading and measuring have left behind counts once, as samples or as `held`.
+    session.memory->trim();
+    malloc_trim(0);
+    session.plan_options.held = std::max(0.0, resident_now() - double(session.memory->used())) +
+                                kGrowth + kGrowthAThread * session.want().threads;
+}
+
+void forget_errors(Session& session) {
+    if (session.errors == ErrorsWanted::asked || !session.answer) return;
+    Answer& answer = *session.answer;
+    const auto forget = [](Plan& plan) {
+        plan.predicted.known = false;
+        for (Step& step : plan.steps) step.predicted.known = false;
+    };
+    if (answer.plan) forget(*answer.plan);
+    for (std::vector<Plan>* plans : {&answer.front, &answer.nearest})
+        for (Plan& plan : *plans) forget(plan);
+}
+
+void make_plan(Session& session) {
+    {
+        const InState unobserved(session.messages, Listener::State::unobserved);
+        ask_planner(session);
+    }
+    if (session.spec.planner != Planner::estimate) pilot(session);
+    session.answer->seconds = session.spent.all();
+    session.planning.reset();
+    for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);
+    if (session.answer->plan) {
+        hint_at_labels(session);
+        return;
+    }
+    const std::string refused = refused_demand(session);
+    session.way_out = way_out_of(session);
+    throw NoPlan((refused.empty() ? session.answer->problem : refused) + rounding_text(session) +
+                 nearest_text(session.answer->nearest) + text_of(*session.way_out));
+}
+
+}  // namespace edgewise

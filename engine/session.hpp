@@ -1,0 +1,126 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "charts/pictures.hpp"
+#include "engine/request/input.hpp"
+#include "engine/request/make_request.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/announced.hpp"
+#include "engine/request/errors.hpp"
+#include "engine/listener.hpp"
+#include "engine/way_out.hpp"
+#include "engine/written.hpp"
+#include "planner/margin.hpp"
+#include "reference/verify.hpp"
+#include "runtime/runtime.hpp"
+#include "scene/statistics.hpp"
+
+namespace edgewise {
+
+/// What a run turned out to take.
+struct Measured {
+    std::vector<double> seconds;       // one a repetition
+    std::vector<std::string> steps;    // that ran
+    std::vector<double> step_seconds;  // of the last repetition: wall time
+    std::vector<Ran> trace;            // likewise
+    double bytes = 0, write_seconds = 0;
+    std::optional<bool> kept = true;  // the budgets; absent: it is open whether the error is
+    std::optional<Verified> error;
+};
+
+/// What the page of a run shows of its first result.
+struct Shown {
+    std::optional<charts::ReportPicture> picture, difference;
+    double difference_scale = 0;  // [value]
+    std::string no_difference;    // why there is none
+};
+
+/// When errors are measured on a preview: never, so that they are guessed; where a choice depends
+/// on them; or because somebody wants to know them.
+enum class ErrorsWanted { never, for_choice, asked };
+
+/// What choosing took [s].
+struct Spent {
+    double statistics = 0, preview = 0, search = 0, pilot = 0;
+
+    double all() const noexcept { return statistics + preview + search + pilot; }
+};
+
+/// One request on its way from its words to a result. What is not there yet when something fails
+/// stays empty.
+struct Session {
+    /// @param catalogue  that paths are made of
+    /// @param machine    whose seconds are predicted
+    /// @param listener   outlives the session
+    Session(RequestSpec asked, Catalogue catalogue, Profile machine, Listener& listener)
+        : spec(std::move(asked)),
+          messages(listener),
+          request(request_of(spec)),
+          window(spec.window),
+          profile(std::move(machine)),
+          edges(std::move(catalogue)) {}
+
+    const RequestSpec spec;
+    Listener& messages;
+    bool runs = false;   // and is not only planned: on one rank, with data
+    bool explained = false;  // the plan is shown with where its numbers come from
+    bool shows = false;  // pictures of the result are made, and of its error
+    ErrorsWanted errors = ErrorsWanted::asked;
+    std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
+    double resident = 0;                   // bytes of the process without `memory`
+    Request request;                       // what the graph knows of it
+    std::optional<Window> window;          // of the result; nothing where it became a grey ramp
+    std::optional<Outputs> outputs;
+    Profile profile;
+    Catalogue edges;
+    std::shared_ptr<const Data> given;  // samples in place of the input's: then none are read
+    std::optional<Input> input;
+    Geometry geometry;
+    Statistics statistics;  // of the input's samples, where there are any
+    Scene scene;
+    int drawn = 1;  // so many times the usual draws of its preview; 0: none, errors are guesses
+    Spent spent;
+    bool announces = false;               // that it plans, where that takes long
+    std::unique_ptr<Announced> planning;  // while it does
+    Written written;
+    PlanOptions plan_options;
+    std::optional<Answer> answer;
+    std::optional<Margin> margin;   // of its plan
+    std::optional<WayOut> way_out;  // where it has none
+    std::optional<Measured> measured;
+    std::optional<Shown> shown;      // where `shows`
+    std::vector<std::string> files;  // written
+
+    const Request& want() const noexcept { return request; }
+    Ask ask() const noexcept { return {request, scene}; }
+    /// Frames are written as they come; else they wait until all are there: the default window
+    /// needs the range of all.
+    bool writes_at_once() const noexcept;
+    /// Where a path may start: at the samples in memory; where there are ranks, also at the samples
+    /// on disk, of which every rank reads its share.
+    std::vector<Source> sources() const;
+};
+
+/// Measures what errors and ray casts depend on.
+/// @param draw  a preview too; without one, errors are guesses unless an earlier run kept them
+void look_at_data(Session& session, bool draw);
+
+/// Checks what is to be written, reads the input, and measures its scene.
+/// @throws RequestError, InputError, NoPlan
+void take_request(Session& session);
+
+/// What the planner is told in addition to request and scene, as the process is now.
+void prepare_planning(Session& session);
+
+/// Asks the planner. @throws RequestError, NoPlan
+void make_plan(Session& session);
+
+/// Takes the errors out of the answer where nobody asked for them: some may be guesses.
+void forget_errors(Session& session);
+
+/// Runs the plan, verifies and writes. @throws Cancelled, RunError, std::bad_alloc
+void perform(Session& session);
+
+}  // namespace edgewise

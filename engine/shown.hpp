@@ -1,0 +1,36 @@
+#pragma once
+
+#include "engine/request/tail.hpp"
+#include "engine/chart_pictures.hpp"
+
+namespace edgewise {
+
+/// Takes the pictures of a run while its results and the input's samples are in memory.
+class ShownResult {
+ public:
+    explicit ShownResult(Session& session);
+
+    /// Takes the first frame as it is written: its values wait for compare().
+    /// @param levels  that it is written with; another picture than one through a window has its
+    /// own
+    void take(const Data& result, const Shades& levels);
+    /// The error map: the reference at the places of the picture. Without memory for it there is
+    /// none. @throws Cancelled
+    void compare();
+
+ private:
+    charts::ReportPicture picture_of(const Data& result, const Shades& levels) const;
+    void show_difference(const charts::Raster& reference);
+    std::string difference_text(const charts::Raster& reference) const;
+
+    Session& session_;
+    PictureTaker large_, small_;
+    charts::Raster taken_;  // small
+};
+
+/// Bytes of memory that the pictures need while a path runs, and that the reference and the page
+/// need when it has ended.
+double shown_bytes(const Session& session);
+double showing_bytes(const Session& session);
+
+}  // namespace edgewise

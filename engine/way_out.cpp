@@ -1,0 +1,165 @@
+#include "engine/way_out.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "engine/request/quantities.hpp"
+#include "engine/rivals.hpp"
+#include "engine/session.hpp"
+#include "planner/relax.hpp"
+
+namespace edgewise {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kDigits = 4;               // so rounding adds at most 0.1 %
+constexpr double kPages = 1.5 * 0x1p20;  // resident bytes that two runs of a command differ by
+
+/// The least number of four digits that `read` takes as no less than `value`.
+template <class Read>
+std::string rounded_up(double value, const char* unit, const Read& read) {
+    if (!(value > 0)) return fmt::format("0{}", unit);
+    const double step = std::pow(10.0, std::floor(std::log10(value)) - (kDigits - 1));
+    for (double count = std::ceil(value / step - 1e-6);; ++count) {
+        const std::string text = fmt::format("{:.{}g}{}", count * step, kDigits + 1, unit);
+        if (read(text)) return text;
+    }
+}
+
+std::string text_of(const Demand& demand) { return demand.name + demand.with.text(); }
+
+std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Session& session) {
+    std::vector<OptionChange> changes;
+    const RequestSpec& o = session.spec;
+    const std::string error = o.like_linear ? "linear"
+                              : o.max_error ? error_limit_text(*o.max_error)
+                                            : "";
+    if (relaxed.error && std::isinf(*relaxed.error))
+        changes.push_back({.option = "--max-error", .instead = error});
+    else if (relaxed.error)
+        changes.push_back(
+            {"--max-error", error_limit_text(*relaxed.error), error});
+    if (relaxed.seconds)
+        changes.push_back({"--max-time", time_text(*relaxed.seconds), o.max_time ? time_text(*o.max_time) : ""});
+    if (relaxed.bytes)
+        changes.push_back(
+            {"--max-memory", memory_text(*relaxed.bytes - kPages),
+             o.max_memory ? fmt::format("{:.6g}MiB", *o.max_memory / 0x1p20) : fmt::format("the {:.0f} MiB there are",
+                                               session.want().budget.bytes.value_or(0) / 0x1p20)});
+    return changes;
+}
+
+std::vector<OptionChange> changes_of(const Dropped& dropped, const Demands& demands) {
+    std::vector<OptionChange> changes;
+    for (const std::size_t i : dropped.via)
+        changes.push_back({.option = "--via", .instead = text_of(demands.via[i])});
+    for (const std::size_t i : dropped.without)
+        changes.push_back({.option = "--without", .instead = text_of(demands.without[i])});
+    return changes;
+}
+
+Rounding rounding() {
+    return {[](double error) { return error_budget(error_limit_text(error)); },
+            [](double seconds) { return time_budget(time_text(seconds)); },
+            [](double bytes) { return memory_budget(memory_text(bytes)) + kPages; }};
+}
+
+std::string text_of(const std::vector<OptionChange>& changes) {
+    std::vector<std::string> parts;
+    for (const OptionChange& change : changes)
+        parts.push_back(change.value ? fmt::format("{} {} instead of {}", change.option,
+                                                   *change.value, change.instead)
+                                     : fmt::format("no {} {}", change.option, change.instead));
+    return fmt::format("\n  {}", fmt::join(parts, " and "));
+}
+
+}  // namespace
+
+std::string error_limit_text(double error) {
+    return rounded_up(error, "",
+                      [&](const std::string& text) { return error_budget(text) >= error; });
+}
+
+std::string time_text(double seconds) {
+    const auto enough = [&](const std::string& text) { return time_budget(text) >= seconds; };
+    if (seconds < 1e-3) return rounded_up(seconds * 1e6, "us", enough);
+    if (seconds < 1) return rounded_up(seconds * 1e3, "ms", enough);
+    return rounded_up(seconds, "s", enough);
+}
+
+std::string memory_text(double bytes) {
+    const double most = bytes + kPages;
+    const auto enough = [&](const std::string& text) { return memory_budget(text) >= most; };
+    return rounded_up(most / 0x1p20, "MiB", enough);
+}
+
+WayOut way_out_of(const Session& session, Errors errors) {
+    WayOut way_out;
+    const auto drop = [&](bool budgets) {
+        for (const Dropped& dropped :
+             demands_to_drop(session.edges, session.ask(), session.sources(), session.profile,
+                             session.plan_options, budgets))
+            way_out.demands.push_back(changes_of(dropped, session.spec.demands));
+    };
+    const auto paths = candidates_of(session);
+    Budget budget = session.want().budget;
+    if (errors == Errors::guessed) budget.error.reset();
+    for (const Relaxed& relaxed : relaxed_budgets(*paths, budget, rounding()))
+        way_out.budgets.push_back(changes_of(relaxed, session));
+    if (errors == Errors::guessed) return way_out;
+    drop(true);
+    if (!paths->all().empty()) return way_out;
+    if (way_out.demands.empty()) {
+        drop(false);
+        way_out.then_budgets = !way_out.demands.empty();
+    }
+    if (way_out.demands.empty())
+        way_out.missing = missing_edges(session.edges, session.ask(), session.sources());
+    return way_out;
+}
+
+std::string text_of(const WayOut& way_out) {
+    std::string text;
+    for (const auto& changes : way_out.budgets) text += text_of(changes);
+    for (const auto& changes : way_out.demands) text += text_of(changes);
+    if (way_out.then_budgets) text += "\n  and a larger budget";
+    if (!text.empty()) text = "; any of these lines makes one fit:" + text;
+    for (const auto& set : way_out.missing) {
+        text += "\n  there would be a path, were there not ";
+        std::vector<std::string> parts;
+        for (const Refusal& refusal : set)
+            parts.push_back(fmt::format("{} refused: {}", refusal.transition, refusal.reason));
+        text += fmt::format("{}", fmt::join(parts, ", and "));
+    }
+    return text;
+}
+
+Json to_json(const WayOut& way_out) {
+    Json budgets = Json::array(), demands = Json::array(), missing = Json::array();
+    for (const auto& changes : way_out.budgets) {
+        Json one = Json::object();
+        for (const OptionChange& change : changes)
+            one[change.option] = change.value ? Json(*change.value) : Json();
+        budgets.push_back(one);
+    }
+    for (const auto& changes : way_out.demands) {
+        Json set = Json::array();
+        for (const OptionChange& change : changes)
+            set.push_back({{"option", change.option}, {"value", change.instead}});
+        demands.push_back(set);
+    }
+    for (const auto& refusals : way_out.missing) {
+        Json set = Json::array();
+        for (const Refusal& refusal : refusals)
+            set.push_back({{"transition", refusal.transition}, {"reason", refusal.reason}});
+        missing.push_back(set);
+    }
+    return {{"budgets", budgets},
+            {"demands", demands},
+            {"then_budgets", way_out.then_budgets},
+            {"missing", missing}};
+}
+
+}  // namespace edgewise

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "graph/plan.hpp"
+
+namespace edgewise {
+
+struct Session;
+
+/// An option of the command line to be given another value, or to be left out.
+struct OptionChange {
+    std::string option = {};                // "--max-error"
+    std::optional<std::string> value = {};  // as typed, it works; none: left out
+    std::string instead = {};               // of this value
+};
+
+/// The changes of options that would make an infeasible request feasible.
+struct WayOut {
+    /// Each list alone does: the least values, rounded to what works as typed.
+    std::vector<std::vector<OptionChange>> budgets;
+    /// Each list alone does: the smallest sets of --via and --without to leave out.
+    std::vector<std::vector<OptionChange>> demands;
+    bool then_budgets = false;  // even without these demands a budget must still change
+    /// Each set of edges alone would, if they applied.
+    std::vector<std::vector<Refusal>> missing;
+};
+
+/// Whether predicted errors are those of the data, or guesses from which no advice can follow.
+enum class Errors { predicted, guessed };
+
+/// For a session whose planner finds nothing.
+WayOut way_out_of(const Session& session, Errors errors = Errors::predicted);
+
+/// "; it would work with\n  --max-error 0.0123 instead of 0.005\n ...", or "".
+std::string text_of(const WayOut& way_out);
+/// {"budgets": [{"--max-error": "0.0123"}], "demands": [[{"option", "value"}]],
+/// "missing": [[{"transition", "reason"}]]}
+nlohmann::ordered_json to_json(const WayOut& way_out);
+
+/// A time that `--max-time` reads as no less than this, and at most 0.1 % more: "12.35ms".
+std::string time_text(double seconds);
+/// The same for --max-error.
+std::string error_limit_text(double error);
+/// The same for --max-memory; with room for what a process's own pages differ by from run to run.
+std::string memory_text(double bytes);
+
+}  // namespace edgewise

@@ -1,0 +1,134 @@
+#include "engine/wisdom.hpp"
+
+#include <ctime>
+#include <filesystem>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "engine/measure/machine.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/request/request_text.hpp"
+#include "engine/hash.hpp"
+#include "engine/session.hpp"
+#include "graph/errors.hpp"
+#include "graph/version.hpp"
+
+namespace edgewise {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr std::size_t kMostRequests = 500;  // the oldest are forgotten
+
+std::string cache_file() {
+    const std::string folder = cache_folder();
+    return folder.empty() ? folder : folder + "/wisdom.json";
+}
+
+/// The file's content, or an empty one. @throws InputError where it is broken
+Json read_file(const std::string& file) {
+    const Json none = {{"schema", 1}, {"requests", Json::object()}};
+    std::error_code absent;
+    if (file.empty() || !fs::exists(file, absent)) return none;
+    std::ifstream stream(file);
+    const Json json = Json::parse(stream, nullptr, false);
+    const auto broken = [&](const std::string& why) {
+        return InputError("wisdom " + file + ": " + why);
+    };
+    if (!json.is_object()) throw broken("not a JSON object");
+    if (json.value("schema", Json()) != 1) throw broken("schema: expected 1");
+    if (!json.contains("requests") || !json["requests"].is_object())
+        throw broken("requests: expected an object");
+    return json;
+}
+
+std::optional<Learned> learned_of(const Json& json) {
+    if (!json.is_object() || !json.contains("seconds") || !json["seconds"].is_array()) return {};
+    Learned learned;
+    for (const Json& each : json["seconds"]) {
+        if (!each.is_number() || !(each.get<double>() > 0)) return {};
+        learned.seconds.push_back(each.get<double>());
+    }
+    for (const auto& [key, member] : {std::pair{"error", &Learned::error},
+                                      {"low", &Learned::low},
+                                      {"high", &Learned::high},
+                                      {"samples", &Learned::samples},
+                                      {"bytes", &Learned::bytes},
+                                      {"given_up", &Learned::given_up}}) {
+        if (!json.contains(key) || !json[key].is_number() || !(json[key].get<double>() >= 0))
+            return {};
+        learned.*member = json[key].get<double>();
+    }
+    return learned;
+}
+
+Json json_of(const Learned& learned) {
+    return {{"seconds", learned.seconds},  {"error", learned.error},     {"low", learned.low},
+            {"high", learned.high},        {"samples", learned.samples}, {"bytes", learned.bytes},
+            {"given_up", learned.given_up}};
+}
+
+void forget_oldest(Json& requests) {
+    while (requests.size() > kMostRequests) {
+        auto oldest = requests.begin();
+        for (auto it = requests.begin(); it != requests.end(); ++it)
+            if (it->value("when", "") < oldest->value("when", "")) oldest = it;
+        requests.erase(oldest);
+    }
+}
+
+}  // namespace
+
+Wisdom Wisdom::load() {
+    Wisdom wisdom;
+    try {
+        const Json json = read_file(cache_file());
+        for (const auto& [key, request] : json["requests"].items()) {
+            if (!request.is_object() || !request.contains("paths")) continue;
+            for (const auto& [path, learned] : request["paths"].items())
+                if (auto known = learned_of(learned)) wisdom.requests_[key][path] = *known;
+        }
+    } catch (const InputError& error) {
+        wisdom.problem_ = std::string(error.what()) + "; it is not used, and left as it is";
+    }
+    return wisdom;
+}
+
+const Wisdom::Paths* Wisdom::find(const std::string& request) const {
+    const auto found = requests_.find(request);
+    return found == requests_.end() ? nullptr : &found->second;
+}
+
+void Wisdom::keep(const std::string& request, const std::string& about,
+                  const Paths& learned) const {
+    const std::string file = cache_file();
+    if (file.empty() || !problem_.empty() || learned.empty()) return;
+    try {
+        fs::create_directories(fs::path(file).parent_path());
+        Json json = read_file(file);
+        Json& entry = json["requests"][request];
+        entry["about"] = about;
+        entry["when"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+        for (const auto& [path, each] : learned) entry["paths"][path] = json_of(each);
+        forget_oldest(json["requests"]);
+        write_text(file, json.dump(1) + "\n");
+    } catch (const std::exception&) {
+        return;  // a cache that cannot be written is none
+    }
+}
+
+std::string wisdom_key(const Session& session) {
+    const Data& data = *session.input->data;
+    const std::string text = fmt::format("{}|{}|{}|{}|{:a} {:a}|{}", version(), cpu_name(),
+                                         usable_cores(), data.what.text(), data.what.values.slope,
+                                         data.what.values.offset, request_text(session.want()));
+    Hash hash;
+    hash.add(text.data(), text.size());
+    hash.add(data.samples.data(), static_cast<std::size_t>(data.what.bytes()));
+    return fmt::format("{:016x}", hash.value());
+}
+
+}  // namespace edgewise

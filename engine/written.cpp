@@ -1,0 +1,235 @@
+#include "engine/written.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "graph/errors.hpp"
+#include "io/geometry.hpp"
+
+namespace edgewise {
+namespace {
+
+/// Lengths that differ by rounding only are one.
+double told(double length, double known) {
+    return std::abs(length - known) <= 1e-12 * known ? known : length;
+}
+
+/// Where the output lies: its samples are where those of the input at Geometry::lies are.
+void take_place(store::Header& header, const store::Header& input, const Geometry& geometry) {
+    const Mat4& lies = geometry.lies;
+    for (int axis = 0; axis < (header.volume ? 3 : 2); ++axis) {
+        const auto k = static_cast<std::size_t>(axis);
+        const Vec3 along = lies.col(axis).head<3>();
+        store::Vector step{};
+        int axes = 0, only = 0;
+        for (int from = 0; from < 3; ++from) {
+            if (along[from] != 0) ++axes, only = from;
+            for (std::size_t row = 0; row < 3; ++row)
+                step[row] += input.direction[static_cast<std::size_t>(from)][row] *
+                             input.spacing[static_cast<std::size_t>(from)] * along[from];
+        }
+        header.spacing[k] = told(store::length(step), geometry.grid.spacing[axis]);
+        for (std::size_t row = 0; row < 3; ++row)
+            header.direction[k][row] = step[row] / store::length(step);
+        if (axes != 1) continue;
+        // Along one axis of the input it points exactly as that one does, or the other way.
+        header.spacing[k] = geometry.grid.spacing[axis];
+        header.direction[k] = input.direction[static_cast<std::size_t>(only)];
+        if (along[only] < 0)
+            for (double& entry : header.direction[k]) entry = 0 - entry;
+    }
+    for (std::size_t from = 0; from < 3; ++from)
+        for (std::size_t row = 0; row < 3; ++row)
+            header.origin[row] +=
+                input.direction[from][row] * input.spacing[from] * lies(static_cast<int>(from), 3);
+    if (header.anatomical) {
+        Mat3 points;
+        for (int k = 0; k < 3; ++k)
+            points.col(k) = Vec3(header.direction[static_cast<std::size_t>(k)].data());
+        header.orientation = letters_of(points);
+    }
+}
+
+/// The description of an output, without type and channels.
+store::Header described(const Request& want, const Geometry& geometry, const Input& input,
+                        const Outputs& outputs) {
+    store::Header header;
+    header.volume = false;
+    header.unit = input.header.unit;
+    if (want.job == Job::warp) {
+        header = input.header;
+        header.reader.reset();
+        header.warnings.clear();
+        header.times = 1;
+    }
+    header.extent = want.output();
+    for (int k = 0; k < 3; ++k)
+        header.spacing[static_cast<std::size_t>(k)] = geometry.grid.spacing[k];
+    if (want.job == Job::warp) take_place(header, input.header, geometry);
+    // One plane may become a picture.
+    if (header.extent.z == 1 && !outputs.none() && !outputs.format().volumes) header.volume = false;
+    return header;
+}
+
+/// Whether the header's type and channels fit into the format.
+bool fits(const Outputs& outputs, const store::Header& header) {
+    return store::cannot_write(outputs.file(0), header).empty() &&
+           (header.values.identity() || outputs.format().values);
+}
+
+/// The type that holds values as the file means them, where the format cannot say slope and offset:
+/// an integer as wide as needed where all values are whole, else f32.
+Type plain_type(const store::Header& header, double low, double high) {
+    const ValueMap& map = header.values;
+    const bool whole = is_integer(header.type) && map.slope == std::round(map.slope) &&
+                       map.offset == std::round(map.offset);
+    for (const Type type : {Type::u8, Type::i16, Type::u16, Type::i32}) {
+        if (!whole || bytes_of(type) < bytes_of(header.type)) continue;
+        const auto [least, most] = limits_of(type);
+        if (low >= least && high <= most) return type;
+    }
+    return Type::f32;
+}
+
+Tail values_tail(const store::Header& header, const Input& input) {
+    Tail tail;
+    tail.type = header.type;
+    tail.values = header.values;
+    tail.channels = header.channels;
+    tail.table = input.table;
+    if (input.premultiplied()) {
+        // What computes light keeps it multiplied; so the format has it, as memory does.
+        tail.alpha = header.format == "EXR" ? store::Alpha::premultiplied : store::Alpha::straight;
+        tail.alpha_unit = is_integer(header.type) ? input.opaque() : 1;
+    }
+    return tail;
+}
+
+Tail view_tail(Type type, int channels, const Input& input, Job job) {
+    Tail tail;
+    tail.view = true;
+    tail.type = type;
+    tail.channels = channels;
+    tail.table = input.table;
+    // Light that a file keeps multiplied (EXR) is divided as well: pictures of 8 bits are straight.
+    const bool light = input.header.alpha == store::Alpha::premultiplied &&
+                       !is_integer(input.header.type) && channels == input.header.channels;
+    if (job == Job::warp && (input.premultiplied() || light)) tail.alpha = store::Alpha::straight;
+    return tail;
+}
+
+/// Endings of formats that hold this, for who asked for another.
+std::string instead(store::Header header) {
+    header.values = {};
+    store::Header as_f32 = header;
+    as_f32.type = Type::f32;
+    std::vector<std::string> endings;
+    for (const store::Format& format : store::formats()) {
+        const std::string path = "x" + format.endings[0];
+        if (format.writes && (store::cannot_write(path, header).empty() ||
+                              store::cannot_write(path, as_f32).empty()))
+            endings.push_back(format.endings[0]);
+    }
+    return endings.empty() ? "" : fmt::format("; {} can", fmt::join(endings, ", "));
+}
+
+[[noreturn]] void refuse(const Outputs& outputs, const store::Header& header) {
+    std::string why = store::cannot_write(outputs.file(0), header);
+    if (why.empty())
+        why = fmt::format("{} cannot say that values are {} x stored + {}", outputs.format().name,
+                          header.values.slope, header.values.offset);
+    throw RequestError(fmt::format("-o {}: {}{}", outputs.file(0), why, instead(header)));
+}
+
+/// Whether f32 has fewer digits than values of this type may need.
+bool f32_may_round(Type type, double low, double high) {
+    constexpr double kWhole = 0x1p24;
+    return type == Type::f64 ||
+           (bytes_of(type) == 4 && is_integer(type) && (low < -kWhole || high > kWhole));
+}
+
+/// Values of a warp in the input's type, where the format cannot hold that in the smallest type
+/// that means the same, or else f32; or nothing where the format holds pictures alone.
+bool take_value_type(Written& written, const Input& input, const Outputs& outputs, double low,
+                     double high) {
+    store::Header& header = written.header;
+    header.type = input.header.type;
+    header.channels = input.channels();
+    if (fits(outputs, header)) return true;
+    header.values = {};
+    if (!input.header.values.identity()) {
+        header.type = plain_type(input.header, low, high);
+        if (fits(outputs, header)) return true;
+    }
+    header.type = Type::f32;
+    if (fits(outputs, header)) {
+        if (f32_may_round(input.header.type, low, high))
+            written.warnings.push_back(
+                fmt::format("{} cannot hold {}: values are written as f32, which rounds them",
+                            outputs.format().name, name_of(input.header.type)));
+        return true;
+    }
+    header.values = input.header.values;
+    header.type = input.header.type;
+    return false;
+}
+
+}  // namespace
+
+Written written_of(const Request& want, const RequestSpec& spec, const Geometry& geometry, const Input& input,
+                   const Outputs& outputs, double low, double high) {
+    Written written;
+    written.header = described(want, geometry, input, outputs);
+    written.header.format = outputs.none() ? "" : outputs.format().name;
+    store::Header& header = written.header;
+    const bool over_background = want.job == Job::render && want.mode->over_background;
+    const int channels = over_background ? 3 : want.job == Job::render ? 1 : input.channels();
+    const auto finish = [&]() -> Written& {
+        written.tail.over_background = over_background;
+        written.tail.background = want.background;
+        // What was not multiplied on the way in, or not divided on the way out, is as it was.
+        const bool as_it_was = want.job == Job::warp && written.tail.alpha == store::Alpha::none &&
+                               header.channels == input.header.channels;
+        header.alpha = as_it_was ? input.header.alpha : written.tail.alpha;
+        return written;
+    };
+    if (outputs.none()) {
+        written.tail.channels = channels;
+        return finish();
+    }
+    if (!spec.bits && want.job == Job::warp) {
+        if (take_value_type(written, input, outputs, low, high)) {
+            written.tail = values_tail(header, input);
+            return finish();
+        }
+        // A view is of pictures; who asks for a format of values must not get 8 bits.
+        const std::vector<Type>& types = outputs.format().types;
+        if (std::find(types.begin(), types.end(), Type::f32) != types.end())
+            refuse(outputs, header);
+    }
+    header.values = {};
+    header.channels = channels;
+    if ((!spec.bits && want.job == Job::render) || spec.bits == 32) {
+        header.type = Type::f32;
+        if (fits(outputs, header)) {
+            written.tail = values_tail(header, input);
+            return finish();
+        }
+        if (spec.bits) refuse(outputs, header);
+    }
+    header.type = spec.bits == 16 ? Type::u16 : Type::u8;
+    const bool has_alpha =
+        input.header.alpha != store::Alpha::none && channels == input.header.channels;
+    if (!fits(outputs, header) && has_alpha && want.job == Job::warp) {
+        written.warnings.push_back(fmt::format("{} keeps no alpha: transparent parts become black",
+                                               outputs.format().name));
+        header.channels = channels - 1;
+    }
+    if (!fits(outputs, header)) refuse(outputs, header);
+    written.tail = view_tail(header.type, header.channels, input, want.job);
+    if (header.channels < channels) written.tail.alpha = store::Alpha::none;
+    return finish();
+}
+
+}  // namespace edgewise
