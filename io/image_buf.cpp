@@ -62,11 +62,20 @@ void check_shape(const OIIO::ImageBuf& image) {
                std::to_string(kMostChannels) + " at most can be");
 }
 
+/// ImageBuf::contiguous is false of all buffers that wrap memory (2.4.7).
+bool is_contiguous(const OIIO::ImageBuf& image) {
+    const OIIO::ImageSpec& spec = image.spec();
+    const auto pixel = static_cast<OIIO::stride_t>(spec.pixel_bytes());
+    const OIIO::stride_t row = pixel * spec.width, plane = row * spec.height;
+    return image.pixel_stride() == pixel && (spec.height < 2 || image.scanline_stride() == row) &&
+           (spec.depth < 2 || image.z_stride() == plane);
+}
+
 const void* pixels_of(const OIIO::ImageBuf& image) {
     const void* const pixels = image.localpixels();
     if (image.has_error()) refuse(image.geterror());
     if (!pixels) refuse("its pixels are in a cache; read it with force = true");
-    if (!image.contiguous()) refuse("its pixels are not contiguous");
+    if (!is_contiguous(image)) refuse("its pixels are not contiguous");
     return pixels;
 }
 

@@ -4,11 +4,13 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagecache.h>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <gtest/gtest.h>
 #include <limits>
 #include <sys/mman.h>
 #include <unistd.h>
+#include <vector>
 
 #include "graph/errors.hpp"
 #include "planner/planner.hpp"
@@ -36,10 +38,15 @@ float value_at(int x, int y, int z, int c) {
 }
 
 void fill(Image& image) {
-    for (Image::Iterator<float> it(image); !it.done(); ++it)
-        for (int c = 0; c < image.nchannels(); ++c)
-            it[c] = value_at(it.x(), it.y(), it.z(), c) /
-                    (image.spec().format == TypeDesc::FLOAT ? 1.f : 255.f);
+    const ImageSpec& spec = image.spec();
+    const float whole = spec.format == TypeDesc::FLOAT ? 1 : 255;
+    std::vector<float> pixel(static_cast<std::size_t>(spec.nchannels));
+    for (int z = 0; z < spec.depth; ++z)
+        for (int y = 0; y < spec.height; ++y)
+            for (int x = 0; x < spec.width; ++x) {
+                for (int c = 0; c < spec.nchannels; ++c) pixel[c] = value_at(x, y, z, c) / whole;
+                image.setpixel(x, y, z, pixel.data());
+            }
 }
 
 std::shared_ptr<Image> filled(const Extent& n, int channels, TypeDesc type) {
