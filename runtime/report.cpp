@@ -82,14 +82,12 @@ class FlowDrawing {
         const Step& step = plan_.steps[task.step];
         std::string text = step.offer.to.text();
         const std::size_t count = task.regions.size();
+        const bool in_parts = step.by->parts(step.offer, ask_).kind == Partition::input;
         if (task.first < task.step)
-            text += fmt::format("\\njoined of {} boxes", count);
+            text += fmt::format("\\njoined from {} boxes", count);
         else if (count > 1)
-            text += fmt::format("\\n{} {}",
-                                step.by->parts(step.offer, ask_).kind == Partition::input
-                                    ? "merged of parts:"
-                                    : "joined of regions:",
-                                count);
+            text += fmt::format("\\n{} {} {}", in_parts ? "merged from" : "joined from", count,
+                                in_parts ? "parts" : "regions");
         if (task.frames.size() == 1) text += fmt::format("\\nframe {}", task.frames.front());
         if (task.frames.size() > 1) text += fmt::format("\\n{} frames", task.frames.size());
         return text;

@@ -244,6 +244,7 @@ void expect_same_bytes(Job job, std::shared_ptr<const Image> image) {
         EXPECT_GT(memory.used(), before);
     }
     EXPECT_EQ(results[0], results[1]);
+    EXPECT_EQ(memory.used(), 0u) << "what is not its own was counted or given back";
 }
 
 TEST(ImageBuf, EdgesComputeTheSameBytes) {
