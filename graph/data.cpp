@@ -11,10 +11,19 @@ constexpr std::size_t kAlignment = 64;  // a cache line, and the widest vector
 Array::Block::Block(std::size_t size, std::pmr::memory_resource* resource)
     : data(resource->allocate(size + kArraySlack, kAlignment)), bytes(size), from(resource) {}
 
-Array::Block::~Block() { from->deallocate(data, bytes + kArraySlack, kAlignment); }
+Array::Block::Block(void* held, std::size_t size, std::shared_ptr<const void> holder)
+    : data(held), bytes(size), owner(std::move(holder)) {}
+
+Array::Block::~Block() {
+    if (from) from->deallocate(data, bytes + kArraySlack, kAlignment);
+}
 
 Array::Array(std::size_t bytes, std::pmr::memory_resource* from)
     : block_(std::make_shared<Block>(bytes, from)) {}
+
+Array Array::around(void* data, std::size_t bytes, std::shared_ptr<const void> owner) {
+    return Array(std::make_shared<Block>(data, bytes, std::move(owner)));
+}
 
 Data Data::sharing(const Data& other, const Representation& what) {
     Data data;

@@ -15,8 +15,8 @@ namespace edgewise {
 /// Bytes that stand readable behind the last sample of every array (never used, only fetched).
 inline constexpr std::size_t kArraySlack = 64;
 
-/// Uninitialised bytes from a counting memory resource, aligned to 64. Moves; a copy shares the
-/// bytes, and has to be asked for.
+/// Uninitialised bytes from a counting memory resource, aligned to 64, or bytes that something else
+/// holds. Moves; a copy shares the bytes, and has to be asked for.
 class Array {
  public:
     Array() = default;
@@ -24,6 +24,11 @@ class Array {
     Array(std::size_t bytes, std::pmr::memory_resource* from);
     Array(Array&&) noexcept = default;
     Array& operator=(Array&&) noexcept = default;
+
+    /// Bytes of another library, aligned to their samples, with kArraySlack readable bytes behind
+    /// them. No resource counts them or gives them back: they live as long as their owner, which
+    /// lives as long as any array that shares them.
+    static Array around(void* data, std::size_t bytes, std::shared_ptr<const void> owner);
 
     /// The same bytes, which live as long as any that share them.
     Array shared() const { return Array(block_); }
@@ -35,9 +40,11 @@ class Array {
     struct Block {
         void* data = nullptr;
         std::size_t bytes = 0;
-        std::pmr::memory_resource* from = nullptr;
+        std::pmr::memory_resource* from = nullptr;  // null: the owner gives them back
+        std::shared_ptr<const void> owner;
 
         Block(std::size_t bytes, std::pmr::memory_resource* from);
+        Block(void* data, std::size_t bytes, std::shared_ptr<const void> owner);
         Block(const Block&) = delete;
         Block& operator=(const Block&) = delete;
         ~Block();

@@ -60,7 +60,9 @@ Outcome run(const Plan& plan, const Ask& ask, std::shared_ptr<const Data> source
 /// @param steps  of that plan; those that never ran take 0
 std::vector<double> wall_seconds(const std::vector<Ran>& trace, std::size_t steps);
 
-/// The nodes and arcs that run() would make, as DOT.
+/// What run() would do, as DOT: a rectangle for each entry of its trace, an ellipse for the data
+/// between them. Steps that run box by box (Plan::boxes) are a chain for each box; arcs in it say
+/// how large the box between them is, and an ellipse joins the boxes.
 std::string flow_dot(const Plan& plan, const Ask& ask);
 /// Trace in Chrome's JSON array format.
 std::string chrome_trace(const Plan& plan, const std::vector<Ran>& trace);

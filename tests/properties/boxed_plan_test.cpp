@@ -4,8 +4,10 @@
 
 #include "planner/boxed.hpp"
 #include "planner/planner.hpp"
+#include "runtime/runtime.hpp"
 #include "scene/scene.hpp"
 #include "tests/properties/run_request.hpp"
+#include "tests/runtime/flow_text.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise {
@@ -58,6 +60,32 @@ TEST(BoxedPlan, KeepsABudgetThatNoWholeOneKeeps) {
             EXPECT_LE(static_cast<double>(memory.peak()), answer.plan->predicted.bytes + kAround);
             EXPECT_EQ(rms_difference(results, expected), 0);
         }
+    }
+}
+
+TEST(BoxedPlan, DrawingHasTheNodesThatRun) {
+    Rendered rendered;
+    const Answer whole = rendered.answer();
+    ASSERT_TRUE(whole.plan);
+    const Ask ask{rendered.want, rendered.scene};
+    const std::optional<Plan> in_boxes = boxed(*whole.plan, ask, 8, rendered.options);
+    ASSERT_TRUE(in_boxes);
+    for (const Plan& plan : {*whole.plan, *in_boxes}) {
+        RunOptions options;
+        options.threads = 2;
+        options.memory = &rendered.memory;
+        const Outcome outcome = run(
+            plan, ask, rendered.data, [](int, const auto&) {}, options);
+        const testing::FlowText drawn(flow_dot(plan, ask));
+        EXPECT_EQ(drawn.nodes.size(), outcome.trace.size());
+        EXPECT_EQ(drawn.by_step(), testing::FlowText::by_step(outcome.trace));
+        EXPECT_EQ(drawn.started, drawn.nodes);
+        EXPECT_EQ(drawn.ended, drawn.nodes);
+        const int boxes = static_cast<int>(boxes_of(plan.steps.back().offer.to.extent, 8).size());
+        EXPECT_EQ(drawn.boxes, plan.boxes > 1 ? boxes * rendered.want.frames : 0);
+        EXPECT_EQ(drawn.inside, drawn.boxes) << "two steps, one arc between them in each box";
+        // The source and, of whole results, one for each view of each task: boxes have no volume.
+        EXPECT_EQ(drawn.data.size(), 1u + (plan.boxes > 1 ? 1 : 2) * rendered.want.frames);
     }
 }
 

@@ -1,14 +1,15 @@
 // The drawing of a plan and the trace of a run can be read by others.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <set>
 
+#include "tests/runtime/flow_text.hpp"
 #include "tests/runtime/toy_plan.hpp"
 
 namespace edgewise {
 namespace {
 
+using testing::FlowText;
 using testing::ToyJob;
 
 TEST(Report, TraceIsWhatChromeReads) {
@@ -36,24 +37,14 @@ TEST(Report, FlowHasANodeForEveryOneThatRuns) {
     ToyJob job(5, 2);
     job.load();
     const Plan plan = job.plan();
-    const std::string dot = flow_dot(plan, job.ask());
-    EXPECT_TRUE(dot.starts_with("digraph flow {"));
-    EXPECT_EQ(std::count(dot.begin(), dot.end(), '{'), std::count(dot.begin(), dot.end(), '}'));
-    std::set<std::string> nodes, ends;
-    const std::regex node(R"(\n    (t\d+r\d+) \[label=)"), arc(R"(\n  (\w+) -> (\w+);)");
-    for (auto it = std::sregex_iterator(dot.begin(), dot.end(), node); it != std::sregex_iterator();
-         ++it)
-        EXPECT_TRUE(nodes.insert((*it)[1]).second);
-    EXPECT_EQ(nodes.size(), job.run(plan, 1).trace.size());
-    int arcs = 0;
-    for (auto it = std::sregex_iterator(dot.begin(), dot.end(), arc); it != std::sregex_iterator();
-         ++it, ++arcs) {
-        EXPECT_TRUE((*it)[1] == "source" || nodes.contains((*it)[1]));
-        EXPECT_TRUE(nodes.contains((*it)[2]));
-        ends.insert((*it)[2]);
-    }
-    EXPECT_EQ(ends, nodes) << "a node that nothing starts";
-    EXPECT_EQ(arcs, 6 + 2 * 6 * 6 + 5 * 12 * 6);
+    const FlowText drawn(flow_dot(plan, job.ask()));
+    const Outcome outcome = job.run(plan, 1);
+    EXPECT_EQ(drawn.nodes.size(), outcome.trace.size());
+    EXPECT_EQ(drawn.by_step(), FlowText::by_step(outcome.trace));
+    EXPECT_EQ(drawn.data.size(), 1u + 1 + 2 + 5) << "the source and one for each task";
+    EXPECT_EQ(drawn.started, drawn.nodes) << "a node that nothing starts";
+    EXPECT_EQ(drawn.ended, drawn.nodes) << "a node that nothing waits for";
+    EXPECT_EQ(drawn.arcs, 2 * (6 + 2 * 6 + 5 * 12)) << "one into each node, one out of it";
 }
 
 }  // namespace
