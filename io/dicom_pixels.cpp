@@ -164,11 +164,14 @@ void decode_rle(const DicomFile& file, std::span<const std::byte> bytes, Bytes& 
 
 template <class T, class F>
 void for_each_sample(Bytes& samples, F change) {
-    for (std::size_t i = 0; i + sizeof(T) <= samples.size(); i += sizeof(T)) {
+    // As far as a compiler knows, a written std::byte may change `samples` itself: no vectors then.
+    std::byte* const at = samples.data();
+    const std::size_t count = samples.size() / sizeof(T);
+    for (std::size_t i = 0; i < count; ++i) {
         T value;
-        std::memcpy(&value, samples.data() + i, sizeof value);
+        std::memcpy(&value, at + i * sizeof(T), sizeof value);
         value = change(value);
-        std::memcpy(samples.data() + i, &value, sizeof value);
+        std::memcpy(at + i * sizeof(T), &value, sizeof value);
     }
 }
 
@@ -435,7 +438,7 @@ void DicomFrames::clear_unused_bits() {
         for_each_sample<T>(samples_, [&](T value) {
             using Unsigned = std::make_unsigned_t<T>;
             const auto shifted = static_cast<T>(static_cast<Unsigned>(
-                static_cast<std::uint64_t>(static_cast<Unsigned>(value)) << up));
+                static_cast<std::uint32_t>(static_cast<Unsigned>(value)) << up));
             return static_cast<T>(shifted >> down);
         });
     });

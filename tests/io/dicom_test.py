@@ -170,6 +170,18 @@ class Encodings(Dicom):
         junk = (pixels & 0x0fff) | 0x3000
         self.expect(self.put(picture(junk.astype("<i2"), stored=12)), pixels)
 
+    def test_unused_bits_on_both_sides(self):
+        # 33 samples are no whole number of vectors; any bits may lie below and above those that count.
+        noise = np.random.default_rng(3).integers(0, 2 ** 31, (3, 11))
+        for dtype, stored, high in (("u1", 5, 6), ("i1", 6, 6), ("<u2", 12, 11), ("<u2", 10, 13), ("<i2", 9, 14), ("<u4", 13, 20),
+                                    ("<i4", 15, 31)):
+            with self.subTest(dtype=dtype, stored=stored, high=high):
+                pixels = noise.astype(dtype)
+                held = noise.astype(pixels.dtype.str.replace("i", "u")).astype(int) >> high + 1 - stored & (1 << stored) - 1
+                wanted = np.where(held >> stored - 1 & (dtype[-2] == "i"), held - (1 << stored), held)
+                e = picture(pixels, stored=stored, more={0x00280102: ("US", high)})
+                self.expect(self.put(e), wanted)
+
     def test_floats(self):
         for kind, tag, vr in (("<f4", 0x7fe00008, "OF"), ("<f8", 0x7fe00009, "OD")):
             pixels = np.linspace(-1, 3, 30).astype(kind).reshape(6, 5)
