@@ -13,10 +13,10 @@
 #include <string>
 #include <tbb/parallel_for.h>
 
-#include "engine/request/input.hpp"
 #include "engine/facts_json.hpp"
 #include "engine/hash.hpp"
 #include "engine/known_facts.hpp"
+#include "engine/request/input.hpp"
 
 namespace {
 
@@ -73,15 +73,12 @@ void measure(const std::string& file) {
     if (known.keep("spectrum", json_of(power))) {
         print("keeping a spectrum", least([&] { known.keep("spectrum", json_of(power)); }),
               reading);
-        print("finding a spectrum", least([&] {
-                  read(KnownFacts(identity_of(input)).find("spectrum").value(),
-                            power);
-              }),
+        print("finding a spectrum",
+              least([&] { read(KnownFacts(identity_of(input)).find("spectrum").value(), power); }),
               reading);
         known.keep("statistics", json_of(statistics));
         print("finding statistics", least([&] {
-                  read(KnownFacts(identity_of(input)).find("statistics").value(),
-                            statistics);
+                  read(KnownFacts(identity_of(input)).find("statistics").value(), statistics);
               }),
               reading);
     }

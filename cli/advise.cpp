@@ -5,15 +5,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/request/request_options.hpp"
+#include "cli/session/report.hpp"
+#include "cli/session/typed_session.hpp"
+#include "cli/verbs/verbs.hpp"
+#include "engine/paths.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/quantities.hpp"
-#include "cli/request/request_options.hpp"
-#include "engine/paths.hpp"
-#include "cli/session/report.hpp"
 #include "engine/rivals.hpp"
-#include "cli/session/typed_session.hpp"
 #include "engine/session.hpp"
-#include "cli/verbs/verbs.hpp"
 #include "graph/version.hpp"
 #include "planner/advise.hpp"
 

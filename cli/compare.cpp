@@ -4,15 +4,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "engine/measure/machine.hpp"
 #include "cli/request/errors.hpp"
-#include "engine/request/input.hpp"
-#include "engine/request/numbers.hpp"
-#include "engine/request/quantities.hpp"
-#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/input.hpp"
+#include "engine/request/numbers.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/request/quantities.hpp"
 #include "graph/errors.hpp"
 #include "graph/range.hpp"
 #include "graph/with_type.hpp"

@@ -5,12 +5,12 @@
 
 #include "charts/program.hpp"
 #include "cli/request/errors.hpp"
-#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/graph_picture.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/typed_session.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "planner/cost.hpp"
 #include "transitions/catalogue.hpp"

@@ -5,20 +5,19 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "engine/measure/machine.hpp"
 #include "cli/request/errors.hpp"
-#include "engine/request/input.hpp"
-#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/request/selection_words.hpp"
-#include "engine/known_scene.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/known_scene.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/input.hpp"
+#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "runtime/memory_budget.hpp"
 #include "scene/histogram.hpp"
 #include "scene/statistics.hpp"
-#include "transitions/spectrum/radial_power.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -4,17 +4,17 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
-#include "cli/session/report.hpp"
-#include "engine/rivals.hpp"
-#include "cli/session/run_page.hpp"
 #include "cli/session/explain.hpp"
+#include "cli/session/report.hpp"
+#include "cli/session/run_page.hpp"
 #include "cli/session/typed_session.hpp"
+#include "cli/verbs/verbs.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/rivals.hpp"
 #include "engine/session.hpp"
 #include "graph/errors.hpp"
 #include "runtime/runtime.hpp"
-#include "cli/verbs/verbs.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -83,8 +83,7 @@ int do_job(const JobOptions& options, bool runs) {
             session.runs = session.announces = runs;
             if (runs && !options.explain && !options.verify && !options.report)
                 session.errors = ErrorsWanted::for_choice;
-            session.plan_options.front =
-                !runs || options.explain || options.json || options.report;
+            session.plan_options.front = !runs || options.explain || options.json || options.report;
             take_request(session);
             make_plan(session);
             if (options.explain || options.json || options.report || !runs) weigh(session);

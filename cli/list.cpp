@@ -5,12 +5,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "engine/measure/machine.hpp"
 #include "cli/request/errors.hpp"
-#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "graph/mode.hpp"
 #include "graph/words.hpp"

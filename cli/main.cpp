@@ -4,12 +4,12 @@
 #include <tbb/task_arena.h>
 #include <vector>
 
-#include "engine/measure/machine.hpp"
-#include "cli/signals/signals.hpp"
 #include "cli/request/errors.hpp"
-#include "engine/request/outputs.hpp"
 #include "cli/session/report.hpp"
+#include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
 #include "graph/words.hpp"

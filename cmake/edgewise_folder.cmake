@@ -34,7 +34,6 @@ function(edgewise_folder name)
         edgewise_precompiled(${target} ${FOLDER_PRECOMPILED})
     endif()
     set_property(GLOBAL APPEND PROPERTY EDGEWISE_TARGETS ${target})
-    set_property(GLOBAL APPEND PROPERTY EDGEWISE_FOLDERS ${FOLDER_PATH})
 endfunction()
 
 # Sources with vectors (*_simd.cpp) read no precompiled header: it brings templates that are made once

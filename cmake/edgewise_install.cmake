@@ -2,13 +2,39 @@
 include(CMakePackageConfigHelpers)
 
 get_property(edgewise_targets GLOBAL PROPERTY EDGEWISE_TARGETS)
-get_property(edgewise_folders GLOBAL PROPERTY EDGEWISE_FOLDERS)
 install(TARGETS ${edgewise_targets} EXPORT edgewise
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-foreach(folder IN LISTS edgewise_folders)
-    file(GLOB headers ${PROJECT_SOURCE_DIR}/${folder}/*.hpp)
-    install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/edgewise/${folder})
+
+# The public headers, and what they include. All others stay in the source tree.
+set(edgewise_public
+    graph/export.hpp graph/job.hpp graph/plan.hpp graph/request.hpp graph/transform_graph.hpp graph/transition.hpp
+    graph/version.hpp
+    planner/margin.hpp planner/planner.hpp planner/profile.hpp
+    runtime/memory_budget.hpp runtime/runtime.hpp
+    scene/scene.hpp scene/statistics.hpp
+    reference/phantoms.hpp reference/verify.hpp
+    io/image_buf.hpp io/store.hpp
+    transitions/catalogue.hpp transitions/filters/filter.hpp
+    charts/csv.hpp charts/gnuplot.hpp charts/page.hpp charts/table.hpp
+    engine/audit/audit.hpp engine/calibrate/calibration.hpp engine/chart/chart_run.hpp engine/measure/machine.hpp
+    engine/paths.hpp engine/request/quantities.hpp engine/request/transfer.hpp engine/rivals.hpp engine/session.hpp)
+set(edgewise_headers)
+while(edgewise_public)
+    list(POP_FRONT edgewise_public header)
+    if(header IN_LIST edgewise_headers OR NOT EXISTS ${PROJECT_SOURCE_DIR}/${header})
+        continue()
+    endif()
+    list(APPEND edgewise_headers ${header})
+    file(STRINGS ${PROJECT_SOURCE_DIR}/${header} includes REGEX "^#include \"")
+    foreach(line IN LISTS includes)
+        string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" included "${line}")
+        list(APPEND edgewise_public ${included})
+    endforeach()
+endwhile()
+foreach(header IN LISTS edgewise_headers)
+    cmake_path(GET header PARENT_PATH folder)
+    install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/edgewise/${folder})
 endforeach()
 if(TARGET edgewise)
     install(TARGETS edgewise RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

@@ -4,9 +4,9 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "engine/request/request_text.hpp"
 #include "engine/facts_json.hpp"
 #include "engine/known_facts.hpp"
+#include "engine/request/request_text.hpp"
 #include "scene/scene.hpp"
 
 namespace edgewise {

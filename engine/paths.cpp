@@ -44,7 +44,8 @@ std::vector<bool> front_of(const std::vector<Plan>& plans) {
 /// The planner's own predictions count where it has any: it may have measured.
 std::vector<Plan> all_plans(const Session& session) {
     const std::vector<Source> sources = session.sources();
-    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.spec.demands);
+    const TransformGraph spanned =
+        expand(session.edges, session.ask(), sources, session.spec.demands);
     std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
                                         session.profile, session.plan_options, kMostPaths);
     std::map<Texts, std::size_t> places;

@@ -21,8 +21,9 @@ double since(Clock::time_point begin) {
 /// Everything after the planner: runs, keeps or passes on frames, verifies, writes.
 class Performance {
  public:
-    explicit Performance(Session& session)
+    Performance(Session& session, const FrameSink& frames)
         : session_(session),
+          sink_(frames),
           want_(session.want()),
           writes_(session.outputs && !session.outputs->none()) {
         session.measured.emplace();
@@ -104,6 +105,7 @@ class Performance {
     /// beside the next.
     void take(int frame, std::shared_ptr<const Data> result) {
         if (!last_) return;
+        if (sink_) sink_(frame, *result);
         if (!session_.writes_at_once()) {
             if (writes_ || verifier_ || (shown_ && frame == 0))
                 frames_[static_cast<std::size_t>(frame)] = std::move(result);
@@ -213,6 +215,7 @@ class Performance {
     }
 
     Session& session_;
+    const FrameSink& sink_;
     const Request& want_;
     const bool writes_;
     bool last_ = true;
@@ -226,8 +229,6 @@ class Performance {
 
 }  // namespace
 
-void perform(Session& session) {
-    Performance(session).run_all();
-}
+void perform(Session& session, const FrameSink& frames) { Performance(session, frames).run_all(); }
 
 }  // namespace edgewise

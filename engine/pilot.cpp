@@ -8,11 +8,11 @@
 #include <malloc.h>
 #include <tbb/task_arena.h>
 
+#include "engine/contender.hpp"
+#include "engine/growing_verifier.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/measure/repeated.hpp"
 #include "engine/measure/watch.hpp"
-#include "engine/contender.hpp"
-#include "engine/growing_verifier.hpp"
 #include "engine/paths.hpp"
 #include "engine/session.hpp"
 #include "engine/wisdom.hpp"

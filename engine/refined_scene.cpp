@@ -41,8 +41,9 @@ double worth(const std::optional<Plan>& sure, const std::optional<Plan>& likely,
 
 Scene drawn_more(Session& session, int times) {
     const auto begin = std::chrono::steady_clock::now();
-    Scene scene = known_scene(session.edges, *session.input, session.statistics, session.want(),
-                              session.memory.get(), times, untried(session.spec.demands, session.edges));
+    Scene scene =
+        known_scene(session.edges, *session.input, session.statistics, session.want(),
+                    session.memory.get(), times, untried(session.spec.demands, session.edges));
     session.spent.preview +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return scene;

@@ -7,8 +7,8 @@
 #include <limits>
 #include <malloc.h>
 
-#include "engine/measure/machine.hpp"
 #include "engine/known_scene.hpp"
+#include "engine/measure/machine.hpp"
 #include "engine/pilot.hpp"
 #include "engine/refined_scene.hpp"
 #include "engine/shown.hpp"
@@ -48,8 +48,7 @@ void take_ranks(Session& session) {
 
 void take_machine(Session& session) {
     take_ranks(session);
-    if (session.spec.max_time && !session.explained && session.runs &&
-        is_built_in(session.profile))
+    if (session.spec.max_time && !session.explained && session.runs && is_built_in(session.profile))
         session.messages.notice(
             "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "
             "measures this machine");
@@ -76,7 +75,8 @@ void open_memory(Session& session) {
     if (!budget.bytes) budget.bytes = resident_now() + free_memory();
     const double left = std::max(0.0, *budget.bytes - session.resident);  // see expect_room
     session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(left));
-    if (session.spec.max_memory) session.messages.memory_opened(left + kReserve + 10e6 * session.want().threads);
+    if (session.spec.max_memory)
+        session.messages.memory_opened(left + kReserve + 10e6 * session.want().threads);
 }
 
 /// Why there is no room for samples, or "".
@@ -102,8 +102,8 @@ void take_written(Session& session, double low, double high) {
         session.written.tail.table = input.table;
         return;
     }
-    session.written =
-        written_of(session.want(), session.spec, session.geometry, input, *session.outputs, low, high);
+    session.written = written_of(session.want(), session.spec, session.geometry, input,
+                                 *session.outputs, low, high);
     const Tail& tail = session.written.tail;
     want.written.reset();
     if (want.job != Job::warp || tail.view || session.outputs->none()) return;
@@ -416,7 +416,9 @@ void take_request(Session& session) {
     open_memory(session);
     {
         const InState unobserved(session.messages, Listener::State::unobserved);
-        session.input = inspected(o.input, selection_of(o));
+        session.input = session.given && o.input.empty()
+                            ? given_input(*session.given, selection_of(o))
+                            : inspected(o.input, selection_of(o));
     }
     if (session.runs && session.input->described)
         throw RequestError(

@@ -1,15 +1,16 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
 #include "charts/pictures.hpp"
+#include "engine/announced.hpp"
+#include "engine/listener.hpp"
+#include "engine/request/errors.hpp"
 #include "engine/request/input.hpp"
 #include "engine/request/make_request.hpp"
 #include "engine/request/outputs.hpp"
-#include "engine/announced.hpp"
-#include "engine/request/errors.hpp"
-#include "engine/listener.hpp"
 #include "engine/way_out.hpp"
 #include "engine/written.hpp"
 #include "planner/margin.hpp"
@@ -64,9 +65,9 @@ struct Session {
 
     const RequestSpec spec;
     Listener& messages;
-    bool runs = false;   // and is not only planned: on one rank, with data
+    bool runs = false;       // and is not only planned: on one rank, with data
     bool explained = false;  // the plan is shown with where its numbers come from
-    bool shows = false;  // pictures of the result are made, and of its error
+    bool shows = false;      // pictures of the result are made, and of its error
     ErrorsWanted errors = ErrorsWanted::asked;
     std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
     double resident = 0;                   // bytes of the process without `memory`
@@ -75,7 +76,9 @@ struct Session {
     std::optional<Outputs> outputs;
     Profile profile;
     Catalogue edges;
-    std::shared_ptr<const Data> given;  // samples in place of the input's: then none are read
+    /// Samples in place of the input's: then none are read. Where the input has no name they are
+    /// all that is known of it: samples one unit apart, or as the spec's selection says.
+    std::shared_ptr<const Data> given;
     std::optional<Input> input;
     Geometry geometry;
     Statistics statistics;  // of the input's samples, where there are any
@@ -120,7 +123,10 @@ void make_plan(Session& session);
 /// Takes the errors out of the answer where nobody asked for them: some may be guesses.
 void forget_errors(Session& session);
 
+/// Receives each frame of the last repetition, one at a time, in any order.
+using FrameSink = std::function<void(int frame, const Data& result)>;
+
 /// Runs the plan, verifies and writes. @throws Cancelled, RunError, std::bad_alloc
-void perform(Session& session);
+void perform(Session& session, const FrameSink& frames = {});
 
 }  // namespace edgewise

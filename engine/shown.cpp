@@ -65,8 +65,8 @@ charts::ReportPicture ShownResult::picture_of(const Data& result, const Shades& 
     Shades used = levels;
     if (tail.view && !session_.written.tail.view) {
         const bool photograph = !header.volume && !is_integer(header.type);
-        used = photograph && !session_.window ? Shades{0, 1}
-                                                   : shades_of(shown, session_.window, tail);
+        used =
+            photograph && !session_.window ? Shades{0, 1} : shades_of(shown, session_.window, tail);
     }
     const Array samples = finished(*shown[0], tail, used, session_.memory.get());
     const auto* bytes = static_cast<const unsigned char*>(samples.data());

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/request/tail.hpp"
 #include "engine/chart_pictures.hpp"
+#include "engine/request/tail.hpp"
 
 namespace edgewise {
 

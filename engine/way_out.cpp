@@ -39,15 +39,16 @@ std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Session& sess
     if (relaxed.error && std::isinf(*relaxed.error))
         changes.push_back({.option = "--max-error", .instead = error});
     else if (relaxed.error)
-        changes.push_back(
-            {"--max-error", error_limit_text(*relaxed.error), error});
+        changes.push_back({"--max-error", error_limit_text(*relaxed.error), error});
     if (relaxed.seconds)
-        changes.push_back({"--max-time", time_text(*relaxed.seconds), o.max_time ? time_text(*o.max_time) : ""});
-    if (relaxed.bytes)
         changes.push_back(
-            {"--max-memory", memory_text(*relaxed.bytes - kPages),
-             o.max_memory ? fmt::format("{:.6g}MiB", *o.max_memory / 0x1p20) : fmt::format("the {:.0f} MiB there are",
-                                               session.want().budget.bytes.value_or(0) / 0x1p20)});
+            {"--max-time", time_text(*relaxed.seconds), o.max_time ? time_text(*o.max_time) : ""});
+    if (relaxed.bytes)
+        changes.push_back({"--max-memory", memory_text(*relaxed.bytes - kPages),
+                           o.max_memory
+                               ? fmt::format("{:.6g}MiB", *o.max_memory / 0x1p20)
+                               : fmt::format("the {:.0f} MiB there are",
+                                             session.want().budget.bytes.value_or(0) / 0x1p20)});
     return changes;
 }
 

@@ -177,8 +177,8 @@ bool take_value_type(Written& written, const Input& input, const Outputs& output
 
 }  // namespace
 
-Written written_of(const Request& want, const RequestSpec& spec, const Geometry& geometry, const Input& input,
-                   const Outputs& outputs, double low, double high) {
+Written written_of(const Request& want, const RequestSpec& spec, const Geometry& geometry,
+                   const Input& input, const Outputs& outputs, double low, double high) {
     Written written;
     written.header = described(want, geometry, input, outputs);
     written.header.format = outputs.none() ? "" : outputs.format().name;

@@ -17,7 +17,7 @@ struct Written {
 
 /// @param low,high  of the input's values
 /// @throws RequestError where the format can hold neither values nor a view of this
-Written written_of(const Request& want, const RequestSpec& spec, const Geometry& geometry, const Input& input,
-                   const Outputs& outputs, double low, double high);
+Written written_of(const Request& want, const RequestSpec& spec, const Geometry& geometry,
+                   const Input& input, const Outputs& outputs, double low, double high);
 
 }  // namespace edgewise

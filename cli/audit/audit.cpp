@@ -9,19 +9,19 @@
 #include <sys/resource.h>
 
 #include "cli/audit/audit_requests.hpp"
-#include "cli/signals/signals.hpp"
 #include "cli/request/errors.hpp"
-#include "cli/request/messages.hpp"
-#include "engine/request/numbers.hpp"
 #include "cli/request/job_options.hpp"
-#include "engine/measure/machine.hpp"
-#include "transitions/catalogue.hpp"
-#include "engine/request/outputs.hpp"
+#include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
+#include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/numbers.hpp"
+#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
+#include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -133,8 +133,8 @@ class Audit {
                                    options.progress.value_or("auto"), options.quiet);
                 const OwnLimits restored;
                 AuditedRequest request;
-                static_cast<Audited&>(request) = audited(
-                    spec, edges, chosen_profile(options.machine), settings_, messages);
+                static_cast<Audited&>(request) =
+                    audited(spec, edges, chosen_profile(options.machine), settings_, messages);
                 request.asked = asked;
                 done_.push_back(std::move(request));
             },

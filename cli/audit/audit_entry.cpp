@@ -2,8 +2,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/audit/audit.hpp"
-#include "engine/measure/quantiles.hpp"
 #include "cli/session/report.hpp"
+#include "engine/measure/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

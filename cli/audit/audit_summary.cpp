@@ -4,8 +4,8 @@
 
 #include "cli/audit/audit.hpp"
 #include "cli/audit/audit_fixed.hpp"
-#include "engine/measure/quantiles.hpp"
 #include "cli/session/report.hpp"
+#include "engine/measure/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -4,14 +4,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "engine/calibrate/calibration.hpp"
-#include "engine/measure/machine.hpp"
 #include "cli/request/errors.hpp"
 #include "cli/request/messages.hpp"
-#include "engine/request/outputs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/calibrate/calibration.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "transitions/catalogue.hpp"
 

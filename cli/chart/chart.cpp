@@ -13,18 +13,18 @@
 #include "charts/page.hpp"
 #include "charts/program.hpp"
 #include "cli/chart/chart_sweep.hpp"
-#include "cli/signals/signals.hpp"
-#include "cli/request/messages.hpp"
-#include "engine/request/numbers.hpp"
 #include "cli/request/job_options.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/quantities.hpp"
-#include "transitions/catalogue.hpp"
-#include "engine/request/outputs.hpp"
+#include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
+#include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/numbers.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/request/quantities.hpp"
 #include "graph/errors.hpp"
+#include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -89,7 +89,8 @@ ChartSettings settings_of(const ChartOptions& options, const std::string& title)
     settings.runs.repeat_given = job.repeat.has_value();
     if (job.repeat)
         settings.runs.paths.repeat = static_cast<int>(whole_of("--repeat", *job.repeat, 1, 10'000));
-    if (job.verify) settings.runs.paths.samples = static_cast<std::int64_t>(verify_count(*job.verify));
+    if (job.verify)
+        settings.runs.paths.samples = static_cast<std::int64_t>(verify_count(*job.verify));
     if (job.seed)
         settings.runs.paths.seed =
             static_cast<std::uint64_t>(whole_of("--seed", *job.seed, 0, INT64_MAX));
@@ -183,9 +184,8 @@ std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
         Messages messages;
         messages.configure(request.log.value_or("warning"), request.progress.value_or("auto"),
                            request.quiet);
-        const Charting charting =
-            charting_of(spec_of(sweep.at(request, value), serving.edges), serving.edges,
-                        serving.profile, settings, messages);
+        const Charting charting = charting_of(spec_of(sweep.at(request, value), serving.edges),
+                                              serving.edges, serving.profile, settings, messages);
         for (const std::string& path : charting.paths) vote(path, 0, 1);
         for (const std::string& path : charting.wanted) vote(path, 1, 0);
         if (!charting.chosen.empty()) paths.insert(charting.chosen);

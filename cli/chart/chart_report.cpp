@@ -3,8 +3,8 @@
 
 #include "charts/front.hpp"
 #include "cli/chart/chart.hpp"
-#include "engine/measure/quantiles.hpp"
 #include "cli/session/report.hpp"
+#include "engine/measure/quantiles.hpp"
 #include "graph/version.hpp"
 
 namespace edgewise::cli {
@@ -104,10 +104,11 @@ Json document_of(const std::vector<ChartedRequest>& requests, const ChartSetting
         json["interrupted"] = true;
     json["request"] = requests.empty() ? Json() : requests.front().request;
     json["machine"] = requests.empty() ? Json() : Json(requests.front().machine);
-    json["settings"] = {{"limit", settings.runs.paths.limit},
-                        {"repeat", settings.runs.paths.repeat},
-                        {"verify", settings.runs.paths.samples ? Json(*settings.runs.paths.samples) : Json()},
-                        {"seed", settings.runs.paths.seed}};
+    json["settings"] = {
+        {"limit", settings.runs.paths.limit},
+        {"repeat", settings.runs.paths.repeat},
+        {"verify", settings.runs.paths.samples ? Json(*settings.runs.paths.samples) : Json()},
+        {"seed", settings.runs.paths.seed}};
     std::size_t all = 0;
     for (const ChartedRequest& request : requests) all = std::max(all, request.all_paths);
     json["paths"] = all;

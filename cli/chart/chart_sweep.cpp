@@ -6,9 +6,9 @@
 #include <map>
 #include <variant>
 
+#include "cli/request/selection_words.hpp"
 #include "engine/request/input.hpp"
 #include "engine/request/numbers.hpp"
-#include "cli/request/selection_words.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise::cli {

@@ -23,17 +23,6 @@ WindowEnd window_end(const std::string& text) {
     return {at, true};
 }
 
-Window window_of(const std::string& text) {
-    const auto words = split(text, ',');
-    if (words.size() != 2)
-        throw RequestError(fmt::format(
-            "--window: '{}' given; expected LO,HI in values or percentiles, as 1%,99.5%", text));
-    const Window window{window_end(words[0]), window_end(words[1])};
-    if (window.low.percentile == window.high.percentile && !(window.low.at < window.high.at))
-        throw RequestError(fmt::format("--window: {}: LO is not less than HI", text));
-    return window;
-}
-
 std::array<double, 3> background_of(const std::string& text) {
     const std::vector<double> c = numbers_of("--background", text);
     if (c.size() != 3)
@@ -45,10 +34,25 @@ std::array<double, 3> background_of(const std::string& text) {
     return {c[0], c[1], c[2]};
 }
 
+}  // namespace
+
+Window window_of(const std::string& text) {
+    const auto words = split(text, ',');
+    if (words.size() != 2)
+        throw RequestError(fmt::format(
+            "--window: '{}' given; expected LO,HI in values or percentiles, as 1%,99.5%", text));
+    const Window window{window_end(words[0]), window_end(words[1])};
+    if (window.low.percentile == window.high.percentile && !(window.low.at < window.high.at))
+        throw RequestError(fmt::format("--window: {}: LO is not less than HI", text));
+    return window;
+}
+
 std::size_t verify_count(const std::string& text) {
     if (same_word(text, "all")) return 0;
     return static_cast<std::size_t>(whole_of("--verify", text, 1, 1'000'000'000));
 }
+
+namespace {
 
 constexpr std::int64_t kMostThreads = 1024, kMostRanks = 1 << 24;
 

@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
+#include "cli/session/margin_report.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/quantities.hpp"
-#include "cli/session/margin_report.hpp"
 #include "engine/rivals.hpp"
 #include "engine/session.hpp"
 #include "transitions/filters/filter.hpp"
@@ -69,7 +69,8 @@ namespace {
 /// All paths, those of the front first.
 std::vector<Plan> paths_of(const Session& session) {
     const std::vector<Source> sources = session.sources();
-    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.spec.demands);
+    const TransformGraph spanned =
+        expand(session.edges, session.ask(), sources, session.spec.demands);
     std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
                                         session.profile, session.plan_options, kMostPaths);
     std::set<std::string> front;

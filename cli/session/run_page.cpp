@@ -8,14 +8,14 @@
 
 #include "charts/report.hpp"
 #include "charts/scales.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/measure/quantiles.hpp"
-#include "engine/request/quantities.hpp"
 #include "cli/session/explain.hpp"
 #include "cli/session/graph_picture.hpp"
-#include "engine/paths.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/typed_session.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/measure/quantiles.hpp"
+#include "engine/paths.hpp"
+#include "engine/request/quantities.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
 #include "planner/cost.hpp"
@@ -124,10 +124,10 @@ std::vector<Fact> machine_facts(const Session& session) {
         {"profile", session.profile.name},
         {"processor", cpu.empty() ? "not known" : cpu},
         {"threads", fmt::format("{} of {} cores", session.want().threads, usable_cores())},
-        {"planned", fmt::format("in {}, by {}: {} vertices, {} edges",
-                                charts::seconds_text(session.answer->seconds),
-                                name_of(session.spec.planner),
-                                session.answer->vertices, session.answer->edges)},
+        {"planned",
+         fmt::format("in {}, by {}: {} vertices, {} edges",
+                     charts::seconds_text(session.answer->seconds), name_of(session.spec.planner),
+                     session.answer->vertices, session.answer->edges)},
         {"read, written", fmt::format("{}, {}", charts::seconds_text(session.input->read_seconds),
                                       charts::seconds_text(measured.write_seconds))},
         {measured.seconds.size() > 1 ? "runs took" : "run took", times_text(measured.seconds)}};
@@ -200,7 +200,8 @@ std::vector<charts::ReportPath> front_of(const Session& session) {
 void take_graph(charts::Report& report, const Session& session) {
     // The samples may have been given back by now; what they are the plan still knows.
     const std::vector<Source> sources = {{session.answer->plan->source}};
-    const TransformGraph spanned = expand(session.edges, session.ask(), sources, session.spec.demands);
+    const TransformGraph spanned =
+        expand(session.edges, session.ask(), sources, session.spec.demands);
     try {
         report.graph = laid_out(
             picture_dot(spanned, session.edges, cost_words(session), &*session.answer->plan));

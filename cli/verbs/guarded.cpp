@@ -3,11 +3,11 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
-#include "cli/signals/signals.hpp"
 #include "cli/request/errors.hpp"
-#include "engine/request/outputs.hpp"
 #include "cli/session/report.hpp"
+#include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
+#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise::cli {

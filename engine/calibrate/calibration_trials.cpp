@@ -50,8 +50,8 @@ std::shared_ptr<Data> framed(const Data& from, MemoryBudget* memory) {
 // of powers of two, use few sets of a cache (docs/planner.md) and would have rates of their own.
 std::vector<Trial> trials(bool quick) {
     std::vector<Trial> all;
-    const auto volume = [&](const char* input, const std::vector<double>& turn, std::vector<Type> types,
-                            bool fine = false) {
+    const auto volume = [&](const char* input, const std::vector<double>& turn,
+                            std::vector<Type> types, bool fine = false) {
         for (const Type type : types) {
             for (const char* mode : {"mip", "xray", "composite"})
                 all.push_back({.job = Job::render,
@@ -63,7 +63,8 @@ std::vector<Trial> trials(bool quick) {
             all.push_back({Job::warp, input, type, turn, nullptr});
         }
     };
-    const auto image = [&](const char* input, const std::vector<double>& turn, std::vector<Type> types) {
+    const auto image = [&](const char* input, const std::vector<double>& turn,
+                           std::vector<Type> types) {
         for (const Type type : types) all.push_back({Job::warp, input, type, turn, nullptr});
     };
     if (quick) {
@@ -97,12 +98,10 @@ std::vector<Trial> trials(bool quick) {
                 all.push_back({Job::render, "phantom:gaussians:270", Type::u8, turn, mode, size});
     // More pixels than samples: ray casts read such data as they do what caches hold.
     for (const char* mode : {"mip", "xray", "composite"})
-        all.push_back(
-            {Job::render, "phantom:gaussians:190", Type::i16, {15, 40, -5}, mode, 480});
+        all.push_back({Job::render, "phantom:gaussians:190", Type::i16, {15, 40, -5}, mode, 480});
     // Many frames: threads have more to share.
     for (const Type type : {Type::u8, Type::f32})
-        all.push_back(
-            {Job::render, "phantom:gaussians:112", type, {20, -15, 10}, "xray", 0, 12});
+        all.push_back({Job::render, "phantom:gaussians:112", type, {20, -15, 10}, "xray", 0, 12});
     // What is mostly empty is copied first: small copies cost what their pages do. Copies are a
     // matter of what the caches hold, so of sizes.
     const auto copy = [&](const char* input, Type type, const char* edge,

@@ -1,6 +1,5 @@
 #include "engine/calibrate/prepared_trial.hpp"
 
-
 namespace edgewise {
 
 PreparedTrial::PreparedTrial(const Trial& trial, Phantoms& phantoms, const Catalogue& edges,

@@ -1,12 +1,13 @@
+#include "engine/chart/chart_run.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <fmt/format.h>
 #include <limits>
 
-#include "engine/chart/chart_run.hpp"
+#include "engine/chart_pictures.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/errors.hpp"
-#include "engine/chart_pictures.hpp"
 #include "engine/session.hpp"
 #include "graph/errors.hpp"
 

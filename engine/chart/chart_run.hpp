@@ -15,8 +15,8 @@ namespace edgewise {
 /// What of a request is run for a chart.
 struct ChartedRuns {
     PathSettings paths;
-    bool repeat_given = false;  // long paths are run as often as short ones
-    bool pictures = false;      // somebody will look at them
+    bool repeat_given = false;   // long paths are run as often as short ones
+    bool pictures = false;       // somebody will look at them
     std::set<std::string> only;  // paths to run, where it is not empty
     /// Told of the request when it is planned.
     std::function<void(const Session&)> planned = {};

@@ -1,6 +1,5 @@
 #include "engine/measure/watch.hpp"
 
-
 namespace edgewise {
 
 Watch::Watch(double seconds, const std::atomic<bool>& stop)

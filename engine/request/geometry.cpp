@@ -63,9 +63,10 @@ std::int64_t count_views(const GeometrySpec& spec, Job job) {
         if (views) throw RequestError("--turntable: given twice; one turn makes the views");
         const double count = step.numbers.size() == 1 ? step.numbers[0] : 0;
         if (!(count >= 1 && count <= kMostViews && count == std::floor(count)))
-            throw RequestError(fmt::format("--turntable: {} given; expected a whole number from 1 "
-                                           "to {}",
-                                           fmt::join(step.numbers, ","), kMostViews));
+            throw RequestError(
+                fmt::format("--turntable: {} given; expected a whole number from 1 "
+                            "to {}",
+                            fmt::join(step.numbers, ","), kMostViews));
         views = static_cast<std::int64_t>(count);
     }
     return views.value_or(1);

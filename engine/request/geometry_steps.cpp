@@ -76,9 +76,9 @@ Mat4 shear_step(const std::vector<double>& numbers, const InputGrid& input) {
             return axis == std::floor(axis) && axis >= 0 && axis < input.axes;
         };
         if (!is_axis(to) || !is_axis(by) || to == by)
-            throw RequestError(fmt::format(
-                "--shear: expected two different axes of {} and a number, as xy=0.2",
-                input.axes == 2 ? "x and y" : "x, y and z"));
+            throw RequestError(
+                fmt::format("--shear: expected two different axes of {} and a number, as xy=0.2",
+                            input.axes == 2 ? "x and y" : "x, y and z"));
         Mat4 shear = Mat4::Identity();
         shear(static_cast<int>(to), static_cast<int>(by)) = numbers[i + 2];
         map = shear * map;
@@ -144,12 +144,23 @@ Mat4 map_of(const GeometryStep& step, const InputGrid& input) {
             throw RequestError(fmt::format("--{}: {} is not finite", name_of(step.kind), number));
     Mat4 map;
     switch (step.kind) {
-        case Kind::rotate: map = rotate_step(by, input); break;
-        case Kind::scale: map = scale_step(by, input); break;
-        case Kind::translate: map = translate_step(by, input); break;
-        case Kind::shear: map = shear_step(by, input); break;
-        case Kind::matrix: map = input.axes == 2 ? image_matrix(by) : volume_matrix(by); break;
-        case Kind::turntable: throw RequestError("--turntable: is many maps, not one");
+        case Kind::rotate:
+            map = rotate_step(by, input);
+            break;
+        case Kind::scale:
+            map = scale_step(by, input);
+            break;
+        case Kind::translate:
+            map = translate_step(by, input);
+            break;
+        case Kind::shear:
+            map = shear_step(by, input);
+            break;
+        case Kind::matrix:
+            map = input.axes == 2 ? image_matrix(by) : volume_matrix(by);
+            break;
+        case Kind::turntable:
+            throw RequestError("--turntable: is many maps, not one");
     }
     if (!(normalised_determinant(map) > kSingular))
         throw RequestError(fmt::format("--{} {}: is singular, it flattens the {}",

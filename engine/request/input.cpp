@@ -112,6 +112,30 @@ Input inspected(const std::string& name, const store::Selection& selection) {
     return input;
 }
 
+Input given_input(const Data& data, const store::Selection& selection) {
+    const Representation& what = data.what;
+    const auto axes = static_cast<std::size_t>(what.axes);
+    Input input;
+    input.name = "samples in memory";
+    input.selection = selection;
+    store::Header& header = input.header;
+    header.file = input.name;
+    header.format = "memory";
+    header.volume = what.axes == 3;
+    header.extent = what.extent;
+    header.type = what.type;
+    header.values = what.values;
+    header.channels = what.channels;
+    const std::vector<double>& spacing = selection.spacing;
+    if (!spacing.empty() && spacing.size() != 1 && spacing.size() != axes)
+        throw RequestError(fmt::format("--input-spacing: {} numbers given; expected 1 or {}",
+                                       spacing.size(), axes));
+    for (std::size_t k = 0; k < axes && !spacing.empty(); ++k)
+        header.spacing[k] = spacing[spacing.size() == 1 ? 0 : k];
+    if (!selection.unit.empty()) header.unit = selection.unit;
+    return input;
+}
+
 namespace {
 
 Representation loaded_as(const Input& input) {

@@ -47,6 +47,8 @@ struct Input {
 
 /// Reads the description. @throws InputError, RequestError
 Input inspected(const std::string& name, const store::Selection& selection);
+/// The description of samples that a program brings. @throws RequestError
+Input given_input(const Data& data, const store::Selection& selection);
 /// What memory holds before anything is read: the stored type where bits are kept.
 Representation stored_as(const Input& input);
 /// How the samples are to be read.

@@ -20,8 +20,7 @@ void take_budgets(Request& want, const RequestSpec& spec) {
     // "The best in 50 ms": a time alone asks for the least error within it.
     const bool best_in_time = spec.max_time && !spec.max_error && !spec.like_linear;
     want.minimize = spec.minimize.value_or(best_in_time ? Minimize::error : Minimize::time);
-    const bool by_default =
-        !spec.max_error && !spec.max_time && want.minimize != Minimize::error;
+    const bool by_default = !spec.max_error && !spec.max_time && want.minimize != Minimize::error;
     if (by_default || spec.like_linear)
         budget.like.emplace();  // which one hangs on what the samples are
     else

@@ -44,7 +44,6 @@ double with_unit(const char* option, const std::string& text, const Unit (&units
 
 }  // namespace
 
-
 std::string seconds_text(double seconds) {
     if (seconds < 1e-3) return fmt::format("{:.1f} us", seconds * 1e6);
     if (seconds < 1) return fmt::format("{:.2f} ms", seconds * 1e3);

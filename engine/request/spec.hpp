@@ -51,12 +51,12 @@ struct OutputSize {
 
 /// How the output lies in the input. What is absent is chosen so that all of the input is seen.
 struct GeometrySpec {
-    std::optional<std::string> view;           // front, left, axial, x, ...: see view_of
-    std::optional<std::vector<double>> about;  // sample that is held fixed; else the centre
-    std::vector<GeometryStep> steps;           // applied in this order
-    std::optional<double> perspective;         // render: vertical angle of the view [degree]
-    std::optional<double> zoom;                // render
-    std::optional<bool> grid_moves;            // warp: the steps turn the grid, not the content
+    std::optional<std::string> view;             // front, left, axial, x, ...: see view_of
+    std::optional<std::vector<double>> about;    // sample that is held fixed; else the centre
+    std::vector<GeometryStep> steps;             // applied in this order
+    std::optional<double> perspective;           // render: vertical angle of the view [degree]
+    std::optional<double> zoom;                  // render
+    std::optional<bool> grid_moves;              // warp: the steps turn the grid, not the content
     std::optional<std::vector<double>> spacing;  // of output samples [file unit]
     std::optional<OutputSize> size;
     /// The output cannot say that its axes lean, so they are made perpendicular.
@@ -90,10 +90,10 @@ struct RequestSpec {
     std::optional<Field> reference;  // what the samples mean
     bool labels = false;             // no new value appears, all come out bit for bit
 
-    std::optional<double> max_error;  // NRMSE
-    bool like_linear = false;         // as good as linear interpolation
-    std::optional<double> range;      // the difference in values that counts as an error of 1
-    std::optional<double> max_time;   // [s]
+    std::optional<double> max_error;   // NRMSE
+    bool like_linear = false;          // as good as linear interpolation
+    std::optional<double> range;       // the difference in values that counts as an error of 1
+    std::optional<double> max_time;    // [s]
     std::optional<double> max_memory;  // [byte], peak of the process
     std::optional<Minimize> minimize;
     std::optional<int> threads, ranks;  // else the cores of this process; the machine's

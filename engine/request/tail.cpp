@@ -112,13 +112,17 @@ void convert(const Data& result, const Tail& tail, const Shades& levels, T* out)
     const double unit = view ? levels.white - levels.black : tail.values.slope;
     const double zero = view ? levels.black : tail.values.offset;
     const double opaque = view ? full : tail.alpha_unit;
+    const bool as_they_are = !view && tail.values.slope == 1 && !tail.over_background &&
+                             tail.alpha == store::Alpha::none &&
+                             tail.channels == result.what.channels;
     const auto samples = static_cast<std::size_t>(result.what.samples());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples, kLeaf), [&](const auto& part) {
         Values<F> values(result, tail);
         const F* in = values.between(part.begin() * channels, part.end() * channels);
-        if (channels == 1 && tail.values.slope == 1 && !view) {
-            for (std::size_t i = part.begin(); i != part.end(); ++i, ++in)
-                out[i] = stored_as<T>(*in - zero);
+        if (as_they_are) {
+            T* to = out + part.begin() * channels;
+            for (std::size_t i = 0; i != part.size() * channels; ++i)
+                to[i] = stored_as<T>(in[i] - zero);
             return;
         }
         for (std::size_t i = part.begin(); i != part.end(); ++i, in += channels) {

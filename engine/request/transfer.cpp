@@ -1,3 +1,5 @@
+#include "engine/request/transfer.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -6,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/request/transfer.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise {

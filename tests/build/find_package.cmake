@@ -13,6 +13,8 @@ run(${CMAKE_COMMAND} -S ${consumer_dir} -B ${scratch_dir}/build
     -D CMAKE_PREFIX_PATH=${scratch_dir}/prefix
     -D CMAKE_CXX_COMPILER=${compiler}
     "-DCMAKE_CXX_FLAGS=${flags}"
+    -D EXAMPLES=${examples_dir}
     -D CMAKE_BUILD_TYPE=${build_type})
 run(${CMAKE_COMMAND} --build ${scratch_dir}/build)
 run(${scratch_dir}/build/consumer)
+run(${CMAKE_CTEST_COMMAND} --test-dir ${scratch_dir}/build --output-on-failure)

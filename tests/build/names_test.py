@@ -7,8 +7,8 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ["graph", "planner", "runtime", "scene", "reference", "transitions", "cli"]
-MEASURING = ["cli/audit/", "cli/calibrate/", "cli/advise.cpp"]
+FOLDERS = ["graph", "planner", "runtime", "scene", "reference", "transitions", "engine", "cli"]
+MEASURING = ["cli/audit/", "engine/audit/", "engine/calibrate/", "cli/advise.cpp"]
 
 
 def sources(*folders):
@@ -65,9 +65,26 @@ class Names(unittest.TestCase):
         self.assertGreaterEqual(len(modes), 6)
         # Statistics have a mean too; a request's default is a mode.
         allowed = ["graph/modes/", "graph/request.hpp", "cli/request/request_options.cpp", "cli/info.cpp",
-                   "cli/session/facts_json.cpp", "cli/session/report.cpp", *MEASURING]
+                   "engine/facts_json.cpp", "cli/session/report.cpp", "engine/request/spec.hpp", *MEASURING]
         names = "|".join(modes)
         self.assertEqual(found(rf"\"({names})\"|\bMode::({names})\b", allowed), [])
+
+    def test_each_room_includes_only_what_it_may(self):
+        """The engine never includes the command; the command no kernel, no edge, and nothing of measuring."""
+        def includes(folder):
+            for file in sources(folder):
+                for header in re.findall(r'#include "([^"]+)"', (ROOT / file).read_text()):
+                    yield file, header
+        self.assertEqual([each for each in includes("engine") if each[1].startswith("cli/")], [])
+        library = ["graph", "io", "planner", "runtime", "scene", "reference", "transitions", "charts"]
+        for folder in library:
+            self.assertEqual([each for each in includes(folder) if each[1].startswith(("cli/", "engine/"))], [])
+        # The list of all edges, and the filters that --help and list show, are no edges.
+        allowed = ("transitions/catalogue.hpp", "transitions/filters/filter.hpp")
+        rooms = ("transitions/", "engine/measure/machine_probe", "engine/measure/probe_fit", "engine/measure/repeated",
+                 "engine/measure/watch")
+        self.assertEqual([each for each in includes("cli") if each[1].startswith(rooms) and each[1] not in allowed],
+                         [])
 
     def test_the_library_knows_no_job(self):
         library = ["graph", "planner", "runtime", "scene", "reference", "transitions"]

@@ -1,13 +1,12 @@
-#include "cli/request/job_options.hpp"
-
 #include <fstream>
 #include <gtest/gtest.h>
 
+#include "cli/request/job_options.hpp"
 #include "engine/request/numbers.hpp"
-#include "engine/request/quantities.hpp"
-#include "engine/request/transfer.hpp"
 #include "engine/request/outputs.hpp"
+#include "engine/request/quantities.hpp"
 #include "engine/request/tail.hpp"
+#include "engine/request/transfer.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise::cli {

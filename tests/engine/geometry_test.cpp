@@ -46,7 +46,7 @@ Vec3 centre(const Extent& e) { return {(e.x - 1) / 2.0, (e.y - 1) / 2.0, (e.z - 
 
 TEST(Geometry, NoneIsTheIdentityExactly) {
     const auto grid = volume({7, 8, 9}, {0.898437, 0.3, 1.7});
-    const Geometry geometry = geometry_of({}, grid, Job::warp);
+    const Geometry geometry = geometry_of(GeometryWords{}, grid, Job::warp);
     EXPECT_EQ(geometry.views.at(0), Mat4::Identity());
     EXPECT_EQ(geometry.grid.extent, grid.extent);
     EXPECT_EQ(geometry.grid.spacing, grid.spacing);

@@ -37,6 +37,11 @@ std::string rejection(const std::string& text) {
     return "accepted";
 }
 
+TEST(Profile, BuiltInIsCalledDefault) {
+    EXPECT_EQ(default_profile().name, "default");
+    EXPECT_TRUE(default_profile().cpu.empty());
+}
+
 TEST(Profile, SavesAndLoads) {
     Profile profile;
     profile.name = "toy";

@@ -1,0 +1,143 @@
+// A program's way through the library: a request in values, planned and run without a command line.
+#include "engine/session.hpp"
+
+#include <gtest/gtest.h>
+#include <map>
+#include <thread>
+
+#include "graph/errors.hpp"
+#include "planner/profile.hpp"
+#include "transitions/catalogue.hpp"
+
+namespace edgewise {
+namespace {
+
+using Kind = GeometryStep::Kind;
+using Frames = std::map<int, std::vector<float>>;
+
+RequestSpec turned(const std::string& input, int frames = 1) {
+    RequestSpec spec;
+    spec.input = input;
+    spec.geometry.steps = {{Kind::rotate, {20, 10, 0}}};
+    if (frames > 1) spec.geometry.steps.push_back({Kind::turntable, {double(frames)}});
+    spec.max_error = 0.05;
+    return spec;
+}
+
+Frames frames_of(Session& session) {
+    session.runs = true;
+    take_request(session);
+    make_plan(session);
+    Frames frames;
+    perform(session, [&](int frame, const Data& picture) {
+        const auto* begin = picture.as<float>();
+        frames[frame].assign(begin, begin + picture.what.samples() * picture.what.channels);
+    });
+    return frames;
+}
+
+Frames frames_of(const RequestSpec& spec, std::shared_ptr<const Data> given = nullptr) {
+    Listener listener;
+    Session session(spec, catalogue(), default_profile(), listener);
+    session.given = std::move(given);
+    return frames_of(session);
+}
+
+TEST(Session, HandsOverEachFrameOnce) {
+    const Frames frames = frames_of(turned("phantom:gaussians:32", 5));
+    ASSERT_EQ(frames.size(), 5u);
+    for (const auto& [frame, pixels] : frames)
+        EXPECT_GT(*std::max_element(pixels.begin(), pixels.end()), 0) << frame;
+    EXPECT_NE(frames.at(0), frames.at(1));
+}
+
+TEST(Session, TakesSamplesOfTheProgram) {
+    MemoryBudget memory(std::size_t{64} << 20);
+    auto samples = std::make_shared<const Data>(make_phantom("gaussians", 32, &memory));
+    RequestSpec named = turned("phantom:gaussians:32"), unnamed = turned("");
+    named.reference = Field::spline;  // of the samples, as nobody knows their formula
+    EXPECT_EQ(frames_of(unnamed, samples), frames_of(named));
+}
+
+TEST(Session, SpacingOfSamplesInMemoryIsTheSpecs) {
+    MemoryBudget memory(std::size_t{64} << 20);
+    auto samples = std::make_shared<const Data>(make_phantom("gaussians", 32, &memory));
+    RequestSpec spec = turned("");
+    spec.geometry.steps.clear();
+    spec.selection.spacing = {1, 1, 2};
+    spec.geometry.view = "y";
+    Listener listener;
+    Session session(spec, catalogue(), default_profile(), listener);
+    session.given = samples;
+    frames_of(session);
+    EXPECT_EQ(session.want().screen.y, 64) << "32 slices, 2 apart, seen from the side";
+    spec.selection.spacing = {1, 2};
+    EXPECT_THROW(frames_of(spec, samples), RequestError);
+}
+
+TEST(Session, SaysWhatWouldMakeAPlan) {
+    RequestSpec spec = turned("phantom:shepp-logan:32");
+    spec.max_error = 1e-9;
+    Listener listener;
+    Session session(spec, catalogue(), default_profile(), listener);
+    EXPECT_THROW(frames_of(session), NoPlan);
+    ASSERT_TRUE(session.way_out);
+    ASSERT_FALSE(session.way_out->budgets.empty());
+    spec.max_error = std::stod(session.way_out->budgets[0][0].value.value());
+    EXPECT_FALSE(frames_of(spec).empty()) << "what it says works";
+}
+
+TEST(Session, RefusesValuesThatNoCommandLineLetsThrough) {
+    const auto refused = [](auto change) {
+        RequestSpec spec = turned("phantom:cube:16");
+        change(spec);
+        EXPECT_THROW(frames_of(spec), RequestError);
+    };
+    refused([](RequestSpec& spec) { spec.range = 0; });
+    refused([](RequestSpec& spec) { spec.geometry.steps[0].numbers = {1, 2}; });
+    refused([](RequestSpec& spec) { spec.geometry.steps[0].numbers = {1, NAN, 2}; });
+    refused([](RequestSpec& spec) { spec.geometry.steps.push_back({Kind::shear, {0, 0, 1}}); });
+    refused([](RequestSpec& spec) { spec.geometry.steps.push_back({Kind::shear, {0, 1}}); });
+    refused([](RequestSpec& spec) { spec.geometry.steps.push_back({Kind::turntable, {2.5}}); });
+    refused([](RequestSpec& spec) { spec.geometry.size = OutputSize{.fit = false, .sides = {0}}; });
+    refused([](RequestSpec& spec) { spec.geometry.zoom = -1; });
+    refused([](RequestSpec& spec) { spec.geometry.perspective = 180; });
+    refused([](RequestSpec& spec) { spec.geometry.view = "behind"; });
+    refused([](RequestSpec& spec) { spec.zero = 1; });  // of X-rays
+    refused([](RequestSpec& spec) { spec.planning_time = 1; });
+    refused([](RequestSpec& spec) { spec.input = "phantom:none:16"; });
+}
+
+TEST(Session, EndsWhenItsListenerSaysSo) {
+    Listener listener;
+    Session session(turned("phantom:gaussians:32", 50), catalogue(), default_profile(), listener);
+    session.runs = true;
+    take_request(session);
+    make_plan(session);
+    int frames = 0;
+    EXPECT_THROW(perform(session,
+                         [&](int, const Data&) {
+                             ++frames;
+                             listener.end();
+                         }),
+                 Cancelled);
+    EXPECT_LT(frames, 50);
+}
+
+TEST(Session, TwoThreadsServeTwoRequestsAtOnce) {
+    const RequestSpec mip = turned("phantom:gaussians:48", 3);
+    RequestSpec warp = turned("phantom:gaussians:40");
+    warp.job = Job::warp;
+    const Frames mip_alone = frames_of(mip), warp_alone = frames_of(warp);
+    for (int round = 0; round < 3; ++round) {
+        Frames a, b;
+        std::thread one([&] { a = frames_of(mip); }), other([&] { b = frames_of(warp); });
+        one.join();
+        other.join();
+        EXPECT_EQ(a, mip_alone);
+        EXPECT_EQ(b, warp_alone);
+    }
+}
+
+}  // namespace
+}  // namespace edgewise
