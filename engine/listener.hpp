@@ -28,7 +28,8 @@ class Listener {
     /// A step goes on for long; may come from another thread.
     virtual void step_begun(const std::string&) {}
 
-    /// Set by whoever wants the work to end; runs, measurements and verifying look at it often.
+    /// Set by whoever wants the work to end. Runs, measurements and verifying look at it often,
+    /// reading and planning before they begin.
     virtual const std::atomic<bool>& stop() const noexcept { return stop_; }
     void end() noexcept { stop_ = true; }
 

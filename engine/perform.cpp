@@ -229,6 +229,16 @@ class Performance {
 
 }  // namespace
 
-void perform(Session& session, const FrameSink& frames) { Performance(session, frames).run_all(); }
+void perform(Session& session, const FrameSink& frames) {
+    if (!session.answer || !session.answer->plan)
+        throw RequestError("perform: there is no plan; make_plan makes it");
+    if (session.want().ranks > 1) throw RequestError("perform: a run is on one rank");
+    if (!session.input->data || !session.input->data->samples.data())
+        throw RequestError(
+            "perform: there are no samples: they are described only, or were given back when the "
+            "last result was written; take_request reads them");
+    session.files.clear();
+    Performance(session, frames).run_all();
+}
 
 }  // namespace edgewise

@@ -73,7 +73,12 @@ void open_memory(Session& session) {
     }
     session.resident = resident_now() + kReserve + kReserveAThread * session.want().threads;
     if (!budget.bytes) budget.bytes = resident_now() + free_memory();
-    const double left = std::max(0.0, *budget.bytes - session.resident);  // see expect_room
+    // Samples of the program count once, as the input's.
+    const double given = session.given ? double(session.given->samples.bytes()) : 0;
+    session.resident -= given;
+    constexpr double kMost = 0x1p60;  // the whole address space, and whole numbers hold it
+    const double left =
+        std::clamp(*budget.bytes - session.resident - given, 0.0, kMost);  // see expect_room
     session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(left));
     if (session.spec.max_memory)
         session.messages.memory_opened(left + kReserve + 10e6 * session.want().threads);
@@ -88,7 +93,7 @@ std::string lack_of_room(const Session& session) {
             "--max-memory {:.0f} MiB: the process takes {:.0f} MiB before it holds any samples",
             *budget.bytes / 0x1p20, session.resident / 0x1p20);
     const auto limit = static_cast<double>(session.memory->limit());
-    if (input.described || input.bytes() <= limit) return {};
+    if (session.given || input.described || input.bytes() <= limit) return {};
     return fmt::format("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
                        input.name, input.bytes() / 0x1p20, limit / 0x1p20,
                        session.spec.max_memory ? " by --max-memory" : " on this machine");
@@ -420,6 +425,10 @@ void take_request(Session& session) {
                             ? given_input(*session.given, selection_of(o))
                             : inspected(o.input, selection_of(o));
     }
+    if (session.given) expect_given(*session.given, *session.input);
+    for (const auto* demands : {&o.demands.via, &o.demands.without})
+        for (const Demand& demand : *demands)
+            demand_of(demand.name + demand.with.text(), session.edges);  // refuses unknown names
     if (session.runs && session.input->described)
         throw RequestError(
             fmt::format("{}: a description has no samples to run on; "
@@ -439,6 +448,7 @@ void take_request(Session& session) {
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
     take_exactness(session);
     expect_room(session);
+    if (session.messages.stop()) throw Cancelled();
     read_input(session);
 }
 
@@ -468,6 +478,7 @@ void forget_errors(Session& session) {
 }
 
 void make_plan(Session& session) {
+    if (session.messages.stop()) throw Cancelled();
     {
         const InState unobserved(session.messages, Listener::State::unobserved);
         ask_planner(session);

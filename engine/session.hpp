@@ -123,7 +123,10 @@ void make_plan(Session& session);
 /// Takes the errors out of the answer where nobody asked for them: some may be guesses.
 void forget_errors(Session& session);
 
-/// Receives each frame of the last repetition, one at a time, in any order.
+/// Receives each frame of the last repetition, one at a time, in any order, before budgets are
+/// judged. It is what the path made: pictures are f32 (a composite's four channels premultiplied);
+/// the samples of a warp have the type and the value map that `what` says, labels that f32 cannot
+/// hold are places in Input::table.
 using FrameSink = std::function<void(int frame, const Data& result)>;
 
 /// Runs the plan, verifies and writes. @throws Cancelled, RunError, std::bad_alloc

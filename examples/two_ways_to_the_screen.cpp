@@ -1,4 +1,5 @@
 // An X-ray picture of a sphere on two ways: the planner's own choice, and one through the spectrum.
+#include <cmath>
 #include <cstdio>
 
 #include "planner/planner.hpp"

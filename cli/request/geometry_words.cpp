@@ -36,9 +36,10 @@ std::vector<double> numbers_in_file(const std::string& name) {
     if (!file)
         throw RequestError(fmt::format(
             "--matrix: '{}' is neither a list of 4, 6, 9, 12 or 16 numbers nor a file", name));
-    std::string words;
-    for (std::string line; std::getline(file, line) && words.size() < 65536;)
-        words += line.substr(0, line.find('#')) + ' ';
+    std::string text(65536, ' '), words;
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    for (const std::string& line : split(text, '\n')) words += line.substr(0, line.find('#')) + ' ';
     std::vector<double> values;
     for (std::size_t at = 0; (at = words.find_first_not_of(", \t\r\n", at)) != std::string::npos;) {
         const std::size_t end = std::min(words.find_first_of(", \t\r\n", at), words.size());

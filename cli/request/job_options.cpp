@@ -139,7 +139,9 @@ RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     read_budgets(spec, o);
     read_output(spec, o);
     spec.selection = selection_of(o.selection);
-    if (o.transfer) spec.transfer = load_transfer(*o.transfer);
+    // Where the mode takes none the file does not matter, and the request says so.
+    if (o.transfer)
+        spec.transfer = spec.mode->takes_transfer ? load_transfer(*o.transfer) : TransferSpec{};
     for (const std::string& text : o.via) spec.demands.via.push_back(demand_of(text, edges));
     for (const std::string& text : o.without)
         spec.demands.without.push_back(demand_of(text, edges));

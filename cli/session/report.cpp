@@ -160,6 +160,7 @@ Json report_head() { return {{"schema", 1}, {"version", version()}}; }
 
 Json failure_of(int code, const std::string& message) {
     Json report = report_head();
+    report["warnings"] = Json::array();
     report["error"] = {{"code", code}, {"message", message}, {"nearest", Json::array()}};
     report["plan"] = nullptr;
     return report;

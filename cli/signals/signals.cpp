@@ -1,5 +1,6 @@
 #include "cli/signals/signals.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -49,7 +50,7 @@ void fence_memory(double bytes) {
     const double held = data_now();
     rlimit limit{};
     if (getrlimit(RLIMIT_DATA, &limit) != 0) return;
-    const double most = held + bytes;
+    const double most = std::min(held + bytes, 0x1p62);
     if (limit.rlim_max != RLIM_INFINITY && most > double(limit.rlim_max)) return;
     limit.rlim_cur = static_cast<rlim_t>(most);
     setrlimit(RLIMIT_DATA, &limit);

@@ -1,5 +1,6 @@
 #include "engine/request/input.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <fmt/format.h>
 #include <limits>
@@ -112,7 +113,33 @@ Input inspected(const std::string& name, const store::Selection& selection) {
     return input;
 }
 
+namespace {
+
+/// @throws RequestError what is no image and no volume, or not all of it
+void expect_samples(const Data& data) {
+    const Representation& what = data.what;
+    const Extent& n = what.extent;
+    const auto refuse = [](const std::string& why) {
+        throw RequestError("samples in memory: " + why);
+    };
+    if ((what.axes != 2 && what.axes != 3) || std::min({n.x, n.y, n.z}) < 1 ||
+        (what.axes == 2 && n.z != 1))
+        refuse(fmt::format("{} axes and an extent of {}x{}x{} are neither an image nor a volume",
+                           what.axes, n.x, n.y, n.z));
+    if (what.channels < 1) refuse(fmt::format("{} channels", what.channels));
+    if (!data.box.empty() && data.held().extent() != n) refuse("a part of the whole");
+    if (!data.samples.data() || double(data.samples.bytes()) < what.bytes())
+        refuse(fmt::format("{:.0f} bytes are described, {} are there", what.bytes(),
+                           data.samples.data() ? data.samples.bytes() : 0));
+}
+
+}  // namespace
+
 Input given_input(const Data& data, const store::Selection& selection) {
+    expect_samples(data);
+    if (selection.series || selection.time || selection.channel || !selection.orient.empty())
+        throw RequestError(
+            "samples in memory: --series, --time, --channel and --orient are about files");
     const Representation& what = data.what;
     const auto axes = static_cast<std::size_t>(what.axes);
     Input input;
@@ -134,6 +161,16 @@ Input given_input(const Data& data, const store::Selection& selection) {
         header.spacing[k] = spacing[spacing.size() == 1 ? 0 : k];
     if (!selection.unit.empty()) header.unit = selection.unit;
     return input;
+}
+
+void expect_given(const Data& data, const Input& input) {
+    expect_samples(data);
+    const Representation &is = data.what, named = described_data(input)->what;
+    if (input.described || is.axes != named.axes || is.extent != named.extent ||
+        is.channels != named.channels)
+        throw RequestError(fmt::format(
+            "{}: the samples in memory are {}x{}x{} in {} channels, and not what it describes",
+            input.name, is.extent.x, is.extent.y, is.extent.z, is.channels));
 }
 
 namespace {

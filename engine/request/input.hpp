@@ -49,6 +49,9 @@ struct Input {
 Input inspected(const std::string& name, const store::Selection& selection);
 /// The description of samples that a program brings. @throws RequestError
 Input given_input(const Data& data, const store::Selection& selection);
+/// Samples that a program brings in place of those that `input` describes: as many, of any type.
+/// @throws RequestError
+void expect_given(const Data& data, const Input& input);
 /// What memory holds before anything is read: the stored type where bits are kept.
 Representation stored_as(const Input& input);
 /// How the samples are to be read.

@@ -54,7 +54,70 @@ void take_mode(Request& want, const RequestSpec& spec) {
 
 }  // namespace
 
+namespace {
+
+void expect_transfer(const TransferSpec& spec) {
+    const auto is_share = [](double part) { return part >= 0 && part <= 1; };
+    const std::vector<Transfer::Point>& points = spec.transfer.points;
+    bool sensible =
+        !points.empty() &&
+        (!spec.unit_given || (spec.transfer.unit > 0 && std::isfinite(spec.transfer.unit)));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        sensible = sensible && std::isfinite(points[i].value) && is_share(points[i].opacity) &&
+                   (i == 0 || points[i].value >= points[i - 1].value);
+        for (const double part : points[i].color) sensible = sensible && is_share(part);
+    }
+    if (!sensible)
+        throw RequestError(
+            "--transfer: expected points of ascending finite values, opacities and colours from 0 "
+            "to 1, and a length above 0");
+}
+
+/// What the command line cannot say, a program can.
+void expect_sensible(const RequestSpec& spec) {
+    const auto expect = [](bool sensible, const char* option, const char* expected) {
+        if (!sensible) throw RequestError(fmt::format("{}: expected {}", option, expected));
+    };
+    const auto at_least_0 = [](const std::optional<double>& value) {
+        return !value || *value >= 0;  // false for NaN
+    };
+    const auto finite = [](const std::optional<double>& value) {
+        return !value || std::isfinite(*value);
+    };
+    const auto is_within = [](const auto& value, auto low, auto high) {
+        return !value || (*value >= low && *value <= high);
+    };
+    expect(at_least_0(spec.max_error), "--max-error", "an NRMSE, at least 0");
+    expect(at_least_0(spec.max_time), "--max-time", "seconds, at least 0");
+    expect(at_least_0(spec.max_memory), "--max-memory", "bytes, at least 0");
+    expect(at_least_0(spec.planning_time), "--planning-time", "seconds, at least 0");
+    expect(finite(spec.zero), "--zero", "a finite number");
+    expect(finite(spec.outside), "--outside", "a finite number");
+    expect(is_within(spec.threads, 1, 1024), "--threads", "1 to 1024");
+    expect(is_within(spec.ranks, 1, 1 << 24), "--ranks", "1 to 2^24");
+    expect(is_within(spec.quality, 1, 100), "--quality", "1 to 100");
+    expect(!spec.bits || *spec.bits == 8 || *spec.bits == 16 || *spec.bits == 32, "--bits",
+           "8, 16 or 32");
+    expect(spec.repeat >= 1, "--repeat", "at least 1");
+    expect(!spec.verify || *spec.verify <= 1'000'000'000, "--verify", "at most 10^9 samples");
+    expect(finite(spec.range), "--range", "a finite number");
+    for (const double step : spec.geometry.spacing.value_or(std::vector<double>{}))
+        expect(std::isfinite(step), "--spacing", "finite numbers");
+    if (spec.transfer && spec.mode->takes_transfer) expect_transfer(*spec.transfer);
+    for (const double part : spec.background.value_or(std::array<double, 3>{}))
+        expect(part >= 0 && part <= 1, "--background", "three numbers from 0 to 1");
+    if (!spec.window) return;
+    const auto& [low, high] = *spec.window;
+    for (const WindowEnd& end : {low, high})
+        expect(end.percentile ? end.at >= 0 && end.at <= 100 : std::isfinite(end.at), "--window",
+               "finite values, or percentiles from 0 to 100");
+    expect(low.percentile != high.percentile || low.at < high.at, "--window", "LO less than HI");
+}
+
+}  // namespace
+
 Request request_of(const RequestSpec& spec) {
+    expect_sensible(spec);
     Request want;
     want.job = spec.job;
     take_mode(want, spec);

@@ -75,6 +75,40 @@ TEST(Session, SpacingOfSamplesInMemoryIsTheSpecs) {
     EXPECT_THROW(frames_of(spec, samples), RequestError);
 }
 
+TEST(Session, RefusesSamplesThatAreNotWhatTheySay) {
+    MemoryBudget memory(std::size_t{64} << 20);
+    const auto phantom = [&](int side) {
+        return std::make_shared<Data>(make_phantom("gaussians", side, &memory));
+    };
+    EXPECT_THROW(frames_of(turned("phantom:gaussians:32"), phantom(16)), RequestError);
+    EXPECT_THROW(frames_of(turned("describe:16x16x16:f32"), phantom(16)), RequestError);
+    EXPECT_THROW(frames_of(turned(""), std::make_shared<Data>()), RequestError);
+    auto larger = phantom(16), flat = phantom(16);
+    larger->what.extent.z = 64;
+    EXPECT_THROW(frames_of(turned(""), larger), RequestError);
+    flat->what.axes = 2;
+    EXPECT_THROW(frames_of(turned(""), flat), RequestError);
+    RequestSpec channel = turned("");
+    channel.selection.channel = 0;
+    EXPECT_THROW(frames_of(channel, phantom(16)), RequestError);
+}
+
+TEST(Session, RunsAPlanOnly) {
+    Listener listener;
+    Session none(turned("phantom:cube:16"), catalogue(), default_profile(), listener);
+    EXPECT_THROW(perform(none), RequestError);
+    Session described(turned("describe:16x16x16:f32"), catalogue(), default_profile(), listener);
+    take_request(described);
+    make_plan(described);
+    EXPECT_THROW(perform(described), RequestError);
+    // Written results take the place of the samples: a second run says so.
+    RequestSpec spec = turned("phantom:gaussians:16");
+    spec.out = testing::TempDir() + "edgewise_session.png";
+    Session written(spec, catalogue(), default_profile(), listener);
+    frames_of(written);
+    EXPECT_THROW(perform(written), RequestError);
+}
+
 TEST(Session, SaysWhatWouldMakeAPlan) {
     RequestSpec spec = turned("phantom:shepp-logan:32");
     spec.max_error = 1e-9;
@@ -105,6 +139,20 @@ TEST(Session, RefusesValuesThatNoCommandLineLetsThrough) {
     refused([](RequestSpec& spec) { spec.geometry.view = "behind"; });
     refused([](RequestSpec& spec) { spec.zero = 1; });  // of X-rays
     refused([](RequestSpec& spec) { spec.planning_time = 1; });
+    refused([](RequestSpec& spec) { spec.max_error = NAN; });
+    refused([](RequestSpec& spec) { spec.max_memory = -1; });
+    refused([](RequestSpec& spec) { spec.threads = 0; });
+    refused([](RequestSpec& spec) { spec.repeat = 0; });
+    refused([](RequestSpec& spec) { spec.bits = 7; });
+    refused([](RequestSpec& spec) { spec.window = Window{{.at = 2}, {.at = 1}}; });
+    refused([](RequestSpec& spec) { spec.window = Window{{.at = NAN}, {.at = 1}}; });
+    refused([](RequestSpec& spec) { spec.range = INFINITY; });
+    refused([](RequestSpec& spec) { spec.geometry.spacing = {{INFINITY, 1}}; });
+    refused([](RequestSpec& spec) { spec.demands.without = {{.name = "project.ray_kast"}}; });
+    refused([](RequestSpec& spec) {
+        spec.mode = mode_named("composite");
+        spec.transfer.emplace();  // without points
+    });
     refused([](RequestSpec& spec) { spec.input = "phantom:none:16"; });
 }
 
