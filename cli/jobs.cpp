@@ -75,8 +75,6 @@ int do_job(const JobOptions& options, bool runs) {
     bool explained = false;
     return guarded(
         [&] {
-            Messages at_first;
-            configure(at_first, options);
             check_outputs(options);
             typed.emplace(options);
             Session& session = **typed;

@@ -21,7 +21,6 @@ class Listener {
 
     /// Worth knowing, and nothing is wrong with the result.
     virtual void notice(const std::string&) {}
-    virtual void debug(const std::string&) {}
     /// A share of the work is done.
     virtual void progress(double, const std::string&) {}
     virtual void end_progress() {}
@@ -33,7 +32,7 @@ class Listener {
     virtual const std::atomic<bool>& stop() const noexcept { return stop_; }
     void end() noexcept { stop_ = true; }
 
-    /// From now on all samples and scratch of the session take at most so many bytes.
+    /// From now on all samples and scratch of the request take at most so many bytes.
     virtual void memory_opened(double) {}
 
     /// What the work is doing, for whoever decides how it may be ended.

@@ -9,6 +9,7 @@
 
 #include "engine/measure/machine.hpp"
 #include "engine/measure/repeated.hpp"
+#include "engine/measure/since.hpp"
 #include "engine/measure/watch.hpp"
 #include "engine/session.hpp"
 #include "graph/errors.hpp"
@@ -17,10 +18,6 @@ namespace edgewise {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 /// From now on resident_peak() counts anew. @return false where the system does not let us
 bool reset_resident_peak() {

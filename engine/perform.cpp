@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include "engine/measure/machine.hpp"
+#include "engine/measure/since.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/session.hpp"
 #include "engine/shown.hpp"
@@ -13,10 +14,6 @@ namespace edgewise {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 /// Everything after the planner: runs, keeps or passes on frames, verifies, writes.
 class Performance {

@@ -12,6 +12,7 @@
 #include "engine/growing_verifier.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/measure/repeated.hpp"
+#include "engine/measure/since.hpp"
 #include "engine/measure/watch.hpp"
 #include "engine/paths.hpp"
 #include "engine/session.hpp"
@@ -36,10 +37,6 @@ constexpr double kHopeless = 3;    // slower than the best by more: stopped
 constexpr double kPatience = 0.1;  // [s], never stopped before
 constexpr double kTie = 1.03;      // two runs of one path differ by so much
 using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 /// The request with a few of its views.
 Request with_few_frames(const Request& want, int frames) {

@@ -9,6 +9,7 @@
 
 #include "engine/known_scene.hpp"
 #include "engine/measure/machine.hpp"
+#include "engine/measure/since.hpp"
 #include "engine/pilot.hpp"
 #include "engine/refined_scene.hpp"
 #include "engine/shown.hpp"
@@ -28,10 +29,6 @@ constexpr double kReserve = 12 << 20, kReserveAThread = 1 << 20;
 constexpr double kGrowth = 1 << 20, kGrowthAThread = 1 << 18;
 
 using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 /// How many memories there are, and who shares one: by default as the machine has them.
 void take_ranks(Session& session) {

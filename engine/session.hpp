@@ -54,7 +54,7 @@ struct Spent {
 struct Session {
     /// @param catalogue  that paths are made of
     /// @param machine    whose seconds are predicted
-    /// @param listener   outlives the session
+    /// @param listener   outlives it
     Session(RequestSpec asked, Catalogue catalogue, Profile machine, Listener& listener)
         : spec(std::move(asked)),
           messages(listener),

@@ -14,6 +14,7 @@
 #include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
+#include "cli/session/typed_session.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"
@@ -129,8 +130,7 @@ class Audit {
                 const RequestSpec spec = spec_of(options, edges);
                 // Each is warned of by itself.
                 Messages messages;
-                messages.configure(options.log.value_or("warning"),
-                                   options.progress.value_or("auto"), options.quiet);
+                configure(messages, options);
                 const OwnLimits restored;
                 AuditedRequest request;
                 static_cast<Audited&>(request) =

@@ -17,9 +17,11 @@
 #include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
+#include "cli/session/typed_session.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"
+#include "engine/measure/since.hpp"
 #include "engine/request/numbers.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/quantities.hpp"
@@ -34,10 +36,6 @@ using Words = std::vector<std::string>;
 
 constexpr const char* kEndings[] = {".html", ".svg", ".png", ".csv", ".json"};
 constexpr std::size_t kLimit = 100, kSweepLimit = 16;  // paths
-
-double since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 struct ChartOptions {
     JobOptions job;
@@ -155,8 +153,7 @@ struct Serving {
 ChartedRequest charted_request(const JobOptions& options, const ChartSettings& settings,
                                const Serving& serving, const ChartProgress& progress) {
     Messages messages;
-    messages.configure(options.log.value_or("warning"), options.progress.value_or("auto"),
-                       options.quiet);
+    configure(messages, options);
     const RequestSpec spec = spec_of(options, serving.edges);
     ChartedRequest request;
     ChartedRuns runs = settings.runs;
@@ -182,8 +179,7 @@ std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
     };
     for (const double value : sweep.values) {
         Messages messages;
-        messages.configure(request.log.value_or("warning"), request.progress.value_or("auto"),
-                           request.quiet);
+        configure(messages, request);
         const Charting charting = charting_of(spec_of(sweep.at(request, value), serving.edges),
                                               serving.edges, serving.profile, settings, messages);
         for (const std::string& path : charting.paths) vote(path, 0, 1);
@@ -251,7 +247,7 @@ int do_chart(const ChartOptions& options, const std::string& title) {
     return guarded_with_json(options.job.json, [&] {
         const JobOptions& job = options.job;
         Messages messages;
-        messages.configure(job.log.value_or("warning"), job.progress.value_or("auto"), job.quiet);
+        configure(messages, job);
         check_outputs(options);
         const ChartSettings settings = settings_of(options, title);
         const JobOptions request = request_of(job);

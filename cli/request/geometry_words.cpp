@@ -62,7 +62,9 @@ GeometryStep step_of(const std::string& name, const std::string& value) {
     if (name == "scale") return {Kind::scale, numbers_of("--scale", value)};
     if (name == "translate") return {Kind::translate, numbers_of("--translate", value)};
     if (name == "shear") return {Kind::shear, shears_of(value)};
-    return {Kind::turntable, {double(whole_of("--turntable", value, 1, kMostViews))}};
+    if (name == "turntable")
+        return {Kind::turntable, {double(whole_of("--turntable", value, 1, kMostViews))}};
+    throw RequestError(fmt::format("--{}: is no step of the geometry", name));
 }
 
 OutputSize size_of(const std::string& text) {

@@ -40,14 +40,8 @@ void Messages::say(const char* kind, const std::string& text) {
     fmt::print(stderr, "edgewise: {}{}\n", kind, text);
 }
 
-void Messages::error(const std::string& text) { say("", text); }
-
 void Messages::on_warning(const std::string& text) {
     if (log_ >= Log::warning) say("warning: ", text);
-}
-
-void Messages::debug(const std::string& text) {
-    if (log_ >= Log::debug) say("", text);
 }
 
 bool Messages::shows_bar() const noexcept {

@@ -17,9 +17,6 @@ class Messages : public Listener {
     /// --log, --progress. @throws RequestError
     void configure(const std::string& log, const std::string& progress, bool quiet);
 
-    void error(const std::string& text);
-    void debug(const std::string& text) override;
-
     /// A share of the work is done: a bar on a terminal.
     void progress(double share, const std::string& step) override;
     /// A step is done: one line where there is no bar.

@@ -8,6 +8,7 @@
 #include "engine/audit/audit.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/quantiles.hpp"
+#include "engine/measure/since.hpp"
 #include "engine/paths.hpp"
 #include "engine/session.hpp"
 #include "graph/errors.hpp"
@@ -28,10 +29,6 @@ constexpr int kFewRuns = 3;
 /// kMoreSeconds: the least of several medians is too small by what they scatter.
 constexpr double kClose = 1.15, kMoreSeconds = 0.5;
 constexpr int kMoreRuns = 4;
-double since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 /// The runs of one request: all paths once, with their errors, then in rounds those that could be
 /// the fastest.
 class Rounds {

@@ -18,6 +18,7 @@
 #include "engine/measure/machine_probe.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/measure/repeated.hpp"
+#include "engine/measure/since.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
 #include "planner/cost.hpp"
@@ -26,10 +27,6 @@ namespace edgewise {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 class Calibration {
  public:

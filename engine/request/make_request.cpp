@@ -165,11 +165,7 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
     want.eye = geometry.eye;
     if (spec.labels && spec.reference && *spec.reference != Field::nearest)
         throw RequestError(
-            fmt::format("--labels: of labels the reference is nearest, not {}; "
-                        "leave out one of the two",
-                        *spec.reference == Field::spline   ? "spline"
-                        : *spec.reference == Field::linear ? "linear"
-                                                           : "formula"));
+            "--labels: of labels the reference is nearest; leave out --reference, or --labels");
     if (spec.labels)
         want.field = Field::nearest;
     else if (spec.reference)
