@@ -42,27 +42,27 @@ void expect_ending(const std::optional<std::string>& out) {
 }
 
 /// A graph that shows what was chosen; without a plan within the budgets it shows the rest.
-std::string picture_of(Session& session, const TransformGraph& spanned) {
+std::string picture_of(Session& session) {
     try {
         make_plan(session);
     } catch (const NoPlan&) {
         session.messages.warning("no plan keeps the budgets: nothing is bold");
     }
     const bool has_plan = session.answer && session.answer->plan;
-    return laid_out(picture_dot(spanned, session.edges, cost_words(session),
+    return laid_out(picture_dot(session.graph()->spanned(), session.edges, cost_words(session),
                                 has_plan ? &*session.answer->plan : nullptr));
 }
 
 /// The graph of a request, with what its edges cost.
 std::string graph_of(Session& session, Form form) {
     take_request(session);
+    if (form == Form::svg) return picture_of(session);
     const TransformGraph spanned =
         expand(session.edges, session.ask(), session.sources(), session.spec.demands);
     const auto cost = [&](const Arc& arc) {
         return cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer, session.ask(),
                        session.profile, session.want().threads);
     };
-    if (form == Form::svg) return picture_of(session, spanned);
     if (form == Form::dot)
         return to_dot(spanned, session.edges, [&](const Arc& arc) {
             const StepCost c = cost(arc);

@@ -43,11 +43,9 @@ std::vector<bool> front_of(const std::vector<Plan>& plans) {
 /// All paths, and what the planner found where these were cut off, each once, fastest first.
 /// The planner's own predictions count where it has any: it may have measured.
 std::vector<Plan> all_plans(const Session& session) {
-    const std::vector<Source> sources = session.sources();
-    const TransformGraph spanned =
-        expand(session.edges, session.ask(), sources, session.spec.demands);
-    std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
-                                        session.profile, session.plan_options, kMostPaths);
+    const auto graph = session.graph();
+    std::vector<Plan> plans =
+        all_paths(graph->real(), session.edges, session.ask(), session.plan_options, kMostPaths);
     std::map<Texts, std::size_t> places;
     for (std::size_t i = 0; i < plans.size(); ++i) places.emplace(plans[i].texts(), i);
     const auto take = [&](const Plan& plan) {

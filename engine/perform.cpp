@@ -175,7 +175,11 @@ class Performance {
     /// not.
     bool keeps_budgets() {
         Measured& measured = *session_.measured;
+        // What the process once held before the request is not the request's.
         measured.bytes = resident_peak();
+        if (measured.bytes <= session_.peak_before)
+            measured.bytes = std::min(
+                measured.bytes, session_.resident + static_cast<double>(session_.memory->peak()));
         const Budget& budget = want_.budget;
         const auto broken = [&](const char* what, double value, double limit, const char* unit) {
             if (value <= limit) return;

@@ -60,7 +60,7 @@ class Pilot {
           most_seconds_(most),
           want_(with_few_frames(session.want(), kFrames)),
           key_(wisdom_key(session)),
-          wisdom_(Wisdom::load()) {
+          wisdom_(session.spec.remembers ? Wisdom::load() : Wisdom()) {
         if (!wisdom_.problem().empty()) session.messages.warning(wisdom_.problem());
         collect();
     }
@@ -88,11 +88,11 @@ class Pilot {
     void collect() {
         const Answer& answer = *session_.answer;
         const Wisdom::Paths* known = wisdom_.find(key_);
-        const std::vector<Source> sources = session_.sources();
         const Ask few{want_, session_.scene};
-        const TransformGraph spanned = expand(session_.edges, few, sources, session_.spec.demands);
-        for (Plan& plan : all_paths(spanned, session_.edges, few, sources, session_.profile,
-                                    session_.plan_options, 20 * kMostPaths))
+        const PricedGraph graph(session_.edges, few, session_.sources(), session_.profile,
+                                session_.plan_options);
+        for (Plan& plan :
+             all_paths(graph.real(), session_.edges, few, session_.plan_options, 20 * kMostPaths))
             few_.emplace(path_text(plan.texts()), std::move(plan));
         const std::string chosen = answer.plan ? path_text(answer.plan->texts()) : "";
         for (Plan& plan : tried_paths(session_, kMostPaths, 1).plans) {
@@ -346,7 +346,7 @@ class Pilot {
     }
 
     void keep() const {
-        if (runs_ == 0) return;
+        if (runs_ == 0 || !session_.spec.remembers) return;
         Wisdom::Paths learned;
         for (const Contender& each : contenders_)
             if (each.known) {

@@ -28,7 +28,9 @@ std::vector<std::string> steps_of(const std::string& path) {
 /// What pilots measured of this request.
 Candidates::Known known_of(const Session& session) {
     Candidates::Known known;
-    if (session.spec.planner == Planner::estimate || session.input->described) return known;
+    if (session.spec.planner == Planner::estimate || session.input->described ||
+        !session.spec.remembers)
+        return known;
     const Wisdom wisdom = Wisdom::load();
     const Wisdom::Paths* paths = wisdom.find(wisdom_key(session));
     if (!paths) return known;
@@ -47,8 +49,8 @@ Candidates::Known known_of(const Session& session) {
 }  // namespace
 
 std::unique_ptr<Candidates> candidates_of(const Session& session) {
-    return std::make_unique<Candidates>(session.edges, session.ask(), session.sources(),
-                                        session.profile, session.plan_options, known_of(session));
+    return std::make_unique<Candidates>(session.edges, session.ask(), session.graph(),
+                                        session.plan_options, known_of(session));
 }
 
 void weigh(Session& session) {

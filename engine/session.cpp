@@ -68,6 +68,7 @@ void open_memory(Session& session) {
         session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(free_memory()));
         return;
     }
+    session.peak_before = resident_peak();
     session.resident = resident_now() + kReserve + kReserveAThread * session.want().threads;
     if (!budget.bytes) budget.bytes = resident_now() + free_memory();
     // Samples of the program count once, as the input's.
@@ -185,6 +186,7 @@ void read_input(Session& session) {
     else
         for (const std::string& warning : read_data(input, session.memory.get()))
             session.messages.warning(warning);
+    if (!session.spec.remembers) input.identity.reset();
     if (session.announces)
         session.planning = std::make_unique<Announced>(session.messages, "planning");
     const auto begin = Clock::now();
@@ -383,6 +385,11 @@ std::vector<Source> Session::sources() const {
     on_disk.place = Place::disk;
     const double bytes = what.bytes();
     return {{on_disk}, {what, Label{.peak = bytes, .held = bytes}}};
+}
+
+std::shared_ptr<const PricedGraph> Session::graph() const {
+    if (answer) return answer->graph;
+    return std::make_shared<PricedGraph>(edges, ask(), sources(), profile, plan_options);
 }
 
 void look_at_data(Session& session, bool draw) {

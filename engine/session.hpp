@@ -71,6 +71,7 @@ struct Session {
     ErrorsWanted errors = ErrorsWanted::asked;
     std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it
     double resident = 0;                   // bytes of the process without `memory`
+    double peak_before = 0;                // most bytes that the process ever had until then
     Request request;                       // what the graph knows of it
     std::optional<Window> window;          // of the result; nothing where it became a grey ramp
     std::optional<Outputs> outputs;
@@ -104,6 +105,8 @@ struct Session {
     /// Where a path may start: at the samples in memory; where there are ranks, also at the samples
     /// on disk, of which every rank reads its share.
     std::vector<Source> sources() const;
+    /// The priced graph that the answer was read from; before there is one, a new one.
+    std::shared_ptr<const PricedGraph> graph() const;
 };
 
 /// Measures what errors and ray casts depend on.

@@ -7,6 +7,22 @@ namespace edgewise {
 
 constexpr double kLineBytes = 64;  // that a cache reads at once
 
+/// Cache lines that are read or written at computed addresses, all of one set of bytes.
+struct Lines {
+    double count = 0;
+    /// Bytes of the set, of one rank: they decide which level of memory serves the lines.
+    double span = 0;
+};
+
+/// What ranks exchange, as the thesis counts it.
+struct Traffic {
+    double local = 0;      // L: samples read from a neighbouring tile or rank
+    double global = 0;     // G: samples sent to an arbitrary rank, one to one
+    double congested = 0;  // G that may meet at one rank, before congestion N
+    double messages = 0;   // one after another, of the rank that sends most
+    double sent = 0;       // bytes in these messages
+};
+
 /// Counted for one run of one edge at one view, never timed: a machine profile makes seconds of it.
 /// Where samples are spread over ranks, operations and accesses are the sum over ranks, which share
 /// them evenly; messages and bytes in memory are those of one rank.
@@ -16,29 +32,21 @@ struct Work {
     /// Operations to mask and weigh lanes of vectors: none where samples are worked out one by one.
     double masked = 0;
     double streamed = 0;  // bytes read or written in address order
-    double gathers = 0;   // reads at computed addresses; one a sample, also where they share a line
-    /// Cache lines that gathers bring from a set of `span` bytes. All other reads are served by the
-    /// first level of memory.
-    double lines = 0;
-    /// Further cache lines, from a set of `others` bytes: those that neighbouring rays read again,
-    /// and those that the edge writes.
-    double other_lines = 0;
-    /// Bytes of the set that `lines` come from, and of the set that is streamed; of one rank. They
-    /// decide which level of memory serves them. 0: the planner guesses the whole input, and input
-    /// and output.
-    double span = 0, swept = 0;
-    double others = 0;     // bytes of the set that other_lines come from
-    double local = 0;      // L: samples read from a neighbouring tile or rank
-    double global = 0;     // G: samples sent to an arbitrary rank, one to one
-    double congested = 0;  // G that may meet at one rank, before congestion N
-    double messages = 0;   // one after another, of the rank that sends most
-    double sent = 0;       // bytes in these messages
+    /// Bytes of the set that is streamed, of one rank. 0: the planner takes input and output.
+    double swept = 0;
+    double gathers = 0;  // reads at computed addresses; one a sample, also where they share a line
+    /// Lines that gathers bring. All other reads are served by the first level of memory. A span
+    /// of 0: the planner takes the whole input.
+    Lines lines = {};
+    /// Further lines: those that neighbouring rays read again, and those that the edge writes.
+    Lines other_lines = {};
+    Traffic traffic = {};
     double scratch = 0;    // bytes alive while one leaf runs, for each thread
     double workspace = 0;  // bytes alive while the step runs, whatever the number of threads
     /// The variant of the edge's kernel that the data lead to, where counts cannot predict that
     /// the variants differ in seconds. One word; empty for an edge of one variant. Each variant is
     /// timed by itself.
-    std::string_view way = {};
+    std::string_view variant = {};
 };
 
 /// What an edge adds to the error of its output, and how it scales the error of its input.

@@ -9,6 +9,9 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <mutex>
+#include <utility>
+#include <vector>
 
 namespace edgewise::store {
 
@@ -73,18 +76,43 @@ OIIO::TypeDesc description_of(Type type) {
     }
 }
 
-void set_up() {
-    OIIO::attribute("threads", 1);
-    OIIO::attribute("exr_threads", -1);
-}
+/// OpenImageIO's settings are the process's. While one of these lives they are ours; afterwards
+/// they are what the program had. One at a time.
+class Settings {
+ public:
+    /// @param most  size of a picture that is believed [MB]; 0: as it is
+    explicit Settings(int most = 0) : lock_(mutex()) {
+        set("threads", 1);
+        set("exr_threads", -1);
+        if (most > 0) set("limits:imagesize_MB", most);
+    }
+    ~Settings() {
+        for (const auto& [name, value] : before_) OIIO::attribute(name, value);
+    }
+    Settings(const Settings&) = delete;
+    Settings& operator=(const Settings&) = delete;
+
+ private:
+    static std::mutex& mutex() {
+        static std::mutex one;
+        return one;
+    }
+    void set(const char* name, int value) {
+        int before = 0;
+        if (OIIO::getattribute(name, before)) before_.emplace_back(name, before);
+        OIIO::attribute(name, value);
+    }
+
+    std::lock_guard<std::mutex> lock_;
+    std::vector<std::pair<const char*, int>> before_;
+};
 
 /// Values as stored: colour stays unmultiplied where the file has it so, and threads stay few.
 std::unique_ptr<OIIO::ImageInput> open(const char* path, const std::string& format, char* error) {
-    set_up();
     constexpr std::uint64_t kBelieved = 64;  // [MB], as check_density does
     const std::uint64_t megabytes = std::filesystem::file_size(path) / (1 << 20) + 1;
-    OIIO::attribute("limits:imagesize_MB", static_cast<int>(std::clamp<std::uint64_t>(
-                                               megabytes * kDensest, kBelieved, INT32_MAX)));
+    const Settings settings(
+        static_cast<int>(std::clamp<std::uint64_t>(megabytes * kDensest, kBelieved, INT32_MAX)));
     OIIO::ImageSpec wish, spec;
     wish["oiio:UnassociatedAlpha"] = 1;
     auto input = OIIO::ImageInput::create(format);
@@ -92,6 +120,7 @@ std::unique_ptr<OIIO::ImageInput> open(const char* path, const std::string& form
         tell(error, OIIO::geterror());
         return nullptr;
     }
+    input->threads(1);
     if (input->open(path, spec, wish)) return input;
     const std::string why = input->geterror();
     tell(error, why.empty() ? "not " + format + ", or damaged" : why);
@@ -207,12 +236,13 @@ bool write(const ModuleImage& image, const void* samples, int quality, const Mod
     if (format == "webp") return edgewise::store::write_webp(image, samples, quality, sink, error);
     if (format == "jpeg2000" || format == "j2k")
         return edgewise::store::write_jpeg2000(image, samples, quality, sink, error);
-    set_up();
+    const Settings settings;
     const auto output = OIIO::ImageOutput::create(format);
     if (!output) {
         tell(error, OIIO::geterror());
         return false;
     }
+    output->threads(1);
     OIIO::ImageSpec spec = description_of(image);
     Proxy proxy(sink);
     OIIO::Filesystem::IOProxy* const to = &proxy;

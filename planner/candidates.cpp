@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "planner/alike.hpp"
 
@@ -15,43 +16,32 @@ constexpr double kNever = 1e9;
 }  // namespace
 
 Candidates::Candidates(const Catalogue& catalogue, const Ask& ask,
-                       const std::vector<Source>& sources, const Profile& profile,
-                       const PlanOptions& options, const Known& known)
-    : catalogue_(catalogue),
-      ask_(ask),
-      options_(options),
-      sources_(sources),
-      spanned_(expand(catalogue, ask, sources_, options.demands)),
-      choice_{spanned_, sources_, {}, options.pinned},
-      real_{spanned_, sources_, {}, options.pinned} {
-    choice_.costs = price(spanned_, catalogue, ask, profile, profile.processors, options);
-    real_.costs = ask.want.threads == profile.processors
-                      ? choice_.costs
-                      : price(spanned_, catalogue, ask, profile, ask.want.threads, options);
-    if (const auto& like = ask.want.budget.like)
-        choice_.alike = real_.alike = alike_of(choice_, catalogue, ask, *like);
-    texts_.resize(choice_.costs.size());
-    for (const auto arc : boost::make_iterator_range(boost::edges(spanned_.graph))) {
-        const Arc& what = spanned_.graph[arc];
+                       std::shared_ptr<const PricedGraph> graph, const PlanOptions& options,
+                       const Known& known)
+    : catalogue_(catalogue), ask_(ask), options_(options), graph_(std::move(graph)) {
+    const Priced& choice = priced();
+    texts_.resize(choice.costs.size());
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned().graph))) {
+        const Arc& what = spanned().graph[arc];
         texts_[what.index] =
             catalogue[static_cast<std::size_t>(what.edge)].name + what.offer.with.text();
     }
-    std::vector<Route> simple = simple_routes(choice_, kMostPaths);
+    std::vector<Route> simple = simple_routes(choice, kMostPaths);
     complete_ = simple.size() < kMostPaths;
     for (Route& route : simple) add(std::move(route), known);
-    for (Route& route : routes_to_choose_from(choice_)) add(std::move(route), known).front = true;
+    for (Route& route : routes_to_choose_from(choice)) add(std::move(route), known).front = true;
     if (!complete_) add_replacements(known);
 }
 
 Candidate& Candidates::add(Route route, const Known& known) {
     std::vector<std::size_t> key{route.source};
-    for (const auto arc : route.arcs) key.push_back(spanned_.graph[arc].index);
+    for (const auto arc : route.arcs) key.push_back(spanned().graph[arc].index);
     const auto [place, fresh] = places_.emplace(std::move(key), all_.size());
     if (!fresh) return all_[place->second];
     Candidate path;
-    for (const auto arc : route.arcs) path.steps.push_back(texts_[spanned_.graph[arc].index]);
-    path.choice = predicted_of(route, choice_, ask_, options_);
-    path.real = predicted_of(route, real_, ask_, options_);
+    for (const auto arc : route.arcs) path.steps.push_back(texts_[spanned().graph[arc].index]);
+    path.choice = predicted_of(route, priced(), ask_, options_);
+    path.real = predicted_of(route, graph_->real(), ask_, options_);
     if (const auto found = known.find(path.steps); found != known.end()) {
         // Pilots run on the profile's processors; other threads keep their predicted ratio.
         const double ratio =
@@ -72,10 +62,10 @@ Candidate& Candidates::add(Route route, const Known& known) {
 
 void Candidates::add_replacements(const Known& known) {
     std::set<std::string> steps;
-    for (const Route& route : routes_to_choose_from(choice_))
-        for (const auto arc : route.arcs) steps.insert(texts_[spanned_.graph[arc].index]);
+    for (const Route& route : routes_to_choose_from(priced()))
+        for (const auto arc : route.arcs) steps.insert(texts_[spanned().graph[arc].index]);
     for (const std::string& step : steps) {
-        Priced slower = choice_;
+        Priced slower = priced();
         for (std::size_t i = 0; i < texts_.size(); ++i)
             if (texts_[i] == step) slower.costs[i].seconds *= kNever;
         for (Route& route : pareto_routes(slower)) add(std::move(route), known);
@@ -85,16 +75,16 @@ void Candidates::add_replacements(const Known& known) {
 double Candidates::seconds_in(const Candidate& path, const std::string& step, bool real) const {
     double sum = 0;
     for (const auto arc : path.route.arcs)
-        if (texts_[spanned_.graph[arc].index] == step)
-            sum += (real ? real_ : choice_).cost(arc).seconds;
+        if (texts_[spanned().graph[arc].index] == step)
+            sum += (real ? graph_->real() : priced()).cost(arc).seconds;
     return path.scale * sum;
 }
 
 double Candidates::spread_of(const Candidate& path, const std::string& step) const {
     double spread = 0;
     for (const auto arc : path.route.arcs)
-        if (texts_[spanned_.graph[arc].index] == step)
-            spread = std::max(spread, choice_.cost(arc).spread);
+        if (texts_[spanned().graph[arc].index] == step)
+            spread = std::max(spread, priced().cost(arc).spread);
     // A measured path is as uncertain as its measurement.
     return path.scale == 1 ? spread : std::min(spread, path.choice.spread);
 }

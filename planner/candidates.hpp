@@ -1,10 +1,11 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "planner/choice.hpp"
+#include "planner/priced_graph.hpp"
 
 namespace edgewise {
 
@@ -27,18 +28,18 @@ class Candidates {
 
     /// Up to some thousand simple paths; beyond, those of the Pareto front, and those that take
     /// their place when a step of one of them becomes slower without end.
-    /// @throws RequestError as `plan`
-    Candidates(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
-               const Profile& profile, const PlanOptions& options, const Known& known = {});
+    /// @param graph  of this request
+    Candidates(const Catalogue& catalogue, const Ask& ask, std::shared_ptr<const PricedGraph> graph,
+               const PlanOptions& options, const Known& known = {});
     Candidates(const Candidates&) = delete;
     Candidates& operator=(const Candidates&) = delete;
 
     const std::vector<Candidate>& all() const noexcept { return all_; }
     /// No path was left out.
     bool complete() const noexcept { return complete_; }
-    const TransformGraph& spanned() const noexcept { return spanned_; }
+    const TransformGraph& spanned() const noexcept { return graph_->spanned(); }
     /// Costs for the profile's processors.
-    const Priced& priced() const noexcept { return choice_; }
+    const Priced& priced() const noexcept { return graph_->choice(); }
     const Catalogue& catalogue() const noexcept { return catalogue_; }
     const Ask& ask() const noexcept { return ask_; }
     const PlanOptions& options() const noexcept { return options_; }
@@ -56,9 +57,7 @@ class Candidates {
     const Catalogue& catalogue_;
     const Ask ask_;
     const PlanOptions options_;
-    const std::vector<Source> sources_;
-    const TransformGraph spanned_;
-    Priced choice_, real_;
+    const std::shared_ptr<const PricedGraph> graph_;
     std::vector<std::string> texts_;  // of arcs, by edge_index
     std::vector<Candidate> all_;
     std::map<std::vector<std::size_t>, std::size_t> places_;

@@ -21,15 +21,21 @@ void add(Share& share, const Work& work, int views) {
     const double before = static_cast<double>(share.views) / (share.views + views);
     const double now = static_cast<double>(views) / (share.views + views);
     Work& mean = share.mean;
-    for (double Work::*count : {&Work::operations, &Work::masked, &Work::streamed, &Work::gathers,
-                                &Work::lines, &Work::other_lines, &Work::local, &Work::global,
-                                &Work::congested, &Work::messages, &Work::sent})
-        mean.*count = before * mean.*count + now * work.*count;
-    for (double Work::*most :
-         {&Work::span, &Work::swept, &Work::others, &Work::scratch, &Work::workspace})
-        mean.*most = std::max(mean.*most, work.*most);
+    const auto average = [&](double& of, double with) { of = before * of + now * with; };
+    const auto most = [](double& of, double with) { of = std::max(of, with); };
+    for (double Work::*count : {&Work::operations, &Work::masked, &Work::streamed, &Work::gathers})
+        average(mean.*count, work.*count);
+    for (double Traffic::*count : {&Traffic::local, &Traffic::global, &Traffic::congested,
+                                   &Traffic::messages, &Traffic::sent})
+        average(mean.traffic.*count, work.traffic.*count);
+    for (Lines Work::*lines : {&Work::lines, &Work::other_lines}) {
+        average((mean.*lines).count, (work.*lines).count);
+        most((mean.*lines).span, (work.*lines).span);
+    }
+    for (double Work::*bytes : {&Work::swept, &Work::scratch, &Work::workspace})
+        most(mean.*bytes, work.*bytes);
     // Views that go by different variants: the first one's word.
-    if (share.views == 0) mean.way = work.way;
+    if (share.views == 0) mean.variant = work.variant;
     share.views += views;
 }
 
@@ -40,8 +46,9 @@ std::vector<Share> shares_of(const Transition& edge, const Offer& offer, const A
     for (int i = 0; i < asked; ++i) {
         const int variant = static_cast<int>(static_cast<std::int64_t>(i) * runs / asked);
         const Work work = edge.work(offer, ask, offer.to.placed.first_view(variant));
-        auto same = std::find_if(shares.begin(), shares.end(),
-                                 [&](const Share& share) { return share.mean.way == work.way; });
+        auto same = std::find_if(shares.begin(), shares.end(), [&](const Share& share) {
+            return share.mean.variant == work.variant;
+        });
         if (same == shares.end()) same = shares.insert(shares.end(), Share{});
         add(*same, work, 1);
     }
@@ -52,7 +59,7 @@ std::vector<Share> shares_of(const Transition& edge, const Offer& offer, const A
 /// anywhere in the input, and what is streamed is input and output.
 void place(Work& work, const Offer& offer, const StepCost& cost) {
     const double in = offer.from.bytes() / cost.from_ranks;
-    if (!(work.span > 0)) work.span = in;
+    if (!(work.lines.span > 0)) work.lines.span = in;
     if (!(work.swept > 0)) work.swept = in + offer.to.bytes() / cost.to_ranks;
 }
 
@@ -91,8 +98,9 @@ std::string timing_name(const Transition& edge, const Offer& offer, const Reques
         : offer.from.axes == 2 ? "2d"
         : of_view              ? "view"
                                : "3d";
-    return fmt::format("{}{}{}{} {} {}", edge.name, offer.with.text(), work.way.empty() ? "" : "/",
-                       work.way, kind, name_of(timed_as(offer.from.type)));
+    return fmt::format("{}{}{}{} {} {}", edge.name, offer.with.text(),
+                       work.variant.empty() ? "" : "/", work.variant, kind,
+                       name_of(timed_as(offer.from.type)));
 }
 
 Error counted_error(const Transition& edge, const Offer& offer, const Ask& ask) {

@@ -10,6 +10,7 @@
 #include "planner/alike.hpp"
 #include "planner/boxed.hpp"
 #include "planner/choice.hpp"
+#include "planner/priced_graph.hpp"
 
 namespace edgewise {
 namespace {
@@ -172,19 +173,15 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
             const Profile& profile, const PlanOptions& options) {
     const auto begin = std::chrono::steady_clock::now();
     Answer answer;
-    const TransformGraph spanned = expand(catalogue, ask, sources, options.demands);
+    answer.graph = std::make_shared<PricedGraph>(catalogue, ask, sources, profile, options);
+    const TransformGraph& spanned = answer.graph->spanned();
     answer.vertices = static_cast<int>(boost::num_vertices(spanned.graph));
     answer.edges = static_cast<int>(boost::num_edges(spanned.graph));
     answer.refused = spanned.refused;
 
-    Priced priced{spanned, sources, {}, options.pinned};
-    priced.costs = price(spanned, catalogue, ask, profile, profile.processors, options);
+    const Priced &priced = answer.graph->choice(), &real_priced = answer.graph->real();
     const Budget& budget = ask.want.budget;
-    if (budget.like) priced.alike = alike_of(priced, catalogue, ask, *budget.like);
-    Priced real_priced = priced;
     const bool others = ask.want.threads != profile.processors;
-    if (others)
-        real_priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
     const auto plans_of = [&](const std::vector<Route>& routes, const Priced& by) {
         std::vector<Plan> all;
         for (const Route& route : routes)
@@ -211,13 +208,8 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
     return answer;
 }
 
-std::vector<Plan> all_paths(const TransformGraph& spanned, const Catalogue& catalogue,
-                            const Ask& ask, const std::vector<Source>& sources,
-                            const Profile& profile, const PlanOptions& options, std::size_t limit) {
-    Priced priced{spanned, sources, {}, options.pinned};
-    priced.costs = price(spanned, catalogue, ask, profile, ask.want.threads, options);
-    if (const auto& like = ask.want.budget.like)
-        priced.alike = alike_of(priced, catalogue, ask, *like);
+std::vector<Plan> all_paths(const Priced& priced, const Catalogue& catalogue, const Ask& ask,
+                            const PlanOptions& options, std::size_t limit) {
     std::vector<Plan> plans;
     for (const Route& route : simple_routes(priced, limit))
         plans.push_back(plan_of(route, priced, catalogue, ask, options));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,8 +35,13 @@ struct Compared {
     double error = 0;  // NRMSE that it is likely to have
 };
 
+class PricedGraph;
+struct Priced;
+
 /// What a planner answers: a plan or none, and why.
 struct Answer {
+    /// The graph that it was read from, for those who want to know more of it.
+    std::shared_ptr<const PricedGraph> graph;
     std::optional<Plan> plan;
     /// No path is better in seconds, bytes and error; fastest first. Empty where it was not asked
     /// for (PlanOptions::front).
@@ -56,10 +62,9 @@ struct Answer {
 Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
             const Profile& profile, const PlanOptions& options = {});
 
-/// All simple paths of a spanned graph as plans, each label worked out edge by edge: what tests and
+/// All simple paths of a priced graph as plans, each label worked out edge by edge: what tests and
 /// charts hold the search against. The first `limit` of them in depth-first order.
-std::vector<Plan> all_paths(const TransformGraph& spanned, const Catalogue& catalogue,
-                            const Ask& ask, const std::vector<Source>& sources,
-                            const Profile& profile, const PlanOptions& options, std::size_t limit);
+std::vector<Plan> all_paths(const Priced& priced, const Catalogue& catalogue, const Ask& ask,
+                            const PlanOptions& options, std::size_t limit);
 
 }  // namespace edgewise

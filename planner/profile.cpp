@@ -53,10 +53,13 @@ Counted Profile::counted(const Work& work) const noexcept {
     const double near = levels.empty() ? gather : levels.front().gather;
     const auto line = [&](double set) { return levels.empty() ? 0 : line_again(levels, set); };
     // A machine without levels was not measured with this program's vectors.
+    const Traffic& traffic = work.traffic;
     const double operations = work.operations + (levels.empty() ? 0 : work.masked);
     const double loops = operations * operation + work.streamed * byte_read + work.gathers * near +
-                         work.local * local + (work.global + work.congested * congestion) * global;
-    const double apart = work.lines * line(work.span) + work.other_lines * line(work.others);
+                         traffic.local * local +
+                         (traffic.global + traffic.congested * congestion) * global;
+    const auto fetched = [&](const Lines& lines) { return lines.count * line(lines.span); };
+    const double apart = fetched(work.lines) + fetched(work.other_lines);
     return {loops + apart, apart};
 }
 
@@ -75,8 +78,8 @@ Seconds Profile::seconds(const std::string& edge, const Work& work, int threads,
     const double sharing = std::max(1, threads);
     const Counted part = counted(work) / std::max(1, among);
     const double each = part.seconds;
-    const double sending =
-        message_seconds(messages, {.latency = latency, .byte = byte}, work.messages, work.sent);
+    const double sending = message_seconds(messages, {.latency = latency, .byte = byte},
+                                           work.traffic.messages, work.traffic.sent);
     const Rate rate = rates.at(edge, part, runs);
     if (rate.ratio > 0) {
         // The gain from all processors gives the share of a run that threads do not speed up.

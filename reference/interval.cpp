@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 #include <tbb/parallel_for.h>
 
 namespace edgewise {
@@ -100,6 +101,28 @@ struct Drawn {
     }
 };
 
+/// Many parts as `most` sums of them, which spread as far. Neighbours come into different ones.
+std::vector<Part> joined(std::span<const Part> parts, std::size_t most) {
+    if (parts.size() <= most) return {parts.begin(), parts.end()};
+    std::vector<Part> sums(most, Part{.missing = 0});
+    std::vector<double> squares(most);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const Part& part = parts[i];
+        const std::size_t to = i % most;
+        Part& sum = sums[to];
+        sum.value += part.value;
+        sum.looks += part.looks;
+        sum.square += part.value * part.square;
+        sum.missing += part.missing * part.value * part.value;
+        squares[to] += part.value * part.value;
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+        if (sums[i].value > 0) sums[i].square /= sums[i].value;
+        sums[i].missing = squares[i] > 0 ? sums[i].missing / squares[i] : parts[i].missing;
+    }
+    return sums;
+}
+
 /// How many standard errors a sum may be off, below and above.
 struct Reach {
     double below = kNormal, above = kNormal;
@@ -125,7 +148,14 @@ Interval root_sum_interval(std::vector<Part> parts, const AroundParts& around, s
                                             [](const Part& part) { return part.missing > 0; });
     const Drawn drawn{parts, static_cast<std::size_t>(sure - parts.begin()), around};
     const Sum sum = drawn.sum();
-    const Reach reach = reach_of(drawn, sum, seed);
+    // Of so many parts the skew is that of sums of them as well, at a fraction of the time.
+    constexpr std::size_t kMost = 1 << 13;
+    const std::span all(parts);
+    std::vector<Part> few = joined(all.first(drawn.drawn), kMost);
+    const std::size_t few_drawn = few.size();
+    for (const Part& part : joined(all.subspan(drawn.drawn), kMost)) few.push_back(part);
+    const Drawn resampled{few, few_drawn, around};
+    const Reach reach = reach_of(resampled, resampled.sum(), seed);
     const double low = std::max(sum.value - reach.below * sum.error, around.least);
     const double high = std::min(sum.value + reach.above * sum.error, around.most);
     return {std::sqrt(std::clamp(low, 0.0, sum.value)), std::sqrt(std::max(high, sum.value))};

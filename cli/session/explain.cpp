@@ -68,11 +68,8 @@ namespace {
 
 /// All paths, those of the front first.
 std::vector<Plan> paths_of(const Session& session) {
-    const std::vector<Source> sources = session.sources();
-    const TransformGraph spanned =
-        expand(session.edges, session.ask(), sources, session.spec.demands);
-    std::vector<Plan> plans = all_paths(spanned, session.edges, session.ask(), sources,
-                                        session.profile, session.plan_options, kMostPaths);
+    std::vector<Plan> plans = all_paths(session.answer->graph->real(), session.edges, session.ask(),
+                                        session.plan_options, kMostPaths);
     std::set<std::string> front;
     for (const Plan& plan : session.answer->front) front.insert(path_text(plan));
     std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
@@ -105,9 +102,7 @@ std::map<std::string, double> seconds_on_all(const Session& session) {
     if (want.threads == session.profile.processors) return seconds;
     want.threads = session.profile.processors;
     const Ask ask{want, session.scene};
-    const std::vector<Source> sources = session.sources();
-    const TransformGraph spanned = expand(session.edges, ask, sources, session.spec.demands);
-    for (const Plan& plan : all_paths(spanned, session.edges, ask, sources, session.profile,
+    for (const Plan& plan : all_paths(session.answer->graph->choice(), session.edges, ask,
                                       session.plan_options, kMostPaths))
         seconds.emplace(path_text(plan), plan.predicted.seconds);
     return seconds;

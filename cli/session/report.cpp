@@ -27,13 +27,24 @@ Json short_plan(const Plan& plan) {
 
 /// Of one run, the mean over the views.
 Json work_json(const Work& work) {
-    return {
-        {"operations", work.operations}, {"masked", work.masked}, {"streamed", work.streamed},
-        {"gathers", work.gathers},       {"lines", work.lines},   {"other_lines", work.other_lines},
-        {"local", work.local},           {"global", work.global}, {"congested", work.congested},
-        {"messages", work.messages},     {"sent", work.sent},     {"scratch", work.scratch},
-        {"workspace", work.workspace},   {"span", work.span},     {"swept", work.swept},
-        {"others", work.others},         {"way", work.way}};
+    const Traffic& traffic = work.traffic;
+    return {{"operations", work.operations},
+            {"masked", work.masked},
+            {"streamed", work.streamed},
+            {"gathers", work.gathers},
+            {"lines", work.lines.count},
+            {"other_lines", work.other_lines.count},
+            {"local", traffic.local},
+            {"global", traffic.global},
+            {"congested", traffic.congested},
+            {"messages", traffic.messages},
+            {"sent", traffic.sent},
+            {"scratch", work.scratch},
+            {"workspace", work.workspace},
+            {"span", work.lines.span},
+            {"swept", work.swept},
+            {"others", work.other_lines.span},
+            {"way", work.variant}};
 }
 
 Json measured_json(const Session& session) {

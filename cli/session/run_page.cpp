@@ -198,13 +198,9 @@ std::vector<charts::ReportPath> front_of(const Session& session) {
 
 /// As `edgewise graph -o g.svg` draws it.
 void take_graph(charts::Report& report, const Session& session) {
-    // The samples may have been given back by now; what they are the plan still knows.
-    const std::vector<Source> sources = {{session.answer->plan->source}};
-    const TransformGraph spanned =
-        expand(session.edges, session.ask(), sources, session.spec.demands);
     try {
-        report.graph = laid_out(
-            picture_dot(spanned, session.edges, cost_words(session), &*session.answer->plan));
+        report.graph = laid_out(picture_dot(session.answer->graph->spanned(), session.edges,
+                                            cost_words(session), &*session.answer->plan));
     } catch (const std::runtime_error& error) {
         report.no_graph = fmt::format("There is no drawing of it: {}.", error.what());
     }

@@ -11,10 +11,9 @@ PreparedTrial::PreparedTrial(const Trial& trial, Phantoms& phantoms, const Catal
 }
 
 std::vector<Plan> PreparedTrial::paths(const Profile& profile) const {
-    const std::vector<Source> sources{{session.input->data->what}};
-    const TransformGraph spanned = expand(session.edges, session.ask(), sources);
-    return all_paths(spanned, session.edges, session.ask(), sources, profile, session.plan_options,
-                     1000);
+    const PricedGraph graph(session.edges, session.ask(), {{session.input->data->what}}, profile,
+                            session.plan_options);
+    return all_paths(graph.real(), session.edges, session.ask(), session.plan_options, 1000);
 }
 
 Outcome PreparedTrial::run(const Plan& plan, int threads) const {

@@ -106,6 +106,9 @@ struct RequestSpec {
     std::uint64_t seed = 1;             // of these samples
     int repeat = 1;
     bool strict = false;  // a measured budget that is broken is a failure, and nothing is written
+    /// Facts of the data and what pilots measured are kept in the user's cache folder, and found
+    /// there again.
+    bool remembers = true;
 };
 
 }  // namespace edgewise

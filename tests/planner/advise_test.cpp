@@ -26,7 +26,7 @@ ToyGraph ways(double first, double second) {
 
 Advice advice_on(const Planned& planned, const Profile& profile, const std::string& build = "1") {
     const Answer answer = planned.answer(profile);
-    const Candidates paths(planned.catalogue, planned.ask(), planned.sources, profile, {});
+    const Candidates paths = planned.candidates(profile);
     return advise(paths, *answer.plan, profile, build);
 }
 

@@ -136,12 +136,12 @@ TEST(Cost, AskedForAtMostEightViewsAndScaledToAll) {
     }
 }
 
-TEST(Cost, ViewsThatAreWorkedOnDifferentlyArePricedByTheirWays) {
+TEST(Cost, ViewsThatAreWorkedOnDifferentlyArePricedByTheirVariants) {
     const Request want;
     const Scene scene;
     Transition edge = graded();
     edge.work = [](const Offer&, const Ask&, int view) {
-        return Work{.operations = view < 3 ? 10.0 : 20.0, .way = view < 3 ? "rows" : "columns"};
+        return Work{.operations = view < 3 ? 10.0 : 20.0, .variant = view < 3 ? "rows" : "columns"};
     };
     Profile profile = one_second_an_operation();
     profile.spread = 0;
@@ -165,7 +165,7 @@ TEST(Cost, ViewsThatAreWorkedOnDifferentlyArePricedByTheirWays) {
     const Offer offer{.from = made(1, 1), .to = made(1, 8)};
     const Work mean = cost_of(edge, offer, {want, scene}, profile, 1).work;
     EXPECT_DOUBLE_EQ(mean.operations, (3 * 10 + 5 * 20) / 8.0);
-    EXPECT_EQ(mean.way, "rows") << "the first view's";
+    EXPECT_EQ(mean.variant, "rows") << "the first view's";
 }
 
 TEST(Cost, PartsThatAreMergedAreCounted) {
@@ -186,19 +186,19 @@ TEST(Cost, AccessesLieWithinInputAndOutputUnlessTheEdgeKnowsBetter) {
     const Profile profile = one_second_an_operation();
     Offer offer{.from = made(1000, 1), .to = made(60, 1)};
     StepCost cost = cost_of(graded(), offer, {want, scene}, profile, 1);
-    EXPECT_EQ(cost.work.span, 1000);
+    EXPECT_EQ(cost.work.lines.span, 1000);
     EXPECT_EQ(cost.work.swept, 1060);
     Transition own = graded();
     own.work = [](const Offer&, const Ask&, int view) {
-        return Work{.span = 10.0 + view, .swept = 20};
+        return Work{.swept = 20, .lines = {.span = 10.0 + view}};
     };
     cost = cost_of(own, offer, {want, scene}, profile, 1);
-    EXPECT_EQ(cost.work.span, 10);
+    EXPECT_EQ(cost.work.lines.span, 10);
     EXPECT_EQ(cost.work.swept, 20);
     want.ranks = 4;  // bytes are those of one
     offer.from.place = Place::ranks;
     cost = cost_of(graded(), offer, {want, scene}, profile, 1);
-    EXPECT_EQ(cost.work.span, 250);
+    EXPECT_EQ(cost.work.lines.span, 250);
     EXPECT_EQ(cost.work.swept, 310);
 }
 

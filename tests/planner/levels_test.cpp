@@ -114,8 +114,7 @@ TEST(Levels, BrokenOnesAreRefusedWithTheField) {
 TEST(Levels, GoBeforeTheSingleNumbersOfAProfile) {
     Profile profile;
     profile.operation = 0;
-    Work work{
-        .streamed = 10, .gathers = 12, .lines = 8000, .span = 500 * kKilo, .swept = 16 * kKilo};
+    Work work{.streamed = 10, .swept = 16 * kKilo, .gathers = 12, .lines = {8000, 500 * kKilo}};
     EXPECT_DOUBLE_EQ(profile.counted(work).seconds, 10 * profile.streamed + 12 * profile.gather);
     profile.levels = three();
     // All reads are near, and some of them bring a line.
@@ -124,13 +123,13 @@ TEST(Levels, GoBeforeTheSingleNumbersOfAProfile) {
     EXPECT_DOUBLE_EQ(profile.counted(work).seconds,
                      10 * 1e-11 + 12 * near + 8000 * 2.5 * (4e-10 - near));
     // Few lines of much data come from as far: the next run's are others.
-    work.lines = 3;
+    work.lines.count = 3;
     EXPECT_DOUBLE_EQ(profile.counted(work).seconds,
                      10 * 1e-11 + 12 * near + 3 * 2.5 * (4e-10 - near));
-    work.span = work.swept = 0;  // not known
+    work.lines.span = work.swept = 0;  // not known
     EXPECT_DOUBLE_EQ(profile.counted(work).seconds,
                      10 * 1e-10 + 12 * near + 3 * 2.5 * (3e-9 - near));
-    work.lines = 0;
+    work.lines.count = 0;
     EXPECT_DOUBLE_EQ(profile.counted(work).seconds, 10 * 1e-10 + 12 * near);
     EXPECT_EQ(profile.counted(work).apart, 0);
 }
@@ -142,14 +141,12 @@ TEST(Levels, LinesAreApartFromLoops) {
     const double near = profile.levels.front().gather;
     const Work loops{.operations = 5, .gathers = 12};
     Work work = loops;
-    work.lines = 100;
-    work.span = 500 * kKilo;
-    work.other_lines = 10;
-    work.others = 16 * kKilo;  // the nearest level holds them
+    work.lines = {100, 500 * kKilo};
+    work.other_lines = {10, 16 * kKilo};  // the nearest level holds them
     const double apart = 100 * 2.5 * (4e-10 - near);
     EXPECT_DOUBLE_EQ(profile.counted(work).apart, apart);
     EXPECT_DOUBLE_EQ(profile.counted(work).seconds, profile.counted(loops).seconds + apart);
-    work.others = 500 * kKilo;
+    work.other_lines.span = 500 * kKilo;
     EXPECT_DOUBLE_EQ(profile.counted(work).apart, apart + 10 * 2.5 * (4e-10 - near));
 }
 
@@ -172,7 +169,8 @@ TEST(Levels, AFileWithoutThemCountsAsEver) {
     const Profile old = parse_profile(R"({"schema": 1, "gather": 1e-9, "streamed": 0})", "old");
     EXPECT_TRUE(old.levels.empty());
     for (const double span : {0.0, 1e3, 1e9})
-        EXPECT_EQ(old.counted({.gathers = 7, .span = span, .swept = span}).seconds, 7 * 1e-9);
+        EXPECT_EQ(old.counted({.swept = span, .gathers = 7, .lines = {.span = span}}).seconds,
+                  7 * 1e-9);
 }
 
 }  // namespace

@@ -26,7 +26,8 @@ TEST(Machines, RanksShareAllButMessages) {
     Profile profile;
     profile.operation = 1, profile.global = 10, profile.congestion = 3;
     profile.latency = 100, profile.byte = 1000, profile.start = 7, profile.serial = 0;
-    const Work work{.operations = 8, .global = 4, .congested = 2, .messages = 5, .sent = 6};
+    const Work work{.operations = 8,
+                    .traffic = {.global = 4, .congested = 2, .messages = 5, .sent = 6}};
     // 8 + (4 + 3 x 2) 10 shared by 4, and what is not shared.
     EXPECT_DOUBLE_EQ(profile.seconds("edge", work, 1, 4).seconds, 7 + 108.0 / 4 + 500 + 6000);
     EXPECT_DOUBLE_EQ(profile.seconds("edge", work, 2, 4).seconds, 7 + 108.0 / 8 + 500 + 6000);

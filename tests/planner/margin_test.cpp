@@ -62,8 +62,7 @@ struct Case {
     }
 
     Margin margin(const Plan& plan, std::size_t rivals = 4) const {
-        const Candidates paths(planned.catalogue, planned.ask(), planned.sources, unit_profile(),
-                               {});
+        const Candidates paths = planned.candidates();
         return margin_of(paths, plan, rivals);
     }
 };
@@ -216,8 +215,7 @@ Planned two_ways(double fast, double slow) {
 TEST(Margin, InsideTheSpreadOfThePredictionsIsATossUp) {
     for (const double slow : {1.1, 1.6, 3.0}) {
         const Planned planned = two_ways(1, slow);
-        const Candidates paths(planned.catalogue, planned.ask(), planned.sources, unit_profile(),
-                               {});
+        const Candidates paths = planned.candidates();
         const Margin margin = margin_of(paths, *planned.answer().plan);
         ASSERT_EQ(margin.steps.size(), 1u);
         EXPECT_DOUBLE_EQ(*margin.steps[0].factor, slow);
@@ -235,8 +233,7 @@ TEST(Margin, MeasuredPathsGoBeforePredictedOnes) {
     const Planned planned = two_ways(1, 3);
     const Candidates::Known known{{{"toy.e0"}, {4, 0.01, 2, 0, true}},
                                   {{"toy.e1"}, {2, 0.01, 2, 0, true}}};
-    const Candidates paths(planned.catalogue, planned.ask(), planned.sources, unit_profile(), {},
-                           known);
+    const Candidates paths = planned.candidates(unit_profile(), known);
     Plan plan = *planned.answer().plan;
     plan.steps[0].by = planned.catalogue.shared(1);  // what a pilot would have chosen
     const Margin margin = margin_of(paths, plan);

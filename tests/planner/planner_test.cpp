@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <set>
 
+#include "planner/priced_graph.hpp"
 #include "tests/planner/random_graph.hpp"
 
 namespace edgewise {
@@ -359,10 +360,10 @@ TEST(Planner, AllPathsAreThoseOfTheGraph) {
     for (int i = 0; i < 50; ++i) {
         const Planned planned(random_graph(random));
         const BruteForce brute(planned.toy, kPinned);
-        const TransformGraph spanned = expand(planned.catalogue, planned.ask(), planned.sources);
+        const PricedGraph graph(planned.catalogue, planned.ask(), planned.sources, unit_profile(),
+                                options());
         const auto paths = [&](std::size_t limit) {
-            return all_paths(spanned, planned.catalogue, planned.ask(), planned.sources,
-                             unit_profile(), options(), limit);
+            return all_paths(graph.real(), planned.catalogue, planned.ask(), options(), limit);
         };
         const std::vector<Plan> all = paths(1000000);
         ASSERT_EQ(all.size(), brute.paths().size());

@@ -114,8 +114,8 @@ TEST(Profile, SecondsAreLinearInCountsAndShareThreads) {
     work.operations = 1;
     work.streamed = 2;
     work.gathers = 3;
-    work.local = 4;
-    work.global = 5;
+    work.traffic.local = 4;
+    work.traffic.global = 5;
     EXPECT_EQ(profile.counted(work).seconds, 54321);
     EXPECT_EQ(profile.seconds("a.b", work, 1).seconds, 54321.5);
     EXPECT_EQ(profile.seconds("a.b", work, 3).seconds, 0.5 + 54321 * (0.25 + 0.75 / 3));

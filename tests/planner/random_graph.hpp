@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "planner/planner.hpp"
+#include "planner/candidates.hpp"
 
 namespace edgewise::testing {
 
@@ -231,6 +231,12 @@ struct Planned {
     Ask ask() const { return {want, scene}; }
     Answer answer(const Profile& profile = unit_profile(), const PlanOptions& options = {}) const {
         return plan(catalogue, ask(), sources, profile, options);
+    }
+    Candidates candidates(const Profile& profile = unit_profile(),
+                          const Candidates::Known& known = {}) const {
+        return {catalogue, ask(),
+                std::make_shared<PricedGraph>(catalogue, ask(), sources, profile, PlanOptions{}),
+                PlanOptions{}, known};
     }
 };
 

@@ -66,8 +66,7 @@ TEST(Relax, SuggestionsWorkAndTighterOnesDoNot) {
         planned.scene.range = kRange;
         const Budget budget = planned.want.budget = tight_budget(random);
         if (planned.answer().plan) continue;
-        const Candidates paths(planned.catalogue, planned.ask(), planned.sources, unit_profile(),
-                               {});
+        const Candidates paths = planned.candidates();
         const auto all = relaxed_budgets(paths, budget, {exact, exact, exact});
         EXPECT_EQ(all.empty(), paths.all().empty()) << "graph " << i;
         for (const Relaxed& relaxed : all) {
@@ -93,8 +92,7 @@ TEST(Relax, FewerBudgetsWouldNotDo) {
         planned.scene.range = kRange;
         const Budget budget = planned.want.budget = tight_budget(random);
         if (planned.answer().plan) continue;
-        const Candidates paths(planned.catalogue, planned.ask(), planned.sources, unit_profile(),
-                               {});
+        const Candidates paths = planned.candidates();
         const auto all = relaxed_budgets(paths, budget, {exact, exact, exact});
         if (all.empty() || all[0].changed() == 1) continue;
         // A pair is the answer only where lifting any one budget altogether does not help.
@@ -113,7 +111,7 @@ TEST(Relax, AWishIsNoObstacle) {
     Planned planned(toy);
     planned.want.budget = {.seconds = 4, .like = Like{.times = 0.5}};
     const auto exact = [](double value) { return value; };
-    const Candidates paths(planned.catalogue, planned.ask(), planned.sources, unit_profile(), {});
+    const Candidates paths = planned.candidates();
     const auto all = relaxed_budgets(paths, planned.want.budget, {exact, exact, exact});
     ASSERT_EQ(all.size(), 1u);
     EXPECT_FALSE(all[0].error);

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "planner/planner.hpp"
+#include "planner/priced_graph.hpp"
 #include "reference/verify.hpp"
 #include "runtime/runtime.hpp"
 #include "scene/scene.hpp"
@@ -99,9 +99,9 @@ std::vector<std::shared_ptr<const Data>> results_of(const Plan& plan, const Ask&
 
 std::vector<Plan> paths_of(const Catalogue& catalogue, const Ask& ask, const Representation& input,
                            std::size_t limit, const Demands& demands) {
-    const std::vector<Source> sources{{input}};
-    const TransformGraph spanned = expand(catalogue, ask, sources, demands);
-    return all_paths(spanned, catalogue, ask, sources, default_profile(), {}, limit);
+    const PlanOptions options{.demands = demands};
+    const PricedGraph graph(catalogue, ask, {{input}}, default_profile(), options);
+    return all_paths(graph.real(), catalogue, ask, options, limit);
 }
 
 std::vector<float> values_of(const Data& data) {

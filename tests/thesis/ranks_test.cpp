@@ -20,7 +20,8 @@ Work counted(const std::string& edge, const char* turn, int side) {
     EXPECT_TRUE(answer.plan) << answer.problem;
     Work work = answer.plan->steps.at(1).work;
     const auto samples = static_cast<double>(want.screen.samples());
-    for (double* count : {&work.operations, &work.local, &work.global, &work.congested})
+    for (double* count :
+         {&work.operations, &work.traffic.local, &work.traffic.global, &work.traffic.congested})
         *count /= samples;
     return work;
 }
@@ -32,14 +33,14 @@ TEST(OverRanks, EdgesCountTable6) {
             const char* turn = axes == 2 ? "2d" : "xyz";
             const WarpCounts forward = forward_counts(order, axes);
             const Work sent = counted("warp.permutation" + filter, turn, 32);
-            EXPECT_DOUBLE_EQ(sent.operations + sent.local, forward.printed());
-            EXPECT_DOUBLE_EQ(sent.global, 1);
-            EXPECT_DOUBLE_EQ(sent.congested, 0);
+            EXPECT_DOUBLE_EQ(sent.operations + sent.traffic.local, forward.printed());
+            EXPECT_DOUBLE_EQ(sent.traffic.global, 1);
+            EXPECT_DOUBLE_EQ(sent.traffic.congested, 0);
             const WarpCounts backward = backward_counts(order, axes);
             const Work read = counted("warp.backward" + filter, turn, 32);
             EXPECT_DOUBLE_EQ(read.operations, backward.printed());
-            EXPECT_DOUBLE_EQ(read.congested, points(order, axes));
-            EXPECT_DOUBLE_EQ(read.global, 0);
+            EXPECT_DOUBLE_EQ(read.traffic.congested, points(order, axes));
+            EXPECT_DOUBLE_EQ(read.traffic.global, 0);
         }
 }
 
@@ -52,7 +53,9 @@ TEST(OverRanks, PicturesAreJoinedInLogarithmicallyManyMessages) {
                     {"net.spread/layout=slice-and-dice", "warp.permutation", "project.combine"});
         ASSERT_TRUE(answer.plan) << answer.problem;
         // 2, 4, 8 boxes along a ray.
-        EXPECT_EQ(answer.plan->steps.back().work.messages, ranks == 8 ? 1 : ranks == 64 ? 2 : 3);
+        EXPECT_EQ(answer.plan->steps.back().work.traffic.messages, ranks == 8    ? 1
+                                                                   : ranks == 64 ? 2
+                                                                                 : 3);
     }
 }
 

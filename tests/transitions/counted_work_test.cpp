@@ -147,7 +147,7 @@ TEST(CountedWork, ABackwardWarpCountsTheLinesThatItsSamplesTouch) {
             ASSERT_EQ(offer.refused, "");
             const Work work = edge.work(offer, ask, 0);
             const double truth = touched_lines(of);
-            EXPECT_NEAR(work.lines, truth, 0.08 * truth) << zoom << ' ' << degrees[1];
+            EXPECT_NEAR(work.lines.count, truth, 0.08 * truth) << zoom << ' ' << degrees[1];
         }
 }
 
@@ -161,8 +161,8 @@ TEST(CountedWork, AShearWarpReadsEveryLineOfTheVolume) {
         const Offer offer = edge.offer(of.from, ask, with);
         ASSERT_EQ(offer.refused, "");
         const Work work = edge.work(offer, ask, 0);
-        EXPECT_EQ(work.lines, double(bytes_of(type)) * 128 * 48 * 44 / 64);
-        EXPECT_EQ(work.span, 64 * work.lines);
+        EXPECT_EQ(work.lines.count, double(bytes_of(type)) * 128 * 48 * 44 / 64);
+        EXPECT_EQ(work.lines.span, 64 * work.lines.count);
     }
 }
 
@@ -174,7 +174,7 @@ TEST(CountedWork, CastsOfSparseSamplesOfLargeVolumesAreTimedByThemselves) {
         const Ask ask{of.want, of.scene};
         const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 1.0}});
         ASSERT_EQ(offer.refused, "");
-        EXPECT_EQ(edge.work(offer, ask, 0).way, slices > 48 ? "sparse" : "");
+        EXPECT_EQ(edge.work(offer, ask, 0).variant, slices > 48 ? "sparse" : "");
     }
 }
 
@@ -188,7 +188,8 @@ TEST(CountedWork, CastsAlongRowsTouchFewerLinesThanCastsAcross) {
         const Ask ask{of.want, of.scene};
         const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 2.0}});
         EXPECT_EQ(offer.refused, "");
-        return edge.work(offer, ask, 0).lines / (60 * 60 * mean_length(of.from, of.want, 0) / 2);
+        return edge.work(offer, ask, 0).lines.count /
+               (60 * 60 * mean_length(of.from, of.want, 0) / 2);
     };
     EXPECT_LT(lines_a_sample({0, 88, 1}, false), 0.5 * lines_a_sample({20, 40, 10}, false));
     // Rays from the eye are as much farther apart at the volume's ends as these are from its
@@ -207,10 +208,11 @@ TEST(CountedWork, PacketsComeBackToFewerLinesAlongRows) {
         return edge.work(offer, ask, 0);
     };
     const Work across = work({20, 10, 0}), along = work({0, 85, 0});
-    EXPECT_LT(along.other_lines / along.gathers, 0.5 * across.other_lines / across.gathers);
+    EXPECT_LT(along.other_lines.count / along.gathers,
+              0.5 * across.other_lines.count / across.gathers);
     // A tile sees no more than all.
-    EXPECT_LT(across.others, 64 * across.lines);
-    EXPECT_GT(across.others, 0);
+    EXPECT_LT(across.other_lines.span, 64 * across.lines.count);
+    EXPECT_GT(across.other_lines.span, 0);
 }
 
 /// What packets of 4 x 4 rays walk, worked out ray by ray.
@@ -320,7 +322,7 @@ TEST(CountedWork, FewRaysComeBackToTheirOwnLines) {
         const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}, {"step", 1.0}});
         ASSERT_EQ(offer.refused, "");
         const Work work = edge.work(offer, ask, 0);
-        EXPECT_EQ(work.span, side == 8 ? 64 * work.lines : of.from.bytes());
+        EXPECT_EQ(work.lines.span, side == 8 ? 64 * work.lines.count : of.from.bytes());
     }
 }
 
@@ -362,15 +364,15 @@ TEST(CountedWork, AWarpFetchesTheLinesThatItWritesAndDrivesThemOut) {
         const Offer offer = edge.offer(of.from, ask, {{"filter", "zoh"}});
         ASSERT_EQ(offer.refused, "");
         const Work work = edge.work(offer, ask, 0);
-        EXPECT_EQ(work.others, of.from.bytes() + offer.to.bytes());
-        EXPECT_EQ(work.span, work.others);
+        EXPECT_EQ(work.other_lines.span, of.from.bytes() + offer.to.bytes());
+        EXPECT_EQ(work.lines.span, work.other_lines.span);
         // Those of the larger output are asked for, which leaves a third of the wait.
         const double each = side == 150 ? 2 : 1.35;
-        EXPECT_DOUBLE_EQ(work.other_lines, each * offer.to.bytes() / 64);
+        EXPECT_DOUBLE_EQ(work.other_lines.count, each * offer.to.bytes() / 64);
     }
 }
 
-TEST(CountedWork, APermutationHasItsWayFromWhatBecomesOfRows) {
+TEST(CountedWork, APermutationHasItsVariantFromWhatBecomesOfRows) {
     const Transition edge = axis_permutation_warp();
     const Parameters with{{"to", "aligned"}};
     const auto work = [&](const std::array<double, 3>& degrees) {
@@ -381,9 +383,9 @@ TEST(CountedWork, APermutationHasItsWayFromWhatBecomesOfRows) {
         return edge.work(offer, ask, 0);
     };
     // Rays along z, y and x.
-    EXPECT_EQ(work({5, 5, 0}).way, "");
-    EXPECT_EQ(work({85, 5, 0}).way, "exchanged");
-    EXPECT_EQ(work({5, 85, 0}).way, "transposed");
+    EXPECT_EQ(work({5, 5, 0}).variant, "");
+    EXPECT_EQ(work({85, 5, 0}).variant, "exchanged");
+    EXPECT_EQ(work({5, 85, 0}).variant, "transposed");
     EXPECT_EQ(work({85, 5, 0}).gathers, 0) << "rows are copied";
     EXPECT_EQ(work({5, 85, 0}).gathers, 40 * 48 * 44);
 }

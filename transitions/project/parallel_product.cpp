@@ -38,9 +38,9 @@ void add_subframes(Work& work, const Offer& offer, const Ask& ask, int view) {
         halo_samples(from.extent, cut, 1) * from.bytes() / static_cast<double>(from.samples());
     work.operations += kRay * std::max(0.0, subframe * boxes - pixels) + 2 * subframe * boxes;
     work.workspace = work.workspace / boxes + halo + subframe * states;
-    for (const int n : cut) work.messages += n > 1 ? 2 : 0;  // halos
-    work.messages += std::min(kMostMet, boxes - 1);
-    work.sent += halo + subframe * states;
+    for (const int n : cut) work.traffic.messages += n > 1 ? 2 : 0;  // halos
+    work.traffic.messages += std::min(kMostMet, boxes - 1);
+    work.traffic.sent += halo + subframe * states;
     add_parallel_product(work, ask.want.mode, cut, pixels);
 }
 
@@ -54,8 +54,8 @@ void add_parallel_product(Work& work, Mode mode, const Cut& cut, double pixels) 
         a_pixel = composites(cut[2]) * 2 * colors +
                   transparency_updates(Compositing::tree_from_front, cut[2]);
     work.operations += a_pixel * pixels;
-    work.messages += std::bit_width(static_cast<unsigned>(cut[2] - 1));
-    work.sent += own * state_bytes(mode) * (1 - 1.0 / cut[2]);
+    work.traffic.messages += std::bit_width(static_cast<unsigned>(cut[2] - 1));
+    work.traffic.sent += own * state_bytes(mode) * (1 - 1.0 / cut[2]);
     work.workspace += own * state_bytes(mode);
 }
 

@@ -149,7 +149,7 @@ Eigen::Matrix3d lattice_of(const kernels::RayCast& cast, const Extent& picture) 
     return lattice;
 }
 
-std::string_view way_of(bool bricks, bool sparse, bool from_eye) {
+std::string_view variant_of(bool bricks, bool sparse, bool from_eye) {
     if (bricks) return sparse ? "sparse-bricks" : "bricks";
     if (sparse) return "sparse";
     return from_eye ? "perspective" : "";
@@ -211,15 +211,14 @@ Work work(const Offer& offer, const Ask& ask, int view) {
         .masked = (50 + 5 * filter) * ends,
         .streamed = offer.to.bytes() + 128 * met.packets + (bricks ? offer.from.bytes() : 0),
         .gathers = all * taps * taps * taps + 20 * met.packets,
-        .lines = waits * lines,
-        .other_lines = spread ? 0
-                              : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
-                                                    Vec3::Constant(taps)),
-        .span = spread ? 0 : std::min(offer.from.bytes(), own),
-        .others = kLineBytes * lines / std::max(1.0, tiles),
+        .lines = {waits * lines, spread ? 0 : std::min(offer.from.bytes(), own)},
+        .other_lines = {spread ? 0
+                               : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
+                                                     Vec3::Constant(taps)),
+                        kLineBytes * lines / std::max(1.0, tiles)},
         .workspace = bricks ? brick_bytes(offer.from, levels_of(offer, ask, optics).ranges()) : 0,
-        .way =
-            hold == Hold::weighted ? "weighted" : way_of(bricks, sparse, ask.want.eye.has_value())};
+        .variant = hold == Hold::weighted ? "weighted"
+                                          : variant_of(bricks, sparse, ask.want.eye.has_value())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }

@@ -171,8 +171,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .gathers = pixels * taps * channels * (spline ? kBeside : 1),
             // A tile's rows of a slice are too short for a processor to foresee the next ones; the
             // intermediate image is near.
-            .lines = offer.from.bytes() / kLineBytes,
-            .span = offer.from.bytes(),
+            .lines = {offer.from.bytes() / kLineBytes, offer.from.bytes()},
             .scratch = tile_bytes(ask.want.mode),
             .workspace = image_bytes(f, ask.want.mode)};
 }

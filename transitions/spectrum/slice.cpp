@@ -47,7 +47,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .streamed = 2 * offer.to.bytes(),
             .gathers = samples * width * width,
             // Rows of `width` c64 across the plane, which is one sample thick.
-            .lines = samples * width * 2 * sizeof(float) / kLineBytes,
+            .lines = {.count = samples * width * 2 * sizeof(float) / kLineBytes},
             .scratch = kernels::slice_scratch(slice),
             .workspace = kernels::slice_workspace(
                 slice, kernels::SpectrumShape::period_of(offer.from.extent))};

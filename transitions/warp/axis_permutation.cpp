@@ -188,9 +188,9 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                               : permutation_to_rays(offer.from, ask.want, view);
     if (permutation.from[0] != 0) {
         work.gathers = static_cast<double>(offer.from.samples());
-        work.way = "transposed";
+        work.variant = "transposed";
     } else if (permutation.from[1] != 1) {
-        work.way = "exchanged";
+        work.variant = "exchanged";
     }
     return work;
 }

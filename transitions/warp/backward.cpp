@@ -158,7 +158,7 @@ Work spread_work(const Offer& offer, const Ask& ask, int view) {
     const double channels = offer.from.channels, reads = seen * counts.congested * channels;
     return {.operations = seen * (counts.inverse.sum() + counts.filter.sum() * channels),
             .streamed = offer.to.bytes(),
-            .congested = reads * moves.meet};
+            .traffic = {.congested = reads * moves.meet}};
 }
 
 Work work(const Offer& offer, const Ask& ask, int view) {
@@ -183,12 +183,10 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     return {.operations = seen * (count.place + count.filter * offer.from.channels),
             .streamed = offer.to.bytes(),
             .gathers = seen * count.points * offer.from.channels,
-            .lines = seen * lines,
+            .lines = {seen * lines, both},
             // A line is fetched before it is written, and driven out by those that follow.
-            .other_lines = (fetched + 1) * offer.to.bytes() / kLineBytes,
-            .span = both,
-            .others = both,
-            .way = hold_of(offer.with) == Hold::weighted ? "weighted" : ""};
+            .other_lines = {(fetched + 1) * offer.to.bytes() / kLineBytes, both},
+            .variant = hold_of(offer.with) == Hold::weighted ? "weighted" : ""};
 }
 
 /// What the samples stand for is just what the hold computes.

@@ -84,9 +84,9 @@ Work spread_work(const Offer& offer, const Ask& ask, int view) {
     return {.operations =
                 samples * ((counts.rule + counts.inverse).sum() + counts.filter.sum() * channels),
             .streamed = from.bytes() + 2 * offer.to.bytes(),
-            .local = samples * channels * counts.local,
-            .global = sends,
-            .congested = sends * (moves.meet - 1),
+            .traffic = {.local = samples * channels * counts.local,
+                        .global = sends,
+                        .congested = sends * (moves.meet - 1)},
             .workspace = halo_samples(from.extent, cut, kHalo) * from.bytes() / samples};
 }
 
@@ -100,8 +100,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     return {.operations = samples * (rule + clip + counts.inverse.sum() +
                                      counts.filter.sum() * offer.from.channels),
             .streamed = offer.from.bytes() + 2 * offer.to.bytes(),  // the screen is cleared first
-            .local = samples * counts.local * offer.from.channels,
-            .global = samples * offer.from.channels};
+            .traffic = {.local = samples * counts.local * offer.from.channels,
+                        .global = samples * offer.from.channels}};
 }
 
 Error error(const Offer& offer, const Ask& ask) {

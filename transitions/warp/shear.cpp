@@ -91,8 +91,7 @@ Work spread_work(const Offer& offer, const Ask& ask, int view) {
     const double floats = samples * sizeof(float);
     return {.operations = samples * counts.filter.sum(),
             .streamed = 2 * chain.count * floats,
-            .local = samples * counts.local,
-            .global = samples * counts.global,
+            .traffic = {.local = samples * counts.local, .global = samples * counts.global},
             .workspace = 2 * floats / ask.want.ranks};
 }
 
