@@ -2,12 +2,14 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "graph/ray_rule.hpp"
+#include "graph/shading.hpp"
 
 namespace edgewise {
 
@@ -55,6 +57,9 @@ struct Stretch {
     void add(double value, double piece, const Request& want) noexcept {
         add({&value, 1}, &piece, want);
     }
+    /// The same of one sample that light falls on.
+    /// @param lit  asked where the sample is seen
+    void add_lit(double value, double piece, const std::function<Lit()>& lit, const Request& want);
     /// What lies behind this stretch.
     void append(const Stretch& behind, Mode mode) noexcept;
     /// One value, or red, green, blue, opacity, premultiplied and without background.
@@ -93,6 +98,7 @@ struct ModeTraits {
     // What it reads of a request.
     bool takes_zero = false;      // Request::zero
     bool takes_transfer = false;  // Request::transfer, and the background
+    bool takes_light = false;     // Request::shading
 
     // What algorithms may count on.
     int extreme = 0;       // 1, -1: the result is one of the samples, the largest or least
@@ -131,6 +137,10 @@ struct ModeTraits {
     void (*empty)(Stretch& stretch) = nullptr;  // null: all zero
     void (*add)(Stretch& stretch, std::span<const double> values, const double* pieces,
                 const Request& want) = nullptr;
+    /// Of modes that take light: one finite sample, and whether it is seen.
+    void (*add_lit)(Stretch& stretch, double value, double piece, const std::function<Lit()>& lit,
+                    const Request& want) = nullptr;
+    bool (*is_seen)(double value, const Request& want) = nullptr;
     /// Lengths are added up behind it.
     void (*append)(Stretch& stretch, const Stretch& behind) = nullptr;
     void (*result)(const Stretch& stretch, const Request& want, double* values) = nullptr;

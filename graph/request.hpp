@@ -78,7 +78,10 @@ struct Request {
     std::optional<Eye> eye;       // absent: orthographic
     Mode mode = Mode::mip;
     Transfer transfer;  // of composite
-    double zero = 0;    // of xray: the value that adds nothing
+    Shading shading;    // of modes that take light
+    /// Width and height of a picture's pixel, in steps along screen z.
+    std::array<double, 2> pixel{1, 1};
+    double zero = 0;  // of xray: the value that adds nothing
     std::array<double, 3> background{0, 0, 0};
     double outside = 0;    // warp: value beyond the input
     double magnitude = 0;  // of the input's values, the largest: what rounding is relative to

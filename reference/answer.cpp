@@ -161,13 +161,23 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
         const Region cells = tiled ? cells_of(visits[begins[group]].tile) : Region{};
         const FieldPiece piece(field_, cells, memory_);
         std::vector<double> value(static_cast<std::size_t>(field_.channels()));
+        const auto add = [&](Stretch& to, const Vec3& p, double length, const LitFrame* frame) {
+            if (!piece.at(p, value.data())) return;
+            if (!frame) return to.add(value[0], length, want_);
+            to.add_lit(
+                value[0], length, [&] { return frame->at(piece.gradient(p), want_.shading); },
+                want_);
+        };
         for (std::size_t i = begins[group]; i < begins[group + 1]; ++i) {
-            const RaySpan ray = *geometry_.ray(samples[visits[i].sample]);
+            const OutputSample& pixel = samples[visits[i].sample];
+            const RaySpan ray = *geometry_.ray(pixel);
+            std::optional<LitFrame> frame;
+            if (want_.shading.on()) frame = geometry_.frame(pixel);
             for (std::int64_t k = visits[i].first; k <= visits[i].last; ++k) {
                 const Cell cell = cell_of(ray, k);
-                if (cell.length > 0 &&
-                    piece.at(ray.origin + cell.middle * ray.direction, value.data()))
-                    stretches[i].add(value[0], cell.length, want_);
+                if (cell.length > 0)
+                    add(stretches[i], ray.origin + cell.middle * ray.direction, cell.length,
+                        frame ? &*frame : nullptr);
             }
         }
     });

@@ -213,6 +213,35 @@ FieldPiece::FieldPiece(const ReferenceField& field, const Region& cells,
     if (field.kind() == Field::spline) spline_.emplace(field.samples(), cells, kMargin, memory);
 }
 
+double difference_step(Field kind) noexcept {
+    switch (kind) {
+        case Field::spline:
+        case Field::formula:
+            return 1.0 / 256;
+        default:
+            return 1;
+    }
+}
+
+Vec3 FieldPiece::gradient(const Vec3& p) const {
+    const double step = difference_step(field_.kind());
+    std::array<double, 4> values{};
+    const auto value = [&](const Vec3& at) {
+        if (field_.kind() == Field::formula) return field_.formula()->at(at);
+        return this->at(field_.clamped(at), values.data()) ? values[0] : NAN;
+    };
+    const double here = value(p);
+    Vec3 gradient;
+    for (int axis = 0; axis < 3; ++axis) {
+        const Vec3 away = step * Vec3::Unit(axis);
+        double below = value(p - away), above = value(p + away);
+        if (!std::isfinite(below)) below = here;
+        if (!std::isfinite(above)) above = here;
+        gradient[axis] = (above - below) / (2 * step);
+    }
+    return gradient;
+}
+
 bool FieldPiece::at(const Vec3& p, double* values) const {
     if (!spline_ || (spline_->has_gaps() && field_.near_non_finite(p)))
         return field_.at(p, {values, static_cast<std::size_t>(field_.channels())});

@@ -78,6 +78,12 @@ class FieldPiece {
     FieldPiece(const ReferenceField& field, const Region& cells, std::pmr::memory_resource* memory);
     /// As ReferenceField::at.
     bool at(const Vec3& p, double* values) const;
+    /// The gradient of channel 0 at p [value per sample], where the field is present. Of linear and
+    /// nearest fields, which have none at their samples' faces, by central differences of one
+    /// sample on either side (EQ 57); of splines and formulas by such close ones that they are
+    /// exact to 1e-5. Beyond the outermost samples, and where it is absent, the field goes on as it
+    /// is.
+    Vec3 gradient(const Vec3& p) const;
 
  private:
     const ReferenceField& field_;

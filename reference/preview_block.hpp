@@ -27,6 +27,7 @@ class PreviewBlock {
     PreviewBlock(const ReferenceField& field, const Region& cells,
                  std::pmr::memory_resource* memory);
 
+    const ReferenceField& field() const noexcept { return field_; }
     /// Channel values at p; p is clamped here. Not finite where the nearest sample is not.
     void hold(PreviewHold hold, const Vec3& p, double* values) const;
     /// Of one channel, at many places at once.

@@ -81,4 +81,16 @@ std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
     return span;
 }
 
+LitFrame ViewGeometry::frame(const OutputSample& at) const {
+    const Mat4& map = to_input_[at.view].matrix();
+    const Vec3 steps(want_.pixel[0], want_.pixel[1], 1);
+    LitFrame frame{steps.cwiseInverse().asDiagonal() * map.topLeftCorner<3, 3>().transpose(),
+                   Vec3(0, 0, -1)};
+    if (want_.eye) {
+        const Vec3 pixel(static_cast<double>(at.x), static_cast<double>(at.y), want_.eye->plane);
+        frame.to_eye = (want_.eye->at - pixel).cwiseProduct(steps).normalized();
+    }
+    return frame;
+}
+
 }  // namespace edgewise

@@ -23,6 +23,16 @@ struct RaySpan {
     bool clip(const Extent& input) noexcept;
 };
 
+/// How gradients of the input are seen along one ray.
+struct LitFrame {
+    Eigen::Matrix3d to_screen;  // of a gradient by input index; there all steps are as long
+    Vec3 to_eye;                // unit length
+
+    Lit at(const Vec3& gradient, const Shading& shading) const noexcept {
+        return shading.at(to_screen * gradient, to_eye);
+    }
+};
+
 /// Where the samples of results lie in the input, straight from the request's transforms.
 ///
 /// Orthographic rays are the lines of constant screen x and y, and t is screen z. Perspective rays
@@ -40,6 +50,8 @@ class ViewGeometry {
     /// The part of a pixel's ray inside the box; none where it misses.
     std::optional<RaySpan> ray(const OutputSample& at) const { return ray(at.view, at.x, at.y); }
     std::optional<RaySpan> ray(int view, double x, double y) const;
+    /// Of a pixel.
+    LitFrame frame(const OutputSample& at) const;
 
  private:
     const Request& want_;

@@ -45,6 +45,67 @@ std::span<const double> RayPiece::reference() {
     return {values_[0].data(), cells_.count};
 }
 
+namespace {
+
+/// Apart from each other, in a block of f32, so that neither rounding nor curvature counts.
+constexpr double kDerivativeStep = 1.0 / 32;
+
+}  // namespace
+
+/// @param read  (places, values) of the field whose values these are
+template <class Read>
+void RayPiece::add_lit(std::span<const double> values, double step, Read&& read, Stretch& to,
+                       const Request& want) const {
+    std::array<std::size_t, Places::kMost> seen;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (std::isfinite(values[i]) && want.mode->is_seen(values[i], want)) seen[count++] = i;
+    std::array<Vec3, Places::kMost> gradients;
+    Places beside;
+    Values side[2];
+    for (int axis = 0; axis < 3 && count > 0; ++axis) {
+        for (int s = 0; s < 2; ++s) {
+            beside.count = 0;
+            for (std::size_t i = 0; i < count; ++i)
+                beside.add(places_[seen[i]] + (s == 0 ? -step : step) * Vec3::Unit(axis));
+            read(beside, side[s].data());
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            const double here = values[seen[i]];
+            const double below = std::isfinite(side[0][i]) ? side[0][i] : here;
+            const double above = std::isfinite(side[1][i]) ? side[1][i] : here;
+            gradients[i][axis] = (above - below) / (2 * step);
+        }
+    }
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const bool is_seen = next < count && seen[next] == i;
+        const Vec3* const gradient = is_seen ? &gradients[next++] : nullptr;
+        to.add_lit(
+            values[i], cells_.length[i], [&] { return frame_->at(*gradient, want.shading); }, want);
+    }
+}
+
+void RayPiece::add_held(const Filter& filter, Stretch& to, const Request& want) {
+    if (!frame_) return add(held(filter), to, want);
+    const auto read = [&](const Places& at, double* values) { block_.read(filter, at, values); };
+    add_lit(held(filter), filter.taps <= 2 ? 1 : kDerivativeStep, read, to, want);
+}
+
+void RayPiece::add_reference(Stretch& to, const Request& want) {
+    if (!frame_) return add(reference(), to, want);
+    const bool smooth = want.field == Field::spline || want.field == Field::formula;
+    // Beyond the outermost samples a formula goes on, and samples do as these.
+    const auto read = [&](const Places& at, double* values) {
+        Places held;
+        held.count = 0;
+        for (std::size_t i = 0; i < at.count; ++i)
+            held.add(want.field == Field::formula ? at[i] : block_.field().clamped(at[i]));
+        block_.reference(held, values);
+    };
+    add_lit(reference(), smooth ? kDerivativeStep : 1, read, to, want);
+}
+
 RayAnswer::RayAnswer(const Stretch& reference, const Request& want)
     : want_(want),
       channels_(written_channels(want, want.mode->channels)),

@@ -62,8 +62,13 @@ struct PointMade {
 /// worked out once.
 class RayPiece {
  public:
-    RayPiece(const PreviewBlock& block, const RaySpan& ray)
-        : block_(block), ray_(ray), values_(1 + filters().size()), known_(values_.size()) {}
+    /// @param frame  of the ray, where light falls on it, else null
+    RayPiece(const PreviewBlock& block, const RaySpan& ray, const LitFrame* frame = nullptr)
+        : block_(block),
+          ray_(ray),
+          frame_(frame),
+          values_(1 + filters().size()),
+          known_(values_.size()) {}
 
     /// The next cells whose middles lie before `end`. @return false: none
     bool take(double end, double front, double step, std::int64_t& next);
@@ -80,11 +85,20 @@ class RayPiece {
     void add(std::span<const double> values, Stretch& to, const Request& want) const {
         to.add(values, cells_.length.data(), want);
     }
+    /// Adds what a filter reads, lit where the request asks for it: by the differences of
+    /// neighbouring samples of filters of zero and first order, else by the filter's derivative.
+    void add_held(const Filter& filter, Stretch& to, const Request& want);
+    /// Adds the reference, likewise.
+    void add_reference(Stretch& to, const Request& want);
 
  private:
+    template <class Read>
+    void add_lit(std::span<const double> values, double step, Read&& read, Stretch& to,
+                 const Request& want) const;
     using Values = std::array<double, Places::kMost>;
     const PreviewBlock& block_;
     const RaySpan& ray_;
+    const LitFrame* frame_;
     RayCells cells_;
     Places places_;
     std::vector<Values> values_;  // the reference's, then by place in filters()

@@ -48,6 +48,9 @@ Bundle bundle_at(const RaySetting& setting, const ViewGeometry& geometry,
         if (!ray || (!whole && is_short(*ray, want))) continue;
         Traced traced{.ray = *ray,
                       .at = {corner.view, x, y, 0},
+                      .frame = want.shading.on()
+                                   ? std::optional(geometry.frame({corner.view, x, y, 0}))
+                                   : std::nullopt,
                       .reference = Stretch::empty(want.mode),
                       .models = {},
                       .next = {static_cast<std::int64_t>(std::floor(ray->low / ray->step))},
@@ -73,9 +76,9 @@ namespace {
 
 /// One stretch of one ray.
 void trace(Traced& traced, const PreviewBlock& block, double end, const RaySetting& setting) {
-    RayPiece piece(block, traced.ray);
+    RayPiece piece(block, traced.ray, traced.frame ? &*traced.frame : nullptr);
     while (piece.take(end, 0, traced.ray.step, traced.next[0]))
-        piece.add(piece.reference(), traced.reference, setting.want);
+        piece.add_reference(traced.reference, setting.want);
     for (const auto& model : traced.models)
         if (model) model->trace(block, end);
     for (std::size_t s = 0; s < setting.steps.size(); ++s)

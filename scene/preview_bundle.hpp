@@ -29,6 +29,7 @@ struct RaySetting {
 struct Traced {
     RaySpan ray;
     OutputSample at;
+    std::optional<LitFrame> frame = {};  // where light falls
     RayLook look = {};
     Stretch reference;
     std::vector<std::unique_ptr<RayModel>> models;  // null: that one has nothing to say

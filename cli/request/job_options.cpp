@@ -87,8 +87,36 @@ void read_budgets(RequestSpec& spec, const JobOptions& o) {
     spec.strict = o.strict;
 }
 
+Light light_of(const std::string& text) {
+    const std::vector<double> n = numbers_of("--light", text);
+    if (n.size() != 3 && n.size() != 4)
+        throw RequestError(fmt::format("--light: '{}' given; expected X,Y,Z or X,Y,Z,I", text));
+    return {Vec3(n[0], n[1], n[2]), n.size() == 4 ? n[3] : 1};
+}
+
+Material material_of(const std::string& text) {
+    const std::vector<double> n = numbers_of("--material", text);
+    if (n.size() != 4)
+        throw RequestError(fmt::format(
+            "--material: '{}' given; expected A,D,S,N: ambient, diffuse, specular and exponent",
+            text));
+    return {n[0], n[1], n[2], n[3]};
+}
+
+void read_light(RequestSpec& spec, const JobOptions& o) {
+    if (o.shade)
+        spec.shade =
+            static_cast<Shade>(chosen("--shade", *o.shade, {"none", "phong", "torrance-sparrow"}));
+    for (const std::string& text : o.lights) spec.lights.push_back(light_of(text));
+    if (o.material) spec.material = material_of(*o.material);
+}
+
 void read_mode(RequestSpec& spec, const JobOptions& o) {
-    if (o.mode) spec.mode = mode_named(*o.mode);
+    // Composite with light.
+    const bool shaded = o.mode && same_word(*o.mode, "shaded");
+    if (o.mode) spec.mode = shaded ? Mode::composite : mode_named(*o.mode);
+    if (shaded) spec.shade = Shade::phong;
+    read_light(spec, o);
     if (o.background) spec.background = background_of(*o.background);
     if (o.zero) spec.zero = number_of("--zero", *o.zero);
     if (o.outside) spec.outside = number_of("--outside", *o.outside);

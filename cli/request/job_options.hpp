@@ -17,6 +17,8 @@ struct JobOptions {
     GeometryWords geometry;
     SelectionWords selection;
     std::optional<std::string> mode, zero, background, transfer, window, outside;
+    std::optional<std::string> shade, material;
+    std::vector<std::string> lights;
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
     std::optional<std::string> threads, ranks, machine, planner, planning_time;
     std::vector<std::string> via, without;

@@ -83,6 +83,16 @@ void add_mode(CLI::App& app, JobOptions& o) {
         add_text(app, "--background", o.background, "composite: default 0,0,0")->type_name("R,G,B");
         add_text(app, "--transfer", o.transfer, "composite: opacity and colour (docs/files.md)")
             ->type_name("FILE");
+        add_text(app, "--shade", o.shade,
+                 "composite: how light meets samples; default none (--mode shaded: phong)")
+            ->type_name("none|phong|torrance-sparrow");
+        add_list(app, "--light", o.lights,
+                 "towards a light, in screen space (z away from the eye); default 0,0,-1: at the "
+                 "eye. Several add up")
+            ->type_name("X,Y,Z[,I]");
+        add_text(app, "--material", o.material,
+                 "ambient, diffuse, specular, exponent; default 0.1,0.7,0.2,10")
+            ->type_name("A,D,S,N");
     }
     app.add_flag("--labels", o.labels,
                  "the samples are labels: nearest, no new value, values bit for bit");

@@ -33,6 +33,21 @@ void take_budgets(Request& want, const RequestSpec& spec) {
         throw RequestError("--planning-time: of --planner pilot and exhaustive only");
 }
 
+void take_light(Request& want, const RequestSpec& spec) {
+    want.shading.by = spec.shade.value_or(Shade::none);
+    const auto only = [&](const char* option, bool given) {
+        if (given && !want.shading.on())
+            throw RequestError(
+                fmt::format("{}: of --shade phong and torrance-sparrow only", option));
+    };
+    only("--light", !spec.lights.empty());
+    only("--material", spec.material.has_value());
+    if (spec.material) want.shading.material = *spec.material;
+    if (spec.lights.empty()) return;
+    want.shading.lights = spec.lights;
+    for (Light& light : want.shading.lights) light.towards.normalize();
+}
+
 void take_mode(Request& want, const RequestSpec& spec) {
     want.mode = spec.mode;
     const auto only = [&](const char* option, bool given, bool ModeTraits::*takes) {
@@ -47,6 +62,8 @@ void take_mode(Request& want, const RequestSpec& spec) {
     only("--zero", spec.zero.has_value(), &ModeTraits::takes_zero);
     only("--background", spec.background.has_value(), &ModeTraits::takes_transfer);
     only("--transfer", spec.transfer.has_value(), &ModeTraits::takes_transfer);
+    only("--shade", spec.shade.has_value(), &ModeTraits::takes_light);
+    take_light(want, spec);
     if (spec.background) want.background = *spec.background;
     if (spec.zero) want.zero = *spec.zero;
     if (spec.outside) want.outside = *spec.outside;
@@ -106,6 +123,16 @@ void expect_sensible(const RequestSpec& spec) {
     if (spec.transfer && spec.mode->takes_transfer) expect_transfer(*spec.transfer);
     for (const double part : spec.background.value_or(std::array<double, 3>{}))
         expect(part >= 0 && part <= 1, "--background", "three numbers from 0 to 1");
+    for (const Light& light : spec.lights)
+        expect(light.towards.allFinite() && light.towards.squaredNorm() > 0 &&
+                   light.intensity >= 0 && std::isfinite(light.intensity),
+               "--light", "a direction other than 0,0,0 and an intensity of at least 0");
+    if (spec.material) {
+        const Material& m = *spec.material;
+        for (const double share : {m.ambient, m.diffuse, m.specular})
+            expect(share >= 0 && share <= 1, "--material", "three shares from 0 to 1");
+        expect(m.exponent >= 1 && m.exponent <= 1024, "--material", "an exponent from 1 to 1024");
+    }
     if (!spec.window) return;
     const auto& [low, high] = *spec.window;
     for (const WindowEnd& end : {low, high})
@@ -162,6 +189,9 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
         geometry.views.size() == 1 ? Placement(geometry.views[0]) : Placement::each(geometry.views);
     want.screen = geometry.grid.extent;
     want.unit = geometry.unit;
+    if (want.job == Job::render)
+        want.pixel = {geometry.grid.spacing.x() / geometry.unit,
+                      geometry.grid.spacing.y() / geometry.unit};
     want.eye = geometry.eye;
     if (spec.labels && spec.reference && *spec.reference != Field::nearest)
         throw RequestError(
@@ -186,6 +216,9 @@ void take_values(Request& want, std::optional<Window>& window, const RequestSpec
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
     if (want.job != Job::render || !want.mode->takes_transfer) return;
+    // Far below the noise of any scanner, far above the rounding of differences.
+    constexpr double kNoSurface = 1e-4;
+    want.shading.least = kNoSurface * range_between(statistics.low, statistics.high);
     const double unit = want.spacing.minCoeff();
     if (spec.transfer) {
         want.transfer = spec.transfer->transfer;

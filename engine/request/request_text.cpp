@@ -27,6 +27,15 @@ std::string request_text(const Request& want) {
     for (const auto& point : want.transfer.points)
         text += fmt::format("{:a} {:a} {:a} {:a} {:a};", point.value, point.opacity, point.color[0],
                             point.color[1], point.color[2]);
+    const Shading& shading = want.shading;
+    if (!shading.on()) return text;
+    const Material& m = shading.material;
+    text += fmt::format("shade {} {:a} {:a} {:a} {:a} {:a} {:a} {:a}", static_cast<int>(shading.by),
+                        m.ambient, m.diffuse, m.specular, m.exponent, shading.least, want.pixel[0],
+                        want.pixel[1]);
+    for (const Light& light : shading.lights)
+        text += fmt::format("light {:a} {:a} {:a} {:a}", light.towards[0], light.towards[1],
+                            light.towards[2], light.intensity);
     return text;
 }
 

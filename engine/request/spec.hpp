@@ -86,6 +86,9 @@ struct RequestSpec {
     std::optional<double> zero, outside;  // value that adds nothing (X-ray); beyond the input
     std::optional<std::array<double, 3>> background;  // composite, each 0..1
     std::optional<TransferSpec> transfer;             // composite
+    std::optional<Shade> shade;                       // composite: none
+    std::vector<Light> lights;                        // in place of one at the eye
+    std::optional<Material> material;
     std::optional<Window> window;
     std::optional<Field> reference;  // what the samples mean
     bool labels = false;             // no new value appears, all come out bit for bit

@@ -22,19 +22,34 @@ double raised(double x, double power) noexcept {
     return std::pow(x, power);
 }
 
-void add(Stretch& stretch, std::span<const double> values, const double* pieces,
-         const Request& want) {
+/// @param lit  called where the sample is seen
+template <class LitAt>
+void add_one(Stretch& stretch, double value, double piece, const Request& want, LitAt&& lit_at) {
     std::array<double, 4>& light = stretch.state;
     double& transparency = light[3];
+    const std::array<double, 4> optics = want.transfer.at(value);
+    if (optics[3] <= 0) return;
+    // EQ 63: the transparency of a length is that of the unit length to its power.
+    const double kept = raised(1 - optics[3], piece * want.unit / want.transfer.unit);
+    const Lit lit = lit_at();
+    for (int c = 0; c < 3; ++c)
+        light[c] += transparency * (1 - kept) * (optics[c] * lit.diffuse + lit.specular);
+    transparency *= kept;
+}
+
+void add(Stretch& stretch, std::span<const double> values, const double* pieces,
+         const Request& want) {
     stretch.each_finite(values, pieces, [&](double value, double piece) {
-        const std::array<double, 4> optics = want.transfer.at(value);
-        if (optics[3] <= 0) return;
-        // EQ 63: the transparency of a length is that of the unit length to its power.
-        const double kept = raised(1 - optics[3], piece * want.unit / want.transfer.unit);
-        for (int c = 0; c < 3; ++c) light[c] += transparency * (1 - kept) * optics[c];
-        transparency *= kept;
+        add_one(stretch, value, piece, want, [] { return Lit{}; });
     });
 }
+
+void add_lit(Stretch& stretch, double value, double piece, const std::function<Lit()>& lit,
+             const Request& want) {
+    add_one(stretch, value, piece, want, lit);
+}
+
+bool is_seen(double value, const Request& want) { return want.transfer.at(value)[3] > 0; }
 
 std::string needs(const Request& want, double common, double, double) {
     return want.transfer.at(common)[3] != 0
@@ -71,6 +86,7 @@ const ModeTraits composite_mode = {
     .channels = 4,
     .over_background = true,
     .takes_transfer = true,
+    .takes_light = true,
     .cancelled = cancelled,
     .skips = ModeTraits::Levels::opacities,
     .left = [](const Stretch& stretch) { return stretch.state[3]; },
@@ -81,6 +97,8 @@ const ModeTraits composite_mode = {
     .gain = [](bool noise, double, double, double range) { return (noise ? 0.16 : 0.55) / range; },
     .empty = [](Stretch& stretch) { stretch.state[3] = 1; },
     .add = add,
+    .add_lit = add_lit,
+    .is_seen = is_seen,
     .append =
         [](Stretch& stretch, const Stretch& behind) {
             for (int c = 0; c < 3; ++c) stretch.state[c] += stretch.state[3] * behind.state[c];

@@ -8,6 +8,7 @@
 #include "graph/modes/mip.hpp"
 #include "graph/modes/stddev.hpp"
 #include "graph/modes/xray.hpp"
+#include "graph/request.hpp"
 #include "graph/words.hpp"
 
 namespace edgewise {
@@ -41,6 +42,13 @@ Stretch Stretch::empty(Mode mode) noexcept {
     Stretch stretch;
     if (mode->empty) mode->empty(stretch);
     return stretch;
+}
+
+void Stretch::add_lit(double value, double piece, const std::function<Lit()>& lit,
+                      const Request& want) {
+    if (!std::isfinite(value)) return;
+    want.mode->add_lit(*this, value, piece, lit, want);
+    length += piece;
 }
 
 double gain_of_integral(bool noise, double length) noexcept {

@@ -17,6 +17,7 @@
 
 #include "hwy/highway.h"
 #include "transitions/kernels/ray_combine-inl.hpp"
+#include "transitions/kernels/ray_light-inl.hpp"
 #include "transitions/kernels/ray_samplers-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -265,6 +266,12 @@ struct Lanes {
     }
 };
 
+/// Whether a rule asks for gradients, and where the eye is.
+template <class Sum>
+inline constexpr bool kLit = requires(Sum& sum, const RayCast& cast) {
+    sum.aim(cast, 0.0, 0.0);
+};
+
 /// Cells [begin, end), some of which belong to some lanes only, or are cut by the box.
 template <class Sampler, class Sum>
 HWY_NOINLINE void walk_partial(const Packet& packet, const Lanes& lanes, const Sampler& sampler,
@@ -285,9 +292,14 @@ HWY_NOINLINE void walk_partial(const Packet& packet, const Lanes& lanes, const S
         offset = hn::IfThenElse(is_last, last_offset, offset);
         weight = hn::IfThenElse(is_first, first_weight, weight);
         weight = hn::IfThenElse(is_last, last_weight, weight);
-        const VF value = sampler.template at<false>(lanes.at(offset, 0), lanes.at(offset, 1),
-                                                    lanes.at(offset, 2));
-        sum.add_part(value, weight, outside, cell);
+        const VF x = lanes.at(offset, 0), y = lanes.at(offset, 1), z = lanes.at(offset, 2);
+        const VF value = sampler.template at<false>(x, y, z);
+        if constexpr (kLit<Sum>)
+            sum.add_part(value, weight, outside, cell, [&](VF(&gradient)[3]) HWY_ATTR {
+                gradient_of<Sum::kFinite>(sampler, x, y, z, value, gradient);
+            });
+        else
+            sum.add_part(value, weight, outside, cell);
     }
 }
 
@@ -324,9 +336,14 @@ HWY_INLINE void walk_cells(const Lanes& lanes, const Sampler& sampler, Sum& sum,
     for (int cell = begin; cell < end; cell += stride) {
         if constexpr (kPrefetch) lanes.prefetch(sampler, cell);
         const VF offset = lanes.offset(cell);
-        sum.add(sampler.template at<true>(lanes.at(offset, 0), lanes.at(offset, 1),
-                                          lanes.at(offset, 2)),
-                cell);
+        const VF x = lanes.at(offset, 0), y = lanes.at(offset, 1), z = lanes.at(offset, 2);
+        const VF value = sampler.template at<true>(x, y, z);
+        if constexpr (kLit<Sum>)
+            sum.add(value, cell, [&](VF(&gradient)[3]) HWY_ATTR {
+                gradient_of<Sum::kFinite>(sampler, x, y, z, value, gradient);
+            });
+        else
+            sum.add(value, cell);
     }
 }
 
@@ -414,6 +431,7 @@ void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int6
                 continue;
             }
             Sum sum(cast);
+            if constexpr (kLit<Sum>) sum.aim(cast, left, top);
             const bool any = packet.prepare(cast, shared, left, top, columns, rows);
             if (any) {
                 const int inner = std::min(packet.inner_begin, packet.end);

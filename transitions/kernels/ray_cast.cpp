@@ -18,6 +18,7 @@ void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t 
             case Combine::over:
                 break;
         }
+        if (cast.light) return ray_cast_lit;
         return cast.optics->grey ? ray_cast_over_grey : ray_cast_over_color;
     }();
     by_rule(cast, x, y, width, height, out, row_floats);

@@ -10,6 +10,7 @@
 #include "graph/mode.hpp"
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/optics.hpp"
+#include "transitions/kernels/ray_light.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
 
 namespace edgewise::kernels {
@@ -94,11 +95,12 @@ struct RayCast {
     Combine rule = Combine::max;
     const RayRule* other = nullptr;  // of Combine::other
     Rays rays = {};
-    double step = 1;                 // [t]
-    double unit = 1;                 // one t, in the file's unit; of sum
-    double zero = 0;                 // of sum: the value that adds nothing
-    double miss = 0;                 // a ray that meets no sample
-    const Optics* optics = nullptr;  // of over
+    double step = 1;                  // [t]
+    double unit = 1;                  // one t, in the file's unit; of sum
+    double zero = 0;                  // of sum: the value that adds nothing
+    double miss = 0;                  // a ray that meets no sample
+    const Optics* optics = nullptr;   // of over
+    const RayLight* light = nullptr;  // of over; null: samples send their colours as they are
     double bound = 0;  // of over: a ray ends where less than this transparency is left; the result
                        // differs by at most bound x the largest emission or background
     const Bricks* bricks = nullptr;

@@ -15,5 +15,7 @@ void ray_cast_over_grey(const RayCast& cast, std::int64_t x, std::int64_t y, std
                         std::int64_t height, float* out, std::ptrdiff_t row_floats);
 void ray_cast_over_color(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
                          std::int64_t height, float* out, std::ptrdiff_t row_floats);
+void ray_cast_lit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                  std::int64_t height, float* out, std::ptrdiff_t row_floats);
 
 }  // namespace edgewise::kernels

@@ -56,6 +56,10 @@ struct Bounds {
     HWY_INLINE VF clamped(VF p, int axis) const {
         return hn::Min(hn::Max(p, hn::Zero(DF())), top[axis]);
     }
+    /// Whether places lie between the outermost samples; beyond, nothing changes.
+    HWY_INLINE MF holds(VF p, int axis) const {
+        return hn::And(hn::Ge(p, hn::Zero(DF())), hn::Le(p, top[axis]));
+    }
 };
 
 /// Reads of one sample by 32-bit byte offsets: volumes below 2^31 bytes, of types up to 32 bits.
@@ -386,6 +390,27 @@ class SplineSampler {
         }
         return sum;
     }
+    /// The derivatives along x, y and z.
+    HWY_NOINLINE void gradient(VF x, VF y, VF z, VF (&slopes)[3]) const {
+        VI i[4], j[4], k[4];
+        VF u[4], v[4], w[4], du[4], dv[4], dw[4];
+        taps<false>(x, 0, i, u, du);
+        taps<false>(y, 1, j, v, dv);
+        taps<false>(z, 2, k, w, dw);
+        for (VF& slope : slopes) slope = hn::Zero(DF());
+        for (int c = 0; c < 4; ++c)
+            for (int b = 0; b < 4; ++b) {
+                VF row = hn::Zero(DF()), along = row;
+                for (int a = 0; a < 4; ++a) {
+                    const VF tap = value(i[a], j[b], k[c]);
+                    row = hn::MulAdd(u[a], tap, row);
+                    along = hn::MulAdd(du[a], tap, along);
+                }
+                slopes[0] = hn::MulAdd(hn::Mul(v[b], w[c]), along, slopes[0]);
+                slopes[1] = hn::MulAdd(hn::Mul(dv[b], w[c]), row, slopes[1]);
+                slopes[2] = hn::MulAdd(hn::Mul(v[b], dw[c]), row, slopes[2]);
+            }
+    }
 
  private:
     HWY_INLINE VF value(VI i, VI j, VI k) const {
@@ -394,11 +419,13 @@ class SplineSampler {
         else
             return read_.at(read_.offset(i, j, k));
     }
+    /// @param slope  derivatives of the weights; null: nobody asks
     template <bool kInner>
-    HWY_INLINE void taps(VF p, int axis, VI index[4], VF weight[4]) const {
+    HWY_INLINE void taps(VF p, int axis, VI index[4], VF weight[4], VF* slope = nullptr) const {
         const DF d;
         const DI di;
         const VI one = hn::Set(di, 1), last = bounds_.last[axis];
+        [[maybe_unused]] const VF unclamped = p;
         if constexpr (!kInner) p = bounds_.clamped(p, axis);
         VI i = truncated(p);
         // At the last sample the cell before it is used, so that one reflection is enough.
@@ -421,6 +448,14 @@ class SplineSampler {
         weight[1] = hn::MulAdd(hn::Mul(half, f), ff, hn::Sub(two_thirds, ff));
         weight[2] = hn::MulAdd(hn::Mul(half, g), gg, hn::Sub(two_thirds, gg));
         weight[3] = hn::Mul(sixth, hn::Mul(ff, f));
+        if (!slope) return;
+        const VF two = hn::Set(d, 2.0f), three_halves = hn::Set(d, 1.5f);
+        slope[0] = hn::Neg(hn::Mul(half, gg));
+        slope[1] = hn::MulSub(three_halves, ff, hn::Mul(two, f));
+        slope[2] = hn::NegMulAdd(three_halves, gg, hn::Mul(two, g));
+        slope[3] = hn::Mul(half, ff);
+        for (int tap = 0; tap < 4; ++tap)
+            slope[tap] = hn::IfThenElseZero(bounds_.holds(unclamped, axis), slope[tap]);
     }
     Read read_;
     Bounds bounds_;
@@ -454,6 +489,27 @@ class WeightedSampler {
         }
         return sum;
     }
+    /// The derivatives along x, y and z.
+    HWY_NOINLINE void gradient(VF x, VF y, VF z, VF (&slopes)[3]) const {
+        VI i[kMost], j[kMost], k[kMost];
+        VF u[kMost], v[kMost], w[kMost], du[kMost], dv[kMost], dw[kMost];
+        taps<false>(x, 0, i, u, du);
+        taps<false>(y, 1, j, v, dv);
+        taps<false>(z, 2, k, w, dw);
+        for (VF& slope : slopes) slope = hn::Zero(DF());
+        for (int c = 0; c < taps_; ++c)
+            for (int b = 0; b < taps_; ++b) {
+                VF row = hn::Zero(DF()), along = row;
+                for (int a = 0; a < taps_; ++a) {
+                    const VF tap = value(i[a], j[b], k[c]);
+                    row = hn::MulAdd(u[a], tap, row);
+                    along = hn::MulAdd(du[a], tap, along);
+                }
+                slopes[0] = hn::MulAdd(hn::Mul(v[b], w[c]), along, slopes[0]);
+                slopes[1] = hn::MulAdd(hn::Mul(dv[b], w[c]), row, slopes[1]);
+                slopes[2] = hn::MulAdd(hn::Mul(v[b], dw[c]), row, slopes[2]);
+            }
+    }
 
  private:
     static constexpr int kMost = TapPolynomials::kMostTaps;
@@ -464,10 +520,13 @@ class WeightedSampler {
         else
             return read_.at(read_.offset(i, j, k));
     }
+    /// @param slope  derivatives of the weights; null: nobody asks
     template <bool kInner>
-    HWY_INLINE void taps(VF p, int axis, VI index[kMost], VF weight[kMost]) const {
+    HWY_INLINE void taps(VF p, int axis, VI index[kMost], VF weight[kMost],
+                         VF* slope = nullptr) const {
         const DF d;
         const DI di;
+        [[maybe_unused]] const VF unclamped = p;
         if constexpr (!kInner) p = bounds_.clamped(p, axis);
         const VI i = truncated(p);
         const VF f = hn::Sub(p, hn::ConvertTo(d, i));
@@ -479,6 +538,13 @@ class WeightedSampler {
             for (int power = weights_.degree(); power-- > 0;)
                 sum = hn::MulAdd(sum, f, hn::Set(d, weights_.coefficient(tap, power)));
             weight[tap] = sum;
+            if (!slope) continue;
+            VF steep = hn::Zero(d);
+            for (int power = weights_.degree(); power > 0; --power)
+                steep = hn::MulAdd(
+                    steep, f,
+                    hn::Set(d, static_cast<float>(power) * weights_.coefficient(tap, power)));
+            slope[tap] = hn::IfThenElseZero(bounds_.holds(unclamped, axis), steep);
         }
     }
     Read read_;

@@ -110,6 +110,15 @@ kernels::Rays rays_of(const Representation& from, const Request& want, int view,
     return rays;
 }
 
+std::optional<kernels::RayLight> light_of(const Representation& from, const Request& want,
+                                          int view) {
+    if (!want.shading.on()) return {};
+    const Eigen::Matrix3d to_input = residual(from, want, view).topLeftCorner<3, 3>().inverse();
+    const Vec3 steps(want.pixel[0], want.pixel[1], 1);
+    return kernels::ray_light_of(
+        want.shading, steps.cwiseInverse().asDiagonal() * to_input.transpose(), from.values);
+}
+
 namespace {
 
 /// Whether parallel rays through all of the screen pass through all of the box, but for what maps

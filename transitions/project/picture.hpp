@@ -2,11 +2,13 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "graph/transition.hpp"
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/combine.hpp"
+#include "transitions/kernels/ray_light.hpp"
 
 namespace edgewise {
 
@@ -73,5 +75,9 @@ Error combined_error(const Ask& ask);
 /// Tiles of a region of a picture, in parallel. Polls before each. @throws Cancelled
 void for_tiles(const Region& region, std::int64_t width, std::int64_t height,
                const Context& context, const std::function<void(const Region&)>& body);
+
+/// What lights the samples of a view of `from`; nothing where light falls on none.
+std::optional<kernels::RayLight> light_of(const Representation& from, const Request& want,
+                                          int view);
 
 }  // namespace edgewise

@@ -149,7 +149,8 @@ Eigen::Matrix3d lattice_of(const kernels::RayCast& cast, const Extent& picture) 
     return lattice;
 }
 
-std::string_view variant_of(bool bricks, bool sparse, bool from_eye) {
+std::string_view variant_of(bool bricks, bool sparse, bool from_eye, bool lit) {
+    if (lit) return bricks ? "lit-bricks" : "lit";
     if (bricks) return sparse ? "sparse-bricks" : "bricks";
     if (sparse) return "sparse";
     return from_eye ? "perspective" : "";
@@ -163,6 +164,13 @@ double corrected_of(const Offer& offer, const Ask& ask, const kernels::Optics& o
     const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
     const bool exact = offer.with.number("step") == optics.unit;
     return share("cast/corrected/ends") * ends + (exact ? 0 : share("cast/corrected") * samples);
+}
+
+/// Samples that light is worked out for: those that a packet needs, as counted.
+double lit_of(const Ask& ask, double samples, double ends) {
+    if (!ask.want.shading.on()) return 0;
+    const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
+    return share("cast/corrected/ends") * ends + share("cast/corrected") * samples;
 }
 
 Work work(const Offer& offer, const Ask& ask, int view) {
@@ -203,14 +211,21 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // Few rays come back to their own lines alone, one view after the other.
     const double own = kLineBytes * lines * ask.want.views.different();
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
+    // Light: six more samples, or the filter's weights with their derivatives; 15 operations to
+    // bring a gradient to the screen, 20 to make a normal of it, 40 a light.
+    const double lit = lit_of(ask, samples, ends);
+    const bool differences = hold == Hold::zoh || hold == Hold::foh;
+    const double gradient = differences ? 6 * filter + 6 : 3 * filter;
+    const double sources = static_cast<double>(ask.want.shading.lights.size());
     Work work{
         .operations = all * (9 + filter + combining(ask, optics)) +
+                      lit * (gradient + 35 + 40 * sources) +
                       (spread ? 60 * pixels : 120 * met.packets) +
                       kCorrectionOperations * corrected_of(offer, ask, optics, samples, ends) +
                       (bricks ? brick_operations(offer.from) + 2 * samples : 0),
         .masked = (50 + 5 * filter) * ends,
         .streamed = offer.to.bytes() + 128 * met.packets + (bricks ? offer.from.bytes() : 0),
-        .gathers = all * taps * taps * taps + 20 * met.packets,
+        .gathers = (all + lit * (differences ? 6 : 1)) * taps * taps * taps + 20 * met.packets,
         .lines = {waits * lines, spread ? 0 : std::min(offer.from.bytes(), own)},
         .other_lines = {spread ? 0
                                : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
@@ -218,7 +233,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                         kLineBytes * lines / std::max(1.0, tiles)},
         .workspace = bricks ? brick_bytes(offer.from, levels_of(offer, ask, optics).ranges()) : 0,
         .variant = hold == Hold::weighted ? "weighted"
-                                          : variant_of(bricks, sparse, ask.want.eye.has_value())};
+                                          : variant_of(bricks, sparse, ask.want.eye.has_value(),
+                                                       ask.want.shading.on())};
     if (spread) add_subframes(work, offer, ask, view);
     return work;
 }
@@ -256,7 +272,8 @@ Region reads(const Offer& offer, const Request& want, const Region& out, int vie
     const double step = offer.with.number("step");
     low -= step;
     high += step;
-    const double taps = filter_of(offer.with).taps / 2 + 1;
+    // Gradients take a sample more.
+    const double taps = filter_of(offer.with).taps / 2 + (want.shading.on() ? 2 : 1);
     Region box;
     for (int axis = 0; axis < 3; ++axis) {
         double first = std::numeric_limits<double>::infinity(), last = -first;
@@ -303,6 +320,8 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .miss = rule_miss(want),
                           .optics = &optics,
                           .bound = kTerminated};
+    const std::optional<kernels::RayLight> light = light_of(in.what, want, context.view);
+    if (light) cast.light = &*light;
     std::unique_ptr<kernels::Bricks> bricks;
     if (cast.volume.whole() && with_bricks(offer, ask, context.view))
         bricks = bricks_of(cast.volume, levels_of(offer, ask, optics), context.memory,

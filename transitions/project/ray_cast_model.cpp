@@ -26,8 +26,7 @@ class CastRay final : public RayModel {
     void take(double step, RayPiece& piece) override {
         const auto s = static_cast<std::size_t>(
             std::find(kCastSteps.begin(), kCastSteps.end(), step) - kCastSteps.begin());
-        for (std::size_t i = 0; i < by_.size(); ++i)
-            piece.add(piece.held(*by_[i]), cast_[i][s], want_);
+        for (std::size_t i = 0; i < by_.size(); ++i) piece.add_held(*by_[i], cast_[i][s], want_);
         if (s == kNoisyStep && noise_ > 0) add_noisy(piece);
     }
     void finish(const RayAnswer& answer, RaySquares& squares) override {

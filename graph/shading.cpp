@@ -1,0 +1,56 @@
+#include "graph/shading.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace edgewise {
+namespace {
+
+/// EQ 51: the cosine between the mirrored light and the eye, to a power.
+double mirrored(const Vec3& normal, const Vec3& light, const Vec3& eye, double exponent) {
+    const double cosine = 2 * normal.dot(light) * normal.dot(eye) - light.dot(eye);
+    return std::pow(std::max(0.0, cosine), exponent);
+}
+
+/// Torrance and Sparrow 1967, with Beckmann's distribution of facets (1 where they face both light
+/// and eye), their shadows, and Schlick's reflectance, of which `specular` is that of light that
+/// falls straight; over `specular`.
+double from_facets(const Vec3& normal, const Vec3& light, const Vec3& eye, const Material& of) {
+    const Vec3 half = (light + eye).normalized();
+    const double nl = normal.dot(light), nv = normal.dot(eye), nh = normal.dot(half),
+                 vh = eye.dot(half);
+    if (!(nl > 0) || !(nv > 0) || !(nh > 0) || !(vh > 0)) return 0;
+    const double slope = facet_slope(of.exponent), cosine = nh * nh;
+    const double facets = std::exp((cosine - 1) / (cosine * slope * slope)) / (cosine * cosine);
+    const double shadows = std::min({1.0, 2 * nh * nv / vh, 2 * nh * nl / vh});
+    const double reflected = of.specular + (1 - of.specular) * std::pow(1 - vh, 5);
+    return std::min(1.0, reflected * facets * shadows / nv);
+}
+
+}  // namespace
+
+double facet_slope(double exponent) noexcept { return std::sqrt(2 / (exponent + 2)); }
+
+Lit Shading::at(const Vec3& gradient, const Vec3& to_eye) const noexcept {
+    if (!on()) return {};
+    const double length = gradient.norm();
+    Lit lit{material.ambient, 0};
+    if (!(length > 0) || !std::isfinite(length)) return lit;
+    Vec3 normal = gradient / length;
+    if (normal.dot(to_eye) < 0) normal = -normal;
+    const double surface = std::min(1.0, length / least);
+    for (const Light& light : lights) {
+        const double facing = normal.dot(light.towards);
+        if (!(facing > 0)) continue;
+        const double strength = surface * light.intensity;
+        lit.diffuse += strength * material.diffuse * facing;
+        lit.specular +=
+            strength * (by == Shade::phong ? material.specular * mirrored(normal, light.towards,
+                                                                          to_eye, material.exponent)
+                                           : from_facets(normal, light.towards, to_eye, material));
+    }
+    return lit;
+}
+
+}  // namespace edgewise

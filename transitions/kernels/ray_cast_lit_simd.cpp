@@ -1,0 +1,118 @@
+// Ray casting: front-to-back compositing of samples that light falls on.
+#include "transitions/kernels/ray_cast_tiles.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "transitions/kernels/ray_cast_lit_simd.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+#include "transitions/kernels/ray_cast-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace edgewise::kernels::HWY_NAMESPACE {
+namespace {
+
+/// As OverSum, with the light of each sample that is seen.
+template <bool kNumbers>
+class LitSum {
+ public:
+    static constexpr bool kFinite = kNumbers;
+    static constexpr int kChannels = 4;
+    static constexpr bool kSkips = true, kAnyOrder = false;
+
+    explicit LitSum(const RayCast& cast)
+        : optics_(*cast.optics),
+          by_(*cast.light),
+          left_(hn::Set(DF(), 1.0f)),
+          bound_(hn::Set(DF(), static_cast<float>(cast.bound))),
+          power_(hn::Set(DF(), static_cast<float>(cast.step / cast.optics->unit))),
+          exact_(cast.step == cast.optics->unit) {
+        for (VF& light : light_) light = hn::Zero(DF());
+        for (VF& axis : eye_) axis = hn::Zero(DF());
+    }
+    /// Where the eye is for each lane's pixel.
+    void aim(const RayCast& cast, double x, double y) {
+        HWY_ALIGN float eye[3][kLanes];
+        for (int lane = 0; lane < static_cast<int>(kLanes); ++lane) {
+            const auto m = cast.rays.measure.at(x + lane % kWidth, y + lane / kWidth);
+            const double length = std::hypot(m[0], m[1], m[2]);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                eye[axis][lane] = static_cast<float>(-m[axis] / length);
+        }
+        for (int axis = 0; axis < 3; ++axis) eye_[axis] = hn::Load(DF(), eye[axis]);
+    }
+
+    /// @param sample  (gradient): of stored numbers, there
+    template <class Gradient>
+    HWY_INLINE void add(VF value, int, const Gradient& gradient) {
+        VF color[3], opacity = look_up<3>(optics_, value, color);
+        if (!needs(opacity)) return;
+        if (!exact_) opacity = corrected(opacity, power_);
+        composite(value, color, opacity, gradient);
+    }
+    template <class Gradient>
+    HWY_INLINE void add_part(VF value, VF weight, MF outside, int, const Gradient& gradient) {
+        VF color[3], opacity = look_up<3>(optics_, value, color);
+        if (!needs(opacity)) return;
+        opacity = corrected(opacity, hn::Mul(weight, power_));
+        composite(value, color, hn::IfThenZeroElse(outside, opacity), gradient);
+    }
+    HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), hn::Gt(left_, hn::Zero(DF()))); }
+    HWY_INLINE bool needs(VF opacity) const {
+        return !hn::AllFalse(DF(), hn::Gt(hn::Min(opacity, left_), hn::Zero(DF())));
+    }
+
+    struct Lanewise {
+        HWY_ALIGN float light[3][kLanes], left[kLanes];
+
+        explicit Lanewise(const LitSum& sum) {
+            for (int c = 0; c < 3; ++c) hn::Store(sum.light_[c], DF(), light[c]);
+            hn::Store(sum.left_, DF(), left);
+        }
+        void write(const RayCast&, int lane, bool hit, double, float* out) const {
+            for (int c = 0; c < 3; ++c) out[c] = hit ? light[c][lane] : 0.0f;
+            out[3] = hit ? 1.0f - left[lane] : 0.0f;
+        }
+    };
+
+ private:
+    template <class Gradient>
+    HWY_INLINE void composite(VF value, const VF (&color)[3], VF opacity,
+                              const Gradient& gradient) {
+        if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
+        VF slope[3], diffuse, specular;
+        gradient(slope);
+        light_on(by_, slope, eye_, diffuse, specular);
+        const VF caught = hn::Mul(left_, opacity);
+        for (int c = 0; c < 3; ++c)
+            light_[c] = hn::MulAdd(caught, hn::MulAdd(color[c], diffuse, specular), light_[c]);
+        left_ = hn::Sub(left_, caught);
+        left_ = hn::IfThenElseZero(hn::Ge(left_, bound_), left_);
+    }
+
+    const Optics& optics_;
+    const RayLight& by_;
+    VF light_[3], left_, bound_, power_, eye_[3];
+    bool exact_;
+};
+
+void cast_tile_lit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                   std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    cast_tile<LitSum>({cast, x, y, width, height, out, row_floats});
+}
+
+}  // namespace
+}  // namespace edgewise::kernels::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace edgewise::kernels {
+
+HWY_EXPORT(cast_tile_lit);
+
+void ray_cast_lit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                  std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    HWY_DYNAMIC_DISPATCH(cast_tile_lit)(cast, x, y, width, height, out, row_floats);
+}
+
+}  // namespace edgewise::kernels
+#endif
