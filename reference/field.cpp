@@ -226,15 +226,17 @@ double difference_step(Field kind) noexcept {
 Vec3 FieldPiece::gradient(const Vec3& p) const {
     const double step = difference_step(field_.kind());
     std::array<double, 4> values{};
+    const bool formula = field_.kind() == Field::formula;
     const auto value = [&](const Vec3& at) {
-        if (field_.kind() == Field::formula) return field_.formula()->at(at);
+        if (formula) return field_.formula()->at(at);
         return this->at(field_.clamped(at), values.data()) ? values[0] : NAN;
     };
-    const double here = value(p);
+    const Vec3 q = formula ? p : field_.clamped(p);
+    const double here = value(q);
     Vec3 gradient;
     for (int axis = 0; axis < 3; ++axis) {
         const Vec3 away = step * Vec3::Unit(axis);
-        double below = value(p - away), above = value(p + away);
+        double below = value(q - away), above = value(q + away);
         if (!std::isfinite(below)) below = here;
         if (!std::isfinite(above)) above = here;
         gradient[axis] = (above - below) / (2 * step);

@@ -58,6 +58,10 @@ void RayPiece::add_lit(std::span<const double> values, double step, Read&& read,
                        const Request& want) const {
     std::array<std::size_t, Places::kMost> seen;
     std::size_t count = 0;
+    // Beyond the outermost samples it is as at the outermost; a formula goes on.
+    const auto at = [&](std::size_t i) {
+        return want.field == Field::formula ? places_[i] : block_.field().clamped(places_[i]);
+    };
     for (std::size_t i = 0; i < values.size(); ++i)
         if (std::isfinite(values[i]) && want.mode->is_seen(values[i], want)) seen[count++] = i;
     std::array<Vec3, Places::kMost> gradients;
@@ -67,7 +71,7 @@ void RayPiece::add_lit(std::span<const double> values, double step, Read&& read,
         for (int s = 0; s < 2; ++s) {
             beside.count = 0;
             for (std::size_t i = 0; i < count; ++i)
-                beside.add(places_[seen[i]] + (s == 0 ? -step : step) * Vec3::Unit(axis));
+                beside.add(at(seen[i]) + (s == 0 ? -step : step) * Vec3::Unit(axis));
             read(beside, side[s].data());
         }
         for (std::size_t i = 0; i < count; ++i) {

@@ -31,7 +31,7 @@ struct Gradients {
 float gradient_scale(double low, double high) noexcept;
 
 /// Fills slices [begin, end). Beyond the ends the outermost samples continue. A neighbour that is
-/// not finite is taken for the sample itself; of a sample that is not finite the gradient is 0.
+/// not finite is taken for the sample itself; where that is not finite either, the gradient is 0.
 /// @param to  of slice 0
 void gradient_slices(const Grid& volume, Differences by, float scale, std::int64_t begin,
                      std::int64_t end, std::int16_t* to);

@@ -123,8 +123,19 @@ HWY_INLINE VF difference(VF below, VF here, VF above) {
 /// either side (EQ 57). Of trilinear samples that is what trilinear interpolation of the samples'
 /// central differences gives.
 template <bool kFinite, class Sampler>
-HWY_NOINLINE void central(const Sampler& sampler, VF x, VF y, VF z, VF value, VF3& gradient) {
+HWY_NOINLINE void central(const Bounds& bounds, const Sampler& sampler, VF x, VF y, VF z, VF value,
+                          VF3& gradient) {
     const VF one = hn::Set(DF(), 1.0f);
+    if constexpr (requires { sampler.differences(x, y, z, gradient); }) {
+        // Samples that are not finite spoil what is worked out at once.
+        if (sampler.differences(x, y, z, gradient) &&
+            (kFinite ||
+             hn::AllTrue(DF(), is_finite(hn::Add(gradient[0], hn::Add(gradient[1], gradient[2]))))))
+            return;
+    }
+    x = bounds.clamped(x, 0);
+    y = bounds.clamped(y, 1);
+    z = bounds.clamped(z, 2);
     const auto at = [&](VF i, VF j, VF k) HWY_ATTR { return sampler.template at<false>(i, j, k); };
     gradient[0] = difference<kFinite>(at(hn::Sub(x, one), y, z), value, at(hn::Add(x, one), y, z));
     gradient[1] = difference<kFinite>(at(x, hn::Sub(y, one), z), value, at(x, hn::Add(y, one), z));
@@ -177,7 +188,7 @@ HWY_INLINE void gradient_of(const RayCast& cast, const Sampler& sampler, VF x, V
     if constexpr (requires { sampler.gradient(x, y, z, gradient); })
         sampler.gradient(x, y, z, gradient);
     else
-        central<kFinite>(sampler, x, y, z, value, gradient);
+        central<kFinite>(Bounds(cast.volume.extent), sampler, x, y, z, value, gradient);
 }
 
 }  // namespace
