@@ -10,6 +10,8 @@
 #include "transitions/spectrum/slice.hpp"
 #include "transitions/store/crop.hpp"
 #include "transitions/store/precision.hpp"
+#include "transitions/surface/flying_edges.hpp"
+#include "transitions/surface/nets.hpp"
 #include "transitions/warp/axis_permutation.hpp"
 #include "transitions/warp/backward.hpp"
 #include "transitions/warp/permutation.hpp"
@@ -37,6 +39,9 @@ Catalogue catalogue() {
         shear_warp(),
         spectrum_slice(),
         spectrum_inverse(),
+        // To surfaces.
+        flying_edges_edge(),
+        surface_nets_edge(),
     };
 }
 
