@@ -1,7 +1,7 @@
 #include "surface/cell_cases.hpp"
 
 #include <algorithm>
-#include <optional>
+#include <cstddef>
 #include <vector>
 
 namespace edgewise::surface {
@@ -80,10 +80,12 @@ std::vector<Polygon> loops_of(int set, int joined_face) {
     return loops;
 }
 
-/// Cuts a polygon by diagonals that lie in no face; nothing where that cannot be done.
-std::optional<Triangles> cut(const Polygon& polygon) {
-    if (polygon.size() < 3) return Triangles{};
+/// Cuts a polygon by diagonals that lie in no face, and adds its triangles.
+/// @return whether that can be done
+bool cut(const Polygon& polygon, Triangles& into) {
+    if (polygon.size() < 3) return true;
     const int first = polygon.front(), last = polygon.back();
+    const std::size_t had = into.size();
     for (std::size_t k = 1; k + 1 < polygon.size(); ++k) {
         const int middle = polygon[k];
         const bool cuts_before = k > 1, cuts_behind = k + 2 < polygon.size();
@@ -91,14 +93,13 @@ std::optional<Triangles> cut(const Polygon& polygon) {
             (cuts_behind && in_one_face(middle, last)))
             continue;
         const auto at = polygon.begin() + static_cast<std::ptrdiff_t>(k);
-        auto before = cut(Polygon(polygon.begin(), at + 1));
-        const auto behind = cut(Polygon(at, polygon.end()));
-        if (!before || !behind) continue;
-        before->insert(before->end(), behind->begin(), behind->end());
-        before->push_back({first, middle, last});
-        return before;
+        if (cut(Polygon(polygon.begin(), at + 1), into) && cut(Polygon(at, polygon.end()), into)) {
+            into.push_back({first, middle, last});
+            return true;
+        }
+        into.resize(had);
     }
-    return {};
+    return false;
 }
 
 std::uint8_t face_passed_twice(const std::vector<Polygon>& loops) {
@@ -127,11 +128,12 @@ std::array<CellCase, 256> made_cases() {
         const std::vector<Polygon> loops = loops_of(set, -1);
         take_loops(cell, loops);
         cell.passed_twice = face_passed_twice(loops);
-        for (const Polygon& loop : loops)
-            for (const auto& triangle : cut(loop).value())  // there is a way in all 256 sets
-                cell.corners[cell.triangles++] = {static_cast<std::uint8_t>(triangle[0]),
-                                                  static_cast<std::uint8_t>(triangle[1]),
-                                                  static_cast<std::uint8_t>(triangle[2])};
+        Triangles triangles;
+        for (const Polygon& loop : loops) cut(loop, triangles);  // all loops of all sets can be cut
+        for (const auto& triangle : triangles)
+            cell.corners[cell.triangles++] = {static_cast<std::uint8_t>(triangle[0]),
+                                              static_cast<std::uint8_t>(triangle[1]),
+                                              static_cast<std::uint8_t>(triangle[2])};
     }
     return cases;
 }

@@ -1,6 +1,7 @@
 // Samples against a bound: one bit each.
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "surface/inside_bits.hpp"
 
@@ -14,6 +15,22 @@ namespace edgewise::surface::HWY_NAMESPACE {
 namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// Highway compares integers for less and greater alone.
+template <bool kFalls, class V>
+HWY_INLINE auto is_inside(V v, V limit) {
+    if constexpr (std::is_floating_point_v<hn::TFromV<V>>) {
+        if constexpr (kFalls)
+            return hn::Le(v, limit);
+        else
+            return hn::Ge(v, limit);
+    } else {
+        if constexpr (kFalls)
+            return hn::Eq(hn::Min(v, limit), v);
+        else
+            return hn::Eq(hn::Max(v, limit), v);
+    }
+}
+
 /// @tparam kFalls  inside: at most the bound; else at least
 template <bool kFalls, class T>
 void compare(const T* row, std::int64_t n, T bound, std::uint64_t* bits) {
@@ -25,8 +42,7 @@ void compare(const T* row, std::int64_t n, T bound, std::uint64_t* bits) {
         const auto limit = hn::Set(d, bound);
         for (; x + lanes <= n; x += lanes) {
             const auto v = hn::LoadU(d, row + x);
-            const auto inside = kFalls ? hn::Le(v, limit) : hn::Ge(v, limit);
-            hn::StoreMaskBits(d, inside, bytes + x / 8);
+            hn::StoreMaskBits(d, is_inside<kFalls>(v, limit), bytes + x / 8);
         }
     }
     for (; x < n; ++x)
