@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "cli/request/request_options.hpp"
 #include "cli/session/explain.hpp"
@@ -21,7 +22,9 @@ namespace {
 
 /// Everything that is to be written can be, before any work.
 void check_outputs(const JobOptions& o) {
-    if (o.out) Outputs checked(*o.out);
+    if (o.out)
+        Outputs checked(*o.out,
+                        o.job == Job::mesh ? Outputs::Holds::surface : Outputs::Holds::samples);
     if (o.report && !o.report->ends_with(".html"))
         throw RequestError(
             fmt::format("--report {}: expected a name that ends in .html", *o.report));
@@ -111,9 +114,10 @@ int do_job(const JobOptions& options, bool runs) {
 }
 
 Verb add_job(CLI::App& parent, Job job, bool runs) {
-    CLI::App* app = job == Job::warp
-                        ? parent.add_subcommand("warp", "resample an image (2D) or a volume (3D)")
-                        : parent.add_subcommand("render", "make pictures of a volume");
+    const char* help = job == Job::warp   ? "resample an image (2D) or a volume (3D)"
+                       : job == Job::mesh ? "make a surface of triangles"
+                                          : "make pictures of a volume";
+    CLI::App* app = parent.add_subcommand(std::string(name_of(job)), help);
     auto options = std::make_shared<JobOptions>();
     options->job = job;
     add_job_options(*app, *options, runs ? OutNeeded::yes : OutNeeded::no);
@@ -128,6 +132,8 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
 
 Verb add_warp(CLI::App& main) { return add_job(main, Job::warp, true); }
 Verb add_render(CLI::App& main) { return add_job(main, Job::render, true); }
+
+Verb add_mesh(CLI::App& main) { return add_job(main, Job::mesh, true); }
 
 Verb add_plan(CLI::App& main) {
     CLI::App* app = main.add_subcommand("plan", "a request, planned and explained but not run");

@@ -9,6 +9,8 @@
 #include "engine/session.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
+#include "io/surface_file.hpp"
+#include "surface/mesh.hpp"
 
 namespace edgewise {
 namespace {
@@ -104,7 +106,7 @@ class Performance {
         if (!last_) return;
         if (sink_) sink_(frame, *result);
         if (!session_.writes_at_once()) {
-            if (writes_ || verifier_ || (shown_ && frame == 0))
+            if (writes_ || verifier_ || (shown_ && frame == 0) || want_.job == Job::mesh)
                 frames_[static_cast<std::size_t>(frame)] = std::move(result);
             return;
         }
@@ -142,6 +144,10 @@ class Performance {
         if (session_.spec.strict && !keeps_budgets())
             throw RunError("--strict: a budget is broken; nothing is written");
         const bool waited = !session_.writes_at_once();
+        if (want_.job == Job::mesh) {
+            end_mesh();
+            return;
+        }
         const Shades levels = waited && (writes_ || shown_) ? default_levels() : Shades{};
         show(levels);
         if (!waited || !writes_) return;
@@ -152,6 +158,30 @@ class Performance {
             write(static_cast<int>(i), *frames_[i], levels);
             frames_[i].reset();
         }
+    }
+
+    /// A surface is measured and written as it is.
+    void end_mesh() {
+        const std::shared_ptr<const surface::Mesh> mesh = surface::mesh_in(*frames_[0]);
+        if (!mesh) throw RunError("the path has made no surface");
+        session_.surface = surface::measures_of(*mesh, session_.memory.get());
+        if (!writes_) return;
+        poll();
+        const auto begin = Clock::now();
+        std::vector<double> labels = mesh->labels;
+        if (const auto& table = session_.input->table)
+            for (double& label : labels) label = (*table)[static_cast<std::size_t>(label)];
+        const store::Header& header = session_.input->header;
+        const std::string file = session_.outputs->file(0);
+        store::write_surface(file, {.positions = mesh->positions(),
+                                    .normals = mesh->normals(),
+                                    .triangles = mesh->triangles(),
+                                    .groups = mesh->groups(),
+                                    .labels = labels,
+                                    .unit = header.unit,
+                                    .anatomical = header.anatomical});
+        session_.measured->write_seconds += since(begin);
+        session_.files.push_back(file);
     }
 
     /// While there are samples to compare with.

@@ -101,7 +101,7 @@ std::string lack_of_room(const Session& session) {
 void take_written(Session& session, double low, double high) {
     Request& want = session.request;
     const Input& input = *session.input;
-    if (!session.outputs) {
+    if (!session.outputs || want.job == Job::mesh) {
         session.written.tail.table = input.table;
         return;
     }
@@ -139,7 +139,12 @@ void take_exactness(Session& session) {
     const Request& want = session.want();
     const RequestSpec& o = session.spec;
     if (o.labels) input.header.labels = true;
-    if (want.job != Job::warp || input.described || input.phantom || session.given) return;
+    if (input.described || input.phantom || session.given) return;
+    if (want.job == Job::mesh && o.labels) {
+        input.outside = want.outside;
+        take_keep(input, Keep::labels);
+    }
+    if (want.job != Job::warp) return;
     const Representation stored = stored_as(input);
     const bool labels = want.field == Field::nearest;
     if (o.labels && o.outside && is_integer(stored.type) &&
@@ -414,8 +419,10 @@ void look_at_data(Session& session, bool draw) {
 
 void take_request(Session& session) {
     const RequestSpec& o = session.spec;
-    if (o.out) session.outputs.emplace(*o.out);
     const Request& want = session.want();
+    if (o.out)
+        session.outputs.emplace(
+            *o.out, want.job == Job::mesh ? Outputs::Holds::surface : Outputs::Holds::samples);
     // Where the choice depends on errors as such, they are always wanted.
     if (session.errors == ErrorsWanted::for_choice &&
         (want.budget.error || want.minimize == Minimize::error ||

@@ -17,6 +17,7 @@
 #include "reference/verify.hpp"
 #include "runtime/runtime.hpp"
 #include "scene/statistics.hpp"
+#include "surface/mesh_measures.hpp"
 
 namespace edgewise {
 
@@ -94,8 +95,9 @@ struct Session {
     std::optional<Margin> margin;   // of its plan
     std::optional<WayOut> way_out;  // where it has none
     std::optional<Measured> measured;
-    std::optional<Shown> shown;      // where `shows`
-    std::vector<std::string> files;  // written
+    std::optional<surface::Measures> surface;  // of a mesh
+    std::optional<Shown> shown;                // where `shows`
+    std::vector<std::string> files;            // written
 
     const Request& want() const noexcept { return request; }
     Ask ask() const noexcept { return {request, scene}; }

@@ -7,13 +7,14 @@ constexpr JobTraits kWarp{
     .name = "warp", .target = "screen/scalar", .values = JobTraits::Values::points};
 constexpr JobTraits kRender{
     .name = "render", .target = "screen/picture", .values = JobTraits::Values::rays};
+constexpr JobTraits kMesh{.name = "mesh", .target = "object/mesh"};
 
 }  // namespace
 
-constinit const Job Job::warp{kWarp}, Job::render{kRender};
+constinit const Job Job::warp{kWarp}, Job::render{kRender}, Job::mesh{kMesh};
 
 const std::vector<Job>& jobs() {
-    static const std::vector<Job> all{Job::warp, Job::render};
+    static const std::vector<Job> all{Job::warp, Job::render, Job::mesh};
     return all;
 }
 

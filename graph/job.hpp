@@ -17,7 +17,7 @@ class Job {
     const JobTraits* operator->() const noexcept { return traits_; }
     friend bool operator==(Job a, Job b) noexcept { return a.traits_ == b.traits_; }
 
-    static const Job warp, render;
+    static const Job warp, render, mesh;
 
  private:
     const JobTraits* traits_;

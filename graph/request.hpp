@@ -62,6 +62,11 @@ struct Budget {
     bool copied = false;                 // samples are moved and never computed (Error::copies)
 };
 
+/// Which surface a job makes of the samples.
+struct SurfaceOf {
+    std::optional<double> isovalue = {};  // absent: one around each label
+};
+
 /// What someone wants: a job, its views, size and mode, and what it may cost.
 ///
 /// Screen space: x right, y down [output samples], z away from the eye, in output samples of a warp
@@ -81,9 +86,10 @@ struct Request {
     Shading shading;    // of modes that take light
     /// Width and height of a picture's pixel, in steps along screen z.
     std::array<double, 2> pixel{1, 1};
-    double zero = 0;  // of xray: the value that adds nothing
+    std::optional<SurfaceOf> surface = {};  // absent: none is asked for
+    double zero = 0;                        // of xray: the value that adds nothing
     std::array<double, 3> background{0, 0, 0};
-    double outside = 0;    // warp: value beyond the input
+    double outside = 0;    // warp: value beyond the input; surfaces of labels: what is no label
     double magnitude = 0;  // of the input's values, the largest: what rounding is relative to
     double miss = 0;       // value of a ray that meets nothing, see ModeTraits::miss
     Field field = Field::spline;

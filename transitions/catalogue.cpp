@@ -11,6 +11,8 @@
 #include "transitions/spectrum/slice.hpp"
 #include "transitions/store/crop.hpp"
 #include "transitions/store/precision.hpp"
+#include "transitions/surface/flying_edges.hpp"
+#include "transitions/surface/nets.hpp"
 #include "transitions/warp/axis_permutation.hpp"
 #include "transitions/warp/backward.hpp"
 #include "transitions/warp/permutation.hpp"
@@ -40,6 +42,9 @@ Catalogue catalogue() {
         shear_warp(),
         spectrum_slice(),
         spectrum_inverse(),
+        // To surfaces.
+        flying_edges_edge(),
+        surface_nets_edge(),
     };
 }
 

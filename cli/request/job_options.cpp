@@ -119,6 +119,7 @@ void read_mode(RequestSpec& spec, const JobOptions& o) {
     read_light(spec, o);
     if (o.background) spec.background = background_of(*o.background);
     if (o.zero) spec.zero = number_of("--zero", *o.zero);
+    if (o.isovalue) spec.isovalue = number_of("--isovalue", *o.isovalue);
     if (o.outside) spec.outside = number_of("--outside", *o.outside);
     if (o.window) spec.window = window_of(*o.window);
     if (o.reference)

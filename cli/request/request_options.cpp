@@ -100,25 +100,37 @@ void add_mode(CLI::App& app, JobOptions& o) {
         ->type_name("LO,HI");
 }
 
+void add_surface(CLI::App& app, JobOptions& o) {
+    add_text(app, "--isovalue", o.isovalue, "the surface where values reach V")->type_name("V");
+    app.add_flag("--labels", o.labels, "a closed surface around each label but 0");
+}
+
 void add_budgets(CLI::App& app, JobOptions& o) {
     const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
                           const char* help) {
         add_text(app, name, into, help)->type_name(value)->group("Budgets");
     };
-    text("--max-error", o.max_error, "E",
-         "NRMSE as 0.01 or 1%, or PSNR as 40dB; default linear: as good as linear "
-         "interpolation");
-    text("--range", o.range, "R", "the difference in values that counts as an error of 1");
-    text("--reference", o.reference, "FIELD", "what the samples mean: spline, linear or nearest");
+    const bool surface = o.job == Job::mesh;
+    if (!surface) {
+        text("--max-error", o.max_error, "E",
+             "NRMSE as 0.01 or 1%, or PSNR as 40dB; default linear: as good as linear "
+             "interpolation");
+        text("--range", o.range, "R", "the difference in values that counts as an error of 1");
+        text("--reference", o.reference, "FIELD",
+             "what the samples mean: spline, linear or nearest");
+    }
     text("--max-time", o.max_time, "T", "50ms, 2s, 1min");
     text("--max-memory", o.max_memory, "M", "512MiB, 2GB: peak of the process");
-    text("--minimize", o.minimize, "WHAT", "time, error or memory");
+    if (!surface) text("--minimize", o.minimize, "WHAT", "time, error or memory");
     text("--threads", o.threads, "N", "default: the cores this process may use");
-    text("--ranks", o.ranks, "N", "plan: memories that samples lie in; default: the machine's");
+    if (!surface)
+        text("--ranks", o.ranks, "N", "plan: memories that samples lie in; default: the machine's");
     text("--machine", o.machine, "FILE|NAME", "profile to predict with (docs/files.md)");
-    text("--planner", o.planner, "estimate|pilot|exhaustive",
-         "models alone, contenders measured, or all paths");
-    text("--planning-time", o.planning_time, "T", "pilot, exhaustive: then the best so far");
+    if (!surface) {
+        text("--planner", o.planner, "estimate|pilot|exhaustive",
+             "models alone, contenders measured, or all paths");
+        text("--planning-time", o.planning_time, "T", "pilot, exhaustive: then the best so far");
+    }
     app.add_flag("--strict", o.strict, "a measured budget that is broken: exit 1, no output")
         ->group("Budgets");
     const char* value = "NAME[/key=value]...";
@@ -131,21 +143,7 @@ void add_budgets(CLI::App& app, JobOptions& o) {
         ->group("Budgets");
 }
 
-void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
-    const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
-                          const char* help) {
-        return add_text(app, name, into, help)->type_name(value)->group("Output");
-    };
-    if (out != OutNeeded::absent) {
-        CLI::Option* option =
-            text("-o", o.out, "OUT", "file, by its ending; %d is the frame; - (PNG); null:");
-        option->required(out == OutNeeded::yes);
-    }
-    text("--bits", o.bits, "8|16|32", "8, 16: a view; 32: values");
-    text("--quality", o.quality, "Q",
-         "1 to 100: of JPEG, default 95; WebP and JPEG 2000 keep every value without it");
-    text("--json", o.json, "FILE|-", "report");
-    app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
+void add_verify(CLI::App& app, JobOptions& o) {
     app.add_option("--verify", CLI::callback_t([&o](const Words& words) {
                        o.verify = words.back().empty() ? "2048" : words.back();
                        return true;
@@ -154,9 +152,32 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
         ->expected(0, 0)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
         ->group("Output");
-    text("--seed", o.seed, "S", "of these samples; default 1");
+    add_text(app, "--seed", o.seed, "of these samples; default 1")->type_name("S")->group("Output");
+}
+
+void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
+    const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
+                          const char* help) {
+        return add_text(app, name, into, help)->type_name(value)->group("Output");
+    };
+    const bool surface = o.job == Job::mesh;
+    if (out != OutNeeded::absent) {
+        CLI::Option* option =
+            text("-o", o.out, "OUT",
+                 surface ? "file that ends in .ply, .obj or .stl; null:"
+                         : "file, by its ending; %d is the frame; - (PNG); null:");
+        option->required(out == OutNeeded::yes);
+    }
+    if (!surface) {
+        text("--bits", o.bits, "8|16|32", "8, 16: a view; 32: values");
+        text("--quality", o.quality, "Q",
+             "1 to 100: of JPEG, default 95; WebP and JPEG 2000 keep every value without it");
+    }
+    text("--json", o.json, "FILE|-", "report");
+    app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
+    if (!surface) add_verify(app, o);
     text("--repeat", o.repeat, "N", "run N times");
-    if (out == OutNeeded::yes)
+    if (out == OutNeeded::yes && !surface)
         text("--report", o.report, "FILE.html", "a page of the run: plan, pictures, error map");
     text("--trace", o.trace, "FILE.json", "what ran when, for Chrome's trace viewer");
     text("--flow", o.flow, "FILE.dot", "the nodes that run");
@@ -195,8 +216,12 @@ CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std:
 
 void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out) {
     add_input(app, options);
-    add_geometry(app, options);
-    add_mode(app, options);
+    if (options.job == Job::mesh) {
+        add_surface(app, options);
+    } else {
+        add_geometry(app, options);
+        add_mode(app, options);
+    }
     add_budgets(app, options);
     add_output(app, options, out);
 }

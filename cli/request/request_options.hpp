@@ -16,7 +16,7 @@ namespace edgewise::cli {
 
 enum class OutNeeded { yes, no, absent };
 
-/// Adds what `warp` or `render` takes. Call order_geometry when parsed.
+/// Adds what `warp`, `render` or `mesh` takes. Call order_geometry when parsed.
 void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out);
 
 /// Puts the geometry into the order in which it was given.

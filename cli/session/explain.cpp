@@ -257,8 +257,13 @@ std::string result_of(const Session& session) {
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
     const Extent out = want.output();
-    parts.push_back((want.frames > 1 ? fmt::format("{} of ", want.frames) : "") +
-                    text_of(out, want.job == Job::warp ? want.axes : 2));
+    if (session.surface)
+        parts.push_back(fmt::format("{} triangles, {} vertices, {}", session.surface->triangles,
+                                    session.surface->vertices,
+                                    session.surface->closed ? "closed" : "open"));
+    else
+        parts.push_back((want.frames > 1 ? fmt::format("{} of ", want.frames) : "") +
+                        text_of(out, want.job == Job::warp ? want.axes : 2));
     parts.push_back(measured.steps.empty() ? "the input itself"
                                            : fmt::format("{}", fmt::join(measured.steps, " > ")));
     parts.push_back(seconds_text(median(measured.seconds)));
@@ -267,7 +272,7 @@ std::string result_of(const Session& session) {
     if (measured.error)
         parts.push_back(
             fmt::format("error {} measured", error_text({.error = measured.error->nrmse})));
-    else if (predicted.known)
+    else if (predicted.known && !session.surface)
         parts.push_back(fmt::format("error {} predicted", error_text(predicted)));
     else if (like && predicted.likeness == Likeness::alike)
         parts.push_back(want.field == Field::nearest ? "no new value"

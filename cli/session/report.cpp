@@ -120,6 +120,14 @@ void add_answer(Json& report, const Session& session, double startup_seconds) {
                           {"edges", answer.edges}};
 }
 
+void add_surface(Json& report, const surface::Measures& measures) {
+    report["vertices"] = measures.vertices;
+    report["triangles"] = measures.triangles;
+    report["closed"] = measures.closed;
+    report["area"] = measures.area;
+    report["volume"] = or_null(measures.volume);
+}
+
 }  // namespace
 
 Json to_json(const Predicted& predicted) {
@@ -186,6 +194,7 @@ Json report_of(const Session& session, double startup_seconds, bool with_run,
     if (with_run) {
         report["measured"] = measured_json(session);
         report["outputs"] = session.files;
+        if (session.surface) add_surface(report, *session.surface);
     }
     if (!failure) return report;
     report["plan"] = nullptr;

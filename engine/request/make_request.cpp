@@ -69,6 +69,20 @@ void take_mode(Request& want, const RequestSpec& spec) {
     if (spec.outside) want.outside = *spec.outside;
 }
 
+/// Surfaces are made of the samples as they are, or not at all.
+void take_surface(Request& want, const RequestSpec& spec) {
+    if (want.job != Job::mesh) return;
+    if (spec.isovalue.has_value() == spec.labels)
+        throw RequestError(
+            spec.labels ? "--labels: surfaces of labels have no --isovalue; leave out one of them"
+                        : "mesh: which surface? Expected --isovalue V, or --labels");
+    want.surface = SurfaceOf{spec.isovalue};
+    want.minimize = spec.minimize.value_or(Minimize::time);
+    want.budget.like.reset();
+    want.budget.error.reset();
+    want.budget.copied = true;
+}
+
 }  // namespace
 
 namespace {
@@ -108,6 +122,7 @@ void expect_sensible(const RequestSpec& spec) {
     expect(at_least_0(spec.max_time), "--max-time", "seconds, at least 0");
     expect(at_least_0(spec.max_memory), "--max-memory", "bytes, at least 0");
     expect(at_least_0(spec.planning_time), "--planning-time", "seconds, at least 0");
+    expect(finite(spec.isovalue), "--isovalue", "a finite number");
     expect(finite(spec.zero), "--zero", "a finite number");
     expect(finite(spec.outside), "--outside", "a finite number");
     expect(is_within(spec.threads, 1, 1024), "--threads", "1 to 1024");
@@ -149,12 +164,14 @@ Request request_of(const RequestSpec& spec) {
     want.job = spec.job;
     take_mode(want, spec);
     take_budgets(want, spec);
+    take_surface(want, spec);
     return want;
 }
 
 store::Selection selection_of(const RequestSpec& spec) {
     store::Selection selection = spec.selection;
     // Padding of DICOM is no measurement: rays must not take it for one. A warp keeps it as stored.
+    if (spec.job == Job::mesh && !spec.labels) selection.padding = store::Padding::smallest;
     if (spec.job == Job::render)
         selection.padding = spec.mode->takes_zero ? store::Padding::nothing
                             : spec.mode->miss == ModeTraits::Miss::highest
@@ -164,8 +181,40 @@ store::Selection selection_of(const RequestSpec& spec) {
     return selection;
 }
 
+namespace {
+
+/// A mesh has one view: from indices to where the file says that samples lie.
+Geometry take_place(Request& want, const RequestSpec& spec, const Input& input) {
+    const InputGrid grid = grid_of(input);
+    if (grid.axes == 2)
+        throw RequestError(fmt::format("mesh: {} is an image; expected a volume", input.name));
+    if (input.channels() > 1)
+        throw RequestError(fmt::format("mesh: {} has {} channels, from 0; say which by --channel",
+                                       input.name, input.channels()));
+    const store::Header& header = input.header;
+    Mat4 place = Mat4::Identity();
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<std::size_t>(axis);
+        place.col(axis).head<3>() = Vec3(header.direction[k].data()) * header.spacing[k];
+    }
+    place.col(3).head<3>() = Vec3(header.origin.data());
+    Geometry geometry;
+    geometry.views = {place};
+    want.axes = grid.axes;
+    want.input = grid.extent;
+    want.spacing = grid.spacing;
+    want.frames = 1;
+    want.views = Placement(place);
+    want.screen = {1, 1, 1};
+    want.field = spec.labels ? Field::nearest : Field::linear;
+    return geometry;
+}
+
+}  // namespace
+
 Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
                        const std::optional<Outputs>& outputs) {
+    if (want.job == Job::mesh) return take_place(want, spec, input);
     const InputGrid grid = grid_of(input);
     if (want.job == Job::render && grid.axes == 2)
         throw RequestError(fmt::format(

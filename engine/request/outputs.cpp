@@ -11,6 +11,7 @@
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
 #include "io/file.hpp"
+#include "io/surface_file.hpp"
 
 namespace edgewise {
 namespace {
@@ -43,8 +44,11 @@ void expect_writable(const std::string& option, const std::string& file) {
     if (fs::is_directory(file, none)) refuse(option, file, "is a folder; expected a file");
 }
 
-Outputs::Outputs(const std::string& pattern) : pattern_(pattern) {
-    if (lower(pattern) == "null:") return;
+Outputs::Outputs(const std::string& pattern, Holds holds) : pattern_(pattern) {
+    none_ = lower(pattern) == "null:";
+    if (none_) return;
+    if (pattern == "-" && holds == Holds::surface)
+        refuse("-o", pattern, "standard output takes pictures; expected .ply, .obj or .stl");
     if (pattern == "-") {
         before_ = pattern;
         format_ = store::format_of(pattern);
@@ -74,7 +78,15 @@ Outputs::Outputs(const std::string& pattern) : pattern_(pattern) {
         }
         i = end;
     }
+    if (holds == Holds::surface) {
+        if (!store::surface_format_of(file(0)))
+            refuse("-o", pattern, "surfaces are written as .ply, .obj or .stl");
+        expect_writable("-o", file(0));
+        return;
+    }
     format_ = store::format_of(file(0));
+    if (!format_ && store::surface_format_of(file(0)))
+        refuse("-o", pattern, "holds surfaces; `edgewise mesh` writes them");
     if (!format_ || !format_->writes)
         refuse("-o", pattern,
                fmt::format("{}; known endings: {}",

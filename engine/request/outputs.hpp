@@ -10,12 +10,14 @@ namespace edgewise {
 /// -o OUT: one file, one file a frame, standard output ("-", a PNG), or nothing ("null:").
 class Outputs {
  public:
+    enum class Holds { samples, surface };
     /// @throws RequestError a folder that is not there or cannot be written, an ending that no
     ///         format has, a number pattern other than %d, %04d and %%
-    explicit Outputs(const std::string& pattern);
+    explicit Outputs(const std::string& pattern, Holds holds = Holds::samples);
 
-    bool none() const noexcept { return format_ == nullptr; }
+    bool none() const noexcept { return none_; }
     bool numbered() const noexcept { return numbered_; }
+    /// Of files that hold samples.
     const store::Format& format() const noexcept { return *format_; }
     /// The file of a frame, from 0.
     std::string file(int frame) const;
@@ -24,7 +26,7 @@ class Outputs {
 
  private:
     std::string pattern_, before_, after_;
-    bool numbered_ = false;
+    bool none_ = false, numbered_ = false;
     int digits_ = 0;
     char fill_ = ' ';
     const store::Format* format_ = nullptr;

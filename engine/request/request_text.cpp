@@ -27,6 +27,9 @@ std::string request_text(const Request& want) {
     for (const auto& point : want.transfer.points)
         text += fmt::format("{:a} {:a} {:a} {:a} {:a};", point.value, point.opacity, point.color[0],
                             point.color[1], point.color[2]);
+    if (want.surface)
+        text += want.surface->isovalue ? fmt::format("surface {:a}", *want.surface->isovalue)
+                                       : "surface of labels";
     const Shading& shading = want.shading;
     if (!shading.on()) return text;
     const Material& m = shading.material;

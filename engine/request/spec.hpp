@@ -83,6 +83,7 @@ struct RequestSpec {
     std::optional<std::string> out;  // file, %d is the frame; "-": standard output; "null:": none
     GeometrySpec geometry;
     Mode mode = Mode::mip;
+    std::optional<double> isovalue;       // mesh; absent: of labels
     std::optional<double> zero, outside;  // value that adds nothing (X-ray); beyond the input
     std::optional<std::array<double, 3>> background;  // composite, each 0..1
     std::optional<TransferSpec> transfer;             // composite

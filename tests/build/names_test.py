@@ -7,7 +7,7 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ["graph", "planner", "runtime", "scene", "reference", "transitions", "engine", "cli"]
+FOLDERS = ["graph", "planner", "runtime", "scene", "surface", "reference", "transitions", "engine", "cli"]
 MEASURING = ["cli/audit/", "engine/audit/", "engine/calibrate/", "cli/advise.cpp"]
 
 
@@ -76,7 +76,7 @@ class Names(unittest.TestCase):
                 for header in re.findall(r'#include "([^"]+)"', (ROOT / file).read_text()):
                     yield file, header
         self.assertEqual([each for each in includes("engine") if each[1].startswith("cli/")], [])
-        library = ["graph", "io", "planner", "runtime", "scene", "reference", "transitions", "charts"]
+        library = ["graph", "io", "planner", "runtime", "scene", "surface", "reference", "transitions", "charts"]
         for folder in library:
             self.assertEqual([each for each in includes(folder) if each[1].startswith(("cli/", "engine/"))], [])
         # The list of all edges, and the filters that --help and list show, are no edges.
@@ -87,7 +87,7 @@ class Names(unittest.TestCase):
                          [])
 
     def test_the_library_knows_no_job(self):
-        library = ["graph", "planner", "runtime", "scene", "reference", "transitions"]
+        library = ["graph", "planner", "runtime", "scene", "surface", "reference", "transitions"]
         self.assertEqual(found(r"\bJob::[a-z]+", ["graph/job.", "graph/request.hpp"], library), [])
 
 

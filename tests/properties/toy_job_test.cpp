@@ -77,9 +77,10 @@ TEST(ToyJob, IsPlannedAndRun) {
 }
 
 TEST(ToyJob, ThoseOfTheLibraryHaveNamesOfTheirOwn) {
-    ASSERT_EQ(jobs().size(), 2u);
+    ASSERT_EQ(jobs().size(), 3u);
     EXPECT_EQ(name_of(jobs()[0]), "warp");
     EXPECT_EQ(name_of(jobs()[1]), "render");
+    EXPECT_EQ(name_of(jobs()[2]), "mesh");
 }
 
 }  // namespace

@@ -1,0 +1,56 @@
+#include "transitions/surface/flying_edges.hpp"
+
+#include "surface/flying_edges.hpp"
+#include "surface/mesh.hpp"
+#include "transitions/surface/surface_of.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr const char* kVertices = "surface/vertices";
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (std::string reason = no_surface(from, ask.want, false); !reason.empty())
+        return Offer::no(std::move(reason));
+    const double vertices = vertices_of(ask, kVertices, from);
+    return {.from = from, .to = mesh_of(from, ask.want, vertices, false), .with = with};
+}
+
+Work work(const Offer& offer, const Ask& ask, int) {
+    const auto samples = static_cast<double>(offer.from.samples());
+    const double vertices = vertices_of(ask, kVertices, offer.from), triangles = 2 * vertices;
+    return {.operations = samples + 140 * vertices + 30 * triangles,
+            .streamed = offer.from.bytes() + surface::Mesh::bytes(vertices, triangles, false),
+            .gathers = 14 * vertices,
+            .workspace = surface::flying_edges_scratch(offer.from)};
+}
+
+void count(const Data& input, const Request& want, std::map<std::string, double>& facts,
+           std::pmr::memory_resource* memory) {
+    if (no_surface(input.what, want, false).empty())
+        facts[kVertices] = surface::expected_vertices(input, *want.surface->isovalue, memory);
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+         Context& context) {
+    surface::put_mesh(out, surface::flying_edges(in, *ask.want.surface->isovalue,
+                                                 residual(offer.from, ask.want, context.view),
+                                                 context.memory, [&] { context.poll(); }));
+}
+
+}  // namespace
+
+Transition flying_edges_edge() {
+    return {
+        .name = "surface.flying_edges",
+        .source = "Schroeder, Maynard, Geveci: Flying Edges, LDAV 2015",
+        .joins = {{"object/scalar", "object/mesh"}},
+        .offer = offer,
+        .work = work,
+        .error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; },
+        .count = count,
+        .run = run,
+    };
+}
+
+}  // namespace edgewise

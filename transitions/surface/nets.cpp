@@ -1,0 +1,61 @@
+#include "transitions/surface/nets.hpp"
+
+#include "surface/mesh.hpp"
+#include "surface/nets.hpp"
+#include "transitions/surface/surface_of.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr const char* kVertices = "nets/vertices";
+constexpr double kSteps = 16, kMostSteps = 1000;
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (std::string reason = no_surface(from, ask.want, true); !reason.empty())
+        return Offer::no(std::move(reason));
+    const double vertices = vertices_of(ask, kVertices, from);
+    return {.from = from, .to = mesh_of(from, ask.want, vertices, true), .with = with};
+}
+
+Work work(const Offer& offer, const Ask& ask, int) {
+    const auto samples = static_cast<double>(offer.from.samples());
+    const double vertices = vertices_of(ask, kVertices, offer.from);
+    const double steps = offer.with.number("smooth");
+    return {.operations = 4 * samples + (400 + 45 * steps) * vertices,
+            .streamed = 4 * offer.from.bytes() + surface::Mesh::bytes(vertices, 2 * vertices, true),
+            .gathers = (20 + 5 * steps) * vertices,
+            .workspace = surface::nets_scratch(offer.from, vertices, ask.want.threads)};
+}
+
+void count(const Data& input, const Request& want, std::map<std::string, double>& facts,
+           std::pmr::memory_resource*) {
+    if (no_surface(input.what, want, true).empty())
+        facts[kVertices] = surface::expected_net_vertices(input, want.outside);
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
+         Context& context) {
+    const int steps = static_cast<int>(offer.with.number("smooth"));
+    surface::put_mesh(out, surface::surface_nets(in, ask.want.outside, steps,
+                                                 residual(offer.from, ask.want, context.view),
+                                                 context.memory, [&] { context.poll(); }));
+}
+
+}  // namespace
+
+Transition surface_nets_edge() {
+    return {
+        .name = "surface.nets",
+        .source = "Gibson: Constrained elastic surface nets, MICCAI 1998",
+        .joins = {{"object/scalar", "object/mesh"}},
+        .parameters = {{"smooth", number(0, kMostSteps, {kSteps},
+                                         "steps towards the mean of the neighbours")}},
+        .offer = offer,
+        .work = work,
+        .error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; },
+        .count = count,
+        .run = run,
+    };
+}
+
+}  // namespace edgewise

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "graph/transition.hpp"
+
+namespace edgewise {
+
+/// What both edges ask of the samples that a surface is made of; empty: they are such.
+/// @param labels  the edge makes surfaces of labels
+std::string no_surface(const Representation& from, const Request& want, bool labels);
+
+/// A mesh of about so many vertices: content that is no array. Its bytes count beside the samples,
+/// of which there is one.
+Representation mesh_of(const Representation& from, const Request& want, double vertices,
+                       bool labelled);
+
+/// How many vertices are expected, by the edge's fact; where there is none, a guess.
+double vertices_of(const Ask& ask, const std::string& fact, const Representation& from);
+
+}  // namespace edgewise
