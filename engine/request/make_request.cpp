@@ -66,6 +66,7 @@ void take_mode(Request& want, const RequestSpec& spec) {
     only("--zero", spec.zero.has_value(), &ModeTraits::takes_zero);
     only("--background", spec.background || spec.keeps_alpha, &ModeTraits::takes_transfer);
     if (spec.transfer) only(spec.transfer->from.c_str(), true, &ModeTraits::takes_transfer);
+    only("--preset", spec.suiting_preset, &ModeTraits::takes_transfer);
     only("--shade", spec.shade.has_value(), &ModeTraits::takes_light);
     take_light(want, spec);
     if (spec.background) want.background = *spec.background;

@@ -26,6 +26,6 @@ TransferSpec slicer_transfer(const nlohmann::json& json, const std::string& wher
 
 /// The older volume property of Slicer, nine lines of text: .vp. @throws RequestError
 bool is_slicer_text(std::string_view text);
-TransferSpec slicer_transfer(std::string_view text, const std::string& where);
+TransferSpec slicer_text_transfer(std::string_view text, const std::string& where);
 
 }  // namespace edgewise::transfer

@@ -46,7 +46,7 @@ TransferSpec load_transfer(const std::string& file, const std::string& option) {
     const std::string where = fmt::format("{} {}", option, file);
     const std::string text = text_in(file, where);
     const auto read = [&] {
-        if (transfer::is_slicer_text(text)) return transfer::slicer_transfer(text, where);
+        if (transfer::is_slicer_text(text)) return transfer::slicer_text_transfer(text, where);
         const nlohmann::json json = transfer::parsed(text, where);
         if (transfer::is_paraview(json)) return transfer::paraview_transfer(json, where);
         if (transfer::is_slicer(json)) return transfer::slicer_transfer(json, where);

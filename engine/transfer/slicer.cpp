@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "engine/transfer/curves.hpp"
@@ -204,7 +207,7 @@ bool is_slicer_text(std::string_view text) {
     return first != text.npos && text[first] >= '0' && text[first] <= '9';
 }
 
-TransferSpec slicer_transfer(std::string_view text, const std::string& where) {
+TransferSpec slicer_text_transfer(std::string_view text, const std::string& where) {
     const std::vector<std::string_view> lines = lines_of(text);
     if (lines.size() < std::size(kLines))
         refuse(where, fmt::format("ends after line {}; a volume property of Slicer has 9: {}",
