@@ -11,6 +11,7 @@
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/outputs.hpp"
+#include "engine/transfer/presets.hpp"
 #include "graph/errors.hpp"
 #include "graph/mode.hpp"
 #include "graph/words.hpp"
@@ -93,6 +94,23 @@ Json phantoms() {
     return list;
 }
 
+Json presets() {
+    Json list = Json::array();
+    for (const std::string& name : preset_names()) {
+        const TransferSpec spec = preset_named(name);
+        Json points = Json::array();
+        for (const Transfer::Point& point : spec.transfer.points)
+            points.push_back(
+                {{"value", point.value}, {"opacity", point.opacity}, {"color", point.color}});
+        list.push_back({{"name", name},
+                        {"meaning", preset_help(name)},
+                        {"values", name_of(spec.values)},
+                        {"unit", spec.unit_given ? Json(spec.transfer.unit) : Json()},
+                        {"points", points}});
+    }
+    return list;
+}
+
 Json machines() {
     namespace fs = std::filesystem;
     Json list = Json::array();
@@ -132,7 +150,8 @@ struct Kind {
     Json (*entries)();
 };
 constexpr Kind kKinds[] = {{"edges", edges},     {"filters", filter_list}, {"modes", mode_list},
-                           {"formats", formats}, {"phantoms", phantoms},   {"machines", machines}};
+                           {"formats", formats}, {"phantoms", phantoms},   {"machines", machines},
+                           {"presets", presets}};
 
 std::string domain_text(const Json& domain) {
     const std::string values =
@@ -227,7 +246,7 @@ Verb add_list(CLI::App& main) {
     CLI::App* app = main.add_subcommand("list", "what this build knows");
     auto what = std::make_shared<std::string>();
     auto json = std::make_shared<std::optional<std::string>>();
-    app->add_option("WHAT", *what, "edges, filters, modes, formats, phantoms or machines")
+    app->add_option("WHAT", *what, "edges, filters, modes, formats, phantoms, machines or presets")
         ->required();
     add_text(*app, "--json", *json, "report, to FILE or - for standard output");
     return {app, [what, json] { return do_list(*what, *json); }};

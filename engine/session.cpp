@@ -169,12 +169,20 @@ void take_exactness(Session& session) {
     take_written(session, 0, 0);
 }
 
+/// What hangs on values, of which a composite's transfer function has something to say.
+void take_transfer(Session& session, const Statistics& statistics) {
+    const Input& input = *session.input;
+    for (const std::string& warning : take_values(session.request, session.window, session.spec,
+                                                  *input.data, statistics, input.header.modality))
+        session.messages.warning(warning);
+}
+
 /// What there is no data of: guesses take the place of measurements.
 void take_description(Session& session) {
     Input& input = *session.input;
     input.data = described_data(input);
     const Statistics statistics = described_statistics(*input.described, input.header);
-    take_values(session.request, session.window, session.spec, *input.data, statistics);
+    take_transfer(session, statistics);
     session.scene = described_scene(*input.described, input.header);
     take_written(session, statistics.low, statistics.high);
 }
@@ -194,7 +202,7 @@ void read_input(Session& session) {
     if (!session.spec.remembers) input.identity.reset();
     if (session.announces)
         session.planning = std::make_unique<Announced>(session.messages, "planning");
-    const auto begin = Clock::now();
+    auto begin = Clock::now();
     const Statistics& statistics = session.statistics =
         session.given ? statistics_of(*input.data, session.memory.get())
                       : known_statistics(input, session.memory.get());
@@ -202,7 +210,9 @@ void read_input(Session& session) {
     if (statistics.non_finite > 0)
         session.messages.warning(
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
-    take_values(session.request, session.window, session.spec, *input.data, statistics);
+    begin = Clock::now();
+    take_transfer(session, statistics);
+    session.spent.statistics += since(begin);
     if (input.table) session.request.outside = place_in(*input.table, input.outside);
     // What is written decides about errors.
     if (!input.table) take_written(session, statistics.low, statistics.high);

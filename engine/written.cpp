@@ -92,13 +92,18 @@ Type plain_type(const store::Header& header, double low, double high) {
     return Type::f32;
 }
 
-Tail values_tail(const store::Header& header, const Input& input) {
+/// A composite without a background.
+bool keeps_alpha(const Request& want) {
+    return want.job == Job::render && want.mode->over_background && want.keeps_alpha;
+}
+
+Tail values_tail(const store::Header& header, const Input& input, const Request& want) {
     Tail tail;
     tail.type = header.type;
     tail.values = header.values;
     tail.channels = header.channels;
     tail.table = input.table;
-    if (input.premultiplied()) {
+    if (keeps_alpha(want) || (want.job == Job::warp && input.premultiplied())) {
         // What computes light keeps it multiplied; so the format has it, as memory does.
         tail.alpha = header.format == "EXR" ? store::Alpha::premultiplied : store::Alpha::straight;
         tail.alpha_unit = is_integer(header.type) ? input.opaque() : 1;
@@ -106,7 +111,7 @@ Tail values_tail(const store::Header& header, const Input& input) {
     return tail;
 }
 
-Tail view_tail(Type type, int channels, const Input& input, Job job) {
+Tail view_tail(Type type, int channels, const Input& input, const Request& want) {
     Tail tail;
     tail.view = true;
     tail.type = type;
@@ -115,7 +120,8 @@ Tail view_tail(Type type, int channels, const Input& input, Job job) {
     // Light that a file keeps multiplied (EXR) is divided as well: pictures of 8 bits are straight.
     const bool light = input.header.alpha == store::Alpha::premultiplied &&
                        !is_integer(input.header.type) && channels == input.header.channels;
-    if (job == Job::warp && (input.premultiplied() || light)) tail.alpha = store::Alpha::straight;
+    if (keeps_alpha(want) || (want.job == Job::warp && (input.premultiplied() || light)))
+        tail.alpha = store::Alpha::straight;
     return tail;
 }
 
@@ -183,8 +189,12 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     written.header = described(want, geometry, input, outputs);
     written.header.format = outputs.none() ? "" : outputs.format().name;
     store::Header& header = written.header;
-    const bool over_background = want.job == Job::render && want.mode->over_background;
-    const int channels = over_background ? 3 : want.job == Job::render ? 1 : input.channels();
+    const bool over_background =
+        want.job == Job::render && want.mode->over_background && !keeps_alpha(want);
+    const int channels = over_background           ? 3
+                         : keeps_alpha(want)       ? 4
+                         : want.job == Job::render ? 1
+                                                   : input.channels();
     const auto finish = [&]() -> Written& {
         written.tail.over_background = over_background;
         written.tail.background = want.background;
@@ -200,7 +210,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     }
     if (!spec.bits && want.job == Job::warp) {
         if (take_value_type(written, input, outputs, low, high)) {
-            written.tail = values_tail(header, input);
+            written.tail = values_tail(header, input, want);
             return finish();
         }
         // A view is of pictures; who asks for a format of values must not get 8 bits.
@@ -213,7 +223,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     if ((!spec.bits && want.job == Job::render) || spec.bits == 32) {
         header.type = Type::f32;
         if (fits(outputs, header)) {
-            written.tail = values_tail(header, input);
+            written.tail = values_tail(header, input, want);
             return finish();
         }
         if (spec.bits) refuse(outputs, header);
@@ -227,7 +237,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         header.channels = channels - 1;
     }
     if (!fits(outputs, header)) refuse(outputs, header);
-    written.tail = view_tail(header.type, header.channels, input, want.job);
+    written.tail = view_tail(header.type, header.channels, input, want);
     if (header.channels < channels) written.tail.alpha = store::Alpha::none;
     return finish();
 }

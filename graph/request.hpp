@@ -89,9 +89,10 @@ struct Request {
     std::optional<SurfaceOf> surface = {};  // absent: none is asked for
     double zero = 0;                        // of xray: the value that adds nothing
     std::array<double, 3> background{0, 0, 0};
-    double outside = 0;    // warp: value beyond the input; surfaces of labels: what is no label
-    double magnitude = 0;  // of the input's values, the largest: what rounding is relative to
-    double miss = 0;       // value of a ray that meets nothing, see ModeTraits::miss
+    bool keeps_alpha = false;  // of composite: no background, and alpha is part of the result
+    double outside = 0;        // warp: value beyond the input; surfaces of labels: what is no label
+    double magnitude = 0;      // of the input's values, the largest: what rounding is relative to
+    double miss = 0;           // value of a ray that meets nothing, see ModeTraits::miss
     Field field = Field::spline;
     std::optional<double> range;  // --range
     /// How a warp is stored, where that changes values: the error is that of the file. Absent: as

@@ -544,6 +544,7 @@ class Builder {
         }
         if (!spacing) spacing = files_[0].aspect;
         const auto [down, across] = spacing.value_or(std::array<double, 2>{1, 1});
+        header_.modality = files_[0].modality;
         header_.anatomical = !lies_nowhere_ && first_.orientation.has_value();
         header_.origin = *planes_[0].position;
         double step = std::abs(first_.between.value_or(0));

@@ -43,6 +43,7 @@ struct Header {
     bool anatomical = false;  // the file says how it lies in the body
     std::string orientation;  // "RAS": x to the right, y to the front, z up; "" if not anatomical
     bool labels = false;      // the file says that it holds labels
+    std::string modality;     // "CT", "MR" ...: DICOM; "" where the file does not say
     Alpha alpha = Alpha::none;
     Bytes exif, icc;                                        // TIFF block of EXIF; ICC profile
     std::vector<std::pair<std::string, Bytes>> png_chunks;  // colour chunks of a PNG, kept as found

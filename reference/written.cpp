@@ -8,7 +8,7 @@ namespace edgewise {
 namespace {
 
 bool over_background(const Request& want) noexcept {
-    return want.job->of_rays() && want.mode->over_background;
+    return want.job->of_rays() && want.mode->over_background && !want.keeps_alpha;
 }
 
 }  // namespace

@@ -8,7 +8,8 @@
 #include "engine/request/geometry.hpp"
 #include "engine/request/numbers.hpp"
 #include "engine/request/quantities.hpp"
-#include "engine/request/transfer.hpp"
+#include "engine/transfer/load.hpp"
+#include "engine/transfer/presets.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
 
@@ -26,8 +27,8 @@ WindowEnd window_end(const std::string& text) {
 std::array<double, 3> background_of(const std::string& text) {
     const std::vector<double> c = numbers_of("--background", text);
     if (c.size() != 3)
-        throw RequestError(
-            fmt::format("--background: '{}' given; expected R,G,B, each from 0 to 1", text));
+        throw RequestError(fmt::format(
+            "--background: '{}' given; expected R,G,B, each from 0 to 1, or none", text));
     for (const double part : c)
         if (part < 0 || part > 1)
             throw RequestError(fmt::format("--background: {} is not from 0 to 1", part));
@@ -111,13 +112,29 @@ void read_light(RequestSpec& spec, const JobOptions& o) {
     if (o.material) spec.material = material_of(*o.material);
 }
 
+/// Composite with light, and with a preset where no transfer function is given.
+bool is_shaded(const JobOptions& o) { return o.mode && same_word(*o.mode, "shaded"); }
+
+void read_transfer(RequestSpec& spec, const JobOptions& o) {
+    if (o.transfer && o.preset)
+        throw RequestError("--preset: is a transfer function; leave out --transfer, or --preset");
+    spec.suiting_preset = is_shaded(o) && !o.transfer && !o.preset;
+    if (!o.transfer && !o.preset) return;
+    const char* option = o.transfer ? "--transfer" : "--preset";
+    if (!spec.mode->takes_transfer)
+        // The file does not matter, and the request says so.
+        spec.transfer.emplace().from = option;
+    else
+        spec.transfer = o.transfer ? load_transfer(*o.transfer) : preset_or_file(*o.preset);
+}
+
 void read_mode(RequestSpec& spec, const JobOptions& o) {
-    // Composite with light.
-    const bool shaded = o.mode && same_word(*o.mode, "shaded");
+    const bool shaded = is_shaded(o);
     if (o.mode) spec.mode = shaded ? Mode::composite : mode_named(*o.mode);
     if (shaded) spec.shade = Shade::phong;
     read_light(spec, o);
-    if (o.background) spec.background = background_of(*o.background);
+    spec.keeps_alpha = o.background && same_word(*o.background, "none");
+    if (o.background && !spec.keeps_alpha) spec.background = background_of(*o.background);
     if (o.zero) spec.zero = number_of("--zero", *o.zero);
     if (o.isovalue) spec.isovalue = number_of("--isovalue", *o.isovalue);
     if (o.outside) spec.outside = number_of("--outside", *o.outside);
@@ -168,9 +185,7 @@ RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     read_budgets(spec, o);
     read_output(spec, o);
     spec.selection = selection_of(o.selection);
-    // Where the mode takes none the file does not matter, and the request says so.
-    if (o.transfer)
-        spec.transfer = spec.mode->takes_transfer ? load_transfer(*o.transfer) : TransferSpec{};
+    read_transfer(spec, o);
     for (const std::string& text : o.via) spec.demands.via.push_back(demand_of(text, edges));
     for (const std::string& text : o.without)
         spec.demands.without.push_back(demand_of(text, edges));

@@ -16,7 +16,7 @@ struct JobOptions {
     std::optional<std::string> out;
     GeometryWords geometry;
     SelectionWords selection;
-    std::optional<std::string> mode, zero, background, transfer, window, outside, isovalue;
+    std::optional<std::string> mode, zero, background, transfer, preset, window, outside, isovalue;
     std::optional<std::string> shade, material;
     std::vector<std::string> lights;
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;

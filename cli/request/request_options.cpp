@@ -71,7 +71,7 @@ std::string mode_help() {
     for (const Mode mode : modes())
         help += (help.empty() ? "" : ", ") + std::string(mode->name) +
                 (mode == Mode::mip ? " (default)" : "");
-    return help;
+    return help + "; shaded: composite with --shade phong and a preset";
 }
 
 void add_mode(CLI::App& app, JobOptions& o) {
@@ -80,9 +80,14 @@ void add_mode(CLI::App& app, JobOptions& o) {
     } else {
         add_text(app, "--mode", o.mode, mode_help())->type_name("MODE");
         add_text(app, "--zero", o.zero, "xray: the value that adds nothing")->type_name("V");
-        add_text(app, "--background", o.background, "composite: default 0,0,0")->type_name("R,G,B");
+        add_text(app, "--background", o.background, "composite: default 0,0,0; none: alpha is kept")
+            ->type_name("R,G,B|none");
         add_text(app, "--transfer", o.transfer, "composite: opacity and colour (docs/files.md)")
             ->type_name("FILE");
+        add_text(app, "--preset", o.preset,
+                 "composite: a transfer function of `edgewise list presets`, or of a file; "
+                 "default with --mode shaded: one that suits FILE")
+            ->type_name("NAME|FILE");
         add_text(app, "--shade", o.shade,
                  "composite: how light meets samples; default none (--mode shaded: phong)")
             ->type_name("none|phong|torrance-sparrow");

@@ -1,11 +1,15 @@
 #include "engine/request/make_request.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 #include "engine/measure/machine.hpp"
 #include "engine/request/percentile.hpp"
+#include "engine/transfer/presets.hpp"
+#include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
 #include "graph/range.hpp"
 #include "transitions/filters/like_linear.hpp"
@@ -60,11 +64,13 @@ void take_mode(Request& want, const RequestSpec& spec) {
                                        fmt::join(names, ", "), mode.name));
     };
     only("--zero", spec.zero.has_value(), &ModeTraits::takes_zero);
-    only("--background", spec.background.has_value(), &ModeTraits::takes_transfer);
-    only("--transfer", spec.transfer.has_value(), &ModeTraits::takes_transfer);
+    only("--background", spec.background || spec.keeps_alpha, &ModeTraits::takes_transfer);
+    if (spec.transfer) only(spec.transfer->from.c_str(), true, &ModeTraits::takes_transfer);
+    only("--preset", spec.suiting_preset, &ModeTraits::takes_transfer);
     only("--shade", spec.shade.has_value(), &ModeTraits::takes_light);
     take_light(want, spec);
     if (spec.background) want.background = *spec.background;
+    want.keeps_alpha = spec.keeps_alpha;
     if (spec.zero) want.zero = *spec.zero;
     if (spec.outside) want.outside = *spec.outside;
 }
@@ -87,6 +93,14 @@ void take_surface(Request& want, const RequestSpec& spec) {
 
 namespace {
 
+void expect_material(const std::string& option, const Material& material) {
+    for (const double share : {material.ambient, material.diffuse, material.specular})
+        if (!(share >= 0 && share <= 1))
+            throw RequestError(option + ": expected three shares of light from 0 to 1");
+    if (!(material.exponent >= 1 && material.exponent <= 1024))
+        throw RequestError(option + ": expected an exponent from 1 to 1024");
+}
+
 void expect_transfer(const TransferSpec& spec) {
     const auto is_share = [](double part) { return part >= 0 && part <= 1; };
     const std::vector<Transfer::Point>& points = spec.transfer.points;
@@ -99,9 +113,10 @@ void expect_transfer(const TransferSpec& spec) {
         for (const double part : points[i].color) sensible = sensible && is_share(part);
     }
     if (!sensible)
-        throw RequestError(
-            "--transfer: expected points of ascending finite values, opacities and colours from 0 "
-            "to 1, and a length above 0");
+        throw RequestError(spec.from +
+                           ": expected points of ascending finite values, opacities and colours "
+                           "from 0 to 1, and a length above 0");
+    if (spec.material) expect_material(spec.from, *spec.material);
 }
 
 /// What the command line cannot say, a program can.
@@ -142,12 +157,9 @@ void expect_sensible(const RequestSpec& spec) {
         expect(light.towards.allFinite() && light.towards.squaredNorm() > 0 &&
                    light.intensity >= 0 && std::isfinite(light.intensity),
                "--light", "a direction other than 0,0,0 and an intensity of at least 0");
-    if (spec.material) {
-        const Material& m = *spec.material;
-        for (const double share : {m.ambient, m.diffuse, m.specular})
-            expect(share >= 0 && share <= 1, "--material", "three shares from 0 to 1");
-        expect(m.exponent >= 1 && m.exponent <= 1024, "--material", "an exponent from 1 to 1024");
-    }
+    if (spec.material) expect_material("--material", *spec.material);
+    expect(!spec.background || !spec.keeps_alpha, "--background", "colours, or none");
+    expect(!spec.transfer || !spec.suiting_preset, "--preset", "one, or one that suits the data");
     if (!spec.window) return;
     const auto& [low, high] = *spec.window;
     for (const WindowEnd& end : {low, high})
@@ -257,38 +269,66 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
     return geometry;
 }
 
-void take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
-                 const Data& data, const Statistics& statistics) {
+namespace {
+
+/// What a window means on some data; its own percentiles of samples.
+std::array<double, 2> ends_of(const Window& window, const Data& data,
+                              const Statistics& statistics) {
+    const auto value = [&](const WindowEnd& end) {
+        if (end.percentile && !data.samples.data())
+            throw RequestError("--window: percentiles need samples; give values");
+        return end.percentile ? percentile_of(data, statistics.low, statistics.high, end.at / 100)
+                              : end.at;
+    };
+    return {value(window.low), value(window.high)};
+}
+
+/// The preset that suits the data; over the window, where somebody gave one.
+TransferSpec suiting_spec(const std::optional<Window>& window, const Data& data,
+                          const Statistics& statistics, const std::string& modality) {
+    if (!window) return preset_named(suiting_preset(data, statistics, modality));
+    TransferSpec spec = preset_named("general");
+    const auto [low, high] = ends_of(*window, data, statistics);
+    for (Transfer::Point& point : spec.transfer.points)
+        point.value = low + point.value * std::max(0.0, high - low);
+    spec.values = TransferValues::data;
+    return spec;
+}
+
+}  // namespace
+
+std::vector<std::string> take_values(Request& want, std::optional<Window>& window,
+                                     const RequestSpec& spec, const Data& data,
+                                     const Statistics& statistics, const std::string& modality) {
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
                                                                : 0;
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
-    if (want.job != Job::render || !want.mode->takes_transfer) return;
+    if (want.job != Job::render || !want.mode->takes_transfer) return {};
     // Far below the noise of any scanner, far above the rounding of differences.
     constexpr double kNoSurface = 1e-4;
     want.shading.least = kNoSurface * range_between(statistics.low, statistics.high);
     const double unit = want.spacing.minCoeff();
-    if (spec.transfer) {
-        want.transfer = spec.transfer->transfer;
-        if (!spec.transfer->unit_given) want.transfer.unit = unit;
-        return;
+    if (spec.transfer || spec.suiting_preset) {
+        const TransferSpec asked =
+            spec.transfer ? *spec.transfer : suiting_spec(window, data, statistics, modality);
+        if (!spec.transfer) window.reset();
+        Suited found = suited(asked, data, statistics, unit);
+        want.transfer = std::move(found.transfer);
+        if (!spec.material && asked.material) want.shading.material = *asked.material;
+        return std::move(found.warnings);
     }
     // Without a transfer function the window is where the grey ramp runs, so it is no view of the
     // result as well.
     double low = statistics.low, high = statistics.high;
     if (window) {
-        const auto value = [&](const WindowEnd& end) {
-            if (end.percentile && !data.samples.data())
-                throw RequestError("--window: percentiles need samples; give values");
-            return end.percentile
-                       ? percentile_of(data, statistics.low, statistics.high, end.at / 100)
-                       : end.at;
-        };
-        low = value(window->low), high = value(window->high);
+        const std::array<double, 2> ends = ends_of(*window, data, statistics);
+        low = ends[0], high = ends[1];
         window.reset();
     }
     want.transfer = grey_ramp(low, high, unit);
+    return {};
 }
 
 Transfer grey_ramp(double low, double high, double unit) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "engine/request/geometry.hpp"
 #include "engine/request/input.hpp"
@@ -21,11 +23,15 @@ store::Selection selection_of(const RequestSpec& spec);
 Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
                        const std::optional<Outputs>& outputs);
 
-/// Puts in what hangs on values: what a MIP's misses show, an X-ray's zero, a composite's ramp.
-/// @param window  is taken away where it became the ramp
+/// Puts in what hangs on values: what a MIP's misses show, an X-ray's zero, a composite's transfer
+/// function and the material that comes with it.
+/// @param window    is taken away where the transfer function runs over it
+/// @param modality  of the data, as store::Header has it
+/// @return warnings
 /// @throws RequestError
-void take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
-                 const Data& data, const Statistics& statistics);
+std::vector<std::string> take_values(Request& want, std::optional<Window>& window,
+                                     const RequestSpec& spec, const Data& data,
+                                     const Statistics& statistics, const std::string& modality);
 
 /// A grey ramp: opacity 0 to 0.05 per `unit` of length between two values.
 Transfer grey_ramp(double low, double high, double unit);

@@ -15,6 +15,7 @@ std::string request_text(const Request& want) {
     }
     for (int i = 0; i < 3; ++i)
         text += fmt::format("{:a} {:a},", want.spacing[i], want.background[i]);
+    if (want.keeps_alpha) text += "alpha ";
     if (want.eye)
         text += fmt::format("eye {:a} {:a} {:a} {:a} {:a} {:a}", want.eye->at[0], want.eye->at[1],
                             want.eye->at[2], want.eye->plane, want.eye->width, want.eye->height);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/transfer/transfer_spec.hpp"
 #include "graph/request.hpp"
 #include "graph/transform_graph.hpp"
 #include "io/store.hpp"
@@ -67,12 +68,6 @@ struct GeometrySpec {
 enum class Planner { estimate, pilot, exhaustive };
 const char* name_of(Planner planner) noexcept;
 
-/// A transfer function, and the file that it comes from.
-struct TransferSpec {
-    Transfer transfer;
-    bool unit_given = false;  // else its opacities are per smallest spacing of the input
-};
-
 /// A request as somebody makes it: which file, how it is seen, how good, how fast. What is absent
 /// is worked out from the data. Errors call a member as the command line does: `max_error` is
 /// "--max-error".
@@ -86,9 +81,13 @@ struct RequestSpec {
     std::optional<double> isovalue;       // mesh; absent: of labels
     std::optional<double> zero, outside;  // value that adds nothing (X-ray); beyond the input
     std::optional<std::array<double, 3>> background;  // composite, each 0..1
+    bool keeps_alpha = false;                         // composite: no background, alpha is written
     std::optional<TransferSpec> transfer;             // composite
-    std::optional<Shade> shade;                       // composite: none
-    std::vector<Light> lights;                        // in place of one at the eye
+    /// Composite, where `transfer` is absent: the preset that suits the data, over the window where
+    /// there is one. Else a grey ramp.
+    bool suiting_preset = false;
+    std::optional<Shade> shade;  // composite: none
+    std::vector<Light> lights;   // in place of one at the eye
     std::optional<Material> material;
     std::optional<Window> window;
     std::optional<Field> reference;  // what the samples mean

@@ -90,7 +90,7 @@ class Basics(Command):
         self.assertIn(b"mip, xray, mean, composite", done.stderr)
 
     def test_lists(self):
-        for what in ("edges", "filters", "modes", "formats", "phantoms", "machines"):
+        for what in ("edges", "filters", "modes", "formats", "phantoms", "machines", "presets"):
             self.assertGreater(len(self.run_it("list", what).stdout), 3)
             entries = json.loads(self.run_it("list", what, "--json", "-").stdout)[what]
             self.assertTrue(all("name" in entry for entry in entries), what)

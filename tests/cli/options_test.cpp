@@ -6,7 +6,7 @@
 #include "engine/request/outputs.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/request/tail.hpp"
-#include "engine/request/transfer.hpp"
+#include "engine/transfer/load.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise::cli {

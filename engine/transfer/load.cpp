@@ -1,0 +1,60 @@
+#include "engine/transfer/load.hpp"
+
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "engine/transfer/fields.hpp"
+#include "engine/transfer/formats.hpp"
+
+namespace edgewise {
+namespace {
+
+using transfer::refuse;
+
+std::string text_in(const std::string& file, const std::string& where) {
+    constexpr std::size_t kLargest = 4 << 20;
+    std::error_code none;
+    std::ifstream stream(file, std::ios::binary);
+    // A device or a pipe may never end.
+    if (!std::filesystem::is_regular_file(file, none) || !stream) refuse(where, "cannot be read");
+    std::string text(kLargest + 1, '\0');
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > kLargest) refuse(where, "is larger than any transfer function (4 MiB)");
+    return text;
+}
+
+}  // namespace
+
+nlohmann::json transfer::parsed(std::string_view text, const std::string& where) {
+    // A parser that descends would overflow the stack on a million brackets; formats take 8 levels.
+    const auto shallow = [&](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+        if (depth > 16) refuse(where, "is nested too deeply");
+        return true;
+    };
+    try {
+        return nlohmann::json::parse(text, shallow);
+    } catch (const nlohmann::json::exception& error) {
+        refuse(where, "is not JSON: " + shortened(error.what(), 300));
+    }
+}
+
+TransferSpec load_transfer(const std::string& file, const std::string& option) {
+    const std::string where = fmt::format("{} {}", option, file);
+    const std::string text = text_in(file, where);
+    const auto read = [&] {
+        if (transfer::is_slicer_text(text)) return transfer::slicer_text_transfer(text, where);
+        const nlohmann::json json = transfer::parsed(text, where);
+        if (transfer::is_paraview(json)) return transfer::paraview_transfer(json, where);
+        if (transfer::is_slicer(json)) return transfer::slicer_transfer(json, where);
+        return transfer::own_transfer(json, where);
+    };
+    TransferSpec spec = read();
+    spec.from = where;
+    return spec;
+}
+
+}  // namespace edgewise
