@@ -47,6 +47,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (is_spread(from) && ask.want.eye)
         return Offer::no(
             "over ranks: the eye is at a finite distance, boxes have no order along z");
+    if (is_spread(from) && !ask.want.clips.empty())
+        return Offer::no("over ranks: the clip leaves some of the boxes out");
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
@@ -322,6 +324,8 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .bound = kTerminated};
     const std::optional<kernels::RayLight> light = light_of(in.what, want, context.view);
     if (light) cast.light = &*light;
+    const std::optional<kernels::Kept> kept = kept_of(in.what, want, context.view);
+    if (kept) cast.kept = &*kept;
     std::unique_ptr<kernels::Bricks> bricks;
     if (cast.volume.whole() && with_bricks(offer, ask, context.view))
         bricks = bricks_of(cast.volume, levels_of(offer, ask, optics), context.memory,
