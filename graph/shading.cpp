@@ -25,7 +25,9 @@ double from_facets(const Vec3& normal, const Vec3& light, const Vec3& eye, const
     const double facets = std::exp((cosine - 1) / (cosine * slope * slope)) / (cosine * cosine);
     const double shadows = std::min({1.0, 2 * nh * nv / vh, 2 * nh * nl / vh});
     const double reflected = of.specular + (1 - of.specular) * std::pow(1 - vh, 5);
-    return std::min(1.0, reflected * facets * shadows / nv);
+    // A grazing mirror would send more than falls on it.
+    const double left = std::max(0.0, 1 - of.ambient - of.diffuse * nl);
+    return std::min(left, reflected * facets * shadows / nv);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "transitions/project/combine.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
+#include "transitions/shade/gradient.hpp"
 #include "transitions/spectrum/forward.hpp"
 #include "transitions/spectrum/inverse.hpp"
 #include "transitions/spectrum/slice.hpp"
@@ -27,6 +28,7 @@ Catalogue catalogue() {
         spline_prefilter_edge(),
         spectrum_forward(),
         precision(),
+        gradient_facet(),
         // To the screen. Exact copies first: they win ties.
         axis_permutation_warp(),
         backward_warp(),
@@ -34,6 +36,7 @@ Catalogue catalogue() {
         shear_warp_passes(),
         combine(),
         ray_cast(),
+        gradient_cast(),
         shear_warp(),
         spectrum_slice(),
         spectrum_inverse(),

@@ -319,7 +319,7 @@ HWY_NOINLINE void walk_partial(const Packet& packet, const Lanes& lanes, const S
         const VF value = sampler.template at<false>(x, y, z);
         if constexpr (kLit<Sum>)
             sum.add_part(value, weight, outside, cell, [&](VF(&gradient)[3]) HWY_ATTR {
-                gradient_of<Sum::kFinite>(sampler, x, y, z, value, gradient);
+                gradient_of<Sum::kFinite>(sum.cast(), sampler, x, y, z, value, gradient);
             });
         else
             sum.add_part(value, weight, outside, cell);
@@ -363,7 +363,7 @@ HWY_INLINE void walk_cells(const Lanes& lanes, const Sampler& sampler, Sum& sum,
         const VF value = sampler.template at<true>(x, y, z);
         if constexpr (kLit<Sum>)
             sum.add(value, cell, [&](VF(&gradient)[3]) HWY_ATTR {
-                gradient_of<Sum::kFinite>(sampler, x, y, z, value, gradient);
+                gradient_of<Sum::kFinite>(sum.cast(), sampler, x, y, z, value, gradient);
             });
         else
             sum.add(value, cell);

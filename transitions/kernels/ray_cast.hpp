@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "graph/mode.hpp"
+#include "transitions/kernels/gradient.hpp"
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/optics.hpp"
 #include "transitions/kernels/ray_light.hpp"
@@ -113,6 +114,13 @@ struct RayCast {
     double miss = 0;                  // a ray that meets no sample
     const Optics* optics = nullptr;   // of over
     const RayLight* light = nullptr;  // of over; null: samples send their colours as they are
+    double step = 1;                       // [t]
+    double unit = 1;                       // one t, in the file's unit; of sum
+    double zero = 0;                       // of sum: the value that adds nothing
+    double miss = 0;                       // a ray that meets no sample
+    const Optics* optics = nullptr;        // of over
+    const RayLight* light = nullptr;       // of over; null: samples send their colours as they are
+    const Gradients* gradients = nullptr;  // of all samples; null: light takes the filter's own
     double bound = 0;  // of over: a ray ends where less than this transparency is left; the result
                        // differs by at most bound x the largest emission or background
     const Bricks* bricks = nullptr;

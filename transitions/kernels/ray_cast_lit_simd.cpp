@@ -20,7 +20,8 @@ class LitSum {
     static constexpr bool kSkips = true, kAnyOrder = false;
 
     explicit LitSum(const RayCast& cast)
-        : optics_(*cast.optics),
+        : cast_(cast),
+          optics_(*cast.optics),
           by_(*cast.light),
           left_(hn::Set(DF(), 1.0f)),
           bound_(hn::Set(DF(), static_cast<float>(cast.bound))),
@@ -41,7 +42,9 @@ class LitSum {
         for (int axis = 0; axis < 3; ++axis) eye_[axis] = hn::Load(DF(), eye[axis]);
     }
 
-    /// @param sample  (gradient): of stored numbers, there
+    const RayCast& cast() const { return cast_; }
+
+    /// @param gradient  (slopes): of stored numbers, there
     template <class Gradient>
     HWY_INLINE void add(VF value, int, const Gradient& gradient) {
         VF color[3], opacity = look_up<3>(optics_, value, color);
@@ -89,6 +92,7 @@ class LitSum {
         left_ = hn::IfThenElseZero(hn::Ge(left_, bound_), left_);
     }
 
+    const RayCast& cast_;
     const Optics& optics_;
     const RayLight& by_;
     VF light_[3], left_, bound_, power_, eye_[3];

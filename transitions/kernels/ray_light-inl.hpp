@@ -12,7 +12,9 @@
 #include "hwy/contrib/math/math-inl.h"
 #include "hwy/highway.h"
 #include "transitions/kernels/optics-inl.hpp"
+#include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_light.hpp"
+#include "transitions/kernels/ray_samplers-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::HWY_NAMESPACE {
@@ -42,8 +44,8 @@ HWY_INLINE VF raised(VF x, float power) {
 
 /// Shading::at, operation for operation.
 /// @param eye  to the eye, unit length
-HWY_NOINLINE void light_on(const RayLight& by, const VF3& gradient, const VF3& eye, VF& diffuse,
-                           VF& specular) {
+[[maybe_unused]] HWY_NOINLINE void light_on(const RayLight& by, const VF3& gradient, const VF3& eye,
+                                            VF& diffuse, VF& specular) {
     const DF d;
     const VF zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     VF normal[3];
@@ -93,7 +95,9 @@ HWY_NOINLINE void light_on(const RayLight& by, const VF3& gradient, const VF3& e
                            hn::Set(d, by.specular));
             const MF sends =
                 hn::And(hn::And(hn::Gt(nh, zero), hn::Gt(vh, zero)), hn::Gt(facing_eye, zero));
-            sent = hn::Min(one, hn::Div(hn::Mul(hn::Mul(reflected, facets), shadows), facing_eye));
+            const VF left = hn::Max(
+                zero, hn::NegMulAdd(hn::Set(d, by.diffuse), facing, hn::Set(d, 1 - by.ambient)));
+            sent = hn::Min(left, hn::Div(hn::Mul(hn::Mul(reflected, facets), shadows), facing_eye));
             sent = hn::IfThenElseZero(sends, sent);
         }
         sent = hn::IfThenElseZero(hn::Gt(facing, zero), sent);
@@ -127,10 +131,49 @@ HWY_NOINLINE void central(const Sampler& sampler, VF x, VF y, VF z, VF value, VF
     gradient[2] = difference<kFinite>(at(x, y, hn::Sub(z, one)), value, at(x, y, hn::Add(z, one)));
 }
 
+/// Trilinear interpolation of gradients that were worked out before.
+HWY_NOINLINE inline void gradient_beside(const RayCast& cast, VF x, VF y, VF z, VF3& gradient) {
+    const DF d;
+    const DI di;
+    const Bounds bounds(cast.volume.extent);
+    const VI one = hn::Set(di, 1);
+    const VF p[3] = {bounds.clamped(x, 0), bounds.clamped(y, 1), bounds.clamped(z, 2)};
+    VI cell[3][2];
+    VF share[3][2];
+    for (int axis = 0; axis < 3; ++axis) {
+        cell[axis][0] = truncated(p[axis]);
+        cell[axis][1] = hn::Min(hn::Add(cell[axis][0], one), bounds.last[axis]);
+        share[axis][1] = hn::Sub(p[axis], hn::ConvertTo(d, cell[axis][0]));
+        share[axis][0] = hn::Sub(hn::Set(d, 1.0f), share[axis][1]);
+    }
+    const auto* const words = reinterpret_cast<const int*>(cast.gradients->data());
+    const VI row = hn::Set(di, static_cast<int>(cast.volume.extent.x)),
+             rows = hn::Set(di, static_cast<int>(cast.volume.extent.y));
+    for (VF& axis : gradient) axis = hn::Zero(d);
+    for (int corner = 0; corner < 8; ++corner) {
+        const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
+        const VI line = hn::Add(cell[1][b], hn::Mul(cell[2][c], rows));
+        const VI at = hn::ShiftLeft<1>(hn::Add(cell[0][a], hn::Mul(line, row)));
+        const VF weight = hn::Mul(hn::Mul(share[0][a], share[1][b]), share[2][c]);
+        const VI first = hn::GatherIndex(di, words, at),
+                 second = hn::GatherIndex(di, words, hn::Add(at, one));
+        const auto low = [&](VI word) HWY_ATTR {
+            return hn::ConvertTo(d, hn::ShiftRight<16>(hn::ShiftLeft<16>(word)));
+        };
+        gradient[0] = hn::MulAdd(weight, low(first), gradient[0]);
+        gradient[1] = hn::MulAdd(weight, hn::ConvertTo(d, hn::ShiftRight<16>(first)), gradient[1]);
+        gradient[2] = hn::MulAdd(weight, low(second), gradient[2]);
+    }
+    for (VF& axis : gradient) axis = hn::Mul(axis, hn::Set(d, cast.gradients->scale));
+}
+
 /// The gradient as a sampler's filter has it: its derivative, or for those of zero and first order,
 /// which have none between their cells, central differences.
+/// Where they were worked out before, of these.
 template <bool kFinite, class Sampler>
-HWY_INLINE void gradient_of(const Sampler& sampler, VF x, VF y, VF z, VF value, VF3& gradient) {
+HWY_INLINE void gradient_of(const RayCast& cast, const Sampler& sampler, VF x, VF y, VF z, VF value,
+                            VF3& gradient) {
+    if (cast.gradients) return gradient_beside(cast, x, y, z, gradient);
     if constexpr (requires { sampler.gradient(x, y, z, gradient); })
         sampler.gradient(x, y, z, gradient);
     else

@@ -17,6 +17,7 @@
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/ray_cast_model.hpp"
+#include "transitions/shade/gradient.hpp"
 
 namespace edgewise {
 namespace {
@@ -44,6 +45,12 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
         return Offer::no(std::move(reason));
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
+    if (!from.facets.empty()) {
+        constexpr double kMost = 1 << 28;  // voxels: gradients are found by 31 bits
+        if (!ask.want.shading.on()) return Offer::no("nothing is lit, so nobody needs gradients");
+        if (static_cast<double>(from.samples()) > kMost)
+            return Offer::no("more than 2^28 samples with gradients");
+    }
     if (is_spread(from) && ask.want.eye)
         return Offer::no(
             "over ranks: the eye is at a finite distance, boxes have no order along z");
@@ -216,8 +223,9 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // Light: six more samples, or the filter's weights with their derivatives; 15 operations to
     // bring a gradient to the screen, 20 to make a normal of it, 40 a light.
     const double lit = lit_of(ask, samples, ends);
-    const bool differences = hold == Hold::zoh || hold == Hold::foh;
-    const double gradient = differences ? 6 * filter + 6 : 3 * filter;
+    const bool beside = !offer.from.facets.empty();
+    const bool differences = !beside && (hold == Hold::zoh || hold == Hold::foh);
+    const double gradient = beside ? 60 : differences ? 6 * filter + 6 : 3 * filter;
     const double sources = static_cast<double>(ask.want.shading.lights.size());
     Work work{
         .operations = all * (9 + filter + combining(ask, optics)) +
@@ -227,7 +235,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                       (bricks ? brick_operations(offer.from) + 2 * samples : 0),
         .masked = (50 + 5 * filter) * ends,
         .streamed = offer.to.bytes() + 128 * met.packets + (bricks ? offer.from.bytes() : 0),
-        .gathers = (all + lit * (differences ? 6 : 1)) * taps * taps * taps + 20 * met.packets,
+        .gathers = (all + lit * (differences ? 6 : 1)) * taps * taps * taps + 20 * met.packets +
+                   (beside ? 16 * lit : 0),
         .lines = {waits * lines, spread ? 0 : std::min(offer.from.bytes(), own)},
         .other_lines = {spread ? 0
                                : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
@@ -326,6 +335,11 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     if (light) cast.light = &*light;
     const std::optional<kernels::Kept> kept = kept_of(in.what, want, context.view);
     if (kept) cast.kept = &*kept;
+    std::shared_ptr<const kernels::Gradients> gradients;
+    if (light && !in.what.facets.empty()) {
+        gradients = gradients_of(in);
+        cast.gradients = gradients.get();
+    }
     std::unique_ptr<kernels::Bricks> bricks;
     if (cast.volume.whole() && with_bricks(offer, ask, context.view))
         bricks = bricks_of(cast.volume, levels_of(offer, ask, optics), context.memory,
@@ -342,7 +356,28 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     });
 }
 
+/// Trilinear interpolation of central differences is what filters of first order make themselves.
+Error error_of_gradients(const Offer& offer, const Ask& ask) {
+    if (differences_of(offer.from) != kernels::Differences::central) return Error::unknown();
+    return error(offer, ask);
+}
+
 }  // namespace
+
+Transition gradient_cast() {
+    Transition edge = ray_cast();
+    edge.name = "project.gradient_cast";
+    edge.joins.clear();
+    for (const auto by :
+         {kernels::Differences::central, kernels::Differences::sobel, kernels::Differences::fourth})
+        edge.joins.emplace_back("object/scalar+" + gradient_facet_of(by), "screen/picture");
+    edge.parameters["filter"] = one_of({"zoh", "foh"}, "what reads the values");
+    edge.plain.reset();
+    edge.error = error_of_gradients;
+    edge.model = {};
+    edge.count = {};
+    return edge;
+}
 
 Transition ray_cast() {
     Transition edge;

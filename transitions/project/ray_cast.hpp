@@ -14,4 +14,7 @@ namespace edgewise {
 /// Source  [W93] 4.1.4, EQ 62 and 63
 Transition ray_cast();
 
+/// The same with the gradients that lie beside the samples, instead of the filter's own.
+Transition gradient_cast();
+
 }  // namespace edgewise

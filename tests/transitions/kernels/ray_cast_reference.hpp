@@ -192,13 +192,17 @@ inline std::array<double, 4> transfer(const std::vector<OpticsPoint>& points, do
     return mixed(points.back(), points.back(), 0);
 }
 
+/// What light makes of a sample: its colour's share and white, from the place and the way to the
+/// eye (screen space).
+using LitAt = std::function<std::array<double, 2>(const Vector& p, const Vector& to_eye)>;
+
 inline std::array<double, 4> reference(const RayCast& cast, const std::vector<OpticsPoint>& points,
-                                       double unit, double px, double py) {
+                                       double unit, double px, double py, const LitAt& lit = {}) {
     const Vector measure = cast.rays.measure.at(px, py);
     const Vector origin = cast.rays.origin.at(px, py);
-    const Vector direction =
-        1 / std::sqrt(measure[0] * measure[0] + measure[1] * measure[1] + measure[2] * measure[2]) *
-        cast.rays.direction.at(px, py);
+    const double norm =
+        std::sqrt(measure[0] * measure[0] + measure[1] * measure[1] + measure[2] * measure[2]);
+    const Vector direction = 1 / norm * cast.rays.direction.at(px, py);
     const Interval in = chord(cast, origin, direction);
     double largest = -kInfinity, sum = 0, length = 0, left = 1;
     std::array<double, 4> light{};
@@ -216,7 +220,11 @@ inline std::array<double, 4> reference(const RayCast& cast, const std::vector<Op
             if (points.empty()) continue;
             const auto at = transfer(points, value);
             const double opacity = 1 - std::pow(1 - at[3], (to - from) / unit);
-            for (int c = 0; c < 3; ++c) light[c] += left * opacity * at[c];
+            std::array<double, 2> shares{1, 0};
+            if (lit && at[3] > 0)
+                shares = lit(origin + 0.5 * (from + to) * direction, -1 / norm * measure);
+            for (int c = 0; c < 3; ++c)
+                light[c] += left * opacity * (shares[0] * at[c] + shares[1]);
             left *= 1 - opacity;
         }
     switch (cast.rule) {

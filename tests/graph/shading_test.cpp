@@ -1,0 +1,92 @@
+#include "graph/shading.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+namespace edgewise {
+namespace {
+
+const Vec3 kEye(0, 0, -1);
+
+Vec3 direction(double down, double around) {
+    return {std::sin(down) * std::cos(around), std::sin(down) * std::sin(around), -std::cos(down)};
+}
+
+TEST(Shading, OfASurfaceThatFacesTheHeadLightIsAllOfTheMaterial) {
+    const Shading shading{.by = Shade::phong, .least = 1e-3};
+    for (const double sign : {1.0, -1.0}) {
+        const Lit lit = shading.at(Vec3(0, 0, sign * 7), kEye);
+        EXPECT_DOUBLE_EQ(lit.diffuse, 0.1 + 0.7);
+        EXPECT_DOUBLE_EQ(lit.specular, 0.2);
+    }
+}
+
+TEST(Shading, FollowsTheCosines) {
+    const Shading shading{.by = Shade::phong, .least = 1e-3};
+    for (const double degrees : {10.0, 30.0, 44.0, 60.0, 89.0}) {
+        const double angle = degrees * std::numbers::pi / 180;
+        const Lit lit = shading.at(5 * direction(angle, 1.1), kEye);
+        EXPECT_NEAR(lit.diffuse, 0.1 + 0.7 * std::cos(angle), 1e-12);
+        // The mirrored light is twice as far away.
+        EXPECT_NEAR(lit.specular, 0.2 * std::pow(std::max(0.0, std::cos(2 * angle)), 10), 1e-12);
+    }
+}
+
+TEST(Shading, WithoutASurfaceIsAmbient) {
+    const Shading shading{.by = Shade::phong, .least = 2};
+    EXPECT_EQ(shading.at(Vec3::Zero(), kEye).diffuse, 0.1);
+    EXPECT_EQ(shading.at(Vec3(NAN, 0, 0), kEye).diffuse, 0.1);
+    // Half of the least length: half of the light.
+    EXPECT_DOUBLE_EQ(shading.at(Vec3(0, 0, 1), kEye).diffuse, 0.1 + 0.5 * 0.7);
+    EXPECT_DOUBLE_EQ(shading.at(Vec3(0, 0, 1), kEye).specular, 0.5 * 0.2);
+}
+
+TEST(Shading, LightsAddUpAndNoneShinesFromBehind) {
+    Shading shading{.by = Shade::phong, .least = 1e-3};
+    const Vec3 left = direction(0.6, 0), right = direction(0.9, 2);
+    const auto by = [&](std::vector<Light> lights) {
+        shading.lights = std::move(lights);
+        return shading.at(direction(0.3, 0.5), kEye);
+    };
+    const Lit a = by({{left, 0.5}}), b = by({{right, 0.25}}),
+              both = by({{left, 0.5}, {right, 0.25}});
+    EXPECT_NEAR(both.diffuse, a.diffuse + b.diffuse - 0.1, 1e-12);
+    EXPECT_NEAR(both.specular, a.specular + b.specular, 1e-12);
+    const Lit behind = by({{Vec3(0, 0, 1), 1}});
+    EXPECT_EQ(behind.diffuse, 0.1);
+    EXPECT_EQ(behind.specular, 0);
+}
+
+TEST(Shading, SendsNoMoreThanFallsOnIt) {
+    for (const Shade by : {Shade::phong, Shade::torrance_sparrow}) {
+        Shading shading{.by = by, .least = 1e-9};
+        for (const double exponent : {1.0, 10.0, 200.0})
+            for (double light = 0; light < 3.1; light += 0.21)
+                for (double normal = 0; normal < 1.57; normal += 0.13)
+                    for (double around = 0; around < 6.2; around += 0.31) {
+                        shading.material.exponent = exponent;
+                        shading.lights = {{direction(light, 0), 1}};
+                        const Lit lit = shading.at(direction(normal, around), kEye);
+                        EXPECT_LE(lit.diffuse + lit.specular, 1 + 1e-12);
+                        EXPECT_GE(lit.specular, 0);
+                    }
+    }
+}
+
+TEST(Shading, FacetsAreBrightestWhereTheyFaceLightAndEye) {
+    Shading shading{.by = Shade::torrance_sparrow, .least = 1e-9};
+    shading.material.exponent = 50;
+    EXPECT_NEAR(shading.at(kEye, kEye).specular, 0.2, 1e-12);
+    double before = 1;
+    for (double away = 0; away < 0.6; away += 0.05) {
+        const double here = shading.at(direction(away, 0), kEye).specular;
+        EXPECT_LT(here, before);
+        before = here;
+    }
+    EXPECT_LT(before, 0.2 * 0.02);
+}
+
+}  // namespace
+}  // namespace edgewise
