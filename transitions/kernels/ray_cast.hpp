@@ -107,13 +107,7 @@ struct RayCast {
     Combine rule = Combine::max;
     const RayRule* other = nullptr;  // of Combine::other
     Rays rays = {};
-    const Kept* kept = nullptr;       // null: all of the volume
-    double step = 1;                  // [t]
-    double unit = 1;                  // one t, in the file's unit; of sum
-    double zero = 0;                  // of sum: the value that adds nothing
-    double miss = 0;                  // a ray that meets no sample
-    const Optics* optics = nullptr;   // of over
-    const RayLight* light = nullptr;  // of over; null: samples send their colours as they are
+    const Kept* kept = nullptr;            // null: all of the volume
     double step = 1;                       // [t]
     double unit = 1;                       // one t, in the file's unit; of sum
     double zero = 0;                       // of sum: the value that adds nothing
