@@ -140,13 +140,13 @@ void Packet::reckon(const RayCast& cast, const ParallelRays& shared, std::size_t
     }
     if (cast.kept)
         for (const auto& [normal, offset] : cast.kept->planes) {
-            VD at = hn::Set(d, offset), slope = hn::Zero(d);
+            VD inside = hn::Set(d, offset), slope = hn::Zero(d);
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const VD across = hn::Set(d, normal[axis]);
-                at = hn::Add(at, hn::Mul(across, origin[axis]));
+                inside = hn::Add(inside, hn::Mul(across, origin[axis]));
                 slope = hn::Add(slope, hn::Mul(across, along[axis]));
             }
-            box.cut(at, slope);
+            box.cut(inside, slope);
         }
     const VD one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
     const VD far = hn::Set(d, std::numeric_limits<double>::max());
