@@ -9,6 +9,7 @@
 #include "engine/session.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
+#include "io/animation.hpp"
 #include "io/surface_file.hpp"
 #include "surface/mesh.hpp"
 
@@ -125,9 +126,25 @@ class Performance {
         const Array samples =
             finished(result, session_.written.tail, levels, session_.memory.get());
         const std::string file = session_.outputs->file(frame);
-        store::write(file, session_.written.header, samples.data(), {session_.spec.quality});
+        if (session_.outputs->animates(want_.frames))
+            add_to_animation(file, frame, samples.data());
+        else
+            store::write(file, session_.written.header, samples.data(), {session_.spec.quality});
         session_.measured->write_seconds += since(begin);
-        session_.files.push_back(file);
+        if (!animation_) session_.files.push_back(file);
+    }
+
+    /// Frames come in order. The file is there after the last one.
+    void add_to_animation(const std::string& file, int frame, const void* samples) {
+        if (!animation_) {
+            store::Pace pace{.frames = want_.frames};
+            if (session_.spec.fps) pace.fps = *session_.spec.fps;
+            animation_.emplace(file, session_.written.header, pace);
+        }
+        animation_->add(samples);
+        if (frame + 1 < want_.frames) return;
+        animation_->commit();
+        animation_.reset();
     }
 
     /// What waited until all frames were there.
@@ -256,6 +273,7 @@ class Performance {
     std::optional<ReferenceField> field_;
     std::optional<Verifier> verifier_;
     std::optional<ShownResult> shown_;
+    std::optional<store::Animation> animation_;
 };
 
 }  // namespace

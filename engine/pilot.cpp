@@ -43,9 +43,13 @@ Request with_few_frames(const Request& want, int frames) {
     if (frames >= want.frames) return want;
     Request few = want;
     std::vector<Transform> maps;
-    for (int i = 0; i < frames; ++i)
-        maps.push_back(want.views.at(
-            static_cast<int>((2 * i + 1) * std::int64_t{want.frames} / (2 * frames))));
+    std::vector<Clip> clips;
+    for (int i = 0; i < frames; ++i) {
+        const auto view = static_cast<int>((2 * i + 1) * std::int64_t{want.frames} / (2 * frames));
+        maps.push_back(want.views.at(view));
+        if (const Clip* clip = want.clip(view)) clips.push_back(*clip);
+    }
+    few.clips = std::move(clips);
     few.views = Placement::each(std::move(maps));
     few.frames = frames;
     return few;

@@ -390,6 +390,8 @@ double lost_in_reading(const Session& session) {
 bool Session::writes_at_once() const noexcept {
     if (want().frames == 1 || spec.strict) return false;
     const bool writes = outputs && !outputs->none();
+    // Frames of an animation are written in order, whichever is there first.
+    if (writes && outputs->animates(want().frames)) return false;
     return !writes || !written.tail.view || (window && window->values());
 }
 
@@ -466,6 +468,10 @@ void take_request(Session& session) {
     say_what_is_cut_off(session);
     say_what_is_squeezed(session);
     if (session.outputs) session.outputs->expect_frames(session.want().frames);
+    if (o.fps && session.outputs && !session.outputs->none() &&
+        !session.outputs->animates(session.want().frames))
+        throw RequestError(
+            "--fps: of an animation only: several frames in one .gif or .apng, without %d");
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
     take_exactness(session);
     expect_room(session);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "graph/clip.hpp"
 #include "graph/job.hpp"
 #include "graph/mode.hpp"
 #include "graph/representation.hpp"
@@ -81,6 +82,8 @@ struct Request {
     Extent screen;                // warp: the output; render: width, height, depth of all views
     double unit = 1;              // one step in screen z of a picture [file unit]
     std::optional<Eye> eye;       // absent: orthographic
+    /// What rays see of the input, one for all views or one a view; none: all of it.
+    std::vector<Clip> clips;
     Mode mode = Mode::mip;
     Transfer transfer;  // of composite
     Shading shading;    // of modes that take light
@@ -109,6 +112,11 @@ struct Request {
         return job->of_rays() ? Extent{screen.x, screen.y, 1} : screen;
     }
     bool projective() const noexcept;  // some view has a last row other than 0 0 0 1
+    /// What rays of a view see of the input; null: all of it.
+    const Clip* clip(int view) const noexcept {
+        if (clips.empty()) return nullptr;
+        return &clips[clips.size() == 1 ? 0 : static_cast<std::size_t>(view)];
+    }
     /// The first view that is no matrix.
     std::optional<int> deformed() const noexcept;
 };

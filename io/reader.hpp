@@ -119,6 +119,7 @@ void write_tiff(Replacement&, const Header&, const void* samples);
 Bytes with_alpha_of(const Format&, const Header&, const void* samples);
 void write_pnm(Replacement&, const Header&, const void* samples);
 void write_sgi(Replacement&, const Header&, const void* samples);
+void write_gif(Replacement&, const Header&, const void* samples);
 void write_by_oiio(Replacement&, const Format&, const Header&, const void* samples, int quality);
 
 /// NIfTI has types for RGB and RGBA, whose values are never scaled; other channels are its fifth

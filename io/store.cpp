@@ -186,13 +186,15 @@ void write(const std::string& path, const Header& what, const void* samples,
     if (format->name == "NIfTI") write_nifti(out, what, samples);
     if (format->name == "NRRD") write_nrrd(out, what, samples);
     if (format->name == "MetaImage") write_metaimage(out, what, samples);
-    if (format->name == "PNG") write_png(out, what, samples);
+    if (format->name == "PNG" || format->name == "APNG") write_png(out, what, samples);
     if (format->name == "JPEG") write_jpeg(out, what, samples, options.quality.value_or(95));
     if (format->name == "TIFF") write_tiff(out, what, samples);
     if (format->name == "PNM" || format->name == "PFM")
         write_pnm(out, what, samples);
     else if (format->name == "SGI")
         write_sgi(out, what, samples);
+    else if (format->name == "GIF")
+        write_gif(out, what, samples);
     else if (!format->library.empty())
         write_by_oiio(out, *format, what, samples, options.quality.value_or(0));
     out.commit();

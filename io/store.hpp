@@ -144,6 +144,7 @@ struct Format {
     std::vector<int> cannot_channels{};  // counts below `channels` that cannot be written
     std::int64_t side = 0;               // pixels of a side at most; 0: no limit
     Alpha alpha = Alpha::straight;       // what its files hold, where a writer has the choice
+    bool frames = false;                 // holds several pictures, one after another (Animation)
 };
 const std::vector<Format>& formats();
 /// The format of a path's ending (the longest that fits), or none. "-", standard output, is PNG.

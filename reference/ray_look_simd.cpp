@@ -308,7 +308,8 @@ RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceFiel
     const auto zoh = [&](auto&... at) { stored.nearest(at...); };
     const auto foh = [&](auto&... at) { stored.linear(at...); };
     std::array<double, 4> expected = guessed(stored, caster, ray, want, field);
-    const std::array<double, 4> slices = want.eye ? expected : caster.cast_slices(ray, zoh);
+    const bool sheared = !want.eye && want.clips.empty();
+    const std::array<double, 4> slices = sheared ? caster.cast_slices(ray, zoh) : expected;
     std::array<std::array<double, 4>, RayLook::kCasts> got = {cast(1, zoh), cast(2, zoh),
                                                               cast(1, foh), cast(2, foh), slices};
     const int channels = written_channels(want, want.mode->channels);

@@ -40,6 +40,13 @@ bool RaySpan::clip(const Extent& input) noexcept {
     return low < high;
 }
 
+bool RaySpan::clip(const Clip& part) noexcept {
+    for (int axis = 0; axis < 3; ++axis) cut(*this, axis, part.low[axis], part.high[axis]);
+    for (const HalfSpace& plane : part.planes)
+        cut_by_plane(plane.at(origin), plane.normal.dot(direction), low, high);
+    return low < high;
+}
+
 ViewGeometry::ViewGeometry(const Request& want) : want_(want) {
     if (want.job->values == JobTraits::Values::other)
         throw RequestError(fmt::format(
@@ -76,7 +83,8 @@ std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
         span.low = -kFar;
     }
     span.high = kFar;
-    if (!span.clip(want_.input)) return {};
+    const Clip* part = want_.clip(view);
+    if (!(part ? span.clip(*part) : span.clip(want_.input))) return {};
     span.step = reference_step(span.direction, want_);
     return span;
 }

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "graph/clip.hpp"
 #include "graph/request.hpp"
 
 namespace edgewise {
@@ -19,8 +20,9 @@ struct RaySpan {
     double low = 0, high = 0;
     double step = 0.125;  // of the reference's cells [t], see reference_step()
 
-    /// Cuts it to the box of an input; false where nothing is left.
+    /// Cuts it to the box of an input, or to a part of it; false where nothing is left.
     bool clip(const Extent& input) noexcept;
+    bool clip(const Clip& part) noexcept;
 };
 
 /// How gradients of the input are seen along one ray.

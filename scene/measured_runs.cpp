@@ -105,6 +105,13 @@ Request request_of(const Request& want, const Tile& tile) {
     part.frames = 1;
     part.views = Placement(shifted_by(tile.output.begin, -1) * want.views.at(tile.view) *
                            shifted_by(tile.input.begin, 1));
+    if (const Clip* clip = want.clip(tile.view)) {
+        std::vector<HalfSpace> planes = half_spaces_of(*clip);
+        for (HalfSpace& plane : planes)
+            for (int axis = 0; axis < 3; ++axis)
+                plane.offset += plane.normal[axis] * static_cast<double>(tile.input.begin[axis]);
+        part.clips = {clip_of(part.input, planes)};
+    }
     const Extent output = tile.output.extent();
     part.screen = {output.x, output.y, want.job->of_rays() ? want.screen.z : output.z};
     if (part.eye)

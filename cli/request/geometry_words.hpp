@@ -12,11 +12,17 @@ namespace edgewise::cli {
 /// Geometry as it was typed.
 struct GeometryWords {
     std::optional<std::string> view, about, perspective, spacing, size, zoom, move;
-    /// rotate, matrix, scale, translate, shear, turntable with their values, in the order given.
+    std::optional<std::string> clip, slab;
+    std::vector<std::string> clip_planes;
+    /// rotate, matrix, scale, translate, shear, turntable, path with their values, in the order
+    /// given.
     std::vector<std::pair<std::string, std::string>> steps;
 };
 
-/// Reads the numbers, and the file of --matrix.
+/// --clip, --clip-plane and --slab. @throws RequestError
+ClipSpec clip_spec(const GeometryWords& words);
+
+/// Reads the numbers, and the files of --matrix and --path.
 /// @throws RequestError naming the option, its value and what was expected
 GeometrySpec geometry_spec(const GeometryWords& words);
 

@@ -150,6 +150,7 @@ void read_output(RequestSpec& spec, const JobOptions& o) {
     if (o.verify) spec.verify = verify_count(*o.verify);
     if (o.seed) spec.seed = static_cast<std::uint64_t>(whole_of("--seed", *o.seed, 0, INT64_MAX));
     if (o.repeat) spec.repeat = static_cast<int>(whole_of("--repeat", *o.repeat, 1, 1'000'000));
+    if (o.fps) spec.fps = number_of("--fps", *o.fps);
     if (o.quality) spec.quality = static_cast<int>(whole_of("--quality", *o.quality, 1, 100));
     if (o.bits) {
         constexpr int kBits[] = {8, 16, 32};
@@ -190,6 +191,7 @@ RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     for (const std::string& text : o.without)
         spec.demands.without.push_back(demand_of(text, edges));
     spec.geometry = geometry_spec(o.geometry);
+    spec.clip = clip_spec(o.geometry);
     return spec;
 }
 

@@ -22,7 +22,7 @@ struct JobOptions {
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
     std::optional<std::string> threads, ranks, machine, planner, planning_time;
     std::vector<std::string> via, without;
-    std::optional<std::string> bits, quality, json, verify, seed, repeat, trace, flow;
+    std::optional<std::string> bits, quality, fps, json, verify, seed, repeat, trace, flow;
     std::optional<std::string> progress, log;
     std::optional<std::string> report;
     std::vector<std::string> words;  // of the command line, as it was typed

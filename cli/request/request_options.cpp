@@ -8,7 +8,8 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-constexpr const char* kSteps[] = {"rotate", "matrix", "scale", "translate", "shear", "turntable"};
+constexpr const char* kSteps[] = {"rotate", "matrix",    "scale", "translate",
+                                  "shear",  "turntable", "path"};
 
 CLI::Option* add_list(CLI::App& app, const std::string& name, Words& into,
                       const std::string& help) {
@@ -46,7 +47,9 @@ void add_geometry(CLI::App& app, JobOptions& o) {
     if (o.job == Job::render) {
         text("--perspective", o.geometry.perspective, "FOV",
              "vertical angle; default parallel rays");
-        step("--turntable", "N", "N views about screen y, at its place among the others");
+        step("--turntable", "N[,ARC]",
+             "N views about screen y, over ARC degrees (360), at its place among the others");
+        step("--path", "FILE", "matrices, one for each view, at its place among the others");
         text("--zoom", o.geometry.zoom, "Z", "more than 1 shows less of the scene, larger");
     } else {
         text("--move", o.geometry.move, "content|grid",
@@ -55,6 +58,22 @@ void add_geometry(CLI::App& app, JobOptions& o) {
     text("--spacing", o.geometry.spacing, "S[,S[,S]]", "distance of output samples");
     text("--size", o.geometry.size, o.job == Job::warp ? "WxH[xD]|N|fit" : "WxH|N",
          "output samples; N: of the longer side");
+}
+
+/// What rays see of the volume.
+void add_clip(CLI::App& app, GeometryWords& words) {
+    const std::string group = "Clipping";
+    add_text(app, "--clip", words.clip, "keeps the box of these samples of FILE, ends included")
+        ->type_name("X0,Y0,Z0,X1,Y1,Z1")
+        ->group(group);
+    add_list(app, "--clip-plane", words.clip_planes,
+             "keeps Ax+By+Cz+D >= 0, in samples of FILE; several add up")
+        ->type_name("A,B,C,D")
+        ->group(group);
+    add_text(app, "--slab", words.slab,
+             "keeps so much of each view about its middle plane, in the file's unit")
+        ->type_name("T")
+        ->group(group);
 }
 
 void add_input(CLI::App& app, JobOptions& o) {
@@ -178,6 +197,8 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
         text("--quality", o.quality, "Q",
              "1 to 100: of JPEG, default 95; WebP and JPEG 2000 keep every value without it");
     }
+    if (o.job == Job::render)
+        text("--fps", o.fps, "F", "pictures a second of a .gif or .apng of several; default 15");
     text("--json", o.json, "FILE|-", "report");
     app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
     if (!surface) add_verify(app, o);
@@ -225,6 +246,7 @@ void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out) {
         add_surface(app, options);
     } else {
         add_geometry(app, options);
+        if (options.job == Job::render) add_clip(app, options.geometry);
         add_mode(app, options);
     }
     add_budgets(app, options);

@@ -14,8 +14,6 @@
 namespace edgewise {
 namespace {
 
-constexpr std::int64_t kMostViews = 100000;
-
 Vec3 centre_of(const Extent& extent) {
     return {(extent.x - 1) / 2.0, (extent.y - 1) / 2.0, (extent.z - 1) / 2.0};
 }
@@ -54,28 +52,28 @@ Mat4 viewed(const GeometrySpec& spec, const InputGrid& input, Job job) {
     return linear(view);
 }
 
-/// How many views there are, and which step makes them. @throws RequestError
-std::int64_t count_views(const GeometrySpec& spec, Job job) {
-    std::optional<std::int64_t> views;
+/// The step that makes the views; null: there is one. @throws RequestError
+const GeometryStep* step_of_views(const GeometrySpec& spec, Job job) {
+    const GeometryStep* found = nullptr;
     for (const GeometryStep& step : spec.steps) {
-        if (step.kind != GeometryStep::Kind::turntable) continue;
-        if (job == Job::warp) throw RequestError("--turntable: only render makes several views");
-        if (views) throw RequestError("--turntable: given twice; one turn makes the views");
-        const double count = step.numbers.size() == 1 ? step.numbers[0] : 0;
-        if (!(count >= 1 && count <= kMostViews && count == std::floor(count)))
+        if (!makes_views(step.kind)) continue;
+        const char* name = name_of(step.kind);
+        if (job == Job::warp)
+            throw RequestError(fmt::format("--{}: only render makes several views", name));
+        if (found && found->kind == step.kind)
             throw RequestError(
-                fmt::format("--turntable: {} given; expected a whole number from 1 "
-                            "to {}",
-                            fmt::join(step.numbers, ","), kMostViews));
-        views = static_cast<std::int64_t>(count);
+                fmt::format("--{}: given twice; one {} makes the views", name,
+                            step.kind == GeometryStep::Kind::path ? "path" : "turn"));
+        if (found) throw RequestError("--turntable and --path: each makes the views; only one may");
+        found = &step;
     }
-    return views.value_or(1);
+    return found;
 }
 
 /// Centred object space -> centred screen space, one map a view.
 std::vector<Mat4> all_views(const GeometrySpec& spec, const InputGrid& input, const Mat4& view,
                             Job job) {
-    const std::int64_t count = count_views(spec, job);
+    const GeometryStep* views = step_of_views(spec, job);
     const Vec3 held = view.topLeftCorner<3, 3>() * held_point(spec, input);
     // What --about holds is held by each step, so also by several after one another; a turntable
     // among them goes about the middle of its pictures.
@@ -83,21 +81,22 @@ std::vector<Mat4> all_views(const GeometrySpec& spec, const InputGrid& input, co
     const auto held_fast = [&](const Mat4& steps) -> Mat4 {
         return held.isZero(0) ? steps : Mat4(shift_by(held) * steps * shift_by(-held));
     };
-    bool turned = false;
+    bool behind = false;
     for (const GeometryStep& step : spec.steps) {
-        if (step.kind == GeometryStep::Kind::turntable) {
-            turned = true;
+        if (&step == views) {
+            behind = true;
             continue;
         }
-        Mat4& side = turned ? after : before;
+        Mat4& side = behind ? after : before;
         side = map_of(step, input) * side;
     }
     before = held_fast(before) * view;
+    if (!views) return {before};
     after = held_fast(after);
-    std::vector<Mat4> maps;
-    for (std::int64_t i = 0; i < count; ++i) {
-        const double angle = 360.0 * static_cast<double>(i) / static_cast<double>(count);
-        maps.push_back(turned ? Mat4(after * linear(rotation_of(0, angle, 0)) * before) : before);
+    std::vector<Mat4> maps = maps_of(*views, input);
+    for (Mat4& map : maps) {
+        if (views->kind == GeometryStep::Kind::path) map = held_fast(map);
+        map = after * map * before;
     }
     return maps;
 }
@@ -274,7 +273,11 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
         corner = (corner - centre_of(input.extent)).cwiseProduct(input.spacing);
 
     Geometry geometry;
-    geometry.condition = condition_of(maps[0], input.axes);
+    // Turns are as good as one another.
+    const GeometryStep* views = step_of_views(spec, job);
+    const bool differ = views && views->kind == GeometryStep::Kind::path;
+    for (std::size_t i = 0; i < (differ ? maps.size() : 1); ++i)
+        geometry.condition = std::max(geometry.condition, condition_of(maps[i], input.axes));
     geometry.grid = job == Job::warp ? warp_grid(spec, turned, maps[0], corners)
                                      : picture_grid(spec, input, maps, corners);
     if (spec.perspective) {

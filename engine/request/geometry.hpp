@@ -75,8 +75,11 @@ Mat3 view_of(const std::string& name, const Mat3& direction);
 /// EQ 37: Rz(c) Ry(b) Rx(a) [degree]; entries are exact for multiples of 90.
 Mat3 rotation_of(double a, double b, double c);
 
-/// One of the steps as a map of centred screen space [file unit]. @throws RequestError
+/// One of the steps that are one map, of centred screen space [file unit]. @throws RequestError
 Mat4 map_of(const GeometryStep& step, const InputGrid& input);
+/// The maps of a step that is one for each view: a turntable or a path. @throws RequestError
+std::vector<Mat4> maps_of(const GeometryStep& step, const InputGrid& input);
+bool makes_views(GeometryStep::Kind kind) noexcept;
 
 /// Corners of the volume, half a sample beyond its outermost centres: indices of the input.
 std::vector<Vec3> corners_of(const InputGrid& input);

@@ -31,6 +31,9 @@ Mat4 linear(const Mat3& matrix) {
     return map;
 }
 
+constexpr std::size_t kMostViews = 100000;
+constexpr std::size_t kMatrix = 16;  // numbers of a 4x4
+
 void expect_count(const std::string& option, const std::vector<double>& values,
                   std::initializer_list<std::size_t> counts, const char* what) {
     for (const std::size_t count : counts)
@@ -99,14 +102,15 @@ Mat4 image_matrix(const std::vector<double>& v) {
     return map;
 }
 
-Mat4 volume_matrix(const std::vector<double>& v) {
-    expect_count("--matrix", v, {9, 12, 16}, "a volume takes 9 (3x3), 12 (3x4) or 16 (4x4)");
+/// @param option  what messages call it
+Mat4 volume_matrix(const std::string& option, const std::vector<double>& v) {
+    expect_count(option, v, {9, 12, 16}, "a volume takes 9 (3x3), 12 (3x4) or 16 (4x4)");
     const std::size_t columns = v.size() == 9 ? 3 : 4;
     Mat4 map = Mat4::Identity();
     for (std::size_t i = 0; i < v.size(); ++i)
         map(static_cast<int>(i / columns), static_cast<int>(i % columns)) = v[i];
     if (map.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-        throw RequestError("--matrix: the last row of a volume's 4x4 must be 0,0,0,1");
+        throw RequestError(option + ": the last row of a volume's 4x4 must be 0,0,0,1");
     return map;
 }
 
@@ -125,6 +129,52 @@ double normalised_determinant(Mat4 map) {
     return std::abs(map.determinant());
 }
 
+void expect_finite(const std::string& option, const std::vector<double>& numbers) {
+    for (const double number : numbers)
+        if (!std::isfinite(number))
+            throw RequestError(fmt::format("{}: {} is not finite", option, number));
+}
+
+void expect_regular(const std::string& option, const std::vector<double>& by, const Mat4& map,
+                    const InputGrid& input) {
+    if (!(normalised_determinant(map) > kSingular))
+        throw RequestError(fmt::format("{} {}: is singular, it flattens the {}", option,
+                                       fmt::join(by, ","), input.axes == 2 ? "image" : "volume"));
+}
+
+std::vector<Mat4> turntable_maps(const std::vector<double>& by) {
+    const double count = by.empty() || by.size() > 2 ? 0 : by[0];
+    if (!(count >= 1 && count <= double(kMostViews) && count == std::floor(count)))
+        throw RequestError(
+            fmt::format("--turntable: {} given; expected a whole number from 1 "
+                        "to {}",
+                        fmt::join(by, ","), kMostViews));
+    const double arc = by.size() == 2 ? by[1] : 360;
+    if (!std::isfinite(arc) || arc == 0)
+        throw RequestError(fmt::format(
+            "--turntable: an arc of {} degrees; expected a finite number other than 0", arc));
+    std::vector<Mat4> maps;
+    for (double i = 0; i < count; ++i) maps.push_back(linear(rotation_of(0, arc * i / count, 0)));
+    return maps;
+}
+
+std::vector<Mat4> path_maps(const std::vector<double>& numbers, const InputGrid& input) {
+    const std::size_t count = numbers.size() / kMatrix;
+    if (count == 0 || count > kMostViews || numbers.size() % kMatrix != 0)
+        throw RequestError(fmt::format("--path: {} numbers given; expected 16 a view, of 1 to {}",
+                                       numbers.size(), kMostViews));
+    std::vector<Mat4> maps;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto* first = numbers.data() + i * kMatrix;
+        const std::vector<double> by(first, first + kMatrix);
+        const std::string option = fmt::format("--path: matrix {}", i + 1);
+        expect_finite(option, by);
+        maps.push_back(volume_matrix(option, by));
+        expect_regular(option, by, maps.back(), input);
+    }
+    return maps;
+}
+
 }  // namespace
 
 Mat3 rotation_of(double a, double b, double c) {
@@ -139,9 +189,8 @@ Mat3 rotation_of(double a, double b, double c) {
 Mat4 map_of(const GeometryStep& step, const InputGrid& input) {
     using Kind = GeometryStep::Kind;
     const std::vector<double>& by = step.numbers;
-    for (const double number : by)
-        if (!std::isfinite(number))
-            throw RequestError(fmt::format("--{}: {} is not finite", name_of(step.kind), number));
+    const std::string option = fmt::format("--{}", name_of(step.kind));
+    expect_finite(option, by);
     Mat4 map;
     switch (step.kind) {
         case Kind::rotate:
@@ -157,16 +206,23 @@ Mat4 map_of(const GeometryStep& step, const InputGrid& input) {
             map = shear_step(by, input);
             break;
         case Kind::matrix:
-            map = input.axes == 2 ? image_matrix(by) : volume_matrix(by);
+            map = input.axes == 2 ? image_matrix(by) : volume_matrix("--matrix", by);
             break;
         case Kind::turntable:
-            throw RequestError("--turntable: is many maps, not one");
+        case Kind::path:
+            throw RequestError(option + ": is many maps, not one");
     }
-    if (!(normalised_determinant(map) > kSingular))
-        throw RequestError(fmt::format("--{} {}: is singular, it flattens the {}",
-                                       name_of(step.kind), fmt::join(by, ","),
-                                       input.axes == 2 ? "image" : "volume"));
+    expect_regular(option, by, map, input);
     return map;
+}
+
+bool makes_views(GeometryStep::Kind kind) noexcept {
+    return kind == GeometryStep::Kind::turntable || kind == GeometryStep::Kind::path;
+}
+
+std::vector<Mat4> maps_of(const GeometryStep& step, const InputGrid& input) {
+    return step.kind == GeometryStep::Kind::path ? path_maps(step.numbers, input)
+                                                 : turntable_maps(step.numbers);
 }
 
 }  // namespace edgewise

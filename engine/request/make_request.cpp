@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/measure/machine.hpp"
+#include "engine/request/clip.hpp"
 #include "engine/request/percentile.hpp"
 #include "engine/transfer/presets.hpp"
 #include "engine/transfer/suited.hpp"
@@ -146,6 +147,7 @@ void expect_sensible(const RequestSpec& spec) {
     expect(!spec.bits || *spec.bits == 8 || *spec.bits == 16 || *spec.bits == 32, "--bits",
            "8, 16 or 32");
     expect(spec.repeat >= 1, "--repeat", "at least 1");
+    expect(is_within(spec.fps, 0.01, 100.0), "--fps", "0.01 to 100 pictures a second");
     expect(!spec.verify || *spec.verify <= 1'000'000'000, "--verify", "at most 10^9 samples");
     expect(finite(spec.range), "--range", "a finite number");
     for (const double step : spec.geometry.spacing.value_or(std::vector<double>{}))
@@ -254,6 +256,7 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
         want.pixel = {geometry.grid.spacing.x() / geometry.unit,
                       geometry.grid.spacing.y() / geometry.unit};
     want.eye = geometry.eye;
+    take_clip(want, spec.clip, geometry);
     if (spec.labels && spec.reference && *spec.reference != Field::nearest)
         throw RequestError(
             "--labels: of labels the reference is nearest; leave out --reference, or --labels");

@@ -107,11 +107,13 @@ std::string Outputs::file(int frame) const {
 void Outputs::expect_frames(int frames) const {
     if (frames > 1 && pattern_ == "-")
         refuse("-o", pattern_, "standard output takes one picture, and there are several frames");
-    if (frames > 1 && !none() && !numbered_)
+    if (frames > 1 && !none() && !numbered_ && !animates(frames))
         refuse(
             "-o", pattern_,
-            fmt::format("{} frames need a number in the name, as {}_%03d{}", frames,
-                        fs::path(before_).stem().string(), fs::path(before_).extension().string()));
+            fmt::format("{} frames need a number in the name, as {}_%03d{}, or an animation, "
+                        "{}.gif or .apng",
+                        frames, fs::path(before_).stem().string(),
+                        fs::path(before_).extension().string(), fs::path(before_).stem().string()));
 }
 
 void write_text(const std::string& file, const std::string& text) {

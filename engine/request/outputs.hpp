@@ -21,6 +21,10 @@ class Outputs {
     const store::Format& format() const noexcept { return *format_; }
     /// The file of a frame, from 0.
     std::string file(int frame) const;
+    /// Whether so many frames become one file that shows them one after another.
+    bool animates(int frames) const noexcept {
+        return frames > 1 && !none() && !numbered_ && pattern_ != "-" && format_->frames;
+    }
     /// @throws RequestError several frames and no place for their number
     void expect_frames(int frames) const;
 

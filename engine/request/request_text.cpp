@@ -19,6 +19,12 @@ std::string request_text(const Request& want) {
     if (want.eye)
         text += fmt::format("eye {:a} {:a} {:a} {:a} {:a} {:a}", want.eye->at[0], want.eye->at[1],
                             want.eye->at[2], want.eye->plane, want.eye->width, want.eye->height);
+    for (const Clip& clip : want.clips) {
+        text += "clip";
+        for (const HalfSpace& plane : half_spaces_of(clip))
+            text += fmt::format(" {:a} {:a} {:a} {:a}", plane.normal[0], plane.normal[1],
+                                plane.normal[2], plane.offset);
+    }
     if (want.written)
         text += fmt::format("written {} {:a} {:a} {} {:a}", name_of(want.written->type),
                             want.written->values.slope, want.written->values.offset,

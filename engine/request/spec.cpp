@@ -5,8 +5,8 @@
 namespace edgewise {
 
 const char* name_of(GeometryStep::Kind kind) noexcept {
-    constexpr const char* kNames[] = {"rotate",    "matrix", "scale",
-                                      "translate", "shear",  "turntable"};
+    constexpr const char* kNames[] = {"rotate", "matrix",    "scale", "translate",
+                                      "shear",  "turntable", "path"};
     return kNames[static_cast<int>(kind)];
 }
 
@@ -17,6 +17,14 @@ const char* name_of(Planner planner) noexcept {
 
 std::string OutputSize::text() const {
     return fit ? "fit" : fmt::format("{}", fmt::join(sides, "x"));
+}
+
+std::string ClipSpec::options() const {
+    std::vector<const char*> given;
+    if (box) given.push_back("--clip");
+    if (!planes.empty()) given.push_back("--clip-plane");
+    if (slab) given.push_back("--slab");
+    return fmt::format("{}", fmt::join(given, " and "));
 }
 
 }  // namespace edgewise

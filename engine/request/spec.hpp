@@ -34,7 +34,8 @@ struct GeometryStep {
         scale,      // one factor, or one an axis
         translate,  // [file unit], one an axis
         shear,      // threes of: axis that moves (0 is x), axis that moves it, by how much
-        turntable,  // number of views, about screen y
+        turntable,  // number of views, about screen y; how far all of them turn [degree], else 360
+        path,       // sixteen for each view: its 4x4, row by row
     };
     Kind kind;
     std::vector<double> numbers;
@@ -64,6 +65,18 @@ struct GeometrySpec {
     bool upright = false;
 };
 
+/// What rays see of the input: what all of these keep.
+struct ClipSpec {
+    /// First and last sample along x, y and z (x0, y0, z0, x1, y1, z1), with half a voxel around.
+    std::optional<std::array<double, 6>> box;
+    std::vector<std::array<double, 4>> planes;  // A, B, C, D: A x + B y + C z + D >= 0 [sample]
+    std::optional<double> slab;                 // about the middle plane of each view [file unit]
+
+    bool empty() const noexcept { return !box && planes.empty() && !slab; }
+    /// Those that are given, as the command line calls them.
+    std::string options() const;
+};
+
 /// How costs are found: from models alone, by running the contenders, or all paths.
 enum class Planner { estimate, pilot, exhaustive };
 const char* name_of(Planner planner) noexcept;
@@ -77,6 +90,7 @@ struct RequestSpec {
     store::Selection selection;
     std::optional<std::string> out;  // file, %d is the frame; "-": standard output; "null:": none
     GeometrySpec geometry;
+    ClipSpec clip;  // render
     Mode mode = Mode::mip;
     std::optional<double> isovalue;       // mesh; absent: of labels
     std::optional<double> zero, outside;  // value that adds nothing (X-ray); beyond the input
@@ -104,6 +118,8 @@ struct RequestSpec {
     std::optional<double> planning_time;  // [s], of pilot and exhaustive
     Demands demands;                      // edges that must be on the path, or must not
 
+    /// Pictures a second of an animation (a GIF or APNG of several frames); else 15.
+    std::optional<double> fps;
     std::optional<int> bits, quality;   // 8, 16: a view, 32: values; 1..100 of JPEG and others
     std::optional<std::size_t> verify;  // samples to measure the error on, 0: all
     std::uint64_t seed = 1;             // of these samples

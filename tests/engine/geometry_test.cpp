@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <cstdio>
+#include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
 
@@ -436,6 +438,90 @@ TEST(Leaning, NoiseOfDirectionsIsNoLean) {
     EXPECT_TRUE(grid.leans());
 }
 
+TEST(Geometry, ATurntableOverAnArcHasEqualSteps) {
+    const auto grid = volume({9, 9, 9});
+    const Geometry arc = geometry_of(with("turntable", "6,90"), grid, Job::render);
+    const Geometry all = geometry_of(with("turntable", "24"), grid, Job::render);
+    ASSERT_EQ(arc.views.size(), 6u);
+    for (int view = 0; view < 6; ++view)
+        EXPECT_TRUE(arc.views[view].topLeftCorner<3, 3>().isApprox(
+            all.views[view].topLeftCorner<3, 3>(), 1e-14))
+            << view;
+    const Geometry back = geometry_of(with("turntable", "4,-360"), grid, Job::render);
+    const Geometry forth = geometry_of(with("turntable", "4"), grid, Job::render);
+    EXPECT_EQ(back.views[1], forth.views[3]);
+}
+
+/// A file with a text in it, for as long as a test needs it.
+struct PathText {
+    std::string name = testing::TempDir() + "edgewise_path.txt";
+    explicit PathText(const std::string& text) { std::ofstream(name) << text; }
+    ~PathText() { std::remove(name.c_str()); }
+};
+
+TEST(Geometry, APathIsAMatrixAView) {
+    const auto grid = volume({9, 8, 7}, {1, 1, 2});
+    // In a line, as rows between blank lines, with comments, 3x3 and 4x4.
+    const PathText file(
+        "# three views\n1 0 0 0 1 0 0 0 1\n0,0,1,  0,1,0, -1,0,0 # a quarter turn\n\n"
+        "1 0 0 2\n0 1 0 -3 # rows\n# between\n0 0 1 0\n0 0 0 1\n\n\n"
+        "1 0 0 2 0 1 0 -3 0 0 1 0");
+    const Geometry path = geometry_of(with("path", file.name), grid, Job::render);
+    ASSERT_EQ(path.views.size(), 4u);
+    GeometryWords words = with("rotate", "0,90,0");
+    words.size = fmt::format("{}x{}", path.grid.extent.x, path.grid.extent.y);
+    words.spacing = "1";
+    const Geometry one = geometry_of(words, grid, Job::render);
+    EXPECT_TRUE(path.views[1].topLeftCorner<3, 3>().isApprox(one.views[0].topLeftCorner<3, 3>()));
+    EXPECT_EQ(path.views[2], path.views[3]);
+    EXPECT_EQ(Vec3(path.views[2].topRightCorner<3, 1>() - path.views[0].topRightCorner<3, 1>()),
+              Vec3(2, -3, 0));
+}
+
+TEST(Geometry, APathTakesItsPlaceAmongTheSteps) {
+    const auto grid = volume({9, 9, 9});
+    const PathText file("0 0 1 0 1 0 -1 0 0\n");
+    GeometryWords words;
+    words.steps = {{"rotate", "20,0,0"}, {"path", file.name}, {"scale", "1.5"}};
+    GeometryWords same = words;
+    same.steps[1] = {"matrix", "0,0,1,0,1,0,-1,0,0"};
+    words.about = same.about = "2,3,4";
+    const Geometry path = geometry_of(words, grid, Job::render);
+    const Geometry matrix = geometry_of(same, grid, Job::render);
+    ASSERT_EQ(path.views.size(), 1u);
+    EXPECT_TRUE(path.views[0].isApprox(matrix.views[0], 1e-13));
+}
+
+TEST(Geometry, RefusesPathsThatMakeNoSense) {
+    const auto grid = volume({9, 9, 9});
+    const auto why = [&](const std::string& text) {
+        const PathText file(text);
+        try {
+            geometry_of(with("path", file.name), grid, Job::render);
+        } catch (const RequestError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const std::string one = "1 0 0 0 1 0 0 0 1\n";
+    EXPECT_EQ(why(one), "");
+    EXPECT_NE(why("").find("has no matrix"), std::string::npos);
+    EXPECT_NE(why("# nothing\n\n").find("has no matrix"), std::string::npos);
+    EXPECT_NE(why(one + "1 2 3\n\n" + one).find("3 numbers from line 2 on"), std::string::npos);
+    EXPECT_NE(why(one + "1 2 x\n").find("line 2"), std::string::npos);
+    EXPECT_NE(why(one + "1 0 0 0 1 0 0 0 0\n").find("matrix 2"), std::string::npos);
+    EXPECT_NE(why(one + "1 0 0 0 1 0 0 nan 0\n"), "");
+    EXPECT_NE(why("1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1\n").find("last row"), std::string::npos);
+    EXPECT_THROW(geometry_of(with("path", "no such file"), grid, Job::render), RequestError);
+    const PathText file(one);
+    EXPECT_THROW(geometry_of(with("path", file.name), grid, Job::warp), RequestError);
+    for (const char* other : {"path", "turntable"}) {
+        GeometryWords words = with("path", file.name);
+        words.steps.emplace_back(other, other == std::string("path") ? file.name : "4");
+        EXPECT_THROW(geometry_of(words, grid, Job::render), RequestError);
+    }
+}
+
 class Refused : public testing::TestWithParam<std::pair<const char*, const char*>> {};
 
 TEST_P(Refused, WithTheOptionsName) {
@@ -479,6 +565,8 @@ TEST(Geometry, RefusesSizesAndViewsThatMakeNoSense) {
     refused([](auto& w) { w.steps = {{"turntable", "0"}}; }, Job::render, cube);
     refused([](auto& w) { w.steps = {{"turntable", "4"}}; }, Job::warp, cube);
     refused([](auto& w) { w.steps = {{"turntable", "4"}, {"turntable", "4"}}; }, Job::render, cube);
+    for (const char* turn : {"4,0", "4,nan", "4,90,2", "4,", ",90", "2.5,90"})
+        refused([&](auto& w) { w.steps = {{"turntable", turn}}; }, Job::render, cube);
     for (const char* by : {"0", "-1", "nan", "x"})
         refused([&](auto& w) { w.zoom = by; }, Job::render, cube);
     refused([](auto& w) { w.zoom = "2"; }, Job::warp, cube);

@@ -418,7 +418,9 @@ TEST(Pictures, WhatAFormatCannotHoldIsSaid) {
     EXPECT_EQ(why("a.webp", Type::u8, 3, {16383, 4, 1}), "");
     EXPECT_NE(why("a.pgm", Type::u8, 3), "");
     EXPECT_NE(why("a.pbm", Type::u8, 1), "");
-    EXPECT_NE(why("a.gif", Type::u8, 3), "");
+    EXPECT_EQ(why("a.gif", Type::u8, 3), "");
+    EXPECT_NE(why("a.gif", Type::u8, 4), "");
+    EXPECT_NE(why("a.gif", Type::u16, 1), "");
     EXPECT_NE(why("a.psd", Type::u8, 3), "");
     EXPECT_NE(why("a.jp2", Type::f32, 1), "");
     EXPECT_EQ(why("a.J2K", Type::u16, 1), "");

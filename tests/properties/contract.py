@@ -211,8 +211,23 @@ def eye_distance(volume, frames, angle, aspect):
     return max(need)
 
 
-def clipped(start, along, extent, grow):
-    """First and last parameter of each ray within the volume grown by `grow` samples."""
+@dataclasses.dataclass
+class Clip:
+    """What rays see of the volume: half spaces a x + b y + c z + d >= 0 of samples, and so much about the screen's z = 0 [mm]."""
+    planes: tuple = ()
+    slab: object = None
+
+    def half_spaces(self, volume, placed):
+        yield from (np.array(plane, float) for plane in self.planes)
+        if self.slab is not None:
+            normal = placed[2, :3] * volume.spacing
+            depth = placed[2, 3] - normal @ (volume.extent - 1) / 2
+            for sign in (1, -1):
+                yield np.append(sign * normal, sign * depth + self.slab / 2)
+
+
+def clipped(start, along, extent, grow, half_spaces=()):
+    """First and last parameter of each ray within the volume, or within a part of it, grown by `grow` samples."""
     low, high = -0.5 - grow, extent - 0.5 + grow
     with np.errstate(divide="ignore", invalid="ignore"):
         one, two = (low - start) / along, (high - start) / along
@@ -220,6 +235,14 @@ def clipped(start, along, extent, grow):
     within = (start > low) & (start < high)
     near = np.where(parallel, np.where(within, -np.inf, np.inf), np.minimum(one, two)).max(-1)
     far = np.where(parallel, np.where(within, np.inf, -np.inf), np.maximum(one, two)).min(-1)
+    for plane in half_spaces:
+        plane = plane / np.linalg.norm(plane[:3])
+        base, slope = start @ plane[:3] + plane[3] + grow, along @ plane[:3]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = -base / slope
+        still = np.abs(slope) < 1e-12
+        near = np.where(still, np.where(base > 0, near, np.inf), np.where(slope > 0, np.maximum(near, at), near))
+        far = np.where(still, np.where(base > 0, far, -np.inf), np.where(slope < 0, np.minimum(far, at), far))
     return near, far
 
 
@@ -309,7 +332,7 @@ def eye_of(volume, frames, angle, size, spacing):
                height / 2 / math.tan(math.radians(angle) / 2))
 
 
-def render(volume, frames, size, spacing, look, reference, eye=None, finer=1, phase=None):
+def render(volume, frames, size, spacing, look, reference, eye=None, finer=1, phase=None, clip=Clip()):
     """`finer` divides the step of 1/8 of the smallest spacing.
 
     Where the first step begins is free: rays are cut into equal steps, or, with a phase, into whole ones of which the first
@@ -330,8 +353,9 @@ def render(volume, frames, size, spacing, look, reference, eye=None, finer=1, ph
     for placed in frames:
         linear, shift = to_object(volume, placed)
         start, along = origin @ linear.T + shift, heading @ linear.T
-        near, far = clipped(start, along, volume.extent, 0)
-        least, most = clipped(start, along, volume.extent, -NEAR), clipped(start, along, volume.extent, NEAR)
+        planes = list(clip.half_spaces(volume, placed))
+        near, far = clipped(start, along, volume.extent, 0, planes)
+        least, most = (clipped(start, along, volume.extent, grow, planes) for grow in (-NEAR, NEAR))
         hit = least[1] > least[0]
         missing = most[1] <= most[0]
         result = np.empty((len(pixels),) + np.shape(miss))

@@ -65,6 +65,7 @@ class Request:
     look: object
     range: object
     loose: bool  # not finite under a spline: only its place is defined
+    clip: contract.Clip
 
 
 ORDERED = ("--rotate", "--scale", "--shear", "--translate", "--matrix", "--turntable")
@@ -271,6 +272,34 @@ def random_transfer(rng, low, high):
     return points
 
 
+def random_clip(rng, volume, frames):
+    """(words, Clip): a part of the volume with its middle in it."""
+    words, planes, slab = [], [], None
+    middle = (volume.extent - 1) / 2
+    kinds = rng.random(3) < .5
+    if kinds[0]:
+        low = [int(rng.integers(-1, int(m) + 1)) for m in middle]
+        high = [int(rng.integers(int(np.ceil(m)), n + 1)) for m, n in zip(middle, volume.extent)]
+        words += ["--clip", listed(low + high)]
+        for axis in range(3):
+            unit = np.eye(3)[axis]
+            planes += [(*unit, .5 - low[axis]), (*-unit, .5 + high[axis])]
+    for _ in range(rng.integers(1, 3) if kinds[1] else 0):
+        normal = [rounded(x, 3) for x in rng.normal(size=3)]
+        if rng.random() < .2:
+            normal = [0, 0, 0]
+            normal[rng.integers(3)] = int(rng.choice([-1, 1]))
+        reach = rng.uniform(.02, .4) * np.abs(np.array(normal) * volume.extent).sum()
+        normal.append(rounded(reach - np.array(normal) @ middle, 5))
+        words += ["--clip-plane", listed(normal)]
+        planes.append(tuple(normal))
+    if kinds[2]:
+        apart = max(abs(placed[2, 3]) for placed in frames)
+        slab = rounded(2 * apart + rng.uniform(.5, 1.2) * float((volume.extent * volume.spacing).min()), 4)
+        words += ["--slab", number(slab)]
+    return words, contract.Clip(tuple(planes), slab)
+
+
 def ray_samples(volume, frames, size):
     """An upper estimate of what the reference has to look at."""
     pixels = size[0] * size[1] * len(frames)
@@ -373,9 +402,13 @@ def make_request(seed, index, kinds):
     budget = ["--max-error", number(rounded(error, 3)) if draw < .7 else f"{-20 * np.log10(error):.1f}dB" if draw < .85
               else f"{100 * error:.2f}%"]
     words = shuffled(rng, words)
+    clip = contract.Clip()
+    if job == "render" and rng.random() < .25:
+        clip_words, clip = random_clip(rng, volume, frames)
+        words += clip_words
     ending = "nii" if job == "warp" and writing["format"] == "nifti" else "nrrd"
     return Request(index, job, mode, words, budget, volume, stored, writing, ending, steps, view, about, reference, size,
-                   spacing, zoom, perspective, outside, look, wanted_range, holes and reference == "spline"), name
+                   spacing, zoom, perspective, outside, look, wanted_range, holes and reference == "spline", clip), name
 
 
 KIND_WEIGHTS = {"image": 1, "warp": 3, "mip": 2, "xray": 2, "mean": 1.2, "composite": 2.4, "minip": .5, "stddev": .6, "drr": .6}
@@ -522,7 +555,8 @@ class Judge:
                 self.check_header(words, frames, size, spacing, header)
             answer = contract.warp(request.volume, frames[0], size, spacing, request.reference, request.outside)
         else:
-            answer = contract.render(request.volume, frames, size, spacing, request.look, request.reference, eye)
+            answer = contract.render(request.volume, frames, size, spacing, request.look, request.reference, eye,
+                                     clip=request.clip)
         return answer
 
     def check_header(self, words, frames, size, spacing, header):
@@ -614,7 +648,7 @@ class Judge:
         if self.doubtful is None:
             frames, size, spacing, eye = expected_grid(self.request)
             others = [contract.render(self.request.volume, frames, size, spacing, self.request.look, self.request.reference, eye,
-                                      **how).values for how in ({"finer": 2.7}, {"phase": .25}, {"phase": .5}, {"phase": .75})]
+                                      clip=self.request.clip, **how).values for how in ({"finer": 2.7}, {"phase": .25}, {"phase": .5}, {"phase": .75})]
             apart = [contract.nrmse(values, self.answer, self.request.range, self.scale())[0] for values in others]
             self.doubtful = max(2 * apart[0], *apart[1:])
         return self.doubtful

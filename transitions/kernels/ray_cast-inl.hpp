@@ -52,6 +52,18 @@ struct Spans {
         high = hn::IfThenElse(along, kept, hn::Min(high, hn::Max(a, b)));
         low = hn::IfThenElse(along, low, hn::Max(low, hn::Min(a, b)));
     }
+    /// As cut_by_plane().
+    HWY_INLINE void cut(VD base, VD slope) {
+        const DD tag;
+        const VD zero = hn::Zero(tag), at = hn::Div(hn::Neg(base), slope);
+        const auto along = hn::Lt(hn::Abs(slope), hn::Set(tag, kAlongPlane));
+        const auto enters = hn::AndNot(along, hn::Gt(slope, zero));
+        const auto leaves = hn::AndNot(along, hn::Lt(slope, zero));
+        const auto out = hn::And(along, hn::Lt(base, hn::Set(tag, -kInPlane)));
+        high = hn::IfThenElse(leaves, hn::Min(high, at), high);
+        low = hn::IfThenElse(enters, hn::Max(low, at), low);
+        high = hn::IfThenElse(out, low, high);
+    }
 };
 
 /// The rays of one packet. Lanes without a hit walk along the first one that has one, unmasked.
@@ -121,10 +133,21 @@ void Packet::reckon(const RayCast& cast, const ParallelRays& shared, std::size_t
     for (int axis = 0; axis < 3; ++axis) {
         const double top = static_cast<double>(n[axis]) - 0.5, margin = 1e-3 + 1e-6 * top;
         origin[axis] = at(cast.rays.origin, axis);
-        box.clip(origin[axis], inverse[axis], -0.5, top);
+        const auto a = static_cast<std::size_t>(axis);
+        box.clip(origin[axis], inverse[axis], low_face(cast, a), high_face(cast, a));
         inner.clip(origin[axis], inverse[axis], below + margin, top - 0.5 - below - margin);
         keep(along[axis], stride[axis]);
     }
+    if (cast.kept)
+        for (const auto& [normal, offset] : cast.kept->planes) {
+            VD inside = hn::Set(d, offset), slope = hn::Zero(d);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const VD across = hn::Set(d, normal[axis]);
+                inside = hn::Add(inside, hn::Mul(across, origin[axis]));
+                slope = hn::Add(slope, hn::Mul(across, along[axis]));
+            }
+            box.cut(inside, slope);
+        }
     const VD one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
     const VD far = hn::Set(d, std::numeric_limits<double>::max());
     const auto hits = hn::And(hn::Lt(box.low, box.high), hn::And(hn::Le(hn::Abs(box.low), far),

@@ -59,6 +59,16 @@ struct Bricks {
     std::pmr::vector<float> least;
 };
 
+/// The part of a volume that rays see: a box and half spaces [input index].
+struct Kept {
+    struct Plane {
+        std::array<double, 3> normal;
+        double offset;  // normal . p + offset >= 0 is inside
+    };
+    std::array<double, 3> low, high;  // faces of the box, within those of the volume
+    std::vector<Plane> planes;
+};
+
 /// What levels of bricks are of.
 struct LevelsOf {
     const Optics* optics = nullptr;  // of over, else null
@@ -87,8 +97,9 @@ constexpr int kPacketSide = 4;  // pixels; rays of so many columns and rows go t
 /// there the nearest sample continues. Each cell is sampled at the middle of what of it lies inside
 /// the box and weighs that length: whole cells at (k + 1/2) step (the midpoint rule), the two end
 /// cells less. Constants and linear functions of t are thus integrated exactly, and every ray that
-/// meets the box has a sample, however thin the box is. Samples that are not finite count as
-/// outside.
+/// meets the box has a sample, however thin the box is. Where only a part of the volume is kept,
+/// its faces cut cells as those of the box do; values beside them are those of the whole volume.
+/// Samples that are not finite count as outside.
 struct RayCast {
     Grid volume;  // one channel; with Hold::bspline3 f32 coefficients, mirrored at the ends
     Hold hold = Hold::foh;
@@ -96,6 +107,7 @@ struct RayCast {
     Combine rule = Combine::max;
     const RayRule* other = nullptr;  // of Combine::other
     Rays rays = {};
+    const Kept* kept = nullptr;            // null: all of the volume
     double step = 1;                       // [t]
     double unit = 1;                       // one t, in the file's unit; of sum
     double zero = 0;                       // of sum: the value that adds nothing

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
+#include "graph/clip.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 
 namespace edgewise::kernels {
@@ -25,6 +27,15 @@ struct RayPath {
 /// trace within any volume, and its inverse times 0 would be no number.
 inline double inverse_stride(double d) noexcept { return std::abs(d) < 1e-280 ? 0 : 1 / d; }
 
+/// The faces of the box that rays see: the volume's, or those of what is kept of it.
+inline double low_face(const RayCast& cast, std::size_t axis) noexcept {
+    return cast.kept ? cast.kept->low[axis] : -0.5;
+}
+inline double high_face(const RayCast& cast, std::size_t axis) noexcept {
+    return cast.kept ? cast.kept->high[axis]
+                     : static_cast<double>(cast.volume.extent[static_cast<int>(axis)]) - 0.5;
+}
+
 /// What all rays of a cast share, if they are parallel.
 struct ParallelRays {
     bool parallel = false;
@@ -45,9 +56,9 @@ struct ParallelRays {
     }
 };
 
-/// The pixels whose parallel rays meet the box: a convex polygon. Three intervals of a line have a
-/// point in common where each two of them have, so each slab has to begin before any other ends,
-/// which is a half-plane of pixels.
+/// The pixels whose parallel rays meet the box: a convex polygon. Intervals of a line have a point
+/// in common where each two of them have, so each slab has to begin before any other ends, which is
+/// a half-plane of pixels. Half spaces are slabs with one end.
 class Shadow {
  public:
     /// Of pixels [x, x + width) x [y, y + height); elsewhere it may be too small. Of rays from an
@@ -56,10 +67,10 @@ class Shadow {
            double height) noexcept {
         if (!shared.parallel) return;
         const Rays::Field& origin = cast.rays.origin;
-        std::array<HalfPlane, 3> begins, ends;  // of slabs, as t that is after all pixels'
+        std::array<HalfPlane, kSlabs> begins, ends;  // of slabs, as t that is after all pixels'
         for (std::size_t a = 0; a < 3; ++a) {
             const double inverse = shared.inverse[a], scale = inverse == 0 ? 1 : inverse;
-            const double from = -0.5, to = static_cast<double>(cast.volume.extent[a]) - 0.5;
+            const double from = low_face(cast, a), to = high_face(cast, a);
             // Far more than what any of both roundings is off by.
             const double slack = 1e-12 * (std::abs(origin.base[a]) + to +
                                           std::abs(origin.x[a]) * (std::abs(x) + width) +
@@ -80,6 +91,8 @@ class Shadow {
             for (std::size_t b = 0; b < 3; ++b)
                 if (b != a && shared.inverse[b] != 0) sides_[count_++] = ends[b] - begins[a];
         }
+        if (cast.kept)
+            add_planes(cast, shared, begins, ends, std::abs(x) + width, std::abs(y) + height);
     }
 
     struct Columns {
@@ -108,7 +121,48 @@ class Shadow {
             return {base - other.base, x - other.x, y - other.y};
         }
     };
-    std::array<HalfPlane, 6> sides_;
+    /// Of more planes the first so many: the polygon may be larger than needed, never smaller.
+    static constexpr std::size_t kPlanes = 6, kSlabs = 3 + kPlanes;
+
+    /// @param begins,ends  of the box's slabs; those of planes are added
+    /// @param right,down   the largest |x| and |y| of pixels
+    void add_planes(const RayCast& cast, const ParallelRays& shared,
+                    std::array<HalfPlane, kSlabs>& begins, std::array<HalfPlane, kSlabs>& ends,
+                    double right, double down) noexcept {
+        std::array<bool, kSlabs> has_begin{}, has_end{};
+        for (std::size_t a = 0; a < 3; ++a) has_begin[a] = has_end[a] = shared.inverse[a] != 0;
+        std::size_t slabs = 3;
+        for (const Kept::Plane& plane : cast.kept->planes) {
+            if (slabs == kSlabs) break;
+            const Rays::Field& origin = cast.rays.origin;
+            HalfPlane at{plane.offset, 0, 0};
+            double slope = 0, slack = std::abs(plane.offset);
+            for (std::size_t a = 0; a < 3; ++a) {
+                const double n = plane.normal[a];
+                at.base += n * origin.base[a];
+                at.x += n * origin.x[a];
+                at.y += n * origin.y[a];
+                slope += n * shared.along[a];
+                slack += std::abs(n) * (std::abs(origin.base[a]) + std::abs(origin.x[a]) * right +
+                                        std::abs(origin.y[a]) * down);
+            }
+            at.base += 1e-12 * slack;
+            if (std::abs(slope) < kAlongPlane) {
+                at.base += kInPlane;
+                sides_[count_++] = at;
+                continue;
+            }
+            const HalfPlane reached{-at.base / slope, -at.x / slope, -at.y / slope};
+            (slope > 0 ? begins : ends)[slabs] = reached;
+            (slope > 0 ? has_begin : has_end)[slabs++] = true;
+        }
+        for (std::size_t a = 0; a < slabs; ++a)
+            for (std::size_t b = 0; b < slabs; ++b)
+                if (a != b && (a > 2 || b > 2) && has_begin[a] && has_end[b])
+                    sides_[count_++] = ends[b] - begins[a];
+    }
+
+    std::array<HalfPlane, kSlabs * kSlabs + kPlanes> sides_;
     int count_ = 0;
 };
 
@@ -165,11 +219,21 @@ inline RayPath ray_path(const RayCast& cast, double px, double py) noexcept {
     for (int axis = 0; axis < 3; ++axis) {
         const double d = direction[axis] * cell, top = static_cast<double>(n[axis]) - 0.5;
         const double margin = 1e-3 + 1e-6 * top, inverse = inverse_stride(d);
+        const auto a = static_cast<std::size_t>(axis);
         path.stride[axis] = d;
-        clip(origin[axis], inverse, -0.5, top, low, high);
+        clip(origin[axis], inverse, low_face(cast, a), high_face(cast, a), low, high);
         clip(origin[axis], inverse, below + margin, top - 0.5 - below - margin, inner_low,
              inner_high);
     }
+    if (cast.kept)
+        for (const auto& [normal, offset] : cast.kept->planes) {
+            double at = offset, slope = 0;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                at += normal[axis] * origin[axis];
+                slope += normal[axis] * path.stride[axis];
+            }
+            cut_by_plane(at, slope, low, high);
+        }
     if (!(low < high) || !std::isfinite(low) || !std::isfinite(high)) return path;
     path.first = static_cast<std::int64_t>(std::floor(low + kSliver));
     path.last = std::max(path.first, static_cast<std::int64_t>(std::ceil(high - kSliver)) - 1);

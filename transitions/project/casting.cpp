@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_cast.hpp"
@@ -66,6 +67,8 @@ void measure_casting(const Data& input, const Request& want, std::map<std::strin
         };
         const int view = static_cast<int>(at(2, want.frames));
         cast.rays = rays_of(input.what, want, view, -0.5);
+        const std::optional<kernels::Kept> kept = kept_of(input.what, want, view);
+        cast.kept = kept ? &*kept : nullptr;
         const std::int64_t x = at(0, want.screen.x) / kSide * kSide,
                            y = at(1, want.screen.y) / kSide * kSide;
         const std::int64_t width = std::min(kSide, want.screen.x - x),

@@ -128,7 +128,8 @@ class CombineModel final : public Model {
 }  // namespace
 
 std::shared_ptr<const Model> combine_model(const ModelSetting& setting) {
-    if (!setting.want.job->of_rays() || setting.want.eye) return nullptr;
+    const Request& want = setting.want;
+    if (!want.job->of_rays() || want.eye || !want.clips.empty()) return nullptr;
     return std::make_shared<CombineModel>(setting);
 }
 

@@ -110,6 +110,35 @@ kernels::Rays rays_of(const Representation& from, const Request& want, int view,
     return rays;
 }
 
+std::optional<kernels::Kept> kept_of(const Representation& from, const Request& want, int view) {
+    const Clip* clip = want.clip(view);
+    if (!clip) return {};
+    const Mat4 placed = from.placed.at(view).matrix();
+    kernels::Kept kept;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        kept.low[axis] = -0.5;
+        kept.high[axis] = static_cast<double>(from.extent[static_cast<int>(axis)]) - 0.5;
+    }
+    // A plane is moved with what it cuts.
+    const bool is_input = placed == Mat4::Identity();
+    const Eigen::Matrix3d back =
+        is_input ? Eigen::Matrix3d::Identity()
+                 : Eigen::Matrix3d(placed.topLeftCorner<3, 3>().inverse().transpose());
+    for (const HalfSpace& plane : half_spaces_of(*clip)) {
+        const Vec3 normal = back * plane.normal;
+        const double offset = plane.offset - normal.dot(placed.topRightCorner<3, 1>());
+        bool is_face = false;
+        for (std::size_t axis = 0; axis < 3 && !is_face; ++axis) {
+            const double along = normal[static_cast<int>(axis)];
+            is_face = std::abs(along) == normal.lpNorm<1>();
+            if (is_face && along > 0) kept.low[axis] = std::max(kept.low[axis], -offset / along);
+            if (is_face && along < 0) kept.high[axis] = std::min(kept.high[axis], -offset / along);
+        }
+        if (!is_face) kept.planes.push_back({array_of(normal), offset});
+    }
+    return kept;
+}
+
 std::optional<kernels::RayLight> light_of(const Representation& from, const Request& want,
                                           int view) {
     if (!want.shading.on()) return {};
@@ -121,14 +150,43 @@ std::optional<kernels::RayLight> light_of(const Representation& from, const Requ
 
 namespace {
 
+/// A convex part of samples: the smallest box around it, and its volume.
+struct Part {
+    Vec3 low, high;  // index
+    double volume;   // [sample]
+};
+
+/// What rays of a view meet of the samples.
+Part part_of(const Representation& from, const Request& want, int view) {
+    Part all{Vec3::Constant(-0.5), {}, static_cast<double>(from.extent.samples())};
+    for (int axis = 0; axis < 3; ++axis)
+        all.high[axis] = static_cast<double>(from.extent[axis]) - 0.5;
+    const Clip* clip = want.clip(view);
+    if (!clip) return all;
+    const Mat4 placed = from.placed.at(view).matrix();
+    Part part{all.high, all.low, 0};
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3 p;
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = (corner >> axis & 1 ? clip->most : clip->least)[axis];
+        p = placed.topLeftCorner<3, 3>() * p + placed.topRightCorner<3, 1>();
+        p = p.cwiseMax(all.low).cwiseMin(all.high);
+        part.low = part.low.cwiseMin(p);
+        part.high = part.high.cwiseMax(p);
+    }
+    part.volume =
+        std::min(all.volume, std::abs(placed.topLeftCorner<3, 3>().determinant()) * clip->volume);
+    return part;
+}
+
 /// Whether parallel rays through all of the screen pass through all of the box, but for what maps
 /// are rounded by.
-bool sees_all(const Mat4& map, const Extent& box, const Extent& screen) {
+bool sees_all(const Mat4& map, const Part& box, const Extent& screen) {
     constexpr double kRounding = 1e-6;  // pixels
     for (int corner = 0; corner < 8; ++corner) {
         Vec3 p;
         for (int axis = 0; axis < 3; ++axis)
-            p[axis] = corner >> axis & 1 ? static_cast<double>(box[axis]) - 0.5 : -0.5;
+            p[axis] = (corner >> axis & 1 ? box.high : box.low)[axis];
         p = map.topLeftCorner<3, 3>() * p + map.topRightCorner<3, 1>();
         for (int axis = 0; axis < 2; ++axis)
             if (!(p[axis] >= -0.5 - kRounding &&
@@ -141,17 +199,19 @@ bool sees_all(const Mat4& map, const Extent& box, const Extent& screen) {
 }  // namespace
 
 double mean_length(const Representation& from, const Request& want, int view) {
+    const Part part = part_of(from, want, view);
     if (const Mat4 map = residual(from, want, view);
-        !want.eye && sees_all(map, from.extent, want.screen)) {
+        !want.eye && sees_all(map, part, want.screen)) {
         // Lengths over a whole shadow add up to the volume.
-        const double volume = std::abs(map.topLeftCorner<3, 3>().determinant()) *
-                              static_cast<double>(from.extent.samples());
+        const double volume = std::abs(map.topLeftCorner<3, 3>().determinant()) * part.volume;
         return volume / (static_cast<double>(want.screen.x) * static_cast<double>(want.screen.y));
     }
     constexpr int kSide = 24;
     kernels::RayCast cast;
     cast.volume.extent = from.extent;
     cast.rays = rays_of(from, want, view);
+    const std::optional<kernels::Kept> kept = kept_of(from, want, view);
+    if (kept) cast.kept = &*kept;
     double sum = 0;
     for (int j = 0; j < kSide; ++j)
         for (int i = 0; i < kSide; ++i) {
@@ -166,7 +226,8 @@ RaysMet rays_met(const Representation& from, const Request& want, int view, int 
     const double pixels = static_cast<double>(want.screen.x) * static_cast<double>(want.screen.y);
     if (want.eye) return {.rays = pixels, .packets = pixels};
     Eigen::Matrix3d edges = residual(from, want, view).topLeftCorner<3, 3>();
-    for (int axis = 0; axis < 3; ++axis) edges.col(axis) *= static_cast<double>(from.extent[axis]);
+    const Part part = part_of(from, want, view);
+    for (int axis = 0; axis < 3; ++axis) edges.col(axis) *= part.high[axis] - part.low[axis];
     // A packet goes from the first to the last that one of its rays has of the data: what the sum
     // of data and packet (Minkowski's), over all places of the packet, has of one ray. Its volume
     // is that of all parallelepipeds that three of the edges of both span; those of one of the

@@ -8,6 +8,7 @@
 #include "graph/transition.hpp"
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/combine.hpp"
+#include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_light.hpp"
 
 namespace edgewise {
@@ -34,6 +35,9 @@ kernels::Optics optics_of(const Request& want, const ValueMap& values);
 /// Rays of a view as lines of indices of samples that lie like `from`; t counts from screen z =
 /// front (parallel) or from the eye.
 kernels::Rays rays_of(const Representation& from, const Request& want, int view, double front = 0);
+
+/// What rays of a view see of samples that lie like `from`; nothing where that is all of them.
+std::optional<kernels::Kept> kept_of(const Representation& from, const Request& want, int view);
 
 /// Mean length of rays inside the data over all pixels of a view [t], misses counting 0; exact
 /// where the screen shows all of them, else from a lattice of rays.

@@ -54,6 +54,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (is_spread(from) && ask.want.eye)
         return Offer::no(
             "over ranks: the eye is at a finite distance, boxes have no order along z");
+    if (is_spread(from) && !ask.want.clips.empty())
+        return Offer::no("over ranks: the clip leaves some of the boxes out");
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
@@ -331,6 +333,8 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .bound = kTerminated};
     const std::optional<kernels::RayLight> light = light_of(in.what, want, context.view);
     if (light) cast.light = &*light;
+    const std::optional<kernels::Kept> kept = kept_of(in.what, want, context.view);
+    if (kept) cast.kept = &*kept;
     std::shared_ptr<const kernels::Gradients> gradients;
     if (light && !in.what.facets.empty()) {
         gradients = gradients_of(in);

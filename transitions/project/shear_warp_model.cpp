@@ -323,7 +323,8 @@ class ShearWarpModel final : public Model {
 }  // namespace
 
 std::shared_ptr<const Model> shear_warp_model(const ModelSetting& setting) {
-    if (!setting.want.job->of_rays() || setting.want.eye) return nullptr;
+    const Request& want = setting.want;
+    if (!want.job->of_rays() || want.eye || !want.clips.empty()) return nullptr;
     return std::make_shared<ShearWarpModel>(setting);
 }
 

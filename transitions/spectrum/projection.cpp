@@ -78,6 +78,8 @@ std::string no_projection(const Ask& ask) {
         return fmt::format("{} does not commute with the Fourier slice theorem",
                            name_of(want.mode));
     if (want.eye) return "the Fourier slice theorem needs parallel rays, the view is perspective";
+    if (!want.clips.empty())
+        return "a slice of a spectrum sums whole lines, and the view is clipped";
     if (want.projective()) return "the Fourier slice theorem needs affine views";
     if (want.field == Field::nearest)
         return "labels have edges everywhere: their field is far from band-limited";

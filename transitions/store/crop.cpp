@@ -1,6 +1,7 @@
 #include "transitions/store/crop.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fmt/format.h>
 
@@ -21,9 +22,35 @@ std::string needed(const Request& want, const Scene& scene) {
     return want.mode->needs(want, common, scene.low, scene.high);
 }
 
+/// The samples around what clipped rays see, over all views.
+Region seen(const Request& want) {
+    Region box = Region::all(want.input);
+    for (int axis = 0; axis < 3 && !want.clips.empty(); ++axis) {
+        double low = want.clips[0].least[axis], high = want.clips[0].most[axis];
+        for (const Clip& clip : want.clips) {
+            low = std::min(low, clip.least[axis]);
+            high = std::max(high, clip.most[axis]);
+        }
+        box.begin[axis] = static_cast<std::int64_t>(std::floor(low));
+        box.end[axis] = static_cast<std::int64_t>(std::ceil(high)) + 1;
+    }
+    return box;
+}
+
+Region common_of(Region box, const Region& other) {
+    for (int axis = 0; axis < 3; ++axis) {
+        box.begin[axis] = std::max(box.begin[axis], other.begin[axis]);
+        box.end[axis] = std::min(box.end[axis], other.end[axis]);
+    }
+    return box;
+}
+
 /// The box that is kept [input sample].
-Region kept(const Request& want, const Scene& scene) {
-    Region box = scene.occupied;
+/// @param occupied  what is empty may be left out too
+Region kept(const Request& want, const Scene& scene, bool occupied) {
+    Region box = seen(want);
+    if (occupied)
+        if (const Region both = common_of(box, scene.occupied); !both.empty()) box = both;
     for (int axis = 0; axis < 3; ++axis) {
         box.begin[axis] = std::max<std::int64_t>(0, box.begin[axis] - kMargin);
         box.end[axis] = std::min(want.input[axis], box.end[axis] + kMargin);
@@ -37,14 +64,16 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
         return Offer::no("the samples no longer lie where the input has them");
     if (from.layout != Layout::linear || from.place != Place::memory)
         return Offer::no("needs samples in memory, row by row");
-    if (std::string reason = needed(ask.want, ask.scene); !reason.empty())
-        return Offer::no(std::move(reason));
-    if (ask.scene.occupied.empty()) return Offer::no("all samples have one value");
-    const Region box = kept(ask.want, ask.scene);
+    std::string reason = needed(ask.want, ask.scene);
+    if (reason.empty() && ask.scene.occupied.empty()) reason = "all samples have one value";
+    const bool clipped = !ask.want.clips.empty();
+    if (!clipped && !reason.empty()) return Offer::no(std::move(reason));
+    const Region box = kept(ask.want, ask.scene, reason.empty());
     const double share =
         static_cast<double>(box.extent().samples()) / static_cast<double>(from.samples());
     if (share > kWorthACopy)
-        return Offer::no(fmt::format("the occupied box is {:.0f} % of the input", 100 * share));
+        return Offer::no(fmt::format("the {} box is {:.0f} % of the input",
+                                     clipped ? "visible" : "occupied", 100 * share));
 
     Offer offer{.from = from, .to = from, .with = with};
     offer.to.extent = box.extent();

@@ -153,14 +153,26 @@ struct Interval {
 inline Interval chord(const RayCast& cast, const Vector& origin, const Vector& direction) {
     Interval in{cast.rays.start, kInfinity};
     for (int axis = 0; axis < 3; ++axis) {
-        const double from = -0.5 - origin[axis];
-        const double to = static_cast<double>(cast.volume.extent[axis]) - 0.5 - origin[axis];
+        const double face = static_cast<double>(cast.volume.extent[axis]) - 0.5;
+        const double from = (cast.kept ? cast.kept->low[axis] : -0.5) - origin[axis];
+        const double to = (cast.kept ? cast.kept->high[axis] : face) - origin[axis];
         if (direction[axis] == 0) {
             if (from > 0 || to < 0) in.high = -kInfinity;
             continue;
         }
         in.low = std::max(in.low, std::min(from / direction[axis], to / direction[axis]));
         in.high = std::min(in.high, std::max(from / direction[axis], to / direction[axis]));
+    }
+    if (!cast.kept) return in;
+    for (const Kept::Plane& plane : cast.kept->planes) {
+        double at = plane.offset, slope = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            at += plane.normal[axis] * origin[axis];
+            slope += plane.normal[axis] * direction[axis];
+        }
+        if (slope > 0) in.low = std::max(in.low, -at / slope);
+        if (slope < 0) in.high = std::min(in.high, -at / slope);
+        if (slope == 0 && at < 0) in.high = -kInfinity;
     }
     return in;
 }

@@ -37,7 +37,7 @@ constexpr double kValueTolerance = 3 * 255 * kDrift + 255.0 / 32768 * 3;
 
 template <class T>
 void all_rules(const Volume<T>& volume, Type type, ValueMap values, Hold hold, const Rays& rays,
-               int pixels) {
+               int pixels, const Kept* kept = nullptr) {
     for (const double step : {1.0, 0.5, 0.37})
         for (const Combine rule : {Combine::max, Combine::sum, Combine::mean, Combine::over}) {
             const Optics optics = optics_of(kColors, 0.8, values);
@@ -45,6 +45,7 @@ void all_rules(const Volume<T>& volume, Type type, ValueMap values, Hold hold, c
                          .hold = hold,
                          .rule = rule,
                          .rays = rays,
+                         .kept = kept,
                          .step = step,
                          .unit = 0.7,
                          .zero = 3,
@@ -98,6 +99,61 @@ TEST(RayCast, PerspectiveEqualsTheReference) {
         all_rules(random_volume<std::uint8_t>(n, 0, 256, 8), Type::u8, {}, Hold::foh, rays, 29);
         all_rules(random_volume<float>(n, 0, 255, 9), Type::f32, {}, Hold::bspline3, rays, 29);
     }
+}
+
+/// A part of a volume: a box, and what two oblique planes leave of it.
+std::vector<Kept> parts_of(const Extent& n) {
+    const double x = static_cast<double>(n.x), y = static_cast<double>(n.y),
+                 z = static_cast<double>(n.z);
+    Kept box{{3.25, -0.5, 5}, {x - 4.5, y - 2.75, z - 0.5}, {}};
+    Kept cut = box;
+    cut.planes = {{{0.6, 0, 0.8}, -12.3}, {{0.36, -0.8, -0.48}, 9.1}};
+    Kept corner{{-0.5, -0.5, -0.5}, {x - 0.5, y - 0.5, z - 0.5}, {}};
+    corner.planes = {{{-0.48, -0.6, -0.64}, 7.77}};
+    return {box, cut, corner};
+}
+
+TEST(RayCast, PartsOfAVolumeEqualTheReference) {
+    const Extent n{21, 17, 26};
+    const auto bytes = random_volume<std::uint8_t>(n, 0, 256, 40);
+    const auto floats = random_volume<float>(n, 0, 255, 41);
+    for (const Kept& kept : parts_of(n))
+        for (const Rays& rays : {turned(n, 0.4, -0.7, 29), turned(n, 0, 0, 29), from_eye(n, 29, 45),
+                                 from_eye(n, 29, 3)}) {
+            all_rules(bytes, Type::u8, {}, Hold::foh, rays, 29, &kept);
+            all_rules(floats, Type::f32, {}, Hold::bspline3, rays, 29, &kept);
+        }
+}
+
+TEST(RayCast, PartsWithBricksAndInTilesAreTheSameBytes) {
+    const Extent n{40, 33, 30};
+    const auto volume = random_volume<std::uint8_t>(n, 0, 256, 42);
+    const Optics optics = optics_of(kGrey, 1, {});
+    constexpr int kSide = 53;
+    for (const Kept& kept : parts_of(n))
+        for (const Rays& rays : {turned(n, 0.6, 0.4, kSide), from_eye(n, kSide, 70)})
+            for (const Combine rule : {Combine::max, Combine::over}) {
+                RayCast cast{.volume = volume.grid(Type::u8),
+                             .rule = rule,
+                             .rays = rays,
+                             .kept = &kept,
+                             .step = 0.5,
+                             .optics = &optics};
+                const int channels = rule == Combine::over ? 4 : 1;
+                std::vector<float> whole(kSide * kSide * channels), tiles(whole.size());
+                ray_cast(cast, 0, 0, kSide, kSide, whole.data(), kSide * channels);
+                Bricks bricks(n, std::pmr::get_default_resource());
+                const LevelsOf of{.optics = rule == Combine::over ? &optics : nullptr};
+                if (of.ranges()) bricks.least.resize(bricks.level.size());
+                brick_layers(cast.volume, of, 0, bricks.extent.z, bricks);
+                join_layers(cast.volume, of, 0, bricks.extent.y, bricks);
+                cast.bricks = &bricks;
+                for (int y = 0; y < kSide; y += 7)
+                    for (int x = 0; x < kSide; x += 5)
+                        ray_cast(cast, x, y, std::min(5, kSide - x), std::min(7, kSide - y),
+                                 tiles.data() + (y * kSide + x) * channels, kSide * channels);
+                EXPECT_EQ(0, std::memcmp(whole.data(), tiles.data(), whole.size() * sizeof(float)));
+            }
 }
 
 TEST(RayCast, ThinVolumesEqualTheReference) {

@@ -1,6 +1,7 @@
 #include "transitions/kernels/ray_path.hpp"
 
 #include <gtest/gtest.h>
+#include <tuple>
 
 #include "tests/transitions/kernels/ray_cast_reference.hpp"
 
@@ -69,6 +70,43 @@ TEST(Shadow, RaysInAFaceAreInside) {
             EXPECT_EQ(told.more, 0);
             EXPECT_EQ(told.hits, (2 * n[(axis + 1) % 3] + 1) * (4 * n[(axis + 2) % 3] + 1));
         }
+}
+
+TEST(Shadow, OfAPartIsSmaller) {
+    const Extent n{21, 17, 26};
+    Kept kept{{4, -0.5, 3.5}, {18.5, 12, 20}, {}};
+    for (const bool planes : {false, true}) {
+        if (planes) kept.planes = {{{0.6, 0, 0.8}, -15}, {{-0.36, 0.8, 0.48}, 2}};
+        for (const double tilt : {0.0, 1e-9, 0.4, 1.5707963267948966, -2.5})
+            for (const double turn : {0.0, -1e-12, 0.7, 3.1, 4.71238898038469}) {
+                RayCast cast = cast_of(n, turned(n, tilt, turn, kSide));
+                const Told all(cast, 1);
+                cast.kept = &kept;
+                const Told part(cast, 1), together(cast, 4);
+                EXPECT_EQ(part.hidden, 0) << tilt << ' ' << turn;
+                EXPECT_EQ(together.hidden, 0) << tilt << ' ' << turn;
+                EXPECT_LE(part.more, 40) << tilt << ' ' << turn;
+                EXPECT_LT(part.hits, 0.9 * all.hits);
+                EXPECT_GT(part.hits, 0);
+            }
+    }
+}
+
+TEST(RayPath, RaysInAPlaneAreInside) {
+    const Extent n{9, 9, 9};
+    Rays rays = turned(n, 0.3, 0.5, 9);
+    // A plane that holds the rays of a column of pixels.
+    const auto [origin, right, down] = std::tuple(rays.origin.base, rays.origin.x, rays.origin.y);
+    Kept kept{{-0.5, -0.5, -0.5}, {8.5, 8.5, 8.5}, {{right, 0}}};
+    RayCast cast = cast_of(n, rays);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        kept.planes[0].offset -= right[axis] * (origin[axis] + 4 * right[axis]);
+    cast.kept = &kept;
+    EXPECT_FALSE(ray_path(cast, 3, 4).hit());
+    EXPECT_TRUE(ray_path(cast, 4, 4).hit());
+    const RayPath part = ray_path(cast, 4, 4);
+    cast.kept = nullptr;
+    EXPECT_EQ(ray_path(cast, 4, 4).length, part.length);
 }
 
 TEST(Shadow, OfRaysFromAnEyeIsEverywhere) {

@@ -60,6 +60,26 @@ TEST(Crop, KeepsTheBoxAndItsMarginWhereTheyWere) {
                 ASSERT_EQ(out.as<std::uint16_t>()[x + 34 * (y + 21 * z)], c.at(x + 18, y, z + 8));
 }
 
+TEST(Crop, KeepsWhatClippedRaysSee) {
+    Case c;
+    c.want.mode = Mode::mean;  // which counts every sample that it sees
+    const std::vector<HalfSpace> planes{{Vec3::UnitX(), -40.5}, {Vec3(0, -0.6, -0.8), 7.9}};
+    c.want.clips = {clip_of(c.want.input, planes)};
+    const Offer offer = c.offer();
+    ASSERT_EQ(offer.refused, "");
+    // y to 8.3 / 0.6 = 13.8, z to 8.2 / 0.8 = 10.25, and 12 samples more.
+    EXPECT_EQ(offer.to.extent, (Extent{64 - 28, 14 + 12 + 1, 11 + 12 + 1}));
+    EXPECT_EQ(offer.to.placed.at(0).matrix()(0, 3), -28);
+    // What is empty is left out as well where that adds nothing.
+    c.want.mode = Mode::mip;
+    c.want.clips = {clip_of(c.want.input, std::span(planes).first(1))};
+    c.scene.occupied = {{30, 3, 20}, {44, 9, 24}};
+    EXPECT_EQ(c.offer().to.extent, (Extent{28, 21, 28}));
+    // A part without any of it stays.
+    c.scene.occupied = {{3, 3, 20}, {4, 9, 24}};
+    EXPECT_EQ(c.offer().to.extent, (Extent{36, 50, 40}));
+}
+
 TEST(Crop, StopsWhenAsked) {
     Case c;
     const Offer offer = c.offer();

@@ -1,0 +1,148 @@
+#include "graph/clip.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace edgewise {
+namespace {
+
+using Polygon = std::vector<Vec3>;
+
+std::vector<Vec3> corners_of(const Vec3& low, const Vec3& high) {
+    std::vector<Vec3> corners;
+    for (int i = 0; i < 8; ++i)
+        corners.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
+                             i & 4 ? high.z() : low.z());
+    return corners;
+}
+
+std::vector<Polygon> faces_of(const Vec3& low, const Vec3& high) {
+    const std::vector<Vec3> corner = corners_of(low, high);
+    std::vector<Polygon> faces;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const int side : {0, 1 << axis}) {
+            const int b = 1 << (axis + 1) % 3, c = 1 << (axis + 2) % 3;
+            Polygon face;
+            for (const int i : {side, side + b, side + b + c, side + c})
+                face.push_back(corner[static_cast<std::size_t>(i)]);
+            faces.push_back(std::move(face));
+        }
+    return faces;
+}
+
+/// Points of a plane in order around their middle.
+Polygon ordered(Polygon points, const Vec3& normal) {
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& p : points) middle += p / static_cast<double>(points.size());
+    const Vec3 across = normal.unitOrthogonal(), up = normal.cross(across);
+    const auto angle = [&](const Vec3& p) {
+        return std::atan2((p - middle).dot(up), (p - middle).dot(across));
+    };
+    std::sort(points.begin(), points.end(),
+              [&](const Vec3& a, const Vec3& b) { return angle(a) < angle(b); });
+    return points;
+}
+
+/// The faces of a convex body that a half space leaves, and the new one (Sutherland and Hodgman
+/// 1974).
+std::vector<Polygon> cut(const std::vector<Polygon>& faces, const HalfSpace& plane) {
+    std::vector<Polygon> left;
+    Polygon cap;
+    for (const Polygon& face : faces) {
+        Polygon kept;
+        for (std::size_t i = 0; i < face.size(); ++i) {
+            const Vec3 &here = face[i], &next = face[(i + 1) % face.size()];
+            const double at = plane.at(here), then = plane.at(next);
+            if (at >= 0) kept.push_back(here);
+            if ((at >= 0) == (then >= 0)) continue;
+            kept.push_back(here + at / (at - then) * (next - here));
+            cap.push_back(kept.back());
+        }
+        if (kept.size() > 2) left.push_back(std::move(kept));
+    }
+    if (cap.size() > 2) left.push_back(ordered(std::move(cap), plane.normal));
+    return left;
+}
+
+/// Tetrahedra from a point inside to the triangles of all faces.
+double volume_of(const std::vector<Polygon>& faces) {
+    Vec3 inside = Vec3::Zero();
+    double points = 0;
+    for (const Polygon& face : faces)
+        for (const Vec3& p : face) inside += p, ++points;
+    if (points > 0) inside /= points;
+    double volume = 0;
+    for (const Polygon& face : faces)
+        for (std::size_t i = 2; i < face.size(); ++i) {
+            const Vec3 a = face[0] - inside, b = face[i - 1] - inside, c = face[i] - inside;
+            volume += std::abs(a.dot(b.cross(c))) / 6;
+        }
+    return volume;
+}
+
+void measure(Clip& clip) {
+    clip.least = clip.low, clip.most = clip.high;
+    const Vec3 size = (clip.high - clip.low).cwiseMax(0);
+    clip.volume = size.prod();
+    if (clip.planes.empty() || clip.volume == 0) return;
+    std::vector<Polygon> faces = faces_of(clip.low, clip.high);
+    for (const HalfSpace& plane : clip.planes) faces = cut(faces, plane);
+    // Less is what planes that only touch the box leave by rounding.
+    constexpr double kNothing = 1e-13;
+    const double volume = volume_of(faces);
+    clip.volume = volume > kNothing * clip.volume ? volume : 0;
+    if (clip.volume == 0) return;
+    clip.least = clip.high, clip.most = clip.low;
+    for (const Polygon& face : faces)
+        for (const Vec3& p : face) {
+            clip.least = clip.least.cwiseMin(p);
+            clip.most = clip.most.cwiseMax(p);
+        }
+    clip.least = clip.least.cwiseMax(clip.low);
+    clip.most = clip.most.cwiseMin(clip.high);
+}
+
+Vec3 last_of(const Extent& input) {
+    return Vec3(static_cast<double>(input.x), static_cast<double>(input.y),
+                static_cast<double>(input.z)) -
+           Vec3::Constant(0.5);
+}
+
+}  // namespace
+
+bool Clip::keeps_all(const Extent& input) const noexcept {
+    return planes.empty() && low == Vec3::Constant(-0.5) && high == last_of(input);
+}
+
+Clip clip_of(const Extent& input, std::span<const HalfSpace> planes) {
+    Clip clip{Vec3::Constant(-0.5), last_of(input), {}, {}, {}};
+    for (const HalfSpace& plane : planes)
+        for (int axis = 0; axis < 3; ++axis) {
+            if (plane.normal[axis] == 1) clip.low[axis] = std::max(clip.low[axis], -plane.offset);
+            if (plane.normal[axis] == -1) clip.high[axis] = std::min(clip.high[axis], plane.offset);
+        }
+    const std::vector<Vec3> corners = corners_of(clip.low, clip.high);
+    for (const HalfSpace& plane : planes) {
+        const bool is_face = plane.normal.cwiseAbs().maxCoeff() == 1;
+        const bool cuts = std::any_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
+            return plane.at(corner) < -kInPlane;
+        });
+        if (!is_face && cuts) clip.planes.push_back(plane);
+    }
+    measure(clip);
+    return clip;
+}
+
+std::vector<HalfSpace> half_spaces_of(const Clip& clip) {
+    std::vector<HalfSpace> planes = clip.planes;
+    for (int axis = 0; axis < 3; ++axis) {
+        planes.push_back({Vec3::Unit(axis), -clip.low[axis]});
+        planes.push_back({-Vec3::Unit(axis), clip.high[axis]});
+    }
+    return planes;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,131 @@
+#include "engine/request/clip.hpp"
+
+#include <gtest/gtest.h>
+
+#include "graph/errors.hpp"
+#include "reference/view_geometry.hpp"
+
+namespace edgewise {
+namespace {
+
+/// A request for pictures of a volume, without a clip.
+struct Case {
+    InputGrid grid;
+    GeometrySpec spec;
+    Request want;
+    Geometry geometry;
+
+    explicit Case(GeometrySpec seen = {}, const Vec3& spacing = Vec3::Ones()) : spec(seen) {
+        grid.extent = {20, 16, 12};
+        grid.spacing = spacing;
+        geometry = geometry_of(spec, grid, Job::render);
+        want.job = Job::render;
+        want.input = grid.extent;
+        want.spacing = grid.spacing;
+        want.frames = static_cast<int>(geometry.views.size());
+        want.views = Placement::each({geometry.views.begin(), geometry.views.end()});
+        want.screen = geometry.grid.extent;
+        want.unit = geometry.unit;
+        want.eye = geometry.eye;
+    }
+    const std::vector<Clip>& clipped(const ClipSpec& by) {
+        take_clip(want, by, geometry);
+        return want.clips;
+    }
+};
+
+TEST(TakeClip, ABoxKeepsItsSamplesWithHalfVoxels) {
+    Case c;
+    const auto& clips = c.clipped({.box = {{3, 4, 5, 10, 4, 100}}});
+    ASSERT_EQ(clips.size(), 1u);
+    EXPECT_EQ(clips[0].low, Vec3(2.5, 3.5, 4.5));
+    EXPECT_EQ(clips[0].high, Vec3(10.5, 4.5, 11.5));
+}
+
+TEST(TakeClip, PlanesSayTheSameAsABox) {
+    Case c;
+    const Clip box = c.clipped({.box = {{3, 0, 5, 10, 15, 11}}})[0];
+    const Clip planes =
+        c.clipped({.planes = {{2, 0, 0, -5}, {-0.5, 0, 0, 5.25}, {0, 0, 1, -4.5}}})[0];
+    EXPECT_EQ(planes.low, box.low);
+    EXPECT_EQ(planes.high, box.high);
+    EXPECT_TRUE(planes.planes.empty());
+}
+
+TEST(TakeClip, WhatKeepsAllIsNone) {
+    Case c;
+    EXPECT_TRUE(c.clipped({}).empty());
+    EXPECT_TRUE(c.clipped({.box = {{0, 0, 0, 19, 15, 11}}}).empty());
+    EXPECT_TRUE(c.clipped({.box = {{-3, -3, -3, 40, 40, 40}}, .planes = {{1, 1, 1, 99}}}).empty());
+    EXPECT_TRUE(c.clipped({.slab = 12}).empty());
+}
+
+TEST(TakeClip, ASlabLiesAboutTheMiddleOfEachView) {
+    GeometrySpec spec;
+    spec.steps = {{GeometryStep::Kind::rotate, {25, 10, 5}}, {GeometryStep::Kind::turntable, {3}}};
+    Case c(spec, {0.5, 0.8, 2});
+    const auto& clips = c.clipped({.slab = 3.5});
+    ASSERT_EQ(clips.size(), 3u);
+    const ViewGeometry seen(c.want);
+    for (int view = 0; view < 3; ++view) {
+        const double x = static_cast<double>(c.want.screen.x - 1) / 2,
+                     y = static_cast<double>(c.want.screen.y - 1) / 2;
+        const auto ray = seen.ray(view, x, y);
+        ASSERT_TRUE(ray);
+        EXPECT_NEAR((ray->high - ray->low) * c.want.unit, 3.5, 1e-9);
+        const Vec3 middle = ray->origin + 0.5 * (ray->low + ray->high) * ray->direction;
+        EXPECT_TRUE(middle.isApprox(Vec3(9.5, 7.5, 5.5), 1e-9)) << middle.transpose();
+    }
+}
+
+TEST(TakeClip, AVolumeMovesThroughTheSlab) {
+    GeometrySpec spec;
+    spec.view = "z";
+    spec.steps = {{GeometryStep::Kind::translate, {0, 0, -4}}};
+    Case c(spec);
+    const Clip clip = c.clipped({.slab = 2})[0];
+    // Four units nearer to the eye: what lies four slices behind the middle is in the slab.
+    EXPECT_EQ(clip.low.z(), 5.5 + 4 - 1);
+    EXPECT_EQ(clip.high.z(), 5.5 + 4 + 1);
+}
+
+TEST(TakeClip, PerspectiveRaysEndInTheSlab) {
+    GeometrySpec spec;
+    spec.perspective = 40;
+    Case c(spec);
+    c.clipped({.slab = 4});
+    const auto ray = ViewGeometry(c.want).ray(0, 3, 3);
+    ASSERT_TRUE(ray);
+    for (const double t : {ray->low, ray->high})
+        EXPECT_NEAR(std::abs((ray->origin + t * ray->direction).z() - 5.5), 2, 1e-9);
+}
+
+TEST(TakeClip, RefusesWhatMakesNoSense) {
+    const auto why = [](const ClipSpec& by) {
+        Case c;
+        try {
+            c.clipped(by);
+        } catch (const RequestError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(why({.box = {{0, 0, 0, NAN, 1, 1}}}).find("--clip "), std::string::npos);
+    EXPECT_NE(why({.box = {{0, 5, 0, 9, 4, 9}}}).find("Y begins behind its end"),
+              std::string::npos);
+    EXPECT_NE(why({.box = {{20, 0, 0, 30, 9, 9}}}).find("keeps nothing"), std::string::npos);
+    EXPECT_NE(why({.planes = {{0, 0, 0, 1}}}).find("no direction"), std::string::npos);
+    EXPECT_NE(why({.planes = {{1, 0, INFINITY, 1}}}).find("finite"), std::string::npos);
+    EXPECT_NE(why({.planes = {{1, 1, 1, -99}}}).find("keeps nothing"), std::string::npos);
+    EXPECT_NE(why({.planes = {{1, 1, 0, -9}, {-1, -1, 0, 8}}}).find("--clip-plane: keeps nothing"),
+              std::string::npos);
+    for (const double thickness : {0.0, -2.0, double(NAN), double(INFINITY)})
+        EXPECT_NE(why({.slab = thickness}).find("--slab"), std::string::npos);
+    EXPECT_NE(why({.planes = std::vector<std::array<double, 4>>(65, {1, 0, 0, 0})}), "");
+    Case warp;
+    warp.want.job = Job::warp;
+    EXPECT_THROW(warp.clipped({.slab = 2}), RequestError);
+}
+
+}  // namespace
+}  // namespace edgewise
