@@ -82,7 +82,8 @@ class Settings {
  public:
     /// @param most  size of a picture that is believed [MB]; 0: as it is
     explicit Settings(int most = 0) : lock_(mutex()) {
-        set("threads", 1);
+        // "threads" stays as it is: to change it starts or ends threads, which a process that was
+        // forked does not have. Each reader and writer is told by itself.
         set("exr_threads", -1);
         if (most > 0) set("limits:imagesize_MB", most);
     }

@@ -1,9 +1,13 @@
 // A program's way through the library: a request in values, planned and run without a command line.
 #include "engine/session.hpp"
 
+#include <cstdlib>
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <map>
+#include <optional>
 #include <thread>
+#include <vector>
 
 #include "graph/errors.hpp"
 #include "planner/profile.hpp"
@@ -91,6 +95,42 @@ TEST(Session, RefusesSamplesThatAreNotWhatTheySay) {
     RequestSpec channel = turned("");
     channel.selection.channel = 0;
     EXPECT_THROW(frames_of(channel, phantom(16)), RequestError);
+}
+
+TEST(Session, IsNotBlamedForWhatTheProgramOnceHeld) {
+    {  // more than the budget, touched and given back
+        std::vector<char> held(std::size_t{400} << 20, 1);
+        EXPECT_EQ(held[held.size() / 2], 1);
+    }
+    RequestSpec spec = turned("phantom:gaussians:32");
+    spec.max_memory = 300 << 20;
+    Listener listener;
+    Session session(spec, catalogue(), default_profile(), listener);
+    frames_of(session);
+    EXPECT_LT(session.measured->bytes, 300 << 20);
+    EXPECT_EQ(session.measured->kept, true);
+}
+
+TEST(Session, RemembersNothingWhereItIsToldSo) {
+    const std::string home = testing::TempDir() + "edgewise_remembers";
+    std::filesystem::remove_all(home);
+    const char* const before = std::getenv("XDG_CACHE_HOME");
+    const std::optional<std::string> kept =
+        before ? std::optional<std::string>(before) : std::nullopt;
+    setenv("XDG_CACHE_HOME", home.c_str(), 1);
+    RequestSpec spec = turned("phantom:gaussians:24");
+    spec.planner = Planner::pilot;
+    spec.planning_time = 0.2;
+    spec.remembers = false;
+    frames_of(spec);
+    EXPECT_FALSE(std::filesystem::exists(home));
+    spec.remembers = true;
+    frames_of(spec);
+    EXPECT_TRUE(std::filesystem::exists(home));
+    if (kept)
+        setenv("XDG_CACHE_HOME", kept->c_str(), 1);
+    else
+        unsetenv("XDG_CACHE_HOME");
 }
 
 TEST(Session, RunsAPlanOnly) {

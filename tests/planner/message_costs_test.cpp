@@ -11,7 +11,7 @@ namespace {
 
 /// Seconds of messages alone.
 double seconds(const Profile& profile, double messages, double sent) {
-    return profile.seconds("edge", {.messages = messages, .sent = sent}, 1).seconds;
+    return profile.seconds("edge", {.traffic = {.messages = messages, .sent = sent}}, 1).seconds;
 }
 
 Profile network() {
