@@ -145,6 +145,7 @@ Json request_json(const Session& session) {
     const Request& want = session.want();
     Json json = {{"job", name_of(want.job)}, {"input", session.spec.input}};
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
+    if (want.surface) json["isovalue"] = or_null(want.surface->isovalue);  // null: labels
     const Budget& budget = want.budget;
     json["budget"] = {{"error", or_null(budget.error)},
                       {"default", budget.like ? Json(budget.like->name) : Json()},
