@@ -128,9 +128,15 @@ void read_transfer(RequestSpec& spec, const JobOptions& o) {
         spec.transfer = o.transfer ? load_transfer(*o.transfer) : preset_or_file(*o.preset);
 }
 
+/// The first mode that light falls on.
+Mode lit_mode() {
+    return *std::find_if(modes().begin(), modes().end(),
+                         [](Mode mode) { return mode->takes_light; });
+}
+
 void read_mode(RequestSpec& spec, const JobOptions& o) {
     const bool shaded = is_shaded(o);
-    if (o.mode) spec.mode = shaded ? Mode::composite : mode_named(*o.mode);
+    if (o.mode) spec.mode = shaded ? lit_mode() : mode_named(*o.mode);
     if (shaded) spec.shade = Shade::phong;
     read_light(spec, o);
     spec.keeps_alpha = o.background && same_word(*o.background, "none");
