@@ -1,6 +1,9 @@
 #include "engine/request/clip.hpp"
 
+#include <array>
 #include <gtest/gtest.h>
+#include <utility>
+#include <vector>
 
 #include "graph/errors.hpp"
 #include "reference/view_geometry.hpp"
@@ -34,9 +37,33 @@ struct Case {
     }
 };
 
+ClipSpec box(const std::array<double, 6>& keeps) {
+    ClipSpec by;
+    by.box = keeps;
+    return by;
+}
+
+ClipSpec planes(std::vector<std::array<double, 4>> keep) {
+    ClipSpec by;
+    by.planes = std::move(keep);
+    return by;
+}
+
+ClipSpec slab(double thick) {
+    ClipSpec by;
+    by.slab = thick;
+    return by;
+}
+
+ClipSpec box_and_plane(const std::array<double, 6>& keeps, const std::array<double, 4>& plane) {
+    ClipSpec by = box(keeps);
+    by.planes = {plane};
+    return by;
+}
+
 TEST(TakeClip, ABoxKeepsItsSamplesWithHalfVoxels) {
     Case c;
-    const auto& clips = c.clipped({.box = {{3, 4, 5, 10, 4, 100}}});
+    const auto& clips = c.clipped(box({3, 4, 5, 10, 4, 100}));
     ASSERT_EQ(clips.size(), 1u);
     EXPECT_EQ(clips[0].low, Vec3(2.5, 3.5, 4.5));
     EXPECT_EQ(clips[0].high, Vec3(10.5, 4.5, 11.5));
@@ -44,27 +71,27 @@ TEST(TakeClip, ABoxKeepsItsSamplesWithHalfVoxels) {
 
 TEST(TakeClip, PlanesSayTheSameAsABox) {
     Case c;
-    const Clip box = c.clipped({.box = {{3, 0, 5, 10, 15, 11}}})[0];
-    const Clip planes =
-        c.clipped({.planes = {{2, 0, 0, -5}, {-0.5, 0, 0, 5.25}, {0, 0, 1, -4.5}}})[0];
-    EXPECT_EQ(planes.low, box.low);
-    EXPECT_EQ(planes.high, box.high);
-    EXPECT_TRUE(planes.planes.empty());
+    const Clip by_box = c.clipped(box({3, 0, 5, 10, 15, 11}))[0];
+    const Clip by_planes =
+        c.clipped(planes({{2, 0, 0, -5}, {-0.5, 0, 0, 5.25}, {0, 0, 1, -4.5}}))[0];
+    EXPECT_EQ(by_planes.low, by_box.low);
+    EXPECT_EQ(by_planes.high, by_box.high);
+    EXPECT_TRUE(by_planes.planes.empty());
 }
 
 TEST(TakeClip, WhatKeepsAllIsNone) {
     Case c;
     EXPECT_TRUE(c.clipped({}).empty());
-    EXPECT_TRUE(c.clipped({.box = {{0, 0, 0, 19, 15, 11}}}).empty());
-    EXPECT_TRUE(c.clipped({.box = {{-3, -3, -3, 40, 40, 40}}, .planes = {{1, 1, 1, 99}}}).empty());
-    EXPECT_TRUE(c.clipped({.slab = 12}).empty());
+    EXPECT_TRUE(c.clipped(box({0, 0, 0, 19, 15, 11})).empty());
+    EXPECT_TRUE(c.clipped(box_and_plane({-3, -3, -3, 40, 40, 40}, {1, 1, 1, 99})).empty());
+    EXPECT_TRUE(c.clipped(slab(12)).empty());
 }
 
 TEST(TakeClip, ASlabLiesAboutTheMiddleOfEachView) {
     GeometrySpec spec;
     spec.steps = {{GeometryStep::Kind::rotate, {25, 10, 5}}, {GeometryStep::Kind::turntable, {3}}};
     Case c(spec, {0.5, 0.8, 2});
-    const auto& clips = c.clipped({.slab = 3.5});
+    const auto& clips = c.clipped(slab(3.5));
     ASSERT_EQ(clips.size(), 3u);
     const ViewGeometry seen(c.want);
     for (int view = 0; view < 3; ++view) {
@@ -83,7 +110,7 @@ TEST(TakeClip, AVolumeMovesThroughTheSlab) {
     spec.view = "z";
     spec.steps = {{GeometryStep::Kind::translate, {0, 0, -4}}};
     Case c(spec);
-    const Clip clip = c.clipped({.slab = 2})[0];
+    const Clip clip = c.clipped(slab(2))[0];
     // Four units nearer to the eye: what lies four slices behind the middle is in the slab.
     EXPECT_EQ(clip.low.z(), 5.5 + 4 - 1);
     EXPECT_EQ(clip.high.z(), 5.5 + 4 + 1);
@@ -93,7 +120,7 @@ TEST(TakeClip, PerspectiveRaysEndInTheSlab) {
     GeometrySpec spec;
     spec.perspective = 40;
     Case c(spec);
-    c.clipped({.slab = 4});
+    c.clipped(slab(4));
     const auto ray = ViewGeometry(c.want).ray(0, 3, 3);
     ASSERT_TRUE(ray);
     for (const double t : {ray->low, ray->high})
@@ -110,21 +137,20 @@ TEST(TakeClip, RefusesWhatMakesNoSense) {
         }
         return std::string();
     };
-    EXPECT_NE(why({.box = {{0, 0, 0, NAN, 1, 1}}}).find("--clip "), std::string::npos);
-    EXPECT_NE(why({.box = {{0, 5, 0, 9, 4, 9}}}).find("Y begins behind its end"),
-              std::string::npos);
-    EXPECT_NE(why({.box = {{20, 0, 0, 30, 9, 9}}}).find("keeps nothing"), std::string::npos);
-    EXPECT_NE(why({.planes = {{0, 0, 0, 1}}}).find("no direction"), std::string::npos);
-    EXPECT_NE(why({.planes = {{1, 0, INFINITY, 1}}}).find("finite"), std::string::npos);
-    EXPECT_NE(why({.planes = {{1, 1, 1, -99}}}).find("keeps nothing"), std::string::npos);
-    EXPECT_NE(why({.planes = {{1, 1, 0, -9}, {-1, -1, 0, 8}}}).find("--clip-plane: keeps nothing"),
+    EXPECT_NE(why(box({0, 0, 0, NAN, 1, 1})).find("--clip "), std::string::npos);
+    EXPECT_NE(why(box({0, 5, 0, 9, 4, 9})).find("Y begins behind its end"), std::string::npos);
+    EXPECT_NE(why(box({20, 0, 0, 30, 9, 9})).find("keeps nothing"), std::string::npos);
+    EXPECT_NE(why(planes({{0, 0, 0, 1}})).find("no direction"), std::string::npos);
+    EXPECT_NE(why(planes({{1, 0, INFINITY, 1}})).find("finite"), std::string::npos);
+    EXPECT_NE(why(planes({{1, 1, 1, -99}})).find("keeps nothing"), std::string::npos);
+    EXPECT_NE(why(planes({{1, 1, 0, -9}, {-1, -1, 0, 8}})).find("--clip-plane: keeps nothing"),
               std::string::npos);
     for (const double thickness : {0.0, -2.0, double(NAN), double(INFINITY)})
-        EXPECT_NE(why({.slab = thickness}).find("--slab"), std::string::npos);
-    EXPECT_NE(why({.planes = std::vector<std::array<double, 4>>(65, {1, 0, 0, 0})}), "");
+        EXPECT_NE(why(slab(thickness)).find("--slab"), std::string::npos);
+    EXPECT_NE(why(planes(std::vector<std::array<double, 4>>(65, {1, 0, 0, 0}))), "");
     Case warp;
     warp.want.job = Job::warp;
-    EXPECT_THROW(warp.clipped({.slab = 2}), RequestError);
+    EXPECT_THROW(warp.clipped(slab(2)), RequestError);
 }
 
 }  // namespace
