@@ -25,7 +25,8 @@ WindowEnd window_end(const std::string& text) {
 }
 
 std::array<double, 3> background_of(const std::string& text) {
-    const std::vector<double> c = numbers_of("--background", text);
+    const std::vector<double> c =
+        split(text, ',').size() == 3 ? numbers_of("--background", text) : std::vector<double>();
     if (c.size() != 3)
         throw RequestError(fmt::format(
             "--background: '{}' given; expected R,G,B, each from 0 to 1, or none", text));

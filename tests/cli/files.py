@@ -130,7 +130,7 @@ def read_tiff(data):
         tags = {}
         for k in range(struct.unpack_from("<H", data, at)[0]):
             tag, kind, count = struct.unpack_from("<2HI", data, at + 2 + 12 * k)
-            of = {1: "B", 3: "H", 4: "I", 7: "B"}[kind]
+            of = {1: "B", 2: "B", 3: "H", 4: "I", 5: "Q", 7: "B"}[kind]
             place = at + 10 + 12 * k
             if struct.calcsize(of) * count > 4:
                 place = struct.unpack_from("<I", data, place)[0]

@@ -443,10 +443,10 @@ TEST(Geometry, ATurntableOverAnArcHasEqualSteps) {
     const Geometry arc = geometry_of(with("turntable", "6,90"), grid, Job::render);
     const Geometry all = geometry_of(with("turntable", "24"), grid, Job::render);
     ASSERT_EQ(arc.views.size(), 6u);
-    for (int view = 0; view < 6; ++view)
-        EXPECT_TRUE(arc.views[view].topLeftCorner<3, 3>().isApprox(
-            all.views[view].topLeftCorner<3, 3>(), 1e-14))
-            << view;
+    for (int view = 0; view < 6; ++view) {
+        const auto turn = arc.views[view].topLeftCorner<3, 3>();
+        EXPECT_TRUE(turn.isApprox(all.views[view].topLeftCorner(3, 3), 1e-14)) << view;
+    }
     const Geometry back = geometry_of(with("turntable", "4,-360"), grid, Job::render);
     const Geometry forth = geometry_of(with("turntable", "4"), grid, Job::render);
     EXPECT_EQ(back.views[1], forth.views[3]);
