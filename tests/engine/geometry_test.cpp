@@ -472,7 +472,7 @@ TEST(Geometry, APathIsAMatrixAView) {
     words.size = fmt::format("{}x{}", path.grid.extent.x, path.grid.extent.y);
     words.spacing = "1";
     const Geometry one = geometry_of(words, grid, Job::render);
-    EXPECT_TRUE(path.views[1].topLeftCorner<3, 3>().isApprox(one.views[0].topLeftCorner<3, 3>()));
+    EXPECT_TRUE(path.views[1].topLeftCorner(3, 3).isApprox(one.views[0].topLeftCorner(3, 3)));
     EXPECT_EQ(path.views[2], path.views[3]);
     EXPECT_EQ(Vec3(path.views[2].topRightCorner<3, 1>() - path.views[0].topRightCorner<3, 1>()),
               Vec3(2, -3, 0));

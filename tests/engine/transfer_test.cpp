@@ -229,7 +229,9 @@ TEST(Curves, AreJoinedAtTheKnotsOfBoth) {
         const double opaque = value < 0 ? 0 : value < 10 ? 0.05 * value : 1;
         EXPECT_NEAR(both.at(value)[3], opaque, 1e-12) << value;
         // What is not seen may have any colour.
-        if (opaque > 0) EXPECT_NEAR(both.at(value)[0], share, 1e-12) << value;
+        if (opaque > 0) {
+            EXPECT_NEAR(both.at(value)[0], share, 1e-12) << value;
+        }
     }
 }
 
@@ -363,8 +365,9 @@ TEST(Presets, AreThere) {
             << name;
         EXPECT_EQ(spec.transfer.points.front().opacity, 0) << name << ": air would be seen";
         EXPECT_TRUE(spec.material) << name;
-        if (name.starts_with("ct-"))
+        if (name.starts_with("ct-")) {
             EXPECT_TRUE(spec.unit_given && spec.transfer.unit == 1) << name;
+        }
     }
     EXPECT_EQ(preset_named("CT-Bone").from, "--preset ct-bone");
 }
