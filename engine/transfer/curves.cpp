@@ -27,7 +27,7 @@ double way_at(double share, double midpoint, double sharpness) noexcept {
 
 /// The same curve with straight lines between knots.
 Curve straightened(const Curve& curve) {
-    constexpr int kPieces = 16;
+    constexpr int kPieces = 12;  // of each half
     constexpr double kEdge = 1e-5, kLinear = 0.01, kStep = 0.99;
     Curve out;
     for (std::size_t i = 0; i < curve.size(); ++i) {
@@ -41,8 +41,10 @@ Curve straightened(const Curve& curve) {
             out.push_back({place(midpoint), knot.to});
             out.push_back({place(midpoint), next.to});
         } else if (knot.sharpness >= kLinear) {
-            for (int piece = 1; piece < kPieces; ++piece) {
-                const double share = double(piece) / kPieces;
+            for (int piece = 1; piece < 2 * kPieces; ++piece) {
+                const double half = double(piece) / kPieces;  // 1 at the midpoint
+                const double share =
+                    half < 1 ? half * midpoint : midpoint + (half - 1) * (1 - midpoint);
                 out.push_back({place(share),
                                between(knot.to, next.to, way_at(share, midpoint, knot.sharpness))});
             }

@@ -249,7 +249,8 @@ TEST(Curves, FollowMidpointAndSharpness) {
         for (const double sharpness : {0.0, 0.1, 0.3}) {
             const Curve opacity{{0, {0.2}, midpoint, sharpness}, {1, {0.8}}};
             const Transfer transfer{joined(opacity, {{0, {1, 1, 1}}}), 1};
-            // 16 chords of a curve that bends by at most 40 in unit height: 0.6 * 40 / (8 * 256).
+            // Chords of a 24th of a curve that bends by at most 40 in unit height, more than 0.6 *
+            // 40 / (8 * 24^2).
             for (double x = 0; x <= 1; x += 0.01)
                 EXPECT_NEAR(transfer.at(x)[3], 0.2 + 0.6 * vtk_way(x, midpoint, sharpness), 0.012)
                     << midpoint << " " << sharpness << " " << x;

@@ -51,7 +51,8 @@ TEST_F(MeshJob, IsPlannedAndRunWithinItsBytes) {
             ASSERT_TRUE(mesh);
             const surface::Measures measures = surface::measures_of(*mesh, &memory_);
             EXPECT_TRUE(measures.closed);
-            EXPECT_GT(measures.triangles, 1000);
+            // A ball of radius 5 has an area of 314, and a triangle at most one half.
+            EXPECT_GT(measures.triangles, 600);
             if (!first) first = measures;
             EXPECT_EQ(measures.area, first->area);
             EXPECT_EQ(measures.volume, first->volume);

@@ -372,6 +372,7 @@ Transition gradient_cast() {
          {kernels::Differences::central, kernels::Differences::sobel, kernels::Differences::fourth})
         edge.joins.emplace_back("object/scalar+" + gradient_facet_of(by), "screen/picture");
     edge.parameters["filter"] = one_of({"zoh", "foh"}, "what reads the values");
+    edge.laws.clear();
     edge.plain.reset();
     edge.error = error_of_gradients;
     edge.model = {};
