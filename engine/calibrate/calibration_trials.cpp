@@ -99,6 +99,14 @@ std::vector<Trial> trials(bool quick) {
     // More pixels than samples: ray casts read such data as they do what caches hold.
     for (const char* mode : {"mip", "xray", "composite"})
         all.push_back({Job::render, "phantom:gaussians:190", Type::i16, {15, 40, -5}, mode, 480});
+    // Gradients and light.
+    for (const Type type : {Type::u8, Type::i16, Type::f32})
+        all.push_back({.job = Job::render,
+                       .input = "phantom:gaussians:112",
+                       .type = type,
+                       .turn = {20, -15, 10},
+                       .mode = "composite",
+                       .lit = true});
     // Many frames: threads have more to share.
     for (const Type type : {Type::u8, Type::f32})
         all.push_back({Job::render, "phantom:gaussians:112", type, {20, -15, 10}, "xray", 0, 12});
@@ -165,6 +173,7 @@ RequestSpec spec_of(const Trial& trial) {
     if (trial.mode) spec.mode = mode_named(trial.mode);
     if (trial.size) spec.geometry.size = OutputSize{.sides = {trial.size, trial.size}};
     if (trial.frames) spec.geometry.steps.push_back({Kind::turntable, {double(trial.frames)}});
+    if (trial.lit) spec.shade = Shade::phong;
     if (trial.perspective > 0) spec.geometry.perspective = trial.perspective;
     spec.threads = 1;
     return spec;

@@ -25,6 +25,7 @@ struct Trial {
     double perspective = 0;      // [degree] of the view; 0: parallel rays
     bool empty_around = false;   // the phantom fills only the middle of its box
     bool fine = false;           // also rays with several samples a voxel
+    bool lit = false;            // light falls on the samples
 };
 
 /// Sizes within the caches and beyond; volumes that are full or mostly empty, seen along different

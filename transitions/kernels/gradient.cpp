@@ -21,14 +21,15 @@ class Rows {
         for (auto& row : rows_) row.resize(pitch_);
     }
 
+    /// @param corners  with rows that lie beside the row along both axes
     template <class T>
-    void load(const Grid& volume, std::int64_t y, std::int64_t z, int reach) {
+    void load(const Grid& volume, std::int64_t y, std::int64_t z, int reach, bool corners) {
         const Extent& n = volume.extent;
         for (int dz = -reach; dz <= reach; ++dz)
             for (int dy = -reach; dy <= reach; ++dy) {
                 const std::int64_t from_y = std::clamp<std::int64_t>(y + dy, 0, n.y - 1);
                 const std::int64_t from_z = std::clamp<std::int64_t>(z + dz, 0, n.z - 1);
-                if (reach == 2 && dy != 0 && dz != 0) continue;  // differences are along axes
+                if (!corners && dy != 0 && dz != 0) continue;
                 const T* from =
                     volume.as<T>() + from_z * volume.slice_step() + from_y * volume.row_step();
                 float* to = row(dy, dz);
@@ -51,6 +52,13 @@ template <bool kFinite>
 float taken(float value, float here) {
     if constexpr (kFinite) return value;
     return std::isfinite(value) ? value : here;
+}
+
+/// Units, rounded; 0 for what is no number.
+template <bool kFinite>
+std::int16_t units_of(float units) {
+    if constexpr (!kFinite) units = std::isfinite(units) ? units : 0;
+    return static_cast<std::int16_t>(static_cast<int>(units + std::copysign(0.5f, units)));
 }
 
 /// @param value  (dx, dy, dz): a neighbour
@@ -103,10 +111,28 @@ void fill_row(Rows& rows, std::int64_t width, float inverse, std::int16_t* to) {
                                   here);
         });
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const float units = gradient[axis] * inverse;
-            const float rounded = std::isfinite(units) ? units + std::copysign(0.5f, units) : 0;
-            to[4 * x + static_cast<std::int64_t>(axis)] = static_cast<std::int16_t>(rounded);
+            to[4 * x + static_cast<std::int64_t>(axis)] =
+                units_of<kFinite>(gradient[axis] * inverse);
         }
+        to[4 * x + 3] = 0;
+    }
+}
+
+/// Central differences, in a form that compilers turn into vectors.
+template <bool kFinite>
+void fill_central(Rows& rows, std::int64_t width, float inverse, std::int16_t* to) {
+    const float *const own = rows.row(0, 0), *const up = rows.row(-1, 0),
+                       *const down = rows.row(1, 0), *const front = rows.row(0, -1),
+                       *const back = rows.row(0, 1);
+    const float half = 0.5f * inverse;
+    const auto difference = [half](float below, float here, float above) {
+        return half * (taken<kFinite>(above, here) - taken<kFinite>(below, here));
+    };
+    for (std::int64_t x = 0; x < width; ++x) {
+        const float here = own[x];
+        to[4 * x] = units_of<kFinite>(difference(own[x - 1], here, own[x + 1]));
+        to[4 * x + 1] = units_of<kFinite>(difference(up[x], here, down[x]));
+        to[4 * x + 2] = units_of<kFinite>(difference(front[x], here, back[x]));
         to[4 * x + 3] = 0;
     }
 }
@@ -127,7 +153,7 @@ void gradient_slices(const Grid& volume, Differences by, float scale, std::int64
         const auto fill = [&] {
             switch (by) {
                 case Differences::central:
-                    return fill_row<Differences::central, kFinite>;
+                    return fill_central<kFinite>;
                 case Differences::sobel:
                     return fill_row<Differences::sobel, kFinite>;
                 case Differences::fourth:
@@ -138,7 +164,8 @@ void gradient_slices(const Grid& volume, Differences by, float scale, std::int64
         Rows rows(n.x);
         for (std::int64_t z = begin; z < end; ++z)
             for (std::int64_t y = 0; y < n.y; ++y) {
-                rows.load<T>(volume, y, z, by == Differences::fourth ? 2 : 1);
+                rows.load<T>(volume, y, z, by == Differences::fourth ? 2 : 1,
+                             by == Differences::sobel);
                 fill(rows, n.x, 1 / scale, to + 4 * n.x * (y + n.y * z));
             }
     });
