@@ -308,6 +308,11 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
                                                                : 0;
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
+    if (want.job == Job::mesh && spec.isovalue &&
+        (*spec.isovalue <= statistics.low || *spec.isovalue > statistics.high))
+        return {fmt::format(
+            "--isovalue {:.6g}: the values go from {:.6g} to {:.6g}, so there is no surface",
+            *spec.isovalue, statistics.low, statistics.high)};
     if (want.job != Job::render || !want.mode->takes_transfer) return {};
     // Far below the noise of any scanner, far above the rounding of differences.
     constexpr double kNoSurface = 1e-4;
