@@ -12,6 +12,12 @@ namespace {
 const std::vector<Type> kNumbers{Type::u8,  Type::i8,  Type::u16, Type::i16,
                                  Type::u32, Type::i32, Type::f32, Type::f64};
 
+/// With several pictures in one file.
+Format animated(Format format) {
+    format.frames = true;
+    return format;
+}
+
 std::vector<Format> table() {
     return {
         {"NIfTI",
@@ -85,16 +91,16 @@ std::vector<Format> table() {
          4,
          false,
          "a folder of them is a volume"},
-        {"APNG",
-         {".apng"},
-         true,
-         true,
-         {Type::u8, Type::u16},
-         true,
-         false,
-         4,
-         false,
-         "several frames are an animation; the first is read"},
+        animated({"APNG",
+                  {".apng"},
+                  true,
+                  true,
+                  {Type::u8, Type::u16},
+                  true,
+                  false,
+                  4,
+                  false,
+                  "several frames are an animation; the first is read"}),
         {"JPEG",
          {".jpg", ".jpeg"},
          true,
@@ -194,8 +200,9 @@ std::vector<Format> pictures_of_the_library() {
         picture("DPX", "dpx", {".dpx"}, {{u8, u16, f32}, 4, {2}, 0, multiplied}, ""),
         picture("SGI", "sgi", {".sgi", ".rgb", ".rgba", ".bw"}, {{u8, u16}, 4, {}, 65535}, ""),
         picture("RLA", "rla", {".rla"}, {}, ""),
-        picture("GIF", "gif", {".gif"}, {{u8}, 3, {2}, 65535},
-                "several frames are an animation; the first is read; 256 colours a frame"),
+        animated(picture("GIF", "gif", {".gif"}, {{u8}, 3, {2}, 65535},
+                         "several frames are an animation; the first is read; 256 colours a "
+                         "frame")),
         picture("PSD", "psd", {".psd", ".psb", ".pdd"}, {}, "the merged picture"),
         picture("HEIF", "heif", {".heic", ".heif", ".avif"}, {}, "the first picture"),
         picture("ICO", "ico", {".ico"}, {}, "the first picture"),
@@ -228,7 +235,6 @@ const std::vector<Format>& formats() {
     static const std::vector<Format> kFormats = [] {
         std::vector<Format> all = table();
         for (Format& format : pictures_of_the_library()) all.push_back(std::move(format));
-        for (Format& format : all) format.frames = format.name == "GIF" || format.name == "APNG";
         return all;
     }();
     return kFormats;

@@ -81,8 +81,8 @@ class FieldPiece {
     /// The gradient of channel 0 at p [value per sample], where the field is present. Of linear and
     /// nearest fields, which have none at their samples' faces, by central differences of one
     /// sample on either side (EQ 57); of splines and formulas by such close ones that they are
-    /// exact to 1e-5. Beyond the outermost samples it is that of the outermost; where a neighbour is
-    /// absent the field goes on as it is.
+    /// exact to 1e-5. Beyond the outermost samples it is that of the outermost; where a neighbour
+    /// is absent the field goes on as it is.
     Vec3 gradient(const Vec3& p) const;
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stdexcept>
 
 #include "graph/samples.hpp"
 
@@ -27,6 +28,7 @@ bool can_be_cut(Type type) noexcept;
 Level level_of(double isovalue, Type type, const ValueMap& values);
 
 /// Calls body with a value of the type of samples that can be cut.
+/// @throws std::logic_error for others
 template <class Body>
 decltype(auto) with_cut_type(Type type, Body body) {
     switch (type) {
@@ -38,8 +40,10 @@ decltype(auto) with_cut_type(Type type, Body body) {
             return body(std::uint16_t{});
         case Type::i16:
             return body(std::int16_t{});
-        default:
+        case Type::f32:
             return body(float{});
+        default:
+            throw std::logic_error("samples of a type that cannot be cut");
     }
 }
 

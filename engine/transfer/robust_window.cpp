@@ -5,19 +5,11 @@
 #include <cmath>
 #include <cstdint>
 
+#include "reference/preview_block.hpp"
 #include "reference/stored.hpp"
 
 namespace edgewise {
 namespace {
-
-/// A number in [0, 1) that is as good as random; of neighbours too (splitmix64, Steele et al.
-/// 2014).
-double scattered(std::int64_t i) noexcept {
-    std::uint64_t bits = static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15ull + 34;
-    bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9ull;
-    bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebull;
-    return static_cast<double>((bits ^ (bits >> 31)) >> 11) * 0x1p-53;
-}
 
 /// The value below which a share of some values lies; changes their order.
 double quantile(std::vector<float>& values, double share) {
@@ -67,7 +59,7 @@ std::vector<float> drawn_values(const Data& data, const Region& region, double o
     with_stored_type(data.what.type, [&](auto zero) {
         const auto* stored = data.as<decltype(zero)>();
         for (std::int64_t i = 0; i < drawn; ++i) {
-            const double within = drawn == count ? 0 : scattered(i);
+            const double within = drawn == count ? 0 : hashed(static_cast<std::uint64_t>(i));
             const std::int64_t at = std::min(
                 count - 1, static_cast<std::int64_t>((static_cast<double>(i) + within) * stretch));
             const std::int64_t x = region.begin[0] + at % size.x,

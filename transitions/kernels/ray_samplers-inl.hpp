@@ -442,6 +442,34 @@ class LinearSampler {
     int down_ = 0, deep_ = 0;  // bytes to the next row and slice, where there is one
 };
 
+/// The taps of a place along one axis, their weights, and the weights' derivatives.
+template <int kMost>
+struct SlopedTaps {
+    VI index[kMost];
+    VF weight[kMost], slope[kMost];
+};
+
+/// The derivatives along x, y and z of a sum over `count` taps an axis.
+/// @param value  (i, j, k): a tap
+template <int kMost, class Value>
+HWY_INLINE void sum_slopes(const SlopedTaps<kMost> (&along)[3], int count, const Value& value,
+                           VF (&slopes)[3]) {
+    const auto& [x, y, z] = along;
+    for (VF& slope : slopes) slope = hn::Zero(DF());
+    for (int c = 0; c < count; ++c)
+        for (int b = 0; b < count; ++b) {
+            VF row = hn::Zero(DF()), steep = row;
+            for (int a = 0; a < count; ++a) {
+                const VF tap = value(x.index[a], y.index[b], z.index[c]);
+                row = hn::MulAdd(x.weight[a], tap, row);
+                steep = hn::MulAdd(x.slope[a], tap, steep);
+            }
+            slopes[0] = hn::MulAdd(hn::Mul(y.weight[b], z.weight[c]), steep, slopes[0]);
+            slopes[1] = hn::MulAdd(hn::Mul(y.slope[b], z.weight[c]), row, slopes[1]);
+            slopes[2] = hn::MulAdd(hn::Mul(y.weight[b], z.slope[c]), row, slopes[2]);
+        }
+}
+
 /// Cubic B-spline of coefficients, which are mirrored at the end samples.
 template <class Read>
 class SplineSampler {
@@ -471,24 +499,13 @@ class SplineSampler {
     }
     /// The derivatives along x, y and z.
     HWY_NOINLINE void gradient(VF x, VF y, VF z, VF (&slopes)[3]) const {
-        VI i[4], j[4], k[4];
-        VF u[4], v[4], w[4], du[4], dv[4], dw[4];
-        taps<false>(x, 0, i, u, du);
-        taps<false>(y, 1, j, v, dv);
-        taps<false>(z, 2, k, w, dw);
-        for (VF& slope : slopes) slope = hn::Zero(DF());
-        for (int c = 0; c < 4; ++c)
-            for (int b = 0; b < 4; ++b) {
-                VF row = hn::Zero(DF()), along = row;
-                for (int a = 0; a < 4; ++a) {
-                    const VF tap = value(i[a], j[b], k[c]);
-                    row = hn::MulAdd(u[a], tap, row);
-                    along = hn::MulAdd(du[a], tap, along);
-                }
-                slopes[0] = hn::MulAdd(hn::Mul(v[b], w[c]), along, slopes[0]);
-                slopes[1] = hn::MulAdd(hn::Mul(dv[b], w[c]), row, slopes[1]);
-                slopes[2] = hn::MulAdd(hn::Mul(v[b], dw[c]), row, slopes[2]);
-            }
+        SlopedTaps<4> along[3];
+        const VF place[3] = {x, y, z};
+        for (int axis = 0; axis < 3; ++axis)
+            taps<false>(place[axis], axis, along[axis].index, along[axis].weight,
+                        along[axis].slope);
+        sum_slopes(
+            along, 4, [&](VI i, VI j, VI k) HWY_ATTR { return value(i, j, k); }, slopes);
     }
 
  private:
@@ -567,24 +584,13 @@ class WeightedSampler {
     }
     /// The derivatives along x, y and z.
     HWY_NOINLINE void gradient(VF x, VF y, VF z, VF (&slopes)[3]) const {
-        VI i[kMost], j[kMost], k[kMost];
-        VF u[kMost], v[kMost], w[kMost], du[kMost], dv[kMost], dw[kMost];
-        taps<false>(x, 0, i, u, du);
-        taps<false>(y, 1, j, v, dv);
-        taps<false>(z, 2, k, w, dw);
-        for (VF& slope : slopes) slope = hn::Zero(DF());
-        for (int c = 0; c < taps_; ++c)
-            for (int b = 0; b < taps_; ++b) {
-                VF row = hn::Zero(DF()), along = row;
-                for (int a = 0; a < taps_; ++a) {
-                    const VF tap = value(i[a], j[b], k[c]);
-                    row = hn::MulAdd(u[a], tap, row);
-                    along = hn::MulAdd(du[a], tap, along);
-                }
-                slopes[0] = hn::MulAdd(hn::Mul(v[b], w[c]), along, slopes[0]);
-                slopes[1] = hn::MulAdd(hn::Mul(dv[b], w[c]), row, slopes[1]);
-                slopes[2] = hn::MulAdd(hn::Mul(v[b], dw[c]), row, slopes[2]);
-            }
+        SlopedTaps<kMost> along[3];
+        const VF place[3] = {x, y, z};
+        for (int axis = 0; axis < 3; ++axis)
+            taps<false>(place[axis], axis, along[axis].index, along[axis].weight,
+                        along[axis].slope);
+        sum_slopes(
+            along, taps_, [&](VI i, VI j, VI k) HWY_ATTR { return value(i, j, k); }, slopes);
     }
 
  private:

@@ -129,7 +129,8 @@ class CombineModel final : public Model {
 
 std::shared_ptr<const Model> combine_model(const ModelSetting& setting) {
     const Request& want = setting.want;
-    if (!want.job->of_rays() || want.eye || !want.clips.empty()) return nullptr;
+    const bool refused = want.eye || !want.clips.empty() || want.shading.on();
+    if (!want.job->of_rays() || refused) return nullptr;
     return std::make_shared<CombineModel>(setting);
 }
 

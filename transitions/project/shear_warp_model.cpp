@@ -324,7 +324,8 @@ class ShearWarpModel final : public Model {
 
 std::shared_ptr<const Model> shear_warp_model(const ModelSetting& setting) {
     const Request& want = setting.want;
-    if (!want.job->of_rays() || want.eye || !want.clips.empty()) return nullptr;
+    const bool refused = want.eye || !want.clips.empty() || want.shading.on();
+    if (!want.job->of_rays() || refused) return nullptr;
     return std::make_shared<ShearWarpModel>(setting);
 }
 
