@@ -20,8 +20,14 @@ function(edgewise_folder name)
     file(MAKE_DIRECTORY ${root}/${parent})
     file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${FOLDER_PATH} ${root}/${FOLDER_PATH} SYMBOLIC)
 
+    # Its sources, for targets that compile them once more.
+    set(sources ${FOLDER_SOURCES})
+    list(TRANSFORM sources PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/ REGEX "^[^/]")
+    set(edgewise_${name}_sources ${sources} CACHE INTERNAL "")
+
     set(target edgewise_${name})
-    add_library(${target} STATIC ${FOLDER_SOURCES})
+    edgewise_joined(joined ${FOLDER_PATH} SOURCES ${FOLDER_SOURCES})
+    add_library(${target} STATIC ${joined})
     add_library(edgewise::${name} ALIAS ${target})
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
     target_compile_features(${target} PUBLIC cxx_std_20)
