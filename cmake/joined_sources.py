@@ -14,6 +14,7 @@ from pathlib import Path
 
 TYPE = re.compile(r"(?:struct|class|union|enum(?: class)?|using) (\w+)")
 VALUE = re.compile(r"(?<![:\w~.])([A-Za-z_]\w*)\s*(?:\(|\{|=|;|\[)")
+MORE = re.compile(r", (\w+) =")
 NO_DEFINITION = re.compile(r"namespace\b|using namespace\b|template\b|extern\b|static_assert\b|[A-Z_0-9]+\(|//|#|\}")
 
 
@@ -26,6 +27,7 @@ def names_of(text):
         found = TYPE.match(line) or VALUE.search(line)
         if found:
             names.add(found[1])
+            names.update(MORE.findall(line))
     return names
 
 

@@ -40,15 +40,21 @@ Mode mode_named(std::string_view name);
 std::string_view name_of(Mode mode) noexcept;
 
 /// Loops over samples of a ray that a mode has kernels for: the largest, the integral, the mean,
-/// front-to-back compositing. All others go through their RayRule.
-enum class Combine { max, sum, mean, over, other };
+/// front-to-back compositing, the first place at a level. All others go through their RayRule.
+enum class Combine { max, sum, mean, over, hit, other };
+
+/// A ray between its samples, by t.
+struct AlongRay {
+    std::function<double(double)> value;  // of the field; NaN where it is absent
+    std::function<Lit(double)> lit;
+};
 
 /// A stretch of a view ray, combined in f64: front and back join associatively (Lemma 4.1), so
 /// that stretches may be worked out in any order. This is what references and models add up; it
 /// shares no code with the kernels.
 struct Stretch {
     double length = 0;              // where the field is present [unit]
-    std::array<double, 4> state{};  // the mode's own
+    std::array<double, 5> state{};  // the mode's own
 
     static Stretch empty(Mode mode) noexcept;
     /// Adds values that hold for lengths [unit], one after another; those that are not finite are
@@ -60,6 +66,10 @@ struct Stretch {
     /// The same of one sample that light falls on.
     /// @param lit  asked where the sample is seen
     void add_lit(double value, double piece, const std::function<Lit()>& lit, const Request& want);
+    /// The same of a mode that ends at its first hit. Samples come in order; the first and the last
+    /// of a ray, of length 0, are where it enters and leaves.
+    /// @param t  where the sample is
+    void follow(double t, double value, double piece, const AlongRay& along, const Request& want);
     /// What lies behind this stretch.
     void append(const Stretch& behind, Mode mode) noexcept;
     /// One value, or red, green, blue, opacity, premultiplied and without background.
@@ -97,10 +107,17 @@ struct ModeTraits {
 
     // What it reads of a request.
     bool takes_zero = false;      // Request::zero
-    bool takes_transfer = false;  // Request::transfer, and the background
+    bool takes_transfer = false;  // Request::transfer
+    bool takes_level = false;     // Request::surface
     bool takes_light = false;     // Request::shading
+    bool takes_cue = false;       // Request::cue
+    Shade shade = Shade::none;    // where the request does not say
 
     // What algorithms may count on.
+    /// It is made of samples so far apart [t], not of the field between them; 0: of the field.
+    double sampled_every = 0;
+    /// It ends where the field passes the level, between samples.
+    bool first_hit = false;
     int extreme = 0;       // 1, -1: the result is one of the samples, the largest or least
     bool divides = false;  // by the length inside: short rays have large errors
     /// The size of the numbers whose difference the result is: a difference that is no larger than
@@ -141,6 +158,11 @@ struct ModeTraits {
     void (*add_lit)(Stretch& stretch, double value, double piece, const std::function<Lit()>& lit,
                     const Request& want) = nullptr;
     bool (*is_seen)(double value, const Request& want) = nullptr;
+    /// Of modes that end at their first hit, see Stretch::follow.
+    void (*follow)(Stretch& stretch, double t, double value, double piece, const AlongRay& along,
+                   const Request& want) = nullptr;
+    /// Of modes that take a cue and no light: what a value counts for of which that share is left.
+    double (*faded)(double value, double left, const Request& want) = nullptr;
     /// Lengths are added up behind it.
     void (*append)(Stretch& stretch, const Stretch& behind) = nullptr;
     void (*result)(const Stretch& stretch, const Request& want, double* values) = nullptr;

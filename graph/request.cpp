@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <limits>
 
 namespace edgewise {
 
@@ -21,6 +22,18 @@ std::array<double, 4> Transfer::at(double value) const noexcept {
     for (int c = 0; c < 3; ++c) result[c] = low.color[c] + f * (high.color[c] - low.color[c]);
     result[3] = low.opacity + f * (high.opacity - low.opacity);
     return result;
+}
+
+double Transfer::edge_at(double magnitude) const noexcept {
+    if (edges.empty()) return 1;
+    const auto above =
+        std::upper_bound(edges.begin(), edges.end(), magnitude,
+                         [](double m, const Edge& edge) { return m < edge.magnitude; });
+    if (above == edges.begin()) return edges.front().opacity;
+    if (above == edges.end()) return edges.back().opacity;
+    const Edge& low = *(above - 1);
+    const double f = (magnitude - low.magnitude) / (above->magnitude - low.magnitude);
+    return low.opacity + f * (above->opacity - low.opacity);
 }
 
 void Stretch::add(std::span<const double> values, const double* pieces,
@@ -49,6 +62,18 @@ std::optional<int> Request::deformed() const noexcept {
     for (int view = 0; view < frames; ++view)
         if (!views.at(view).is_matrix()) return view;
     return {};
+}
+
+double nearest_corner(const Request& want, int view) {
+    const Transform& map = want.views.at(view);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3 p;
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = corner >> axis & 1 ? static_cast<double>(want.input[axis]) - 0.5 : -0.5;
+        nearest = std::min(nearest, map.apply(p).z());
+    }
+    return nearest;
 }
 
 Transform residual_transform(const Representation& from, const Request& want, int view) {

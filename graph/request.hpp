@@ -29,9 +29,16 @@ struct Transfer {
     };
     std::vector<Point> points;  // ascending values, at least one
     double unit = 1;            // length that the opacities refer to [file unit]
+    /// What opacities are times, by the length of the gradient; none: 1 (Levoy 1988).
+    struct Edge {
+        double magnitude = 0, opacity = 1;  // [value per file unit], 0..1
+    };
+    std::vector<Edge> edges = {};  // ascending magnitudes
 
     /// Opacity (in [3]) and colour at a value.
     std::array<double, 4> at(double value) const noexcept;
+    /// The factor at a magnitude.
+    double edge_at(double magnitude) const noexcept;
 };
 
 /// The eye of a perspective view, in screen space. Pixel (x, y) is the point (x, y, plane).
@@ -63,7 +70,7 @@ struct Budget {
     bool copied = false;                 // samples are moved and never computed (Error::copies)
 };
 
-/// Which surface a job makes of the samples.
+/// Which surface a job or a mode makes of the samples.
 struct SurfaceOf {
     std::optional<double> isovalue = {};  // absent: one around each label
 };
@@ -90,6 +97,7 @@ struct Request {
     /// Width and height of a picture's pixel, in steps along screen z.
     std::array<double, 2> pixel{1, 1};
     std::optional<SurfaceOf> surface = {};  // absent: none is asked for
+    std::optional<DepthCue> cue = {};       // of modes that take one
     double zero = 0;                        // of xray: the value that adds nothing
     std::array<double, 3> background{0, 0, 0};
     bool keeps_alpha = false;  // of composite: no background, and alpha is part of the result
@@ -112,6 +120,12 @@ struct Request {
         return job->of_rays() ? Extent{screen.x, screen.y, 1} : screen;
     }
     bool projective() const noexcept;  // some view has a last row other than 0 0 0 1
+    /// Whether gradients of the samples tell anything.
+    bool needs_gradients() const noexcept {
+        return shading.has_normals() || !transfer.edges.empty();
+    }
+    /// The value at which a surface lies, of those that have one.
+    double level() const noexcept { return surface && surface->isovalue ? *surface->isovalue : 0; }
     /// What rays of a view see of the input; null: all of it.
     const Clip* clip(int view) const noexcept {
         if (clips.empty()) return nullptr;
@@ -120,6 +134,9 @@ struct Request {
     /// The first view that is no matrix.
     std::optional<int> deformed() const noexcept;
 };
+
+/// Screen z of the corner of the input's box that is nearest to the eye.
+double nearest_corner(const Request& want, int view);
 
 /// What is still to be done to bring samples placed like `from` to the screen: a map from their
 /// indices to screen indices.

@@ -30,22 +30,43 @@ double from_facets(const Vec3& normal, const Vec3& light, const Vec3& eye, const
     return std::min(left, reflected * facets * shadows / nv);
 }
 
+double share_of(const Arriving& arriving, std::size_t light) {
+    return light < arriving.lights.size() ? arriving.lights[light] : 1;
+}
+
 }  // namespace
+
+double DepthCue::left(double depth) const noexcept {
+    return linear ? std::max(0.0, 1 - per_length * depth) : std::exp(-per_length * depth);
+}
+
+double phase_of(double g, double cosine) noexcept {
+    const double square = g * g;
+    return (1 - square) / std::pow(1 + square - 2 * g * cosine, 1.5);
+}
 
 double facet_slope(double exponent) noexcept { return std::sqrt(2 / (exponent + 2)); }
 
-Lit Shading::at(const Vec3& gradient, const Vec3& to_eye) const noexcept {
+Lit Shading::at(const Vec3& gradient, const Vec3& to_eye, const Arriving& arriving) const noexcept {
     if (!on()) return {};
+    if (by == Shade::particles) {
+        Lit scattered{0, 0};
+        for (std::size_t i = 0; i < lights.size(); ++i)
+            scattered.diffuse += share_of(arriving, i) * lights[i].intensity *
+                                 phase_of(phase, -lights[i].towards.dot(to_eye));
+        return scattered;
+    }
     const double length = gradient.norm();
-    Lit lit{material.ambient, 0};
+    Lit lit{material.ambient * arriving.ambient, 0};
     if (!(length > 0) || !std::isfinite(length)) return lit;
     Vec3 normal = gradient / length;
     if (normal.dot(to_eye) < 0) normal = -normal;
-    const double surface = std::min(1.0, length / least);
-    for (const Light& light : lights) {
+    const double surface = least > 0 ? std::min(1.0, length / least) : 1;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const Light& light = lights[i];
         const double facing = normal.dot(light.towards);
         if (!(facing > 0)) continue;
-        const double strength = surface * light.intensity;
+        const double strength = surface * light.intensity * share_of(arriving, i);
         lit.diffuse += strength * material.diffuse * facing;
         lit.specular +=
             strength * (by == Shade::phong ? material.specular * mirrored(normal, light.towards,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "graph/transform.hpp"
@@ -7,7 +9,7 @@
 namespace edgewise {
 
 /// How light meets a sample.
-enum class Shade { none, phong, torrance_sparrow };
+enum class Shade { none, phong, torrance_sparrow, particles };
 
 /// A white light, infinitely far away.
 struct Light {
@@ -26,6 +28,24 @@ struct Material {
 /// go to the eye.
 struct Lit {
     double diffuse = 1, specular = 0;
+    double opacity = 1;  // times the sample's own
+};
+
+/// Light of a sample falls off with its distance from the plane through the volume's nearest
+/// corner.
+struct DepthCue {
+    double per_length = 0;  // K [1/file unit]
+    bool linear = false;    // max(0, 1 - K t), else exp(-K t)
+
+    double left(double depth) const noexcept;
+};
+
+/// The shares of light that reach a sample through what lies on the way: of each light, and of
+/// ambient light.
+struct Arriving {
+    static constexpr std::size_t kMostLights = 8;
+    std::array<double, kMostLights> lights{1, 1, 1, 1, 1, 1, 1, 1};
+    double ambient = 1;
 };
 
 /// Lights and what they fall on.
@@ -33,17 +53,30 @@ struct Shading {
     Shade by = Shade::none;
     std::vector<Light> lights{{}};
     Material material = {};
+    /// Of particles: Henyey and Greenstein's g, the mean cosine of the angle that light is turned
+    /// by; 0: they scatter alike in all directions.
+    double phase = 0;
+    bool shadows = false;  // samples take away light that goes to others
+    double occlusion = 0;  // ambient light is taken away by what is as near as that [file unit]
     /// A gradient that is shorter [value per unit along screen z] tells of no surface. Its share of
     /// this length is the share of the material's diffuse and specular light that is left, so a
     /// homogeneous sample has its ambient light alone.
     double least = 0;
 
     bool on() const noexcept { return by != Shade::none; }
+    /// Whether light depends on the gradient.
+    bool has_normals() const noexcept { return on() && by != Shade::particles; }
     /// @param gradient  of the value, in screen space, steps along all axes equally long; a side
     ///                  that faces away from the eye is turned round, so its sign does not matter
     /// @param to_eye    unit length
-    Lit at(const Vec3& gradient, const Vec3& to_eye) const noexcept;
+    Lit at(const Vec3& gradient, const Vec3& to_eye, const Arriving& arriving = {}) const noexcept;
+    /// Whether some of the light does not arrive.
+    bool has_shade() const noexcept { return shadows || occlusion > 0; }
 };
+
+/// Henyey and Greenstein's phase function times 4 pi, so that its mean over the sphere is 1.
+/// @param cosine  of the angle that light is turned by
+double phase_of(double g, double cosine) noexcept;
 
 /// Beckmann's root mean square slope of facets whose highlight is as wide as that of an exponent.
 double facet_slope(double exponent) noexcept;

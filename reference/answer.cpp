@@ -37,9 +37,17 @@ struct Cell {
     double middle, length;
 };
 Cell cell_of(const RaySpan& ray, std::int64_t k) {
-    const double low = std::max(ray.low, static_cast<double>(k) * ray.step);
-    const double high = std::min(ray.high, static_cast<double>(k + 1) * ray.step);
+    const double begin = ray.front + static_cast<double>(k) * ray.step;
+    const double low = std::max(ray.low, begin);
+    const double high = std::min(ray.high, begin + ray.step);
     return {0.5 * (low + high), high - low};
+}
+struct Cells {
+    std::int64_t first, last;
+};
+Cells cells_along(const RaySpan& ray) {
+    return {static_cast<std::int64_t>(std::floor((ray.low - ray.front) / ray.step)),
+            static_cast<std::int64_t>(std::ceil((ray.high - ray.front) / ray.step)) - 1};
 }
 
 }  // namespace
@@ -140,8 +148,7 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
     for (std::size_t i = 0; i < samples.size(); ++i) {
         const std::optional<RaySpan> ray = geometry_.ray(samples[i]);
         if (!ray) continue;
-        const auto first = static_cast<std::int64_t>(std::floor(ray->low / ray->step));
-        const auto last = static_cast<std::int64_t>(std::ceil(ray->high / ray->step)) - 1;
+        const auto [first, last] = cells_along(*ray);
         if (!tiled) {
             visits.push_back({static_cast<std::int64_t>(i / kTogether), i, first, last});
             continue;
@@ -161,23 +168,59 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
         const Region cells = tiled ? cells_of(visits[begins[group]].tile) : Region{};
         const FieldPiece piece(field_, cells, memory_);
         std::vector<double> value(static_cast<std::size_t>(field_.channels()));
-        const auto add = [&](Stretch& to, const Vec3& p, double length, const LitFrame* frame) {
-            if (!piece.at(p, value.data())) return;
-            if (!frame) return to.add(value[0], length, want_);
+        const auto value_at = [&](const Vec3& p) {
+            return piece.at(p, value.data()) ? value[0] : kNone;
+        };
+        const auto lit_at = [&](const Vec3& p, double t, const LitFrame& frame,
+                                ArrivingAlong* arriving) {
+            const Vec3 gradient = want_.needs_gradients() ? piece.gradient(p) : Vec3(Vec3::Zero());
+            return frame.at(gradient, t, want_, arriving ? arriving->at(t) : Arriving{});
+        };
+        const auto add = [&](Stretch& to, const RaySpan& ray, const Cell& cell,
+                             const LitFrame* frame, ArrivingAlong* arriving) {
+            const Vec3 p = ray.origin + cell.middle * ray.direction;
+            const double here = value_at(p);
+            if (!std::isfinite(here)) return;
+            if (!frame) return to.add(here, cell.length, want_);
+            if (want_.mode->faded)
+                return to.add(want_.mode->faded(here, frame->left(cell.middle, want_), want_),
+                              cell.length, want_);
             to.add_lit(
-                value[0], length, [&] { return frame->at(piece.gradient(p), want_.shading); },
-                want_);
+                here, cell.length, [&] { return lit_at(p, cell.middle, *frame, arriving); }, want_);
+        };
+        const auto follow = [&](Stretch& to, const RaySpan& ray, const Visit& visit,
+                                const LitFrame& frame) {
+            const auto place = [&](double t) -> Vec3 { return ray.origin + t * ray.direction; };
+            const AlongRay along{
+                .value = [&](double t) { return value_at(place(t)); },
+                .lit = [&](double t) { return lit_at(place(t), t, frame, nullptr); }};
+            const auto at = [&](double t, double length) {
+                to.follow(t, along.value(t), length, along, want_);
+            };
+            const auto [first, last] = cells_along(ray);
+            // Each part of a ray begins with the last sample of the one before it.
+            at(visit.first == first ? ray.low : cell_of(ray, visit.first - 1).middle, 0);
+            for (std::int64_t k = visit.first; k <= visit.last; ++k)
+                if (const Cell cell = cell_of(ray, k); cell.length > 0)
+                    at(cell.middle, cell.length);
+            if (visit.last == last) at(ray.high, 0);
         };
         for (std::size_t i = begins[group]; i < begins[group + 1]; ++i) {
             const OutputSample& pixel = samples[visits[i].sample];
             const RaySpan ray = *geometry_.ray(pixel);
             std::optional<LitFrame> frame;
-            if (want_.shading.on()) frame = geometry_.frame(pixel);
+            if (needs_frame(want_)) frame = geometry_.frame(pixel);
+            if (want_.mode->first_hit) {
+                follow(stretches[i], ray, visits[i], *frame);
+                continue;
+            }
+            std::optional<ArrivingAlong> arriving;
+            if (arriving_.any()) arriving.emplace(arriving_, ray, pixel.view);
             for (std::int64_t k = visits[i].first; k <= visits[i].last; ++k) {
                 const Cell cell = cell_of(ray, k);
                 if (cell.length > 0)
-                    add(stretches[i], ray.origin + cell.middle * ray.direction, cell.length,
-                        frame ? &*frame : nullptr);
+                    add(stretches[i], ray, cell, frame ? &*frame : nullptr,
+                        arriving ? &*arriving : nullptr);
             }
         }
     });

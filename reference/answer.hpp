@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "reference/arriving_light.hpp"
 #include "reference/field.hpp"
 #include "reference/view_geometry.hpp"
 
@@ -19,7 +20,7 @@ class Reference {
  public:
     /// All must stay alive.
     Reference(const Request& want, const ReferenceField& field, std::pmr::memory_resource* memory)
-        : want_(want), field_(field), geometry_(want), memory_(memory) {}
+        : want_(want), field_(field), geometry_(want), arriving_(want, field), memory_(memory) {}
 
     /// Values of one output sample.
     int channels() const noexcept;
@@ -45,6 +46,7 @@ class Reference {
     const Request& want_;
     const ReferenceField& field_;
     ViewGeometry geometry_;
+    ArrivingLight arriving_;
     std::pmr::memory_resource* memory_;
 };
 

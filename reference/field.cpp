@@ -190,6 +190,21 @@ void ReferenceField::spline(const Vec3& p, double* values) const {
     });
 }
 
+bool ReferenceField::simple_at(const Vec3& p, double& value) const {
+    if (kind_ == Field::formula) {
+        value = formula_->at(p);
+        return std::isfinite(value);
+    }
+    if (!nearest_is_finite(p)) return false;
+    std::array<double, 4> values{};
+    if (kind_ == Field::nearest)
+        nearest(clamped(p), values.data());
+    else
+        linear(clamped(p), values.data());
+    value = values[0];
+    return true;
+}
+
 bool ReferenceField::at(const Vec3& p, std::span<double> values) const {
     if (!inside(p)) return false;
     if (kind_ == Field::formula) {

@@ -47,6 +47,10 @@ class ReferenceField {
     /// but for rounding. Either value is right there.
     bool has_no_nearest(const Vec3& p) const noexcept;
 
+    /// Channel 0 at p as the trilinear field has it, or a formula, or of labels the nearest; false
+    /// where it is absent.
+    bool simple_at(const Vec3& p, double& value) const;
+
     /// All channels at p; false where the field is absent. Of the spline by its cardinal function,
     /// 48 samples along each axis: exact to 2e-14 of the data's range, no memory, 0.1 ms in a
     /// volume.

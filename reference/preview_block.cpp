@@ -64,6 +64,19 @@ std::int64_t PreviewBlock::stride(int axis) const {
     return channels_ * (axis == 0 ? 1 : axis == 1 ? held.x : held.x * held.y);
 }
 
+bool PreviewBlock::reaches(const Vec3& p) const noexcept {
+    constexpr std::int64_t kAround = 4;  // three taps on one side, and a difference
+    const Vec3 q = field_.clamped(p);
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto cell = static_cast<std::int64_t>(std::floor(q[axis]));
+        const std::int64_t last = field_.extent()[axis] - 1;
+        if (std::max<std::int64_t>(0, cell - kAround) < held_.begin[axis] ||
+            std::min(last, cell + kAround) >= held_.end[axis])
+            return false;
+    }
+    return true;
+}
+
 PreviewBlock::Line PreviewBlock::line(const Vec3& p, int axis) const {
     Line line;
     const auto last = static_cast<double>(field_.extent()[axis] - 1);

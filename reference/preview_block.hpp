@@ -58,6 +58,8 @@ class PreviewBlock {
     bool reference(const Vec3& p, double* values) const;
     /// Of channel 0, at many places at once: NaN where the field is absent.
     void reference(const Places& places, double* values) const;
+    /// Whether any filter, and the differences of its neighbours, have all samples at p.
+    bool reaches(const Vec3& p) const noexcept;
     /// What zoh or foh makes of independent noise of RMS 1 in the samples.
     double noise(PreviewHold hold, const Vec3& p) const;
 

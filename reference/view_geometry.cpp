@@ -54,8 +54,10 @@ ViewGeometry::ViewGeometry(const Request& want) : want_(want) {
     if (want.job->of_rays() && want.deformed())
         throw RequestError(fmt::format("the view '{}' bends rays; pictures are of straight ones",
                                        want.views.at(*want.deformed()).name()));
-    for (int view = 0; view < want.frames; ++view)
+    for (int view = 0; view < want.frames; ++view) {
         to_input_.push_back(want.views.at(view).inverse());
+        nearest_.push_back(want.cue ? nearest_corner(want, view) : 0);
+    }
 }
 
 std::optional<Vec3> ViewGeometry::point(const OutputSample& at) const {
@@ -86,7 +88,15 @@ std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
     const Clip* part = want_.clip(view);
     if (!(part ? span.clip(*part) : span.clip(want_.input))) return {};
     span.step = reference_step(span.direction, want_);
+    if (want_.mode->sampled_every > 0) {
+        span.step = want_.mode->sampled_every;
+        span.front = want_.eye ? 0 : -0.5;
+    }
     return span;
+}
+
+bool needs_frame(const Request& want) noexcept {
+    return want.shading.on() || want.cue || want.mode->first_hit || !want.transfer.edges.empty();
 }
 
 LitFrame ViewGeometry::frame(const OutputSample& at) const {
@@ -94,9 +104,14 @@ LitFrame ViewGeometry::frame(const OutputSample& at) const {
     const Vec3 steps(want_.pixel[0], want_.pixel[1], 1);
     LitFrame frame{steps.cwiseInverse().asDiagonal() * map.topLeftCorner<3, 3>().transpose(),
                    Vec3(0, 0, -1)};
+    frame.per_length = want_.spacing.cwiseInverse();
+    frame.near = -nearest_[static_cast<std::size_t>(at.view)] * want_.unit;
+    frame.deeper = want_.unit;
     if (want_.eye) {
         const Vec3 pixel(static_cast<double>(at.x), static_cast<double>(at.y), want_.eye->plane);
         frame.to_eye = (want_.eye->at - pixel).cwiseProduct(steps).normalized();
+        frame.near += want_.eye->at.z() * want_.unit;
+        frame.deeper *= -frame.to_eye.z();
     }
     return frame;
 }

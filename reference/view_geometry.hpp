@@ -19,21 +19,40 @@ struct RaySpan {
     Vec3 origin, direction;  // input index; direction for one unit of length
     double low = 0, high = 0;
     double step = 0.125;  // of the reference's cells [t], see reference_step()
+    double front = 0;     // where the first of them begins [t]
 
     /// Cuts it to the box of an input, or to a part of it; false where nothing is left.
     bool clip(const Extent& input) noexcept;
     bool clip(const Clip& part) noexcept;
 };
 
-/// How gradients of the input are seen along one ray.
+/// How light reaches the eye along one ray.
 struct LitFrame {
-    Eigen::Matrix3d to_screen;  // of a gradient by input index; there all steps are as long
-    Vec3 to_eye;                // unit length
+    Eigen::Matrix3d to_screen;       // of a gradient by input index; there all steps are as long
+    Vec3 to_eye;                     // unit length
+    Vec3 per_length = Vec3::Ones();  // samples in a file unit
+    /// Depth of the ray's point t behind the plane through the volume's nearest corner: near +
+    /// t deeper [file unit].
+    double near = 0, deeper = 0;
 
-    Lit at(const Vec3& gradient, const Shading& shading) const noexcept {
-        return shading.at(to_screen * gradient, to_eye);
+    /// @param gradient  by input index
+    /// @param t         where on the ray
+    Lit at(const Vec3& gradient, double t, const Request& want,
+           const Arriving& arriving = {}) const noexcept {
+        Lit lit = want.shading.at(to_screen * gradient, to_eye, arriving);
+        const double left = this->left(t, want);
+        lit.diffuse *= left;
+        lit.specular *= left;
+        lit.opacity = want.transfer.edge_at(gradient.cwiseProduct(per_length).norm());
+        return lit;
+    }
+    /// The share of light that the depth leaves; 1 without a cue.
+    double left(double t, const Request& want) const noexcept {
+        return want.cue ? want.cue->left(near + t * deeper) : 1;
     }
 };
+/// Whether anything along rays depends on where it is.
+bool needs_frame(const Request& want) noexcept;
 
 /// Where the samples of results lie in the input, straight from the request's transforms.
 ///
@@ -58,6 +77,7 @@ class ViewGeometry {
  private:
     const Request& want_;
     std::vector<Transform> to_input_;  // one a view
+    std::vector<double> nearest_;      // screen z of the volume's nearest corner, likewise
 };
 
 }  // namespace edgewise

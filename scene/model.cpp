@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <variant>
 
@@ -52,10 +53,84 @@ constexpr double kDerivativeStep = 1.0 / 32;
 
 }  // namespace
 
+/// Calls each(t, value, length) at the cells' middles and, with length 0, where the ray enters and
+/// leaves.
+template <class ValueAt, class Each>
+void RayPiece::in_order(std::span<const double> values, ValueAt&& value_at, Each&& each) const {
+    constexpr double kSame = 1e-9;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const double half = cells_.length[i] / 2;
+        if (cells_.middle[i] - half <= ray_.low + kSame) each(ray_.low, value_at(ray_.low), 0.0);
+        each(cells_.middle[i], values[i], cells_.length[i]);
+        if (cells_.middle[i] + half >= ray_.high - kSame) each(ray_.high, value_at(ray_.high), 0.0);
+    }
+}
+
+/// @param read  (places, values)
+template <class Read>
+double RayPiece::value_at(const Vec3& p, Read&& read) const {
+    if (!block_.reaches(p)) return std::numeric_limits<double>::quiet_NaN();
+    Places one;
+    one.add(p);
+    Values value;
+    read(one, value.data());
+    return value[0];
+}
+
+void RayPiece::each_in_order(const Filter& filter,
+                             const std::function<void(double, double)>& each) {
+    const auto read = [&](const Places& at, double* values) { block_.read(filter, at, values); };
+    in_order(
+        held(filter), [&](double t) { return value_at(ray_.origin + t * ray_.direction, read); },
+        [&](double t, double value, double) { each(t, value); });
+}
+
+/// @param step  of differences that make a gradient
 /// @param read  (places, values) of the field whose values these are
 template <class Read>
+void RayPiece::add_seen(std::span<const double> values, double step, Read&& read, Stretch& to,
+                        const Request& want, const ArrivingAt& arriving) const {
+    if (want.mode->first_hit) return follow(values, step, read, to, want);
+    if (!want.mode->faded)
+        return add_lit(values, step, read, to, want, arriving ? arriving : arriving_);
+    Values faded;
+    for (std::size_t i = 0; i < values.size(); ++i)
+        faded[i] = want.mode->faded(values[i], frame_->left(cells_.middle[i], want), want);
+    add({faded.data(), values.size()}, to, want);
+}
+
+template <class Read>
+void RayPiece::follow(std::span<const double> values, double step, Read&& read, Stretch& to,
+                      const Request& want) const {
+    const auto value_at = [&](const Vec3& p) { return this->value_at(p, read); };
+    const auto place = [&](double t) -> Vec3 { return ray_.origin + t * ray_.direction; };
+    const AlongRay along{.value = [&](double t) { return value_at(place(t)); },
+                         .lit =
+                             [&](double t) {
+                                 Vec3 gradient = Vec3::Zero();
+                                 if (want.needs_gradients()) {
+                                     const Vec3 p = want.field == Field::formula
+                                                        ? place(t)
+                                                        : block_.field().clamped(place(t));
+                                     const double here = value_at(p);
+                                     for (int axis = 0; axis < 3; ++axis) {
+                                         const double below = value_at(p - step * Vec3::Unit(axis)),
+                                                      above = value_at(p + step * Vec3::Unit(axis));
+                                         gradient[axis] = ((std::isfinite(above) ? above : here) -
+                                                           (std::isfinite(below) ? below : here)) /
+                                                          (2 * step);
+                                     }
+                                 }
+                                 return frame_->at(gradient, t, want);
+                             }};
+    in_order(values, along.value, [&](double t, double value, double length) {
+        to.follow(t, value, length, along, want);
+    });
+}
+
+template <class Read>
 void RayPiece::add_lit(std::span<const double> values, double step, Read&& read, Stretch& to,
-                       const Request& want) const {
+                       const Request& want, const ArrivingAt& arriving) const {
     std::array<std::size_t, Places::kMost> seen;
     std::size_t count = 0;
     // Beyond the outermost samples it is as at the outermost; a formula goes on.
@@ -64,10 +139,11 @@ void RayPiece::add_lit(std::span<const double> values, double step, Read&& read,
     };
     for (std::size_t i = 0; i < values.size(); ++i)
         if (std::isfinite(values[i]) && want.mode->is_seen(values[i], want)) seen[count++] = i;
+    const bool needs = want.needs_gradients();
     std::array<Vec3, Places::kMost> gradients;
     Places beside;
     Values side[2];
-    for (int axis = 0; axis < 3 && count > 0; ++axis) {
+    for (int axis = 0; axis < 3 && count > 0 && needs; ++axis) {
         for (int s = 0; s < 2; ++s) {
             beside.count = 0;
             for (std::size_t i = 0; i < count; ++i)
@@ -85,15 +161,20 @@ void RayPiece::add_lit(std::span<const double> values, double step, Read&& read,
     for (std::size_t i = 0; i < values.size(); ++i) {
         const bool is_seen = next < count && seen[next] == i;
         const Vec3* const gradient = is_seen ? &gradients[next++] : nullptr;
-        to.add_lit(
-            values[i], cells_.length[i], [&] { return frame_->at(*gradient, want.shading); }, want);
+        const double t = cells_.middle[i];
+        const auto lit = [&] {
+            return frame_->at(needs && gradient ? *gradient : Vec3::Zero(), t, want,
+                              arriving ? arriving(t) : Arriving{});
+        };
+        to.add_lit(values[i], cells_.length[i], lit, want);
     }
 }
 
-void RayPiece::add_held(const Filter& filter, Stretch& to, const Request& want) {
+void RayPiece::add_held(const Filter& filter, Stretch& to, const Request& want,
+                        const ArrivingAt& arriving) {
     if (!frame_) return add(held(filter), to, want);
     const auto read = [&](const Places& at, double* values) { block_.read(filter, at, values); };
-    add_lit(held(filter), filter.taps <= 2 ? 1 : kDerivativeStep, read, to, want);
+    add_seen(held(filter), filter.taps <= 2 ? 1 : kDerivativeStep, read, to, want, arriving);
 }
 
 void RayPiece::add_reference(Stretch& to, const Request& want) {
@@ -107,7 +188,7 @@ void RayPiece::add_reference(Stretch& to, const Request& want) {
             held.add(want.field == Field::formula ? at[i] : block_.field().clamped(at[i]));
         block_.reference(held, values);
     };
-    add_lit(reference(), smooth ? kDerivativeStep : 1, read, to, want);
+    add_seen(reference(), smooth ? kDerivativeStep : 1, read, to, want, {});
 }
 
 RayAnswer::RayAnswer(const Stretch& reference, const Request& want)

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "graph/transform_graph.hpp"
@@ -62,13 +64,16 @@ struct PointMade {
 /// worked out once.
 class RayPiece {
  public:
-    /// @param frame  of the ray, where light falls on it, else null
+    /// @param frame  of the ray, where anything depends on it, else null
     RayPiece(const PreviewBlock& block, const RaySpan& ray, const LitFrame* frame = nullptr)
         : block_(block),
           ray_(ray),
           frame_(frame),
           values_(1 + filters().size()),
           known_(values_.size()) {}
+
+    /// How much light arrives, where that is not all of it.
+    void set_arriving(ArrivingAt arriving) { arriving_ = std::move(arriving); }
 
     /// The next cells whose middles lie before `end`. @return false: none
     bool take(double end, double front, double step, std::int64_t& next);
@@ -87,18 +92,34 @@ class RayPiece {
     }
     /// Adds what a filter reads, lit where the request asks for it: by the differences of
     /// neighbouring samples of filters of zero and first order, else by the filter's derivative.
-    void add_held(const Filter& filter, Stretch& to, const Request& want);
+    /// @param arriving  as the model has it; empty: as the reference has it
+    void add_held(const Filter& filter, Stretch& to, const Request& want,
+                  const ArrivingAt& arriving = {});
+    /// Calls each(t, value) with what a filter reads where the ray enters, at the cells' middles,
+    /// and where it leaves.
+    void each_in_order(const Filter& filter, const std::function<void(double, double)>& each);
     /// Adds the reference, likewise.
     void add_reference(Stretch& to, const Request& want);
 
  private:
     template <class Read>
+    void add_seen(std::span<const double> values, double step, Read&& read, Stretch& to,
+                  const Request& want, const ArrivingAt& arriving) const;
+    template <class Read>
     void add_lit(std::span<const double> values, double step, Read&& read, Stretch& to,
-                 const Request& want) const;
+                 const Request& want, const ArrivingAt& arriving) const;
+    template <class ValueAt, class Each>
+    void in_order(std::span<const double> values, ValueAt&& value_at, Each&& each) const;
+    template <class Read>
+    double value_at(const Vec3& p, Read&& read) const;
+    template <class Read>
+    void follow(std::span<const double> values, double step, Read&& read, Stretch& to,
+                const Request& want) const;
     using Values = std::array<double, Places::kMost>;
     const PreviewBlock& block_;
     const RaySpan& ray_;
     const LitFrame* frame_;
+    ArrivingAt arriving_;
     RayCells cells_;
     Places places_;
     std::vector<Values> values_;  // the reference's, then by place in filters()

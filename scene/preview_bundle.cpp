@@ -15,7 +15,7 @@ constexpr double kBlockSide = 20;  // samples that a stretch of a bundle covers 
 
 RaySetting::RaySetting(const Request& want_, const ReferenceField& field_,
                        std::vector<std::shared_ptr<const Model>> models_)
-    : want(want_), field(field_), models(std::move(models_)) {
+    : want(want_), field(field_), models(std::move(models_)), arriving(want_, field_) {
     for (std::size_t m = 0; m < models.size(); ++m) {
         first.push_back(facts.size());
         facts.insert(facts.end(), models[m]->facts().begin(), models[m]->facts().end());
@@ -46,17 +46,23 @@ Bundle bundle_at(const RaySetting& setting, const ViewGeometry& geometry,
         const std::optional<RaySpan> ray =
             geometry.ray(corner.view, static_cast<double>(x), static_cast<double>(y));
         if (!ray || (!whole && is_short(*ray, want))) continue;
-        Traced traced{.ray = *ray,
-                      .at = {corner.view, x, y, 0},
-                      .frame = want.shading.on()
-                                   ? std::optional(geometry.frame({corner.view, x, y, 0}))
-                                   : std::nullopt,
-                      .reference = Stretch::empty(want.mode),
-                      .models = {},
-                      .next = {static_cast<std::int64_t>(std::floor(ray->low / ray->step))},
-                      .low = ray->low,
-                      .high = ray->high,
-                      .squares = {}};
+        Traced traced{
+            .ray = *ray,
+            .at = {corner.view, x, y, 0},
+            .frame = needs_frame(want) ? std::optional(geometry.frame({corner.view, x, y, 0}))
+                                       : std::nullopt,
+            .arriving = {},
+            .reference = Stretch::empty(want.mode),
+            .models = {},
+            .next = {static_cast<std::int64_t>(std::floor((ray->low - ray->front) / ray->step))},
+            .low = ray->low,
+            .high = ray->high,
+            .squares = {}};
+        if (setting.arriving.any())
+            traced.arriving = [along = std::make_shared<ArrivingAlong>(setting.arriving, *ray,
+                                                                       corner.view)](double t) {
+                return along->at(t);
+            };
         for (const double step : setting.steps)
             traced.next.push_back(
                 static_cast<std::int64_t>(std::floor((ray->low - front_of(want)) / step)));
@@ -77,7 +83,8 @@ namespace {
 /// One stretch of one ray.
 void trace(Traced& traced, const PreviewBlock& block, double end, const RaySetting& setting) {
     RayPiece piece(block, traced.ray, traced.frame ? &*traced.frame : nullptr);
-    while (piece.take(end, 0, traced.ray.step, traced.next[0]))
+    piece.set_arriving(traced.arriving);
+    while (piece.take(end, traced.ray.front, traced.ray.step, traced.next[0]))
         piece.add_reference(traced.reference, setting.want);
     for (const auto& model : traced.models)
         if (model) model->trace(block, end);

@@ -20,6 +20,7 @@ struct RaySetting {
     std::vector<std::vector<std::size_t>> takers = {};  // by step: the models that take its cells
     std::vector<ModelFact> facts = {};                  // of all models, one after another
     std::vector<std::size_t> first = {};                // by model: its first fact
+    ArrivingLight arriving;
 
     RaySetting(const Request& want, const ReferenceField& field,
                std::vector<std::shared_ptr<const Model>> models);
@@ -30,6 +31,7 @@ struct Traced {
     RaySpan ray;
     OutputSample at;
     std::optional<LitFrame> frame = {};  // where light falls
+    ArrivingAt arriving = {};            // of it; empty: all
     RayLook look = {};
     Stretch reference;
     std::vector<std::unique_ptr<RayModel>> models;  // null: that one has nothing to say

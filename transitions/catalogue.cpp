@@ -11,6 +11,7 @@
 #include "transitions/spectrum/slice.hpp"
 #include "transitions/store/crop.hpp"
 #include "transitions/store/precision.hpp"
+#include "transitions/surface/draw.hpp"
 #include "transitions/surface/flying_edges.hpp"
 #include "transitions/surface/nets.hpp"
 #include "transitions/warp/axis_permutation.hpp"
@@ -39,12 +40,14 @@ Catalogue catalogue() {
         combine(),
         ray_cast(),
         gradient_cast(),
+        preintegrated_cast(),
         shear_warp(),
         spectrum_slice(),
         spectrum_inverse(),
         // To surfaces.
         flying_edges_edge(),
         surface_nets_edge(),
+        draw_edge(),
     };
 }
 

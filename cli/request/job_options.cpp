@@ -105,12 +105,26 @@ Material material_of(const std::string& text) {
     return {n[0], n[1], n[2], n[3]};
 }
 
+DepthCue cue_of(const std::string& text) {
+    const auto words = split(text, ',');
+    if (words.empty() || words.size() > 2)
+        throw RequestError(
+            fmt::format("--depth-cue: '{}' given; expected K, K,linear or K,exp", text));
+    const bool linear =
+        words.size() == 2 && chosen("--depth-cue", std::string(words[1]), {"exp", "linear"}) == 1;
+    return {number_of("--depth-cue", std::string(words[0])), linear};
+}
+
 void read_light(RequestSpec& spec, const JobOptions& o) {
     if (o.shade)
-        spec.shade =
-            static_cast<Shade>(chosen("--shade", *o.shade, {"none", "phong", "torrance-sparrow"}));
+        spec.shade = static_cast<Shade>(
+            chosen("--shade", *o.shade, {"none", "phong", "torrance-sparrow", "particles"}));
     for (const std::string& text : o.lights) spec.lights.push_back(light_of(text));
     if (o.material) spec.material = material_of(*o.material);
+    if (o.phase) spec.phase = number_of("--phase", *o.phase);
+    spec.shadows = o.shadows;
+    if (o.occlusion) spec.occlusion = number_of("--ambient-occlusion", *o.occlusion);
+    if (o.cue) spec.cue = cue_of(*o.cue);
 }
 
 /// Composite with light, and with a preset where no transfer function is given.
@@ -132,7 +146,7 @@ void read_transfer(RequestSpec& spec, const JobOptions& o) {
 /// The first mode that light falls on.
 Mode lit_mode() {
     return *std::find_if(modes().begin(), modes().end(),
-                         [](Mode mode) { return mode->takes_light; });
+                         [](Mode mode) { return mode->takes_light && mode->takes_transfer; });
 }
 
 void read_mode(RequestSpec& spec, const JobOptions& o) {

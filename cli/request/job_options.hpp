@@ -17,7 +17,7 @@ struct JobOptions {
     GeometryWords geometry;
     SelectionWords selection;
     std::optional<std::string> mode, zero, background, transfer, preset, window, outside, isovalue;
-    std::optional<std::string> shade, material;
+    std::optional<std::string> shade, material, phase, cue, occlusion;
     std::vector<std::string> lights;
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
     std::optional<std::string> threads, ranks, machine, planner, planning_time;
@@ -26,7 +26,7 @@ struct JobOptions {
     std::optional<std::string> progress, log;
     std::optional<std::string> report;
     std::vector<std::string> words;  // of the command line, as it was typed
-    bool explain = false, quiet = false, strict = false, labels = false;
+    bool explain = false, quiet = false, strict = false, labels = false, shadows = false;
 };
 
 /// Reads all texts that say what is asked for. @throws RequestError

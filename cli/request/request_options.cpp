@@ -99,7 +99,10 @@ void add_mode(CLI::App& app, JobOptions& o) {
     } else {
         add_text(app, "--mode", o.mode, mode_help())->type_name("MODE");
         add_text(app, "--zero", o.zero, "xray: the value that adds nothing")->type_name("V");
-        add_text(app, "--background", o.background, "composite: default 0,0,0; none: alpha is kept")
+        add_text(app, "--isovalue", o.isovalue, "surface and binary: where values reach V")
+            ->type_name("V");
+        add_text(app, "--background", o.background,
+                 "composite, surface and binary: default 0,0,0; none: alpha is kept")
             ->type_name("R,G,B|none");
         add_text(app, "--transfer", o.transfer, "composite: opacity and colour (docs/files.md)")
             ->type_name("FILE");
@@ -108,8 +111,9 @@ void add_mode(CLI::App& app, JobOptions& o) {
                  "default with --mode shaded: one that suits FILE")
             ->type_name("NAME|FILE");
         add_text(app, "--shade", o.shade,
-                 "composite: how light meets samples; default none (--mode shaded: phong)")
-            ->type_name("none|phong|torrance-sparrow");
+                 "composite and surface: how light meets samples; default none, of surface and "
+                 "--mode shaded phong")
+            ->type_name("none|phong|torrance-sparrow|particles");
         add_list(app, "--light", o.lights,
                  "towards a light, in screen space (z away from the eye); default 0,0,-1: at the "
                  "eye. Several add up")
@@ -117,6 +121,18 @@ void add_mode(CLI::App& app, JobOptions& o) {
         add_text(app, "--material", o.material,
                  "ambient, diffuse, specular, exponent; default 0.1,0.7,0.2,10")
             ->type_name("A,D,S,N");
+        add_text(app, "--phase", o.phase,
+                 "particles: mean cosine of the angle that they turn light by; default 0")
+            ->type_name("G");
+        app.add_flag("--shadows", o.shadows,
+                     "composite: samples take away light on its way to others");
+        add_text(app, "--ambient-occlusion", o.occlusion,
+                 "composite: ambient light is taken away by what is nearer than R, in the file's "
+                 "unit")
+            ->type_name("R");
+        add_text(app, "--depth-cue", o.cue,
+                 "xray, mean, composite and surface: light falls off with depth")
+            ->type_name("K[,linear|exp]");
     }
     app.add_flag("--labels", o.labels,
                  "the samples are labels: nearest, no new value, values bit for bit");

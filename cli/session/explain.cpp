@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kNoBetter = "no better";
 constexpr std::size_t kMostPaths = 2000, kMostRows = 40;
 
-std::string path_text(const Plan& plan) {
+std::string plan_text(const Plan& plan) {
     return plan.steps.empty() ? "(the input itself)"
                               : fmt::format("{}", fmt::join(plan.texts(), " > "));
 }
@@ -71,12 +71,12 @@ std::vector<Plan> paths_of(const Session& session) {
     std::vector<Plan> plans = all_paths(session.answer->graph->real(), session.edges, session.ask(),
                                         session.plan_options, kMostPaths);
     std::set<std::string> front;
-    for (const Plan& plan : session.answer->front) front.insert(path_text(plan));
+    for (const Plan& plan : session.answer->front) front.insert(plan_text(plan));
     std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
         return a.predicted.seconds < b.predicted.seconds;
     });
     std::stable_partition(plans.begin(), plans.end(),
-                          [&](const Plan& plan) { return front.contains(path_text(plan)); });
+                          [&](const Plan& plan) { return front.contains(plan_text(plan)); });
     return plans;
 }
 
@@ -104,7 +104,7 @@ std::map<std::string, double> seconds_on_all(const Session& session) {
     const Ask ask{want, session.scene};
     for (const Plan& plan : all_paths(session.answer->graph->choice(), session.edges, ask,
                                       session.plan_options, kMostPaths))
-        seconds.emplace(path_text(plan), plan.predicted.seconds);
+        seconds.emplace(plan_text(plan), plan.predicted.seconds);
     return seconds;
 }
 
@@ -222,19 +222,19 @@ std::string explanation_of(const Session& session) {
     text += fmt::format("\npaths ({}{}; > chosen, * on the front)\n", plans.size(),
                         plans.size() == kMostPaths ? " and more" : "");
     std::set<std::string> front;
-    for (const Plan& plan : answer.front) front.insert(path_text(plan));
+    for (const Plan& plan : answer.front) front.insert(plan_text(plan));
     const auto reason = [&](const Plan& plan, const std::string& path) {
         const std::string why = why_not(plan.predicted, chosen, want);
         const auto its = on_all.find(path);
         if (why != kNoBetter || its == on_all.end() || want.minimize != Minimize::time) return why;
-        const auto mine = on_all.find(path_text(*answer.plan));
+        const auto mine = on_all.find(plan_text(*answer.plan));
         if (mine == on_all.end() || its->second <= mine->second) return why;
         return fmt::format("takes {:.2f} times as long on {} processors",
                            its->second / mine->second, session.profile.processors);
     };
     for (std::size_t i = 0; i < plans.size() && i < kMostRows; ++i) {
-        const std::string path = path_text(plans[i]);
-        const bool is_plan = answer.plan && path == path_text(*answer.plan);
+        const std::string path = plan_text(plans[i]);
+        const bool is_plan = answer.plan && path == plan_text(*answer.plan);
         text += row(is_plan                ? ">"
                     : front.contains(path) ? "*"
                                            : "",

@@ -39,14 +39,32 @@ void take_budgets(Request& want, const RequestSpec& spec) {
 }
 
 void take_light(Request& want, const RequestSpec& spec) {
-    want.shading.by = spec.shade.value_or(Shade::none);
-    const auto only = [&](const char* option, bool given) {
-        if (given && !want.shading.on())
-            throw RequestError(
-                fmt::format("{}: of --shade phong and torrance-sparrow only", option));
+    want.shading.by = spec.shade.value_or(want.mode->shade);
+    if (!spec.lights.empty() && !want.shading.on())
+        throw RequestError("--light: of --shade phong, torrance-sparrow and particles only");
+    if (spec.material && !want.shading.has_normals())
+        throw RequestError("--material: of --shade phong and torrance-sparrow only");
+    if (spec.phase && want.shading.by != Shade::particles)
+        throw RequestError("--phase: of --shade particles only");
+    if (want.shading.by == Shade::particles && want.mode->first_hit)
+        throw RequestError(
+            fmt::format("--shade: a {} has no particles; expected phong, torrance-sparrow or none",
+                        want.mode->name));
+    const auto falls_on_samples = [&](const char* option, bool given, bool sensible) {
+        if (given && (!sensible || want.mode->first_hit))
+            throw RequestError(fmt::format("{}: of --mode composite with {} only", option,
+                                           option == std::string("--shadows")
+                                               ? "--shade phong, torrance-sparrow or particles"
+                                               : "--shade phong or torrance-sparrow"));
     };
-    only("--light", !spec.lights.empty());
-    only("--material", spec.material.has_value());
+    falls_on_samples("--shadows", spec.shadows, want.shading.on());
+    falls_on_samples("--ambient-occlusion", spec.occlusion.has_value(), want.shading.has_normals());
+    if (spec.shadows && spec.lights.size() > Arriving::kMostLights)
+        throw RequestError(fmt::format("--shadows: {} lights; expected at most {}",
+                                       spec.lights.size(), Arriving::kMostLights));
+    want.shading.shadows = spec.shadows;
+    want.shading.occlusion = spec.occlusion.value_or(0);
+    if (spec.phase) want.shading.phase = *spec.phase;
     if (spec.material) want.shading.material = *spec.material;
     if (spec.lights.empty()) return;
     want.shading.lights = spec.lights;
@@ -65,10 +83,19 @@ void take_mode(Request& want, const RequestSpec& spec) {
                                        fmt::join(names, ", "), mode.name));
     };
     only("--zero", spec.zero.has_value(), &ModeTraits::takes_zero);
-    only("--background", spec.background || spec.keeps_alpha, &ModeTraits::takes_transfer);
+    only("--background", spec.background || spec.keeps_alpha, &ModeTraits::over_background);
     if (spec.transfer) only(spec.transfer->from.c_str(), true, &ModeTraits::takes_transfer);
     only("--preset", spec.suiting_preset, &ModeTraits::takes_transfer);
     only("--shade", spec.shade.has_value(), &ModeTraits::takes_light);
+    only("--depth-cue", spec.cue.has_value(), &ModeTraits::takes_cue);
+    if (want.job == Job::render) {
+        only("--isovalue", spec.isovalue.has_value(), &ModeTraits::takes_level);
+        if (want.mode->takes_level && !spec.isovalue)
+            throw RequestError(
+                fmt::format("--mode {}: which surface? Expected --isovalue V", want.mode->name));
+        if (want.mode->takes_level) want.surface = SurfaceOf{spec.isovalue};
+        want.cue = spec.cue;
+    }
     take_light(want, spec);
     if (spec.background) want.background = *spec.background;
     want.keeps_alpha = spec.keeps_alpha;
@@ -160,6 +187,11 @@ void expect_sensible(const RequestSpec& spec) {
                    light.intensity >= 0 && std::isfinite(light.intensity),
                "--light", "a direction other than 0,0,0 and an intensity of at least 0");
     if (spec.material) expect_material("--material", *spec.material);
+    expect(!spec.phase || std::abs(*spec.phase) < 1, "--phase", "a number between -1 and 1");
+    expect(!spec.occlusion || (*spec.occlusion > 0 && std::isfinite(*spec.occlusion)),
+           "--ambient-occlusion", "a radius above 0");
+    expect(!spec.cue || (spec.cue->per_length >= 0 && std::isfinite(spec.cue->per_length)),
+           "--depth-cue", "K of at least 0");
     expect(!spec.background || !spec.keeps_alpha, "--background", "colours, or none");
     expect(!spec.transfer || !spec.suiting_preset, "--preset", "one, or one that suits the data");
     if (!spec.window) return;
@@ -288,7 +320,8 @@ std::array<double, 2> ends_of(const Window& window, const Data& data,
 
 /// The preset that suits the data; over the window, where somebody gave one.
 TransferSpec suiting_spec(const std::optional<Window>& window, const Data& data,
-                          const Statistics& statistics, const std::string& modality) {
+                          const Statistics& statistics, const std::string& modality, bool labels) {
+    if (labels) return preset_named("labels");
     if (!window) return preset_named(suiting_preset(data, statistics, modality));
     TransferSpec spec = preset_named("general");
     const auto [low, high] = ends_of(*window, data, statistics);
@@ -308,19 +341,20 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
                                                                : 0;
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
-    if (want.job == Job::mesh && spec.isovalue &&
-        (*spec.isovalue <= statistics.low || *spec.isovalue > statistics.high))
+    if (want.surface && want.surface->isovalue &&
+        (want.level() <= statistics.low || want.level() > statistics.high))
         return {fmt::format(
             "--isovalue {:.6g}: the values go from {:.6g} to {:.6g}, so there is no surface",
-            *spec.isovalue, statistics.low, statistics.high)};
+            want.level(), statistics.low, statistics.high)};
     if (want.job != Job::render || !want.mode->takes_transfer) return {};
     // Far below the noise of any scanner, far above the rounding of differences.
     constexpr double kNoSurface = 1e-4;
     want.shading.least = kNoSurface * range_between(statistics.low, statistics.high);
     const double unit = want.spacing.minCoeff();
     if (spec.transfer || spec.suiting_preset) {
-        const TransferSpec asked =
-            spec.transfer ? *spec.transfer : suiting_spec(window, data, statistics, modality);
+        const TransferSpec asked = spec.transfer ? *spec.transfer
+                                                 : suiting_spec(window, data, statistics, modality,
+                                                                want.field == Field::nearest);
         if (!spec.transfer) window.reset();
         Suited found = suited(asked, data, statistics, unit);
         want.transfer = std::move(found.transfer);
@@ -343,7 +377,7 @@ Transfer grey_ramp(double low, double high, double unit) {
     constexpr double kMostOpacity = 0.05;
     // A step would tell a constant from its own rounding.
     if (!(low < high)) high = low + range_between(low, low);
-    return {{{low, 0, {0, 0, 0}}, {high, kMostOpacity, {1, 1, 1}}}, unit};
+    return {{{low, 0, {0, 0, 0}}, {high, kMostOpacity, {1, 1, 1}}}, unit, {}};
 }
 
 }  // namespace edgewise

@@ -34,15 +34,19 @@ std::string request_text(const Request& want) {
     for (const auto& point : want.transfer.points)
         text += fmt::format("{:a} {:a} {:a} {:a} {:a};", point.value, point.opacity, point.color[0],
                             point.color[1], point.color[2]);
+    for (const Transfer::Edge& edge : want.transfer.edges)
+        text += fmt::format("edge {:a} {:a};", edge.magnitude, edge.opacity);
     if (want.surface)
         text += want.surface->isovalue ? fmt::format("surface {:a}", *want.surface->isovalue)
                                        : "surface of labels";
+    if (want.cue) text += fmt::format("cue {:a} {}", want.cue->per_length, want.cue->linear);
     const Shading& shading = want.shading;
     if (!shading.on()) return text;
     const Material& m = shading.material;
-    text += fmt::format("shade {} {:a} {:a} {:a} {:a} {:a} {:a} {:a}", static_cast<int>(shading.by),
-                        m.ambient, m.diffuse, m.specular, m.exponent, shading.least, want.pixel[0],
-                        want.pixel[1]);
+    text += fmt::format("shade {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {:a}",
+                        static_cast<int>(shading.by), m.ambient, m.diffuse, m.specular, m.exponent,
+                        shading.least, shading.phase, want.pixel[0], want.pixel[1]);
+    text += fmt::format("{} {:a}", shading.shadows, shading.occlusion);
     for (const Light& light : shading.lights)
         text += fmt::format("light {:a} {:a} {:a} {:a}", light.towards[0], light.towards[1],
                             light.towards[2], light.intensity);

@@ -92,7 +92,7 @@ struct RequestSpec {
     GeometrySpec geometry;
     ClipSpec clip;  // render
     Mode mode = Mode::mip;
-    std::optional<double> isovalue;       // mesh; absent: of labels
+    std::optional<double> isovalue;       // mesh (absent: of labels), and modes with a level
     std::optional<double> zero, outside;  // value that adds nothing (X-ray); beyond the input
     std::optional<std::array<double, 3>> background;  // composite, each 0..1
     bool keeps_alpha = false;                         // composite: no background, alpha is written
@@ -100,9 +100,13 @@ struct RequestSpec {
     /// Composite, where `transfer` is absent: the preset that suits the data, over the window where
     /// there is one. Else a grey ramp.
     bool suiting_preset = false;
-    std::optional<Shade> shade;  // composite: none
+    std::optional<Shade> shade;  // else the mode's own
     std::vector<Light> lights;   // in place of one at the eye
     std::optional<Material> material;
+    std::optional<double> phase;  // of particles: Henyey and Greenstein's g
+    bool shadows = false;
+    std::optional<double> occlusion;  // radius of what keeps ambient light away [file unit]
+    std::optional<DepthCue> cue;
     std::optional<Window> window;
     std::optional<Field> reference;  // what the samples mean
     bool labels = false;             // no new value appears, all come out bit for bit

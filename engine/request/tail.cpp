@@ -163,21 +163,21 @@ void for_each_value(std::span<const std::shared_ptr<const Data>> frames, const T
 /// need not be copied to be sorted.
 double value_of_rank(std::span<const std::shared_ptr<const Data>> frames, const Tail& tail,
                      double low, double high, double rank) {
-    constexpr int kBins = 4096;
+    constexpr int kClasses = 4096;
     for (int pass = 0; pass < 2 && low < high; ++pass) {
-        std::vector<std::int64_t> bins(kBins);
-        const double width = (high - low) / kBins;
+        std::vector<std::int64_t> bins(kClasses);
+        const double width = (high - low) / kClasses;
         if (!(width > 0)) break;
         std::int64_t below = 0;
         for_each_value(frames, tail, [&](double v) {
             if (v < low)
                 ++below;
             else if (v <= high)
-                ++bins[std::min(kBins - 1, static_cast<int>((v - low) / width))];
+                ++bins[std::min(kClasses - 1, static_cast<int>((v - low) / width))];
         });
         int bin = 0;
         double counted = static_cast<double>(below);
-        while (bin < kBins - 1 && counted + static_cast<double>(bins[bin]) <= rank)
+        while (bin < kClasses - 1 && counted + static_cast<double>(bins[bin]) <= rank)
             counted += static_cast<double>(bins[bin++]);
         low += bin * width;
         high = low + width;

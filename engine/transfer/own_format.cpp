@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/transfer/curves.hpp"
 #include "engine/transfer/fields.hpp"
 #include "engine/transfer/formats.hpp"
 
@@ -41,12 +42,38 @@ Material material_of(const nlohmann::json& json, const std::string& where) {
             part("exponent", 1, 1024)};
 }
 
+constexpr const char* kEdge = "{\"magnitude\": 20, \"opacity\": 1}";
+
+std::vector<Transfer::Edge> edges_of(const nlohmann::json& json, const std::string& where) {
+    if (!json.is_array() || json.empty() || json.size() > kMostKnots)
+        refuse(where, fmt::format("gradient: expected 1 to {} points as {}", kMostKnots, kEdge));
+    std::vector<Transfer::Edge> edges;
+    for (std::size_t i = 0; i < json.size(); ++i) {
+        const std::string field = fmt::format("gradient[{}]", i);
+        if (!json[i].is_object())
+            refuse(where, fmt::format("{} is no point; expected {}", field, kEdge));
+        expect_known(json[i], where, field + ".", {"magnitude", "opacity"});
+        const auto number = [&](const char* key, double high) {
+            return number_in(member_of(json[i], key, where, field, kEdge), where,
+                             fmt::format("{}.{}", field, key), 0, high);
+        };
+        edges.push_back({number("magnitude", 1e300), number("opacity", 1)});
+        if (i > 0 && edges[i].magnitude < edges[i - 1].magnitude)
+            refuse(where,
+                   fmt::format("{}.magnitude is {}, less than {} before it; they must ascend",
+                               field, edges[i].magnitude, edges[i - 1].magnitude));
+    }
+    return edges;
+}
+
 TransferValues values_of(const nlohmann::json& json, const std::string& where) {
-    for (const TransferValues values : {TransferValues::data, TransferValues::hounsfield,
-                                        TransferValues::window, TransferValues::range})
+    for (const TransferValues values :
+         {TransferValues::data, TransferValues::hounsfield, TransferValues::window,
+          TransferValues::range, TransferValues::labels})
         if (json == name_of(values)) return values;
     refuse(where,
-           fmt::format("values is {}; expected \"data\", \"hounsfield\", \"window\" or \"range\"",
+           fmt::format("values is {}; expected \"data\", \"hounsfield\", \"window\", \"range\" "
+                       "or \"labels\"",
                        shortened(json.dump())));
 }
 
@@ -58,13 +85,14 @@ TransferSpec own_transfer(const nlohmann::json& json, const std::string& where) 
         refuse(where, fmt::format("points is missing; expected {{\"points\": [{}]}}, a preset of "
                                   "ParaView or a volume property of Slicer",
                                   kPoint));
-    expect_known(json, where, "", {"points", "unit", "values", "material"});
+    expect_known(json, where, "", {"points", "unit", "values", "material", "gradient"});
     TransferSpec read;
     Transfer& transfer = read.transfer;
     read.unit_given = json.contains("unit");
     if (read.unit_given) transfer.unit = number_in(json["unit"], where, "unit", 1e-12, 1e12);
     if (json.contains("values")) read.values = values_of(json["values"], where);
     if (json.contains("material")) read.material = material_of(json["material"], where);
+    if (json.contains("gradient")) transfer.edges = edges_of(json["gradient"], where);
     for (std::size_t i = 0; i < json["points"].size(); ++i) {
         const std::string field = fmt::format("points[{}]", i);
         transfer.points.push_back(point_of(json["points"][i], where, field));

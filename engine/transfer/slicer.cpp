@@ -26,14 +26,14 @@ void expect_ascending(const Curve& curve, const std::string& where, const std::s
 
 /// @param gradient  opacity by the length of the gradient; empty: none
 TransferSpec spec_of(const Curve& opacity, const Curve& gradient, const Curve& color, double unit,
-                     const Material& material, const std::string& where) {
+                     const Material& material) {
     TransferSpec read;
-    read.transfer = {joined(opacity, color), unit};
+    read.transfer = {joined(opacity, color), unit, {}};
     read.unit_given = true;
     read.material = material;
     if (!is_constant(gradient, 1))
-        read.warnings.push_back(where +
-                                ": gradient opacity is left out: opacity is by value alone");
+        for (const Transfer::Point& point : joined(gradient, gradient))
+            read.transfer.edges.push_back({std::max(0.0, point.value), point.opacity});
     return read;
 }
 
@@ -199,7 +199,7 @@ TransferSpec slicer_transfer(const nlohmann::json& json, const std::string& wher
     if (component.contains("scalarOpacityUnitDistance"))
         unit = number_in(component["scalarOpacityUnitDistance"], where,
                          field + ".scalarOpacityUnitDistance", 1e-12, 1e12);
-    return spec_of(opacity, gradient, color, unit, material_of(component, where, field), where);
+    return spec_of(opacity, gradient, color, unit, material_of(component, where, field));
 }
 
 bool is_slicer_text(std::string_view text) {
@@ -227,8 +227,7 @@ TransferSpec slicer_text_transfer(std::string_view text, const std::string& wher
     const Curve opacity = curve_of(lines[6], where, field_of(6), 1);
     const bool has_gradient = lines[7].find_first_not_of(" \t") != std::string_view::npos;
     const Curve gradient = has_gradient ? curve_of(lines[7], where, field_of(7), 1) : Curve{};
-    return spec_of(opacity, gradient, curve_of(lines[8], where, field_of(8), 3), 1, material,
-                   where);
+    return spec_of(opacity, gradient, curve_of(lines[8], where, field_of(8), 3), 1, material);
 }
 
 }  // namespace edgewise::transfer

@@ -1,9 +1,14 @@
 #include "engine/transfer/suited.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <fmt/format.h>
+#include <set>
 
 #include "engine/transfer/robust_window.hpp"
+#include "graph/errors.hpp"
+#include "reference/stored.hpp"
 
 namespace edgewise {
 namespace {
@@ -23,12 +28,56 @@ void shift(Transfer& transfer, double by) {
 
 void stretch(Transfer& transfer, double low, double high) {
     for (Transfer::Point& point : transfer.points) point.value = low + point.value * (high - low);
+    for (Transfer::Edge& edge : transfer.edges) edge.magnitude *= high - low;
+}
+
+/// A colour of its own for each, as far from those before it as hues go.
+std::array<double, 3> color_of(std::size_t number) {
+    constexpr double kTurn = 0.61803398874989485;  // of the circle of hues, the golden ratio
+    const double hue = 6 * std::fmod(0.08 + kTurn * static_cast<double>(number), 1.0);
+    const double light = number % 2 == 0 ? 0.95 : 0.75;
+    std::array<double, 3> color;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double away = std::fmod(5 - 2 * static_cast<double>(c) + hue, 6.0);
+        color[c] = light * (1 - 0.65 * std::clamp(std::min(away, 4 - away), 0.0, 1.0));
+    }
+    return color;
+}
+
+/// Steps half way between whole numbers, for the labels that are there.
+void take_labels(Transfer& transfer, const Data& data, const Statistics& statistics,
+                 const std::string& from) {
+    constexpr std::size_t kMost = 256;
+    std::set<double> labels;
+    for (std::int64_t i = 0; i < data.what.samples(); ++i) {
+        const double value = value_at(data, i);
+        if (!std::isfinite(value) || value == 0) continue;
+        if (value != std::floor(value))
+            throw RequestError(
+                fmt::format("{}: {:g} is no label; expected whole numbers", from, value));
+        labels.insert(value);
+        if (labels.size() > kMost)
+            throw RequestError(fmt::format("{}: more than {} labels", from, kMost));
+    }
+    const double opacity = transfer.points.back().opacity;
+    transfer.points = {{std::min(statistics.low, 0.0) - 0.5, 0, {0, 0, 0}}};
+    std::size_t number = 0;
+    for (const double label : labels) {
+        const std::array<double, 3> color = color_of(number++);
+        const double before = label - 0.5, after = label + 0.5;
+        transfer.points.push_back({before, transfer.points.back().opacity, color});
+        if (transfer.points[transfer.points.size() - 2].value != before)
+            transfer.points.back().opacity = 0;
+        transfer.points.push_back({before, opacity, color});
+        transfer.points.push_back({after, opacity, color});
+        transfer.points.push_back({after, 0, color});
+    }
 }
 
 }  // namespace
 
 const char* name_of(TransferValues values) noexcept {
-    constexpr const char* kNames[] = {"data", "hounsfield", "window", "range"};
+    constexpr const char* kNames[] = {"data", "hounsfield", "window", "range", "labels"};
     return kNames[static_cast<int>(values)];
 }
 
@@ -61,6 +110,9 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
             stretch(out.transfer, window.low, window.high);
             break;
         }
+        case TransferValues::labels:
+            if (samples) take_labels(out.transfer, data, statistics, spec.from);
+            break;
         case TransferValues::range:
             stretch(out.transfer, statistics.low, statistics.high);
             break;

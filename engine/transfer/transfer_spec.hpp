@@ -14,6 +14,7 @@ enum class TransferValues {
     hounsfield,  // the same, of a CT; data that are shifted by 1024 are recognised
     window,      // shares: 0 and 1 are the ends of robust_window()
     range,       // shares: 0 and 1 are the least and the greatest value of the data
+    labels,      // of the last point each label but 0 has the opacity, in a colour of its own
 };
 const char* name_of(TransferValues values) noexcept;
 

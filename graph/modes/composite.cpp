@@ -25,13 +25,15 @@ double raised(double x, double power) noexcept {
 /// @param lit  called where the sample is seen
 template <class LitAt>
 void add_one(Stretch& stretch, double value, double piece, const Request& want, LitAt&& lit_at) {
-    std::array<double, 4>& light = stretch.state;
+    auto& light = stretch.state;
     double& transparency = light[3];
     const std::array<double, 4> optics = want.transfer.at(value);
     if (optics[3] <= 0) return;
     // EQ 63: the transparency of a length is that of the unit length to its power.
-    const double kept = raised(1 - optics[3], piece * want.unit / want.transfer.unit);
-    const Lit lit = lit_at();
+    // Behind so much that nothing is seen nobody asks for light.
+    constexpr double kNothing = 1e-9;
+    const Lit lit = transparency > kNothing ? lit_at() : Lit{};
+    const double kept = raised(1 - optics[3] * lit.opacity, piece * want.unit / want.transfer.unit);
     for (int c = 0; c < 3; ++c)
         light[c] += transparency * (1 - kept) * (optics[c] * lit.diffuse + lit.specular);
     transparency *= kept;
@@ -87,6 +89,7 @@ const ModeTraits composite_mode = {
     .over_background = true,
     .takes_transfer = true,
     .takes_light = true,
+    .takes_cue = true,
     .cancelled = cancelled,
     .skips = ModeTraits::Levels::opacities,
     .left = [](const Stretch& stretch) { return stretch.state[3]; },

@@ -19,6 +19,7 @@ const ModeTraits mean_mode = {
     .help = "mean value over the ray's length inside the volume",
     .combine = Combine::mean,
     .miss = ModeTraits::Miss::lowest,
+    .takes_cue = true,
     .divides = true,
     .averages = true,
     .slices = ModeTraits::Slices::mean,
@@ -28,6 +29,7 @@ const ModeTraits mean_mode = {
     .gain = [](bool noise, double length, double,
                double) { return gain_of_integral(noise, length) / length; },
     .add = add,
+    .faded = [](double value, double left, const Request&) { return left * value; },
     .append = [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
     .result =
         [](const Stretch& stretch, const Request& want, double* values) {

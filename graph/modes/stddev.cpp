@@ -70,10 +70,10 @@ const RayRule kRule = {
     .add = add_samples,
     .join = join_rays,
     .finish =
-        [](const RayRule::Setting& setting, const float* state, std::ptrdiff_t plane) {
-            if (!(state[0] > 0)) return static_cast<float>(setting.miss);
+        [](const RayRule::Setting& setting, const float* state, std::ptrdiff_t plane, float* out) {
             const double variance = static_cast<double>(state[3 * plane]) / state[0];
-            return static_cast<float>(std::abs(setting.values.slope) * std::sqrt(variance));
+            *out = static_cast<float>(
+                state[0] > 0 ? std::abs(setting.values.slope) * std::sqrt(variance) : setting.miss);
         },
 };
 

@@ -32,6 +32,7 @@ const ModeTraits xray_mode = {
     .help = "integral of (value - zero) along the ray",
     .combine = Combine::sum,
     .takes_zero = true,
+    .takes_cue = true,
     .cancelled =
         [](const Request& want) {
             const auto depth = static_cast<double>(std::max<std::int64_t>(1, want.screen.z));
@@ -45,6 +46,8 @@ const ModeTraits xray_mode = {
     .gain = [](bool noise, double length, double unit,
                double) { return gain_of_integral(noise, length) * unit; },
     .add = add,
+    .faded = [](double value, double left,
+                const Request& want) { return want.zero + left * (value - want.zero); },
     .append = [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
     .result = [](const Stretch& stretch, const Request&,
                  double* values) { values[0] = stretch.state[0]; },

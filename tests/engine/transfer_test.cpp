@@ -135,12 +135,14 @@ TEST(SlicerProperties, OfTextMayEndLinesAsWindowsDoes) {
     EXPECT_DOUBLE_EQ(read_as(text).transfer.at(50)[3], 0.1);
 }
 
-TEST(SlicerProperties, SayThatGradientOpacityIsLeftOut) {
+TEST(SlicerProperties, HaveAnOpacityByGradient) {
     std::string text(kVp);
     text.replace(text.find("4 0 1 255 1"), 11, "4 0 0 255 1");
     const TransferSpec read = read_as(text);
-    ASSERT_EQ(read.warnings.size(), 1u);
-    EXPECT_NE(read.warnings[0].find("gradient opacity"), std::string::npos);
+    EXPECT_TRUE(read.warnings.empty());
+    EXPECT_DOUBLE_EQ(read.transfer.edge_at(0), 0);
+    EXPECT_DOUBLE_EQ(read.transfer.edge_at(51), 0.2);
+    EXPECT_DOUBLE_EQ(read.transfer.edge_at(1000), 1);
 }
 
 TEST(SlicerProperties, OfTextRefuseWithTheLine) {

@@ -33,6 +33,7 @@ Request request_of(Mode mode) {
     want.zero = -1;
     want.unit = 0.7;
     want.miss = 99;
+    want.surface = SurfaceOf{1.5};
     want.transfer = {.points = {{kLow, 0, {0.1, 0.9, 0.2}}, {kHigh, 0.6, {0.8, 0.3, 1}}},
                      .unit = 1.3};
     return want;
@@ -98,6 +99,7 @@ TEST(Modes, WhatIsNotFiniteIsPassedOver) {
         SCOPED_TRACE(mode->name);
         const Request want = request_of(mode);
         Ray ray = random_ray(bits, 6);
+        if (mode->first_hit) continue;  // where a sample is missing a surface is open
         const auto without = result_of(ray, want);
         for (const double hole : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
             ray.values.insert(ray.values.begin() + 2, hole);
@@ -114,7 +116,13 @@ TEST(Modes, OfAConstantAreKnown) {
         const double value = 2.5, length = 6;
         const Ray ray{{value, value, value}, {1, 2, 3}};
         const double got = result_of(ray, want)[0];
-        if (mode->channels == 4)
+        if (mode->first_hit)
+            EXPECT_EQ(result_of(ray, want)[3], 0);
+        else if (mode->takes_level)
+            EXPECT_EQ(result_of(ray, want)[3], 1);
+        else if (mode->sampled_every > 0)
+            EXPECT_EQ(got, 2 * value);
+        else if (mode->channels == 4)
             EXPECT_NEAR(result_of(ray, want)[3],
                         1 - std::pow(1 - want.transfer.at(value)[3],
                                      length * want.unit / want.transfer.unit),
@@ -127,7 +135,9 @@ TEST(Modes, OfAConstantAreKnown) {
             EXPECT_NEAR(got, value, 1e-14);
         // A ray that meets nothing.
         const double miss = result_of(Ray{}, want)[0];
-        EXPECT_EQ(miss, mode->miss == ModeTraits::Miss::zero ? 0 : want.miss);
+        EXPECT_EQ(miss, mode->miss == ModeTraits::Miss::zero ? 0
+                        : mode->sampled_every > 0            ? 2 * want.miss
+                                                             : want.miss);
     }
 }
 
@@ -202,7 +212,7 @@ TEST(Modes, TheirLoopsAgreeWithTheirFormInDouble) {
         ++rules;
         Request want = request_of(mode);
         const ValueMap map{.slope = -0.5, .offset = 3};
-        const RayRule::Setting setting{map, want.unit, want.zero, 0};
+        const RayRule::Setting setting{map, want.unit, want.zero, want.miss, want.level()};
         std::array<Ray, kRays> rays;
         for (Ray& ray : rays) ray = random_ray(bits, 40);
         rays[1].values[3] = std::nan("");
@@ -226,14 +236,79 @@ TEST(Modes, TheirLoopsAgreeWithTheirFormInDouble) {
             mode->rule->join(front.data() + r, kPlane, back.data() + r, kPlane);
             Stretch stretch = Stretch::empty(mode);
             if (r != 2) stretch.add(rays[r].values, rays[r].pieces.data(), want);
-            const double right = result_of(stretch, want)[0];
+            const auto right = result_of(stretch, want);
             // 40 samples of magnitude 10, in f32.
             constexpr double kWithin = 40 * 10 * 0x1p-24;
-            EXPECT_NEAR(mode->rule->finish(setting, whole.data() + r, kPlane), right, kWithin) << r;
-            EXPECT_NEAR(mode->rule->finish(setting, front.data() + r, kPlane), right, kWithin) << r;
+            ASSERT_EQ(mode->rule->channels, mode->channels);
+            for (const auto* state : {&whole, &front}) {
+                std::array<float, 4> got{};
+                mode->rule->finish(setting, state->data() + r, kPlane, got.data());
+                for (int c = 0; c < mode->channels; ++c)
+                    EXPECT_NEAR(got[static_cast<std::size_t>(c)],
+                                right[static_cast<std::size_t>(c)], kWithin)
+                        << r;
+            }
         }
     }
     EXPECT_GE(rules, 1);
+}
+
+TEST(Modes, TheTwoHighestAreThoseOfTheSamples) {
+    std::mt19937 bits(6);
+    Ray ray = random_ray(bits, 200);
+    const Request want = request_of(mode_named("top2"));
+    const double got = result_of(ray, want)[0];
+    std::sort(ray.values.begin(), ray.values.end());
+    EXPECT_EQ(got, ray.values[199] + ray.values[198]);
+    EXPECT_EQ(result_of(Ray{{3}, {0.5}}, want)[0], 3 + want.miss);
+}
+
+TEST(Modes, ALevelIsReachedByTheSameNumbersInFloat) {
+    std::mt19937 bits(7);
+    std::uniform_real_distribution<double> number(-5, 5);
+    for (int trial = 0; trial < 1000; ++trial) {
+        RayRule::Setting setting;
+        setting.values = {.slope = number(bits), .offset = number(bits)};
+        // Levels that a stored number has, and that lie between two.
+        const auto stored = static_cast<float>(number(bits));
+        setting.level = trial % 2 ? number(bits) : setting.values(stored);
+        const float level = setting.stored_level();
+        for (float near = level, i = 0; i < 5; ++i, near = std::nextafter(near, 1e9F)) {
+            const double exact = (setting.level - setting.values.offset) / setting.values.slope;
+            const bool reached = setting.values.slope > 0 ? near >= exact : near <= exact;
+            EXPECT_EQ(setting.values.slope > 0 ? near >= level : near <= level, reached);
+        }
+    }
+    RayRule::Setting constant;
+    constant.values = {.slope = 0, .offset = 2};
+    constant.level = 2;
+    EXPECT_LE(constant.stored_level(), 0);
+    constant.level = 2.5;
+    EXPECT_GT(constant.stored_level(), 0);
+}
+
+/// Along a ray that is a cubic the surface is where that has its root.
+TEST(Modes, ASurfaceIsFoundBetweenSamples) {
+    Request want = request_of(mode_named("surface"));
+    const auto field = [&](double t) { return want.level() + (t - 0.3137) * (t * t + 0.2) * 3; };
+    for (const double step : {0.05, 0.25, 0.9}) {
+        double found = -1;
+        const AlongRay along{.value = field, .lit = [&](double t) {
+                                 found = t;
+                                 return Lit{0.25, 0.5};
+                             }};
+        Stretch front = Stretch::empty(want.mode), behind = front;
+        double last = 0;
+        for (double t = -1; t < 1.5; t += step) {
+            Stretch& to = t < 0.6 ? front : behind;
+            if (&to == &behind && behind.length == 0) to.follow(last, field(last), 0, along, want);
+            to.follow(t, field(t), step, along, want);
+            last = t;
+        }
+        EXPECT_NEAR(found, 0.3137, 1e-9) << step;
+        front.append(behind, want.mode);
+        expect_near(result_of(front, want), {0.75, 0.75, 0.75, 1}, 0);
+    }
 }
 
 }  // namespace

@@ -88,5 +88,42 @@ TEST(Shading, FacetsAreBrightestWhereTheyFaceLightAndEye) {
     EXPECT_LT(before, 0.2 * 0.02);
 }
 
+TEST(Shading, ParticlesScatterAllTheirLightSomewhere) {
+    // 4 pi times the phase function, whose mean over the sphere is 1 and whose mean cosine is g.
+    for (const double g : {-0.9, -0.3, 0.0, 0.5, 0.8}) {
+        constexpr int kParts = 200000;
+        double whole = 0, forward = 0;
+        for (int i = 0; i < kParts; ++i) {
+            const double cosine = -1 + (i + 0.5) * 2 / kParts;
+            whole += phase_of(g, cosine) / kParts;
+            forward += cosine * phase_of(g, cosine) / kParts;
+        }
+        EXPECT_NEAR(whole, 1, 1e-6) << g;
+        EXPECT_NEAR(forward, g, 1e-6) << g;
+    }
+}
+
+TEST(Shading, ParticlesDoNotAskForAGradient) {
+    Shading shading{.by = Shade::particles};
+    shading.phase = 0.4;
+    shading.lights = {{Vec3(0, 0, -1), 0.5}, {Vec3(1, 0, 0), 2}};
+    // The light at the eye is turned back, the one from the side by a right angle.
+    const double expected = 0.5 * phase_of(0.4, -1) + 2 * phase_of(0.4, 0);
+    for (const Vec3& gradient : {Vec3(0, 0, 0), Vec3(1, 2, 3)}) {
+        const Lit lit = shading.at(gradient, Vec3(0, 0, -1));
+        EXPECT_NEAR(lit.diffuse, expected, 1e-15);
+        EXPECT_EQ(lit.specular, 0);
+    }
+    EXPECT_FALSE(shading.has_normals());
+}
+
+TEST(Shading, LightFallsOffWithDepth) {
+    const DepthCue by_exponent{0.5, false}, by_line{0.25, true};
+    EXPECT_DOUBLE_EQ(by_exponent.left(0), 1);
+    EXPECT_DOUBLE_EQ(by_exponent.left(3), std::exp(-1.5));
+    EXPECT_DOUBLE_EQ(by_line.left(3), 0.25);
+    EXPECT_DOUBLE_EQ(by_line.left(5), 0);
+}
+
 }  // namespace
 }  // namespace edgewise

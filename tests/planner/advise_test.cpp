@@ -9,9 +9,9 @@
 namespace edgewise {
 namespace {
 
-using testing::Planned;
-using testing::ToyGraph;
-using testing::unit_profile;
+using toys::Planned;
+using toys::ToyGraph;
+using toys::unit_profile;
 
 /// Two ways of one edge each and one that can never win.
 ToyGraph ways(double first, double second) {

@@ -9,7 +9,7 @@
 namespace edgewise {
 namespace {
 
-using testing::unit_profile;
+using toys::unit_profile;
 
 Representation at(const std::string& space) {
     Representation what;

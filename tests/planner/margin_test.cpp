@@ -9,12 +9,12 @@
 namespace edgewise {
 namespace {
 
-using testing::BruteForce;
-using testing::Planned;
-using testing::random_graph;
-using testing::ToyGraph;
-using testing::unit_profile;
-using testing::Walked;
+using toys::BruteForce;
+using toys::Planned;
+using toys::random_graph;
+using toys::ToyGraph;
+using toys::unit_profile;
+using toys::Walked;
 
 constexpr double kRange = 4;
 using Texts = std::vector<std::string>;

@@ -10,13 +10,13 @@
 namespace edgewise {
 namespace {
 
-using testing::BruteForce;
-using testing::Planned;
-using testing::random_graph;
-using testing::ToyCost;
-using testing::ToyGraph;
-using testing::unit_profile;
-using testing::Walked;
+using toys::BruteForce;
+using toys::Planned;
+using toys::random_graph;
+using toys::ToyCost;
+using toys::ToyGraph;
+using toys::unit_profile;
+using toys::Walked;
 
 constexpr int kGraphs = 400;
 constexpr double kPinned = 3, kResident = 5, kRange = 4;

@@ -6,7 +6,7 @@
 
 #include "planner/candidates.hpp"
 
-namespace edgewise::testing {
+namespace edgewise::toys {
 
 /// Costs of one offer of a made-up edge; operations are seconds with unit_profile().
 struct ToyCost {
@@ -240,4 +240,4 @@ struct Planned {
     }
 };
 
-}  // namespace edgewise::testing
+}  // namespace edgewise::toys

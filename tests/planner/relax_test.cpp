@@ -8,10 +8,10 @@
 namespace edgewise {
 namespace {
 
-using testing::Planned;
-using testing::random_graph;
-using testing::ToyGraph;
-using testing::unit_profile;
+using toys::Planned;
+using toys::random_graph;
+using toys::ToyGraph;
+using toys::unit_profile;
 
 constexpr double kRange = 4;
 

@@ -11,12 +11,12 @@
 namespace edgewise {
 namespace {
 
-using testing::BruteForce;
-using testing::Planned;
-using testing::random_graph;
-using testing::ToyEdge;
-using testing::unit_profile;
-using testing::Walked;
+using toys::BruteForce;
+using toys::Planned;
+using toys::random_graph;
+using toys::ToyEdge;
+using toys::unit_profile;
+using toys::Walked;
 
 constexpr int kGraphs = 600;
 constexpr double kPinned = 2;
@@ -241,9 +241,9 @@ TEST(Search, FrontIsThatOfBoost) {
 }
 
 TEST(Search, EqualLabelsAreKeptOnceAndCyclesWithoutCostEnd) {
-    testing::ToyGraph toy;
+    toys::ToyGraph toy;
     toy.vertices = {{1}, {1}, {1}, {1, true}};
-    const testing::ToyCost free{.operations = 0};
+    const toys::ToyCost free{.operations = 0};
     // Twelve equal ways from 0 to 1, a cycle 1 <-> 2 for nothing, one way out.
     for (int i = 0; i < 12; ++i) toy.edges.push_back({0, 1, {free}});
     toy.edges.push_back({1, 2, {free, free}});
@@ -259,7 +259,7 @@ TEST(Search, EqualLabelsAreKeptOnceAndCyclesWithoutCostEnd) {
 
 TEST(Search, ThirtyLayersOfTiesAreNoMoreWorkThanOne) {
     // 4^30 paths, all of one label: only weak dominance ends.
-    testing::ToyGraph toy;
+    toys::ToyGraph toy;
     for (int v = 0; v < 31; ++v) toy.vertices.push_back({1, v == 30});
     for (int v = 0; v < 30; ++v) toy.edges.push_back({v, v + 1, {{}, {}, {}, {}}});
     const Planned planned(toy);

@@ -76,9 +76,9 @@ TEST(BoxedPlan, DrawingHasTheNodesThatRun) {
         options.memory = &rendered.memory;
         const Outcome outcome = run(
             plan, ask, rendered.data, [](int, const auto&) {}, options);
-        const testing::FlowText drawn(flow_dot(plan, ask));
+        const toys::FlowText drawn(flow_dot(plan, ask));
         EXPECT_EQ(drawn.nodes.size(), outcome.trace.size());
-        EXPECT_EQ(drawn.by_step(), testing::FlowText::by_step(outcome.trace));
+        EXPECT_EQ(drawn.by_step(), toys::FlowText::by_step(outcome.trace));
         EXPECT_EQ(drawn.started, drawn.nodes);
         EXPECT_EQ(drawn.ended, drawn.nodes);
         const int boxes = static_cast<int>(boxes_of(plan.steps.back().offer.to.extent, 8).size());

@@ -9,9 +9,9 @@
 namespace edgewise {
 namespace {
 
-using testing::Frames;
-using testing::ToyJob;
-using testing::Watchdog;
+using toys::Frames;
+using toys::ToyJob;
+using toys::Watchdog;
 
 constexpr int kFrames = 9, kVariants = 3;
 using Node = std::tuple<int, int, int>;

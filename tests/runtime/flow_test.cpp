@@ -8,10 +8,10 @@
 namespace edgewise {
 namespace {
 
-using testing::busy_in_parallel;
-using testing::Frames;
-using testing::ToyJob;
-using testing::Watchdog;
+using toys::busy_in_parallel;
+using toys::Frames;
+using toys::ToyJob;
+using toys::Watchdog;
 
 /// A sum of 12 floats of up to 1e5, each product rounded once or twice: 14 ulp of the largest.
 constexpr double kTolerance = 14 * 1e5 * 4 * 6e-8;

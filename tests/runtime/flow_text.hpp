@@ -10,7 +10,7 @@
 
 #include "runtime/runtime.hpp"
 
-namespace edgewise::testing {
+namespace edgewise::toys {
 
 /// What the text of a drawing says (flow_dot), checked: each name once, arcs between names alone.
 struct FlowText {
@@ -59,4 +59,4 @@ struct FlowText {
     }
 };
 
-}  // namespace edgewise::testing
+}  // namespace edgewise::toys

@@ -9,8 +9,8 @@
 namespace edgewise {
 namespace {
 
-using testing::FlowText;
-using testing::ToyJob;
+using toys::FlowText;
+using toys::ToyJob;
 
 TEST(Report, TraceIsWhatChromeReads) {
     ToyJob job(5, 2);

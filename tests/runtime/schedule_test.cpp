@@ -9,7 +9,7 @@
 namespace edgewise {
 namespace {
 
-using testing::ToyJob;
+using toys::ToyJob;
 
 std::vector<int> all_of(int frames) {
     std::vector<int> all;

@@ -16,7 +16,7 @@
 #include "planner/planner.hpp"
 #include "runtime/runtime.hpp"
 
-namespace edgewise::testing {
+namespace edgewise::toys {
 
 /// Ends the process where a test hangs: a lost node would otherwise wait for ever.
 class Watchdog {
@@ -245,4 +245,4 @@ class ToyJob {
     }
 };
 
-}  // namespace edgewise::testing
+}  // namespace edgewise::toys

@@ -7,7 +7,7 @@
 namespace edgewise {
 namespace {
 
-using testing::ToyJob;
+using toys::ToyJob;
 
 Ran node(int step, int view, double begin, double end) {
     return {.step = step, .view = view, .begin = begin, .end = end};

@@ -511,5 +511,71 @@ class Lattice(Rays):
         np.testing.assert_array_equal(self.cast(samples, ["--mode", "minip"]), samples.min(0))
 
 
+class Pieces(Rays):
+    """Transfer functions that are narrower than what neighbouring samples differ by."""
+
+    def pieces(self, samples, words, step=1, filter_="foh", **more):
+        return self.render(samples, *words,
+                           *via(f"project.preintegrated_cast/filter={filter_}/step={step}"), **more)
+
+    @staticmethod
+    def exact(depth, points, unit=1.0):
+        """Along a ramp of slope 1: the integral in f64, attenuated within pieces too."""
+        fine = 4096
+        z = -0.5 + (np.arange(depth * fine) + 0.5) / fine
+        values = np.clip(z, 0, depth - 1)  # beyond the outermost centres the nearest sample continues
+        return float(composited(values[:, None], points, 1 / fine / unit)[0])
+
+    def test_a_band_between_two_samples_is_seen(self):
+        depth = 24
+        samples = np.broadcast_to(np.arange(depth, dtype="f4")[:, None, None], (depth, 4, 4)).copy()
+        band = [(12.3, 0, 1), (12.31, 0.9, 1), (12.49, 0.9, 1), (12.5, 0, 1)]
+        expected = self.exact(depth, band)
+        words = self.transfer(band)
+        missed = self.cast(samples, words)
+        np.testing.assert_array_equal(missed, 0, "no sample has such a value")
+        for step in (0.5, 1, 2, 3.7):
+            np.testing.assert_allclose(self.pieces(samples, words, step), expected, rtol=5e-3, err_msg=str(step))
+
+    def test_a_medium_is_the_same_at_any_step(self):
+        samples = np.ones((9, 3, 3), "f4")
+        for opacity in (1e-4, 0.05, 0.5):
+            words = self.transfer([(0, opacity, 1), (2, opacity, 1)])
+            for step in (2, 1, 0.7, 0.25):
+                made = self.pieces(samples, words, step)
+                np.testing.assert_allclose(made, -np.expm1(9 * np.log1p(-opacity)), rtol=1e-5, atol=1e-6)
+
+    def test_orders_of_convergence_in_the_step(self):
+        """Both go with the square of the step where the function is smooth; pieces begin far lower where it is not."""
+        rng = np.random.default_rng(5)
+        z = np.arange(40)
+        wave = 20 + 15 * np.sin(z[:, None, None] * 0.35 + rng.uniform(0, 6, (1, 6, 6)))
+        samples = wave.astype("f4")
+        smooth = [(float(v), 0.02 + 0.0006 * v, float(v) / 45) for v in range(0, 45, 1)]
+        for made_by in (self.cast, self.pieces):
+            words = self.transfer(smooth)
+            finest = self.cast(samples, words, 1 / 64, filter_="bspline3").astype(float)
+            errors = [rms(made_by(samples, words, step, filter_="bspline3") - finest) for step in (2, 1, 0.5)]
+            slopes = np.log2(np.array(errors[:-1]) / errors[1:])
+            self.assertTrue(np.all(np.abs(slopes - 2) < 0.35), f"{made_by}: {errors} {slopes}")
+        steep = [(25, 0, 1), (25.1, 0.8, 0.5), (26, 0.8, 1), (26.1, 0, 1)]
+        words = self.transfer(steep)
+        finest = self.cast(samples, words, 1 / 64).astype(float)
+        points = rms(self.cast(samples, words, 1) - finest)
+        pieces = rms(self.pieces(samples, words, 1) - finest)
+        self.assertLess(pieces, 0.25 * points)
+
+    def test_predicted_errors_hold_and_what_it_refuses(self):
+        samples = (np.random.default_rng(3).random((20, 20, 20)) * 100).astype("f4")
+        steep = self.transfer([(60, 0, 1), (61, 0.7, 0.5), (65, 0.7, 1), (66, 0, 1)])
+        write_nrrd(self.folder / "s.nrrd", samples)
+        for step in (1, 2):
+            report = self.report("render", self.folder / "s.nrrd", "-o", "null:", *steep, "--rotate", "20,30,0", "--verify=all",
+                                 "--max-error", "9", "--via", f"project.preintegrated_cast/filter=foh/step={step}")
+            self.assertLessEqual(report["measured"]["error"]["nrmse"], 1.1 * report["plan"]["predicted"]["error"])
+        for words in (["--mode", "mip"], [*steep, "--shade", "phong"], [*steep, "--depth-cue", "0.1"]):
+            self.run_it("render", self.folder / "s.nrrd", "-o", "null:", *words, "--via", "project.preintegrated_cast", code=3)
+
+
 if __name__ == "__main__":
     main()

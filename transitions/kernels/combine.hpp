@@ -21,13 +21,14 @@ struct Combining {
     double unit = 1;                 // one t, in the file's unit; of sum
     double zero = 0;                 // of sum: the value that adds nothing
     double miss = 0;                 // a ray without a sample
+    double level = 0;                // of other: Request::level
     const Optics* optics = nullptr;  // of over
     double bound = 0;                // of over, as in RayCast
 };
 
 /// How a rule's numbers become results.
 inline RayRule::Setting setting_of(const Combining& with) noexcept {
-    return {with.values, with.step * with.unit, with.zero, with.miss};
+    return {with.values, with.step * with.unit, with.zero, with.miss, with.level};
 }
 
 /// What is kept of pixels while planes are added: a few planes of floats, of which only the

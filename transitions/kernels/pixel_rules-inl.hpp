@@ -179,6 +179,7 @@ HWY_INLINE void with_rule(const Combining& with, const Body& body) {
             return with.optics->grey ? body.template run<OverRule<kFinite, 1>>()
                                      : body.template run<OverRule<kFinite, 3>>();
         case Combine::other:
+        case Combine::hit:
             return body.template run<OtherRule>();
     }
 }

@@ -38,8 +38,10 @@ void finish(const Combining& with, const float* state, std::ptrdiff_t plane, flo
             out[3] = 1 - state[3 * plane];
             return;
         case Combine::other:
-            *out = with.other->finish(setting_of(with), state, plane);
+            with.other->finish(setting_of(with), state, plane, out);
             return;
+        case Combine::hit:
+            return;  // no edge combines slices for it
     }
 }
 
@@ -62,6 +64,8 @@ void merge(const Combining& with, float* into, std::ptrdiff_t plane, const float
         }
         case Combine::other:
             with.other->join(into, plane, from, from_plane);
+            return;
+        case Combine::hit:
             return;
     }
 }
@@ -95,7 +99,9 @@ void merge_states(const Combining& with, const PixelStates& into, const PixelSta
 
 void finish_states(const Combining& with, const PixelStates& states, std::int64_t width,
                    std::int64_t height, float* out, std::ptrdiff_t row_floats) {
-    const int channels = with.rule == Combine::over ? 4 : 1;
+    const int channels = with.rule == Combine::over    ? 4
+                         : with.rule == Combine::other ? with.other->channels
+                                                       : 1;
     for (std::int64_t row = 0; row < height; ++row)
         for (std::int64_t i = 0; i < width; ++i)
             finish(with, states.first + row * states.pitch + i, states.plane,

@@ -234,17 +234,19 @@ bool Packet::prepare(const RayCast& cast, const ParallelRays& shared, double x, 
 /// Looks up what the surroundings of a packet hold.
 class Levels {
  public:
-    Levels(const RayCast& cast, float steepest) : bricks_(*cast.bricks) {
+    Levels() = default;
+    /// @param pieces  what lies between the samples counts too, from the one before a stretch on
+    Levels(const RayCast& cast, float steepest, bool pieces) : bricks_(cast.bricks) {
         // A level covers a brick and its neighbours. A stretch around its middle must not reach
         // farther than a brick's width, less the taps beyond a position.
         const int beyond = 1 + static_cast<int>(taps_below(cast));
         const int reach = (1 << Bricks::kShift) - beyond;
         const double cells = steepest > 0 ? 2.0 * reach / steepest : 64;
-        cells_ = 1 + static_cast<int>(std::min(cells, 63.0));
+        cells_ = (pieces ? -1 : 1) + static_cast<int>(std::min(cells, 63.0));
     }
-    /// How many cells one look covers.
+    /// How many cells one look covers; below 1: none.
     int cells() const { return cells_; }
-    /// The same of end cells, whose samples may lie half a cell from their middles; 0: none.
+    /// The same of end cells, whose samples may lie half a cell from their middles.
     int end_cells() const { return cells_ - 1; }
     /// Of places inside the volume.
     HWY_INLINE VF at(VF x, VF y, VF z) const {
@@ -252,14 +254,14 @@ class Levels {
         const VI i = hn::ShiftRight<Bricks::kShift>(truncated(x)),
                  j = hn::ShiftRight<Bricks::kShift>(truncated(y)),
                  k = hn::ShiftRight<Bricks::kShift>(truncated(z));
-        const VI row = hn::Add(j, hn::Mul(k, hn::Set(d, static_cast<int>(bricks_.extent.y))));
-        const VI brick = hn::Add(i, hn::Mul(row, hn::Set(d, static_cast<int>(bricks_.extent.x))));
-        return hn::GatherIndex(DF(), bricks_.level.data(), brick);
+        const VI row = hn::Add(j, hn::Mul(k, hn::Set(d, static_cast<int>(bricks_->extent.y))));
+        const VI brick = hn::Add(i, hn::Mul(row, hn::Set(d, static_cast<int>(bricks_->extent.x))));
+        return hn::GatherIndex(DF(), bricks_->level.data(), brick);
     }
 
  private:
-    const Bricks& bricks_;
-    int cells_;
+    const Bricks* bricks_ = nullptr;
+    int cells_ = 0;
 };
 
 /// The rays of a packet as vectors.
@@ -289,10 +291,68 @@ struct Lanes {
     }
 };
 
-/// Whether a rule asks for gradients, and where the eye is.
+/// Where the eye is for each lane's pixel, unit length.
+[[maybe_unused]] inline void aim_at_eye(const RayCast& cast, double x, double y, VF (&to_eye)[3]) {
+    HWY_ALIGN float eye[3][kLanes];
+    for (int lane = 0; lane < static_cast<int>(kLanes); ++lane) {
+        const auto m = cast.rays.measure.at(x + lane % kWidth, y + lane / kWidth);
+        const double length = std::hypot(m[0], m[1], m[2]);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            eye[axis][lane] = static_cast<float>(-m[axis] / length);
+    }
+    for (int axis = 0; axis < 3; ++axis) to_eye[axis] = hn::Load(DF(), eye[axis]);
+}
+
+/// How light falls off along the rays of a packet whose corner is pixel (x, y).
+[[maybe_unused]] inline Fading fading_of(const RayCast& cast, const Packet& packet, double x,
+                                         double y) {
+    HWY_ALIGN float depth[kLanes], deeper[kLanes];
+    for (int lane = 0; lane < static_cast<int>(kLanes); ++lane) {
+        const auto m = cast.rays.measure.at(x + lane % kWidth, y + lane / kWidth);
+        const double cosine = m[2] / std::hypot(m[0], m[1], m[2]);
+        const double t = (packet.first[lane] + 0.5) * cast.step;
+        depth[lane] = static_cast<float>((cast.cue->near + cosine * t) * cast.cue->unit);
+        deeper[lane] = static_cast<float>(cosine * cast.step * cast.cue->unit);
+    }
+    return {hn::Load(DF(), depth), hn::Load(DF(), deeper),
+            static_cast<float>(cast.cue->by.per_length), cast.cue->by.linear};
+}
+
+/// A sample of each ray, for rules that ask where it is.
+template <bool kFinite, class Sampler>
+struct Spot {
+    const RayCast& cast;
+    const Sampler& sampler;
+    const Lanes& lanes;
+    VF offset;  // cells from the middle of each ray's own first cell
+
+    HWY_INLINE VF place(int axis) const { return lanes.at(offset, axis); }
+    HWY_INLINE VF value_at(VF where) const {
+        return sampler.template at<false>(lanes.at(where, 0), lanes.at(where, 1),
+                                          lanes.at(where, 2));
+    }
+    HWY_INLINE void gradient_at(VF where, VF value, VF (&gradient)[3]) const {
+        gradient_of<kFinite>(cast, sampler, lanes.at(where, 0), lanes.at(where, 1),
+                             lanes.at(where, 2), value, gradient);
+    }
+};
+
+/// Whether a rule asks where samples are, and where the eye is.
 template <class Sum>
-inline constexpr bool kLit = requires(Sum& sum, const RayCast& cast) {
-    sum.aim(cast, 0.0, 0.0);
+inline constexpr bool kAims = requires(Sum& sum, const Packet& packet) {
+    sum.aim(packet, 0.0, 0.0);
+};
+
+/// Whether a rule adds up what lies between samples.
+template <class Sum>
+inline constexpr bool kPieces = requires {
+    Sum::kPieces;
+};
+
+/// Whether a rule asks which samples are the first and the last of a ray.
+template <class Sum>
+inline constexpr bool kEnds = requires(Sum& sum, MF mask) {
+    sum.ends(mask, mask);
 };
 
 /// Cells [begin, end), some of which belong to some lanes only, or are cut by the box.
@@ -317,10 +377,10 @@ HWY_NOINLINE void walk_partial(const Packet& packet, const Lanes& lanes, const S
         weight = hn::IfThenElse(is_last, last_weight, weight);
         const VF x = lanes.at(offset, 0), y = lanes.at(offset, 1), z = lanes.at(offset, 2);
         const VF value = sampler.template at<false>(x, y, z);
-        if constexpr (kLit<Sum>)
-            sum.add_part(value, weight, outside, cell, [&](VF(&gradient)[3]) HWY_ATTR {
-                gradient_of<Sum::kFinite>(sum.cast(), sampler, x, y, z, value, gradient);
-            });
+        if constexpr (kEnds<Sum>) sum.ends(is_first, is_last);
+        if constexpr (kAims<Sum>)
+            sum.add_part(value, weight, outside, cell,
+                         Spot<Sum::kFinite, Sampler>{sum.cast(), sampler, lanes, offset});
         else
             sum.add_part(value, weight, outside, cell);
     }
@@ -333,10 +393,10 @@ void walk_ends(const RayCast& cast, const Packet& packet, const Sampler& sampler
     const Lanes lanes(packet);
     if constexpr (Sum::kSkips) {
         if (cast.bricks) {
-            const Levels levels(cast, packet.steepest);
+            const Levels levels(cast, packet.steepest, kPieces<Sum>);
             const Bounds bounds(cast.volume.extent);
             const int cells = levels.end_cells();
-            if (cells == 0) return walk_partial(packet, lanes, sampler, sum, begin, end);
+            if (cells < 1) return walk_partial(packet, lanes, sampler, sum, begin, end);
             for (int cell = begin; cell < end; cell += cells) {
                 // Brought into the volume, a place comes no farther from those that are in it.
                 const VF middle = hn::Add(lanes.offset(cell), hn::Set(DF(), 0.5f * (cells - 1)));
@@ -361,10 +421,8 @@ HWY_INLINE void walk_cells(const Lanes& lanes, const Sampler& sampler, Sum& sum,
         const VF offset = lanes.offset(cell);
         const VF x = lanes.at(offset, 0), y = lanes.at(offset, 1), z = lanes.at(offset, 2);
         const VF value = sampler.template at<true>(x, y, z);
-        if constexpr (kLit<Sum>)
-            sum.add(value, cell, [&](VF(&gradient)[3]) HWY_ATTR {
-                gradient_of<Sum::kFinite>(sum.cast(), sampler, x, y, z, value, gradient);
-            });
+        if constexpr (kAims<Sum>)
+            sum.add(value, cell, Spot<Sum::kFinite, Sampler>{sum.cast(), sampler, lanes, offset});
         else
             sum.add(value, cell);
     }
@@ -400,8 +458,8 @@ HWY_NOINLINE void walk_inside(const RayCast& cast, const Packet& packet, const S
     const int begin = packet.inner_begin, end = packet.inner_end;
     const Count count(cast, packet);
     if constexpr (Sum::kSkips) {
-        if (cast.bricks) {
-            const Levels levels(cast, packet.steepest);
+        const Levels levels = cast.bricks ? Levels(cast, packet.steepest, kPieces<Sum>) : Levels();
+        if (levels.cells() > 0) {
             // A few of the samples, taken first, tell early which stretches cannot matter.
             if constexpr (Sum::kAnyOrder) {
                 walk_all(lanes, sampler, sum, begin + kChecked, end, 2 * kChecked);
@@ -454,9 +512,9 @@ void fill(const RayCast& cast, const Sampler& sampler, std::int64_t x, std::int6
                 continue;
             }
             Sum sum(cast);
-            if constexpr (kLit<Sum>) sum.aim(cast, left, top);
             const bool any = packet.prepare(cast, shared, left, top, columns, rows);
             if (any) {
+                if constexpr (kAims<Sum>) sum.aim(packet, left, top);
                 const int inner = std::min(packet.inner_begin, packet.end);
                 // What the inside has leaves little of the ends.
                 if constexpr (Sum::kAnyOrder) walk_inside(cast, packet, sampler, sum);
@@ -516,6 +574,11 @@ struct Tile {
     }
 };
 
+/// Where a vector is made of plain loops, samples of all types are read one lane after the other:
+/// kernels for each type would double the time that this takes to compile, for processors from
+/// before 2013.
+inline constexpr bool kPlainLoops = HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SCALAR;
+
 /// Fills the tile by the sum whose kFinite says that every sample is a number.
 template <template <bool> class Sum>
 void cast_tile(const Tile& tile) {
@@ -523,12 +586,14 @@ void cast_tile(const Tile& tile) {
     const double bytes =
         static_cast<double>(volume.extent.samples()) * static_cast<double>(bytes_of(volume.type));
     const bool short_offsets = bytes < 2147483648.0;
-    if (!short_offsets || !in_lanes(volume.type)) return tile.held<Sum<false>, Walked>();
-    gathers::HWY_NAMESPACE::with_reads(volume.type, [&](auto reads) {
-        using Reads = decltype(reads);
-        constexpr bool kFinite = std::is_integral_v<typename Reads::Sample>;
-        tile.held<Sum<kFinite>, Gathered<Reads>>();
-    });
+    if (kPlainLoops || !short_offsets || !in_lanes(volume.type))
+        return tile.held<Sum<false>, Walked>();
+    if constexpr (!kPlainLoops)
+        gathers::HWY_NAMESPACE::with_reads(volume.type, [&](auto reads) {
+            using Reads = decltype(reads);
+            constexpr bool kFinite = std::is_integral_v<typename Reads::Sample>;
+            tile.held<Sum<kFinite>, Gathered<Reads>>();
+        });
 }
 
 }  // namespace

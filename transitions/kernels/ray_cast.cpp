@@ -12,13 +12,16 @@ void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t 
                 return ray_cast_max;
             case Combine::sum:
             case Combine::mean:
-                return ray_cast_line;
+                return cast.cue ? ray_cast_faded : ray_cast_line;
+            case Combine::hit:
+                return ray_cast_hit;
             case Combine::other:
                 return ray_cast_other;
             case Combine::over:
                 break;
         }
-        if (cast.light) return ray_cast_lit;
+        if (cast.integrals) return ray_cast_integrated;
+        if (cast.light || cast.cue || cast.edges) return ray_cast_lit;
         return cast.optics->grey ? ray_cast_over_grey : ray_cast_over_color;
     }();
     by_rule(cast, x, y, width, height, out, row_floats);

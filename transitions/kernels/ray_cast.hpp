@@ -90,6 +90,15 @@ struct Taken {
 
 constexpr int kPacketSide = 4;  // pixels; rays of so many columns and rows go together, at most
 
+struct TransferIntegrals;
+struct LightGrid;
+struct AmbientGrid;
+/// What is left of light where it arrives, see arriving.hpp.
+struct RayArriving {
+    std::vector<const LightGrid*> lights;  // one a source; none: all of their light
+    const AmbientGrid* ambient = nullptr;  // null: all of it
+};
+
 /// One picture by casting rays through a volume.
 ///
 /// Sample cells lie at k step <= t < (k + 1) step for all integers k, the same for every brick,
@@ -107,13 +116,18 @@ struct RayCast {
     Combine rule = Combine::max;
     const RayRule* other = nullptr;  // of Combine::other
     Rays rays = {};
-    const Kept* kept = nullptr;            // null: all of the volume
-    double step = 1;                       // [t]
-    double unit = 1;                       // one t, in the file's unit; of sum
-    double zero = 0;                       // of sum: the value that adds nothing
-    double miss = 0;                       // a ray that meets no sample
-    const Optics* optics = nullptr;        // of over
-    const RayLight* light = nullptr;       // of over; null: samples send their colours as they are
+    const Kept* kept = nullptr;                    // null: all of the volume
+    double step = 1;                               // [t]
+    double unit = 1;                               // one t, in the file's unit; of sum
+    double zero = 0;                               // of sum: the value that adds nothing
+    double miss = 0;                               // a ray that meets no sample
+    double level = 0;                              // of hit and other: Request::level
+    const Optics* optics = nullptr;                // of over
+    const TransferIntegrals* integrals = nullptr;  // of over without light: pieces between samples
+    const RayLight* light = nullptr;               // of over and hit; null: all of the light
+    const RayEdges* edges = nullptr;               // of over; null: opacities are by value alone
+    const RayArriving* arriving = nullptr;         // null: all of the light
+    const RayCue* cue = nullptr;  // of all but max and other; null: light does not fall off
     const Gradients* gradients = nullptr;  // of all samples; null: light takes the filter's own
     double bound = 0;  // of over: a ray ends where less than this transparency is left; the result
                        // differs by at most bound x the largest emission or background

@@ -11,7 +11,7 @@ HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::HWY_NAMESPACE {
 namespace {
 
-/// As OverSum, with the light of each sample that is seen.
+/// As OverSum, with the light of each sample that is seen, or with less of it by depth.
 template <bool kNumbers>
 class LitSum {
  public:
@@ -22,7 +22,7 @@ class LitSum {
     explicit LitSum(const RayCast& cast)
         : cast_(cast),
           optics_(*cast.optics),
-          by_(*cast.light),
+          by_(cast.light),
           left_(hn::Set(DF(), 1.0f)),
           bound_(hn::Set(DF(), static_cast<float>(cast.bound))),
           power_(hn::Set(DF(), static_cast<float>(cast.step / cast.optics->unit))),
@@ -30,34 +30,25 @@ class LitSum {
         for (VF& light : light_) light = hn::Zero(DF());
         for (VF& axis : eye_) axis = hn::Zero(DF());
     }
-    /// Where the eye is for each lane's pixel.
-    void aim(const RayCast& cast, double x, double y) {
-        HWY_ALIGN float eye[3][kLanes];
-        for (int lane = 0; lane < static_cast<int>(kLanes); ++lane) {
-            const auto m = cast.rays.measure.at(x + lane % kWidth, y + lane / kWidth);
-            const double length = std::hypot(m[0], m[1], m[2]);
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                eye[axis][lane] = static_cast<float>(-m[axis] / length);
-        }
-        for (int axis = 0; axis < 3; ++axis) eye_[axis] = hn::Load(DF(), eye[axis]);
+    void aim(const Packet& packet, double x, double y) {
+        aim_at_eye(cast_, x, y, eye_);
+        if (cast_.cue) fading_ = fading_of(cast_, packet, x, y);
     }
 
     const RayCast& cast() const { return cast_; }
 
-    /// @param gradient  (slopes): of stored numbers, there
-    template <class Gradient>
-    HWY_INLINE void add(VF value, int, const Gradient& gradient) {
+    template <class At>
+    HWY_INLINE void add(VF value, int, const At& spot) {
         VF color[3], opacity = look_up<3>(optics_, value, color);
         if (!needs(opacity)) return;
-        if (!exact_) opacity = corrected(opacity, power_);
-        composite(value, color, opacity, gradient);
+        composite(value, color, opacity, exact_ ? nullptr : &power_, spot);
     }
-    template <class Gradient>
-    HWY_INLINE void add_part(VF value, VF weight, MF outside, int, const Gradient& gradient) {
+    template <class At>
+    HWY_INLINE void add_part(VF value, VF weight, MF outside, int, const At& spot) {
         VF color[3], opacity = look_up<3>(optics_, value, color);
         if (!needs(opacity)) return;
-        opacity = corrected(opacity, hn::Mul(weight, power_));
-        composite(value, color, hn::IfThenZeroElse(outside, opacity), gradient);
+        const VF power = hn::Mul(weight, power_);
+        composite(value, color, hn::IfThenZeroElse(outside, opacity), &power, spot);
     }
     HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), hn::Gt(left_, hn::Zero(DF()))); }
     HWY_INLINE bool needs(VF opacity) const {
@@ -78,13 +69,27 @@ class LitSum {
     };
 
  private:
-    template <class Gradient>
-    HWY_INLINE void composite(VF value, const VF (&color)[3], VF opacity,
-                              const Gradient& gradient) {
+    /// @param power  of what the opacity leaves; null: 1
+    template <class At>
+    HWY_INLINE void composite(VF value, const VF (&color)[3], VF opacity, const VF* power,
+                              const At& spot) {
         if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
-        VF slope[3], diffuse, specular;
-        gradient(slope);
-        light_on(by_, slope, eye_, diffuse, specular);
+        VF slope[3] = {hn::Zero(DF()), hn::Zero(DF()), hn::Zero(DF())};
+        if (cast_.edges || (by_ && !by_->particles)) spot.gradient_at(spot.offset, value, slope);
+        if (cast_.edges) opacity = hn::Mul(opacity, edge_of(*cast_.edges, slope));
+        if (power) opacity = corrected(opacity, *power);
+        VF diffuse = hn::Set(DF(), 1.0f), specular = hn::Zero(DF());
+        if (by_) {
+            ArrivingLanes arriving;
+            if (cast_.arriving)
+                arriving.find(*cast_.arriving, {spot.place(0), spot.place(1), spot.place(2)});
+            light_on(*by_, slope, eye_, arriving, diffuse, specular);
+        }
+        if (cast_.cue) {
+            const VF left = fading_.at(spot.offset);
+            diffuse = hn::Mul(diffuse, left);
+            specular = hn::Mul(specular, left);
+        }
         const VF caught = hn::Mul(left_, opacity);
         for (int c = 0; c < 3; ++c)
             light_[c] = hn::MulAdd(caught, hn::MulAdd(color[c], diffuse, specular), light_[c]);
@@ -94,8 +99,9 @@ class LitSum {
 
     const RayCast& cast_;
     const Optics& optics_;
-    const RayLight& by_;
+    const RayLight* by_;
     VF light_[3], left_, bound_, power_, eye_[3];
+    Fading fading_ = {};
     bool exact_;
 };
 

@@ -12,9 +12,10 @@ namespace edgewise::kernels::HWY_NAMESPACE {
 namespace {
 
 /// Each sample of a packet goes through the rule's function.
+template <int kNumbers>
 class OtherSum {
  public:
-    static constexpr int kChannels = 1;
+    static constexpr int kChannels = kNumbers;
     static constexpr bool kSkips = false, kAnyOrder = false;
 
     explicit OtherSum(const RayCast& cast) : rule_(*cast.other), setting_(setting_of(cast)) {
@@ -43,14 +44,16 @@ class OtherSum {
             std::copy_n(sum.state_, RayRule::kMostPlanes * kLanes, state);
         }
         void write(const RayCast& cast, int lane, bool hit, double, float* out) const {
-            *out = hit ? cast.other->finish(setting_of(cast), state + lane, kLanes)
-                       : static_cast<float>(cast.miss);
+            if (hit) return cast.other->finish(setting_of(cast), state + lane, kLanes, out);
+            float nothing[RayRule::kMostPlanes];
+            cast.other->clear(nothing, 1, 1);
+            cast.other->finish(setting_of(cast), nothing, 1, out);
         }
     };
 
  private:
     static RayRule::Setting setting_of(const RayCast& cast) {
-        return {cast.volume.values, cast.step * cast.unit, cast.zero, cast.miss};
+        return {cast.volume.values, cast.step * cast.unit, cast.zero, cast.miss, cast.level};
     }
 
     const RayRule& rule_;
@@ -65,10 +68,19 @@ void cast_tile_other(const RayCast& cast, std::int64_t x, std::int64_t y, std::i
     const Tile tile{cast, x, y, width, height, out, row_floats};
     const double bytes = static_cast<double>(cast.volume.extent.samples()) *
                          static_cast<double>(bytes_of(cast.volume.type));
-    if (!(bytes < 2147483648.0) || !in_lanes(cast.volume.type))
-        return tile.held<OtherSum, Walked>();
-    gathers::HWY_NAMESPACE::with_reads(
-        cast.volume.type, [&](auto reads) { tile.held<OtherSum, Gathered<decltype(reads)>>(); });
+    const auto by = [&](auto channels) {
+        using Sum = OtherSum<decltype(channels)::value>;
+        if (kPlainLoops || !(bytes < 2147483648.0) || !in_lanes(cast.volume.type))
+            return tile.held<Sum, Walked>();
+        if constexpr (!kPlainLoops)
+            gathers::HWY_NAMESPACE::with_reads(cast.volume.type, [&](auto reads) {
+                tile.held<Sum, Gathered<decltype(reads)>>();
+            });
+    };
+    if (cast.other->channels == 4)
+        by(std::integral_constant<int, 4>());
+    else
+        by(std::integral_constant<int, 1>());
 }
 
 }  // namespace

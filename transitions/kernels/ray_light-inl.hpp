@@ -11,6 +11,7 @@
 
 #include "hwy/contrib/math/math-inl.h"
 #include "hwy/highway.h"
+#include "transitions/kernels/arriving.hpp"
 #include "transitions/kernels/optics-inl.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_light.hpp"
@@ -42,12 +43,94 @@ HWY_INLINE VF raised(VF x, float power) {
     return hn::Exp(d, hn::Mul(hn::Set(d, power), hn::Log(d, hn::Max(x, least))));
 }
 
+/// Trilinear interpolation between the points of a grid, at places in it.
+HWY_INLINE VF left_in(const float* left, const Extent& n, const VF (&place)[3]) {
+    const DF d;
+    const DI di;
+    const VF zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    VI cell[3][2];
+    VF share[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto last = static_cast<int>(n[axis] - 1);
+        const VF q = hn::Min(hn::Max(place[axis], zero), hn::Set(d, static_cast<float>(last)));
+        cell[axis][0] = truncated(q);
+        cell[axis][1] = hn::Min(hn::Add(cell[axis][0], hn::Set(di, 1)), hn::Set(di, last));
+        share[axis] = hn::Sub(q, hn::ConvertTo(d, cell[axis][0]));
+    }
+    const VI row = hn::Set(di, static_cast<int>(n.x)), rows = hn::Set(di, static_cast<int>(n.y));
+    VF sum = zero;
+    for (int corner = 0; corner < 8; ++corner) {
+        const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
+        VF weight = a ? share[0] : hn::Sub(one, share[0]);
+        weight = hn::Mul(weight, b ? share[1] : hn::Sub(one, share[1]));
+        weight = hn::Mul(weight, c ? share[2] : hn::Sub(one, share[2]));
+        const VI line = hn::Add(cell[1][b], hn::Mul(cell[2][c], rows));
+        const VI at = hn::Add(cell[0][a], hn::Mul(line, row));
+        sum = hn::MulAdd(weight, hn::GatherIndex(d, left, at), sum);
+    }
+    return sum;
+}
+
+/// The shares of light that arrive at places of the input.
+struct ArrivingLanes {
+    VF lights[Arriving::kMostLights];
+    VF ambient;
+
+    ArrivingLanes() : ambient(hn::Set(DF(), 1.0f)) {
+        for (VF& light : lights) light = ambient;
+    }
+    HWY_NOINLINE void find(const RayArriving& in, const VF (&p)[3]) {
+        const DF d;
+        VF place[3];
+        for (std::size_t i = 0; i < in.lights.size(); ++i) {
+            const LightGrid& grid = *in.lights[i];
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const double* m = grid.to_grid.data() + 4 * axis;
+                const auto set = [&](double number)
+                                     HWY_ATTR { return hn::Set(d, static_cast<float>(number)); };
+                place[axis] =
+                    hn::MulAdd(set(m[0]), p[0],
+                               hn::MulAdd(set(m[1]), p[1], hn::MulAdd(set(m[2]), p[2], set(m[3]))));
+            }
+            lights[i] = left_in(grid.left.data(), grid.extent, place);
+        }
+        if (!in.ambient) return;
+        const VF half = hn::Set(d, 0.5f);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            place[axis] =
+                hn::MulSub(hn::Add(p[axis], half),
+                           hn::Set(d, 1.0f / static_cast<float>(in.ambient->cell[axis])), half);
+        ambient = left_in(in.ambient->left.data(), in.ambient->extent, place);
+    }
+};
+
+/// Shading::at of particles.
+[[maybe_unused]] HWY_NOINLINE void scattered_on(const RayLight& by, const VF3& eye,
+                                                const ArrivingLanes& arriving, VF& diffuse,
+                                                VF& specular) {
+    const DF d;
+    const float g = by.phase;
+    diffuse = specular = hn::Zero(d);
+    for (std::size_t i = 0; i < by.sources.size(); ++i) {
+        const RayLight::Source& source = by.sources[i];
+        VF towards[3];
+        for (int axis = 0; axis < 3; ++axis) towards[axis] = hn::Set(d, source.towards[axis]);
+        const VF base = hn::MulAdd(hn::Set(d, 2 * g), dot(towards, eye), hn::Set(d, 1 + g * g));
+        const VF whole = hn::Mul(base, hn::Sqrt(base));
+        const VF sent = hn::Div(hn::Set(d, source.intensity * (1 - g * g)), whole);
+        diffuse = i < Arriving::kMostLights ? hn::MulAdd(arriving.lights[i], sent, diffuse)
+                                            : hn::Add(sent, diffuse);
+    }
+}
+
 /// Shading::at, operation for operation.
 /// @param eye  to the eye, unit length
 [[maybe_unused]] HWY_NOINLINE void light_on(const RayLight& by, const VF3& gradient, const VF3& eye,
-                                            VF& diffuse, VF& specular) {
+                                            const ArrivingLanes& arriving, VF& diffuse,
+                                            VF& specular) {
     const DF d;
     const VF zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    if (by.particles) return scattered_on(by, eye, arriving, diffuse, specular);
     VF normal[3];
     for (int row = 0; row < 3; ++row) {
         const float* m = by.to_screen.data() + 3 * row;
@@ -65,10 +148,12 @@ HWY_INLINE VF raised(VF x, float power) {
     const VF surface = hn::Min(one, hn::Mul(length, hn::Set(d, 1 / by.least)));
     diffuse = zero;
     specular = zero;
-    for (const RayLight::Source& source : by.sources) {
+    for (std::size_t i = 0; i < by.sources.size(); ++i) {
+        const RayLight::Source& source = by.sources[i];
         VF towards[3];
         for (int axis = 0; axis < 3; ++axis) towards[axis] = hn::Set(d, source.towards[axis]);
-        const VF strength = hn::Set(d, source.intensity);
+        VF strength = hn::Set(d, source.intensity);
+        if (i < Arriving::kMostLights) strength = hn::Mul(strength, arriving.lights[i]);
         const VF facing = hn::Max(zero, dot(normal, towards)), along = dot(towards, eye);
         diffuse = hn::MulAdd(strength, facing, diffuse);
         VF sent;
@@ -103,9 +188,10 @@ HWY_INLINE VF raised(VF x, float power) {
         sent = hn::IfThenElseZero(hn::Gt(facing, zero), sent);
         specular = hn::MulAdd(strength, sent, specular);
     }
-    diffuse = hn::MulAdd(hn::Mul(surface, hn::Set(d, by.diffuse)), diffuse, hn::Set(d, by.ambient));
+    const VF ambient = hn::Mul(arriving.ambient, hn::Set(d, by.ambient));
+    diffuse = hn::MulAdd(hn::Mul(surface, hn::Set(d, by.diffuse)), diffuse, ambient);
     // Where there is no surface its share may be no number.
-    diffuse = hn::IfThenElse(some, diffuse, hn::Set(d, by.ambient));
+    diffuse = hn::IfThenElse(some, diffuse, ambient);
     specular = hn::IfThenElseZero(some, hn::Mul(surface, specular));
 }
 
@@ -141,6 +227,38 @@ HWY_NOINLINE void central(const Bounds& bounds, const Sampler& sampler, VF x, VF
     gradient[1] = difference<kFinite>(at(x, hn::Sub(y, one), z), value, at(x, hn::Add(y, one), z));
     gradient[2] = difference<kFinite>(at(x, y, hn::Sub(z, one)), value, at(x, y, hn::Add(z, one)));
 }
+
+/// The factor of opacities by the length of a gradient of stored numbers.
+[[maybe_unused]] HWY_INLINE VF edge_of(const RayEdges& edges, const VF3& gradient) {
+    const DF d;
+    VF square = hn::Zero(d);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const VF along = hn::Mul(gradient[axis], hn::Set(d, edges.per_length[axis]));
+        square = hn::MulAdd(along, along, square);
+    }
+    const VF length = hn::Sqrt(square), zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    VF factor = hn::Set(d, edges.first);
+    for (const OpticsRamp& ramp : edges.ramps) {
+        const VF along =
+            hn::Mul(hn::Sub(length, hn::Set(d, ramp.start)), hn::Set(d, ramp.inverse_width));
+        factor = hn::MulAdd(hn::Min(hn::Max(along, zero), one), hn::Set(d, ramp.opacity), factor);
+    }
+    return hn::Min(hn::Max(factor, zero), one);
+}
+
+/// What light is left of, by depth, for the rays of a packet.
+struct Fading {
+    VF depth, deeper;  // of the middle of a ray's first cell, and from one cell to the next
+    float per_length = 0;
+    bool linear = false;
+
+    HWY_INLINE VF at(VF offset) const {
+        const DF d;
+        const VF along = hn::Mul(hn::Set(d, per_length), hn::MulAdd(offset, deeper, depth));
+        if (linear) return hn::Max(hn::Zero(d), hn::Sub(hn::Set(d, 1.0f), along));
+        return hn::Exp(d, hn::Max(hn::Neg(along), hn::Set(d, -80.0f)));
+    }
+};
 
 /// Trilinear interpolation of gradients that were worked out before.
 HWY_NOINLINE inline void gradient_beside(const RayCast& cast, VF x, VF y, VF z, VF3& gradient) {

@@ -4,6 +4,24 @@
 
 namespace edgewise::kernels {
 
+RayEdges ray_edges_of(const std::vector<Transfer::Edge>& edges, const Vec3& per_length,
+                      const ValueMap& values) {
+    RayEdges made{
+        .per_length = {}, .first = static_cast<float>(edges.front().opacity), .ramps = {}};
+    for (int axis = 0; axis < 3; ++axis)
+        made.per_length[static_cast<std::size_t>(axis)] =
+            static_cast<float>(values.slope * per_length[axis]);
+    constexpr double kSteepest = 1e30;
+    for (std::size_t i = 1; i < edges.size(); ++i) {
+        const double width = edges[i].magnitude - edges[i - 1].magnitude;
+        OpticsRamp ramp{.start = static_cast<float>(edges[i - 1].magnitude)};
+        ramp.inverse_width = static_cast<float>(width > 1 / kSteepest ? 1 / width : kSteepest);
+        ramp.opacity = static_cast<float>(edges[i].opacity - edges[i - 1].opacity);
+        made.ramps.push_back(ramp);
+    }
+    return made;
+}
+
 RayLight ray_light_of(const Shading& shading, const Eigen::Matrix3d& to_screen,
                       const ValueMap& values) {
     const Material& material = shading.material;
@@ -16,7 +34,9 @@ RayLight ray_light_of(const Shading& shading, const Eigen::Matrix3d& to_screen,
                    .exponent = static_cast<float>(material.exponent),
                    .least = static_cast<float>(shading.least),
                    .facets = shading.by == Shade::torrance_sparrow,
-                   .inverse_square = static_cast<float>(1 / (slope * slope))};
+                   .inverse_square = static_cast<float>(1 / (slope * slope)),
+                   .particles = shading.by == Shade::particles,
+                   .phase = static_cast<float>(shading.phase)};
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
             light.to_screen[static_cast<std::size_t>(3 * row + column)] =

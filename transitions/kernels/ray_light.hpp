@@ -3,10 +3,27 @@
 #include <array>
 #include <vector>
 
+#include "graph/request.hpp"
 #include "graph/samples.hpp"
 #include "graph/shading.hpp"
+#include "transitions/kernels/optics.hpp"
 
 namespace edgewise::kernels {
+
+/// How light falls off along rays: at t the depth is near + cosine t, of which the share of light
+/// is left that DepthCue says.
+struct RayCue {
+    DepthCue by;
+    double near = 0;  // depth of t = 0 [t]
+    double unit = 1;  // one t, in the file's unit
+};
+
+/// Opacities by the length of the gradient, Transfer::edges in f32.
+struct RayEdges {
+    std::array<float, 3> per_length;  // of a gradient of stored numbers by input index
+    float first = 1;                  // below the first ramp
+    std::vector<OpticsRamp> ramps;
+};
 
 /// What rays need to light their samples: a Shading in f32.
 struct RayLight {
@@ -21,8 +38,13 @@ struct RayLight {
     float ambient, diffuse, specular, exponent, least;
     bool facets;           // Torrance-Sparrow's, else Phong's mirror
     float inverse_square;  // of facet_slope(exponent)
+    bool particles;        // scatter light whatever the gradient is
+    float phase;           // Henyey and Greenstein's g
 };
 
+/// @param per_length  samples in a file unit, along each axis
+RayEdges ray_edges_of(const std::vector<Transfer::Edge>& edges, const Vec3& per_length,
+                      const ValueMap& values);
 /// @param to_screen  a gradient of values by input index -> in screen space
 RayLight ray_light_of(const Shading& shading, const Eigen::Matrix3d& to_screen,
                       const ValueMap& values);

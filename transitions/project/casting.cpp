@@ -51,6 +51,7 @@ void measure_casting(const Data& input, const Request& want, std::map<std::strin
     kernels::RayCast cast{.volume = rule_grid(input, want),
                           .hold = kernels::Hold::zoh,
                           .rule = want.mode->combine,
+                          .level = want.level(),
                           .optics = &counting,
                           .bound = kTerminated};
     const auto bricks = bricks_of(

@@ -21,9 +21,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (ask.want.eye) return Offer::no("the eye is at a finite distance: rays are not parallel");
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
-    if (!ask.want.clips.empty()) return Offer::no("the clip cuts slices, which are combined whole");
-    if (ask.want.shading.on())
-        return Offer::no("light needs gradients across slices, which are combined one by one");
+    if (std::string reason = no_slices(ask.want); !reason.empty())
+        return Offer::no(std::move(reason));
     if (ask.scene.non_finite > 0)
         return Offer::no(fmt::format(
             "{} samples are not finite: rays would miss all that was interpolated from them",

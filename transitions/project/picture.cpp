@@ -37,6 +37,18 @@ std::string no_picture(const Representation& from, const Ask& ask) {
     return {};
 }
 
+std::string no_slices(const Request& want) {
+    if (!want.clips.empty()) return "the clip cuts slices, which are combined whole";
+    if (want.mode->first_hit)
+        return "the surface lies between slices, which are combined one by one";
+    if (want.shading.on())
+        return "light needs gradients across slices, which are combined one by one";
+    if (want.cue) return "light falls off along rays, and slices are combined alike";
+    if (!want.transfer.edges.empty())
+        return "opacities need gradients across slices, which are combined one by one";
+    return {};
+}
+
 kernels::Optics optics_of(const Request& want, const ValueMap& values) {
     if (!want.mode->takes_transfer) return {};
     std::vector<kernels::OpticsPoint> points;
@@ -68,6 +80,7 @@ kernels::Combining combining_of(const Request& want, const ValueMap& values,
             .unit = want.unit,
             .zero = want.zero,
             .miss = rule_miss(want),
+            .level = want.level(),
             .optics = &optics,
             .bound = kTerminated};
 }
@@ -146,6 +159,20 @@ std::optional<kernels::RayLight> light_of(const Representation& from, const Requ
     const Vec3 steps(want.pixel[0], want.pixel[1], 1);
     return kernels::ray_light_of(
         want.shading, steps.cwiseInverse().asDiagonal() * to_input.transpose(), from.values);
+}
+
+std::optional<kernels::RayEdges> edges_of(const Representation& from, const Request& want,
+                                          int view) {
+    if (want.transfer.edges.empty()) return {};
+    const Eigen::Matrix3d to_input = from.placed.at(view).inverse().matrix().topLeftCorner<3, 3>();
+    const Vec3 steps = (want.spacing.asDiagonal() * to_input).colwise().norm().transpose();
+    return kernels::ray_edges_of(want.transfer.edges, steps.cwiseInverse(), from.values);
+}
+
+std::optional<kernels::RayCue> cue_of(const Request& want, int view, double front) {
+    if (!want.cue) return {};
+    const double first = want.eye ? want.eye->at.z() : front;
+    return kernels::RayCue{*want.cue, first - nearest_corner(want, view), want.unit};
 }
 
 namespace {

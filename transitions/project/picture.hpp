@@ -19,6 +19,10 @@ namespace edgewise {
 /// Why no picture can be made of a representation, whatever the algorithm; empty: it can.
 std::string no_picture(const Representation& from, const Ask& ask);
 
+/// Why no picture can be combined slice by slice, with samples of one slice at a time; empty: it
+/// can.
+std::string no_slices(const Request& want);
+
 /// Samples as the kernels of a mode get them, see ModeTraits::negated.
 kernels::Grid rule_grid(const Data& in, const Request& want);
 /// How the kernels combine stored numbers for a request; the step is 1. Optics must stay alive.
@@ -83,5 +87,10 @@ void for_tiles(const Region& region, std::int64_t width, std::int64_t height,
 /// What lights the samples of a view of `from`; nothing where light falls on none.
 std::optional<kernels::RayLight> light_of(const Representation& from, const Request& want,
                                           int view);
+/// Opacities by the length of gradients of `from`; nothing where they are by value alone.
+std::optional<kernels::RayEdges> edges_of(const Representation& from, const Request& want,
+                                          int view);
+/// How light falls off along the rays that rays_of() gives for `front`.
+std::optional<kernels::RayCue> cue_of(const Request& want, int view, double front);
 
 }  // namespace edgewise

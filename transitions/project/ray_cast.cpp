@@ -12,10 +12,13 @@
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_path.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
+#include "transitions/kernels/transfer_integrals.hpp"
+#include "transitions/project/arriving.hpp"
 #include "transitions/project/bricks_of.hpp"
 #include "transitions/project/casting.hpp"
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/project/preintegrated_model.hpp"
 #include "transitions/project/ray_cast_model.hpp"
 #include "transitions/shade/gradient.hpp"
 
@@ -47,13 +50,24 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
         return Offer::no(std::move(reason));
     if (!from.facets.empty()) {
         constexpr double kMost = 1 << 28;  // voxels: gradients are found by 31 bits
-        if (!ask.want.shading.on()) return Offer::no("nothing is lit, so nobody needs gradients");
+        if (!ask.want.needs_gradients())
+            return Offer::no("neither light nor opacity depends on gradients");
         if (static_cast<double>(from.samples()) > kMost)
             return Offer::no("more than 2^28 samples with gradients");
     }
     if (is_spread(from) && ask.want.eye)
         return Offer::no(
             "over ranks: the eye is at a finite distance, boxes have no order along z");
+    if (ask.want.shading.has_shade()) {
+        if (from.content == "coefficients")
+            return Offer::no("shadows need samples, and spline coefficients are none");
+        constexpr double kMost = 1 << 28;  // points of a light's grid, four a sample, have 31 bits
+        if (static_cast<double>(from.samples()) > kMost)
+            return Offer::no("more than 2^28 samples with shadows");
+        if (is_spread(from)) return Offer::no("over ranks: shadows fall from one box on another");
+    }
+    if (is_spread(from) && ask.want.mode->first_hit)
+        return Offer::no("over ranks: the surface may lie between the samples of two boxes");
     if (is_spread(from) && !ask.want.clips.empty())
         return Offer::no("over ranks: the clip leaves some of the boxes out");
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
@@ -176,8 +190,9 @@ double corrected_of(const Offer& offer, const Ask& ask, const kernels::Optics& o
 }
 
 /// Samples that light is worked out for: those that a packet needs, as counted.
-double lit_of(const Ask& ask, double samples, double ends) {
-    if (!ask.want.shading.on()) return 0;
+double lit_of(const Offer& offer, const Ask& ask, double samples, double ends) {
+    if (!ask.want.shading.on() && !ask.want.needs_gradients()) return 0;
+    if (ask.want.mode->first_hit) return 2 * static_cast<double>(offer.to.samples());
     const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
     return share("cast/corrected/ends") * ends + share("cast/corrected") * samples;
 }
@@ -222,7 +237,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
     // Light: six more samples, or the filter's weights with their derivatives; 15 operations to
     // bring a gradient to the screen, 20 to make a normal of it, 40 a light.
-    const double lit = lit_of(ask, samples, ends);
+    const double lit = lit_of(offer, ask, samples, ends);
     const bool beside = !offer.from.facets.empty();
     const bool differences = !beside && (hold == Hold::zoh || hold == Hold::foh);
     const double gradient = beside ? 60 : differences ? 6 * filter + 6 : 3 * filter;
@@ -245,8 +260,22 @@ Work work(const Offer& offer, const Ask& ask, int view) {
         .workspace = bricks ? brick_bytes(offer.from, levels_of(offer, ask, optics).ranges()) : 0,
         .variant = hold == Hold::weighted ? "weighted"
                                           : variant_of(bricks, sparse, ask.want.eye.has_value(),
-                                                       ask.want.shading.on())};
+                                                       ask.want.shading.on() || ask.want.cue ||
+                                                           !ask.want.transfer.edges.empty())};
     if (spread) add_subframes(work, offer, ask, view);
+    if (ask.want.shading.has_shade()) {
+        // A point of a grid reads eight samples, most of which bricks leave out.
+        const ArrivingGrids grids(
+            {.type = offer.from.type, .extent = offer.from.extent, .values = offer.from.values},
+            offer.from, ask.want, view, std::pmr::get_default_resource());
+        constexpr double kPoint = 60, kLookUp = 60;
+        work.operations += kPoint * grids.points() +
+                           kLookUp * lit * static_cast<double>(ask.want.shading.lights.size()) +
+                           brick_operations(offer.from);
+        work.streamed += grids.bytes();
+        work.gathers += 8 * (grids.points() + lit);
+        work.workspace += grids.bytes() + brick_bytes(offer.from, true);
+    }
     return work;
 }
 
@@ -258,7 +287,7 @@ Error error(const Offer& offer, const Ask& ask) {
 /// ray is read as far as another one of the part is inside, and brought back to the faces there.
 Region reads(const Offer& offer, const Request& want, const Region& out, int view) {
     const Extent& n = offer.from.extent;
-    if (want.eye || out.empty()) return Region::all(n);
+    if (want.eye || out.empty() || want.shading.has_shade()) return Region::all(n);
     const kernels::Rays rays = rays_of(offer.from, want, view, -0.5);
     const auto corner = [&](int which) {
         return rays.origin.at(static_cast<double>(which & 1 ? out.end[0] - 1 : out.begin[0]),
@@ -284,7 +313,7 @@ Region reads(const Offer& offer, const Request& want, const Region& out, int vie
     low -= step;
     high += step;
     // Gradients take a sample more.
-    const double taps = filter_of(offer.with).taps / 2 + (want.shading.on() ? 2 : 1);
+    const double taps = filter_of(offer.with).taps / 2 + (want.needs_gradients() ? 2 : 1);
     Region box;
     for (int axis = 0; axis < 3; ++axis) {
         double first = std::numeric_limits<double>::infinity(), last = -first;
@@ -310,10 +339,13 @@ Partition parts(const Offer& offer, const Ask& ask) {
             }};
 }
 
-void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
-         Context& context) {
+/// @param integrated  pieces between samples are integrated
+void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
+                  const Region& region, Context& context, bool integrated) {
     const Request& want = ask.want;
     const kernels::Optics optics = optics_of(want, in.what.values);
+    std::optional<kernels::TransferIntegrals> integrals;
+    if (integrated) integrals = kernels::transfer_integrals_of(optics);
     const Hold hold = hold_of(offer.with);
     kernels::RayCast cast{.volume = rule_grid(in, want),
                           .hold = hold,
@@ -329,16 +361,31 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .unit = want.unit,
                           .zero = want.zero,
                           .miss = rule_miss(want),
+                          .level = want.level(),
                           .optics = &optics,
                           .bound = kTerminated};
+    if (integrals) cast.integrals = &*integrals;
     const std::optional<kernels::RayLight> light = light_of(in.what, want, context.view);
     if (light) cast.light = &*light;
+    const std::optional<kernels::RayEdges> edges = edges_of(in.what, want, context.view);
+    if (edges) cast.edges = &*edges;
+    const std::optional<kernels::RayCue> cue = cue_of(want, context.view, -0.5);
+    if (cue) cast.cue = &*cue;
     const std::optional<kernels::Kept> kept = kept_of(in.what, want, context.view);
     if (kept) cast.kept = &*kept;
     std::shared_ptr<const kernels::Gradients> gradients;
-    if (light && !in.what.facets.empty()) {
+    if (!in.what.facets.empty()) {
         gradients = gradients_of(in);
         cast.gradients = gradients.get();
+    }
+    std::optional<ArrivingGrids> arriving;
+    if (light && want.shading.has_shade()) {
+        const auto opaque = bricks_of(cast.volume, {.optics = &optics}, context.memory,
+                                      [&] { return context.stopped(); });
+        context.poll();
+        arriving.emplace(cast.volume, in.what, want, context.view, context.memory);
+        arriving->fill(opaque.get(), context);
+        cast.arriving = &arriving->lanes();
     }
     std::unique_ptr<kernels::Bricks> bricks;
     if (cast.volume.whole() && with_bricks(offer, ask, context.view))
@@ -354,6 +401,52 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
         kernels::ray_cast(cast, tile.begin[0], tile.begin[1], size.x, size.y, first, row);
         give_sign(want, first, size.x, size.y, row);
     });
+}
+
+void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
+         Context& context) {
+    cast_picture(offer, ask, in, out, region, context, false);
+}
+
+void run_integrated(const Offer& offer, const Ask& ask, const Data& in, Data& out,
+                    const Region& region, Context& context) {
+    cast_picture(offer, ask, in, out, region, context, true);
+}
+
+Offer offer_integrated(const Representation& from, const Ask& ask, const Parameters& with) {
+    const Request& want = ask.want;
+    if (!want.mode->takes_transfer)
+        return Offer::no("only a transfer function is integrated between samples");
+    if (want.shading.on()) return Offer::no("light differs between two samples");
+    if (want.cue) return Offer::no("light falls off between two samples");
+    if (!want.transfer.edges.empty()) return Offer::no("gradients differ between two samples");
+    if (is_spread(from)) return Offer::no("over ranks: a piece may lie between two boxes");
+    return offer(from, ask, with);
+}
+
+Work work_integrated(const Offer& offer, const Ask& ask, int view) {
+    // The table; of each sample two knots of four numbers, the middle of its piece, an exponential
+    // and a correction of its opacity.
+    constexpr double kTable = 8 * 60.0 * kernels::TransferIntegrals::kCells;
+    Work work = edgewise::work(offer, ask, view);
+    const double all =
+        taken_of(offer, ask, samples_of(offer, ask, view), with_bricks(offer, ask, view));
+    work.operations += kTable + (60 + 2 * kCorrectionOperations) * all;
+    work.gathers += 8 * all;
+    work.workspace += 16.0 * kernels::TransferIntegrals::kCells;
+    work.variant = "integrated";
+    return work;
+}
+
+Error error_integrated(const Offer& offer, const Ask& ask) {
+    Error of_samples = error(offer, ask);
+    const std::string fact = integrated_fact(filter_of(offer.with), offer.with.number("step"));
+    if (const auto seen = ask.scene.fact(fact)) {
+        // What rays are cut short by is in both.
+        of_samples.bias = *seen + kTerminated;
+        return of_samples;
+    }
+    return Error::unknown();
 }
 
 /// Trilinear interpolation of central differences is what filters of first order make themselves.
@@ -377,6 +470,24 @@ Transition gradient_cast() {
     edge.error = error_of_gradients;
     edge.model = {};
     edge.count = {};
+    return edge;
+}
+
+Transition preintegrated_cast() {
+    Transition edge = ray_cast();
+    edge.name = "project.preintegrated_cast";
+    edge.source = "Engel, Kraus, Ertl 2001; Wittenbrink 1993, EQ 62 and 63";
+    edge.parameters["step"] =
+        number(0.01, 4, {1, 2}, "distance of samples, in the smallest spacing");
+    edge.parameters["filter"] = any_filter({"foh", "bspline3"});
+    edge.laws.clear();
+    edge.plain.reset();
+    edge.offer = offer_integrated;
+    edge.work = work_integrated;
+    edge.error = error_integrated;
+    edge.model = preintegrated_model;
+    edge.count = {};
+    edge.run = run_integrated;
     return edge;
 }
 

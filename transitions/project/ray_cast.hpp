@@ -17,4 +17,14 @@ Transition ray_cast();
 /// The same with the gradients that lie beside the samples, instead of the filter's own.
 Transition gradient_cast();
 
+/// Composites without light whose transfer function is integrated between samples (of first order:
+/// within a piece all light is attenuated alike), so that what is narrower than two samples apart
+/// is not missed: for steep functions, and long steps.
+/// Needs   a mode with a transfer function, one memory
+/// Work    that of ray_cast, eight more gathers and an exponential a sample, a table a view
+/// Error   measured on the preview
+/// Source  Engel, Kraus, Ertl, "High-quality pre-integrated volume rendering using
+///         hardware-accelerated pixel shading", 2001
+Transition preintegrated_cast();
+
 }  // namespace edgewise

@@ -1,9 +1,15 @@
 #include "transitions/project/ray_cast_model.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
+#include <map>
+#include <memory>
+#include <utility>
 
 #include "graph/range.hpp"
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/project/arriving.hpp"
 #include "transitions/project/picture.hpp"
 
 namespace edgewise {
@@ -17,8 +23,8 @@ constexpr std::size_t kNoisyStep = 2;  // of kCastSteps
 
 class CastRay final : public RayModel {
  public:
-    CastRay(const Request& want, const Filters& by, double noise)
-        : want_(want), by_(by), noise_(noise), cast_(by.size()) {
+    CastRay(const Request& want, const Filters& by, double noise, ArrivingAt arriving)
+        : want_(want), by_(by), noise_(noise), arriving_(std::move(arriving)), cast_(by.size()) {
         for (auto& steps : cast_) steps.fill(Stretch::empty(want.mode));
         noisy_.fill(Stretch::empty(want.mode));
         clean_.fill(Stretch::empty(want.mode));
@@ -26,7 +32,8 @@ class CastRay final : public RayModel {
     void take(double step, RayPiece& piece) override {
         const auto s = static_cast<std::size_t>(
             std::find(kCastSteps.begin(), kCastSteps.end(), step) - kCastSteps.begin());
-        for (std::size_t i = 0; i < by_.size(); ++i) piece.add_held(*by_[i], cast_[i][s], want_);
+        for (std::size_t i = 0; i < by_.size(); ++i)
+            piece.add_held(*by_[i], cast_[i][s], want_, arriving_);
         if (s == kNoisyStep && noise_ > 0) add_noisy(piece);
     }
     void finish(const RayAnswer& answer, RaySquares& squares) override {
@@ -56,6 +63,7 @@ class CastRay final : public RayModel {
     const Request& want_;
     const Filters& by_;
     double noise_;                                              // RMS of the samples' [value]
+    ArrivingAt arriving_;                                       // empty: all light
     std::vector<std::array<Stretch, kCastSteps.size()>> cast_;  // by filter
     std::array<Stretch, kNoisy.size()> noisy_, clean_;
 };
@@ -80,16 +88,49 @@ class RayCastModel final : public Model {
                 facts_.push_back({.name = fmt::format("gain/noise/{}", filter_of(hold).name),
                                   .promised = false});
         if (want_.mode->left) facts_.push_back({.name = "picture/ended"});
+        const Data& samples = setting.field.samples();
+        if (want_.shading.has_shade() && setting.field.kind() != Field::formula)
+            for (int view = 0; view < want_.frames; ++view) {
+                grids_.push_back(std::make_unique<ArrivingGrids>(kernels::grid_of(samples),
+                                                                 samples.what, want_, view,
+                                                                 std::pmr::get_default_resource()));
+                grids_.back()->prepare(view > 0 ? grids_[0].get() : nullptr);
+            }
     }
     std::vector<double> steps() const override { return {kCastSteps.begin(), kCastSteps.end()}; }
-    std::unique_ptr<RayModel> follow(const RaySpan&, const OutputSample&) const override {
-        return std::make_unique<CastRay>(want_, by_, noise_);
+    std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample& at) const override {
+        return std::make_unique<CastRay>(want_, by_, noise_, arriving_along(ray, at.view));
     }
 
  private:
+    /// From the grids that the edge makes, at points half of a t apart.
+    ArrivingAt arriving_along(const RaySpan& ray, int view) const {
+        if (grids_.empty()) return {};
+        const ArrivingGrids& grids = *grids_[static_cast<std::size_t>(view)];
+        return [&grids, ray,
+                knots = std::make_shared<std::map<std::int64_t, Arriving>>()](double t) {
+            constexpr double kKnots = 0.5;
+            const auto knot = [&](std::int64_t k) {
+                const auto found = knots->find(k);
+                if (found != knots->end()) return found->second;
+                const double there = std::clamp(static_cast<double>(k) * kKnots, ray.low, ray.high);
+                return (*knots)[k] = grids.at(ray.origin + there * ray.direction);
+            };
+            const double below = std::floor(t / kKnots), share = t / kKnots - below;
+            const Arriving a = knot(static_cast<std::int64_t>(below)),
+                           b = knot(static_cast<std::int64_t>(below) + 1);
+            Arriving between;
+            between.ambient = a.ambient + share * (b.ambient - a.ambient);
+            for (std::size_t i = 0; i < between.lights.size(); ++i)
+                between.lights[i] = a.lights[i] + share * (b.lights[i] - a.lights[i]);
+            return between;
+        };
+    }
+
     const Request& want_;
     const Filters& by_;
     double noise_;
+    std::vector<std::unique_ptr<ArrivingGrids>> grids_;  // one a view; none: all light arrives
 };
 
 }  // namespace

@@ -76,9 +76,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (ask.want.eye) return Offer::no("the eye is at a finite distance: shears differ by slice");
     if (std::string reason = no_picture(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
-    if (!ask.want.clips.empty()) return Offer::no("the clip cuts slices, which are sheared whole");
-    if (ask.want.shading.on())
-        return Offer::no("light needs gradients across slices, which are sheared one by one");
+    if (std::string reason = no_slices(ask.want); !reason.empty())
+        return Offer::no(std::move(reason));
     if (!is_whole(from)) return Offer::no("slices are sheared in the memory of one rank");
     if (ask.want.field == Field::nearest && !takes_nearest(with))
         return Offer::no("labels: only filter=zoh makes no new value");

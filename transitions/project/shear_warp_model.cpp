@@ -324,7 +324,7 @@ class ShearWarpModel final : public Model {
 
 std::shared_ptr<const Model> shear_warp_model(const ModelSetting& setting) {
     const Request& want = setting.want;
-    const bool refused = want.eye || !want.clips.empty() || want.shading.on();
+    const bool refused = want.eye || !no_slices(want).empty();
     if (!want.job->of_rays() || refused) return nullptr;
     return std::make_shared<ShearWarpModel>(setting);
 }

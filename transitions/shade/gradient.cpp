@@ -25,7 +25,8 @@ Differences scheme_of(const Parameters& with) {
 }
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (!ask.want.shading.on()) return Offer::no("nothing is lit, so nobody needs gradients");
+    if (!ask.want.needs_gradients())
+        return Offer::no("neither light nor opacity depends on gradients");
     if (from.axes != 3 || from.channels != 1) return Offer::no("of volumes of one channel only");
     if (!is_whole(from)) return Offer::no("needs all samples in memory, row by row");
     if (from.type == Type::c64 || from.type == Type::f16)

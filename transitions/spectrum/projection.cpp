@@ -77,6 +77,7 @@ std::string no_projection(const Ask& ask) {
     if (want.mode->slices == ModeTraits::Slices::none)
         return fmt::format("{} does not commute with the Fourier slice theorem",
                            name_of(want.mode));
+    if (want.cue) return "light falls off along rays, and a slice of a spectrum sums them alike";
     if (want.eye) return "the Fourier slice theorem needs parallel rays, the view is perspective";
     if (!want.clips.empty())
         return "a slice of a spectrum sums whole lines, and the view is clipped";

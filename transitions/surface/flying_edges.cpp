@@ -34,7 +34,7 @@ void count(const Data& input, const Request& want, std::map<std::string, double>
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
          Context& context) {
     surface::put_mesh(out, surface::flying_edges(in, *ask.want.surface->isovalue,
-                                                 residual(offer.from, ask.want, context.view),
+                                                 place_of(offer, ask.want, context.view),
                                                  context.memory, [&] { context.poll(); }));
 }
 

@@ -9,6 +9,8 @@
 namespace edgewise {
 std::string no_surface(const Representation& from, const Request& want, bool labels) {
     if (!want.surface) return "no surface is asked for";
+    if (want.job->of_rays() && !want.mode->first_hit)
+        return "the mode asks for more than a surface";
     if (want.surface->isovalue.has_value() == labels)
         return labels ? "an isosurface is asked for" : "surfaces of labels are asked for";
     if (from.extent != want.input || from.placed.one_a_view() ||
@@ -34,8 +36,13 @@ Representation mesh_of(const Representation& from, const Request& want, double v
     to.type = Type::u8;
     to.values = {};
     to.facet_bytes = surface::Mesh::bytes(vertices, 2 * vertices, labelled);
-    to.placed = want.views;
+    // A mesh that is drawn stays where its samples are; one that is wanted lies as the view says.
+    if (!want.job->of_rays()) to.placed = want.views;
     return to;
+}
+
+Mat4 place_of(const Offer& offer, const Request& want, int view) {
+    return want.job->of_rays() ? Mat4(Mat4::Identity()) : residual(offer.from, want, view);
 }
 
 double vertices_of(const Ask& ask, const std::string& fact, const Representation& from) {

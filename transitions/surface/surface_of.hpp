@@ -15,6 +15,9 @@ std::string no_surface(const Representation& from, const Request& want, bool lab
 Representation mesh_of(const Representation& from, const Request& want, double vertices,
                        bool labelled);
 
+/// From indices of the samples to where the mesh lies.
+Mat4 place_of(const Offer& offer, const Request& want, int view);
+
 /// How many vertices are expected, by the edge's fact; where there is none, a guess.
 double vertices_of(const Ask& ask, const std::string& fact, const Representation& from);
 

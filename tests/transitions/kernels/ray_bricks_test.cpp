@@ -2,6 +2,7 @@
 
 #include "tests/transitions/kernels/ray_cast_reference.hpp"
 #include "transitions/filters/filter.hpp"
+#include "transitions/kernels/transfer_integrals.hpp"
 
 namespace edgewise::kernels {
 namespace {
@@ -33,7 +34,7 @@ Bricks bricks_for(const RayCast& cast, const Filter& filter) {
 
 /// @return samples taken without bricks and with them
 std::array<std::int64_t, 2> expect_same_bytes(RayCast cast, const Filter& filter) {
-    const int channels = cast.rule == Combine::over ? 4 : 1;
+    const int channels = cast.rule == Combine::max ? 1 : 4;
     std::vector<float> plain(64 * 64 * channels), skipped(plain.size());
     Taken without, with;
     cast.hold = hold_of(filter);
@@ -62,12 +63,13 @@ void bricks_change_no_byte(const Volume<T>& volume, Type type) {
             for (const double step : {1.0, 0.21, 2.9, 7.3})
                 for (const Rays& rays :
                      {turned(n, 0.6, 0.4, 64), turned(n, 0, 0, 64), from_eye(n, 64, 55)})
-                    for (const Combine rule : {Combine::max, Combine::over}) {
+                    for (const Combine rule : {Combine::max, Combine::over, Combine::hit}) {
                         const Optics optics = optics_of(kBand, 1, values);
                         expect_same_bytes({.volume = volume.grid(type, values),
                                            .rule = rule,
                                            .rays = rays,
                                            .step = step,
+                                           .level = 31,
                                            .optics = &optics},
                                           filter);
                         if (testing::Test::HasFailure()) return;
@@ -100,12 +102,13 @@ void negative_weights_change_no_byte(Type type) {
             std::int64_t without = 0, with = 0;
             for (const double step : {1.0, 2.9})
                 for (const Rays& rays : {turned(n, 0.6, 0.4, 64), from_eye(n, 64, 55)})
-                    for (const Combine rule : {Combine::max, Combine::over}) {
+                    for (const Combine rule : {Combine::max, Combine::over, Combine::hit}) {
                         const Optics optics = optics_of(kBand, 1, values);
                         const auto taken = expect_same_bytes({.volume = volume.grid(type, values),
                                                               .rule = rule,
                                                               .rays = rays,
                                                               .step = step,
+                                                              .level = 31,
                                                               .optics = &optics},
                                                              filter);
                         without += taken[0];
@@ -200,6 +203,34 @@ TEST(RayCast, BricksSeeWhatLiesBetweenThem) {
                                                  filter);
             EXPECT_LT(taken[1], taken[0]) << filter.name;
         }
+}
+
+/// Pieces between samples see a band that lies between them.
+TEST(RayCast, BricksChangeNoByteOfPiecesBetweenSamples) {
+    const Extent n{45, 38, 51};
+    const auto volume = spotted(n);
+    std::int64_t without = 0, with = 0;
+    for (const ValueMap& values : {ValueMap{}, ValueMap{-1, 60}}) {
+        const Optics optics = optics_of(kBand, 1, values);
+        const TransferIntegrals integrals = transfer_integrals_of(optics);
+        for (const Filter& filter : filters()) {
+            if (!filter.positive) continue;
+            for (const double step : {1.0, 0.21, 2.9, 7.3})
+                for (const Rays& rays :
+                     {turned(n, 0.6, 0.4, 64), turned(n, 0, 0, 64), from_eye(n, 64, 55)}) {
+                    const auto taken = expect_same_bytes({.volume = volume.grid(Type::f32, values),
+                                                          .rule = Combine::over,
+                                                          .rays = rays,
+                                                          .step = step,
+                                                          .optics = &optics,
+                                                          .integrals = &integrals},
+                                                         filter);
+                    without += taken[0];
+                    with += taken[1];
+                }
+        }
+    }
+    EXPECT_LT(with, without);
 }
 
 }  // namespace

@@ -235,6 +235,7 @@ inline std::array<double, 4> reference(const RayCast& cast, const std::vector<Op
         case Combine::mean:
             return {length > 0 ? sum / length : cast.miss};
         case Combine::over:
+        case Combine::hit:
         case Combine::other:  // of a mode: tests/graph/modes_test.cpp
             break;
     }

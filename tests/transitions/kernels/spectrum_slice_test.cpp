@@ -12,7 +12,7 @@ namespace {
 
 TEST(Slice, AxisViewsAreSums) {
     for (const Extent extent : {Extent{12, 12, 12}, Extent{11, 9, 13}, Extent{16, 9, 1}}) {
-        const Volume volume = noise(extent, 0);
+        const PlainVolume volume = noise(extent, 0);
         for (int axis = 0; axis < 3; ++axis) {
             // The next two axes become x and y of the picture.
             const int ax = (axis + 1) % 3, ay = (axis + 2) % 3;
@@ -41,7 +41,7 @@ TEST(Slice, ObliqueViewsOfAGaussianAreGaussians) {
          {std::array<double, 3>{0.3, 0.5, -0.2}, {kPi / 4, 0, 0}, {2.5, -1.2, 3}}) {
         const std::array<double, 3> scale{1, 1, 1};
         const Extent extent{31, 34, 32}, picture{40, 33, 1};
-        Volume volume(extent);
+        PlainVolume volume(extent);
         for (std::int64_t z = 0; z < extent.z; ++z)
             for (std::int64_t y = 0; y < extent.y; ++y)
                 for (std::int64_t x = 0; x < extent.x; ++x)
@@ -86,7 +86,7 @@ const Scene kScenes[] = {
 
 TEST(Slice, AgreesWithIntegralsOfTheSplineField) {
     for (const Scene& scene : kScenes) {
-        const Volume volume = noise(scene.extent, 5);  // (sqrt(3) - 2)^5 = 1e-3 at the faces
+        const PlainVolume volume = noise(scene.extent, 5);  // (sqrt(3) - 2)^5 = 1e-3 at the faces
         const Affine m = turned(scene.extent, scene.angles, scene.scale,
                                 static_cast<double>(scene.picture.x) / 2 - 0.7,
                                 static_cast<double>(scene.picture.y) / 2 - 0.4);
@@ -100,7 +100,7 @@ TEST(Slice, AgreesWithIntegralsOfTheSplineField) {
 
 TEST(Slice, AgreesWithIntegralsOfTheTrilinearField) {
     for (const Scene& scene : kScenes) {
-        const Volume volume = noise(scene.extent, 3);
+        const PlainVolume volume = noise(scene.extent, 3);
         const Affine m = turned(scene.extent, scene.angles, scene.scale,
                                 static_cast<double>(scene.picture.x) / 2 - 0.7,
                                 static_cast<double>(scene.picture.y) / 2 - 0.4);
@@ -116,7 +116,7 @@ TEST(Slice, AgreesWithIntegralsOfTheTrilinearField) {
 /// One bright voxel at x = `at` of a row of voxels, seen across it.
 std::vector<float> point_seen(std::int64_t at, const Options& options, const Extent& extent,
                               const Extent& picture) {
-    Volume volume(extent);
+    PlainVolume volume(extent);
     volume.at(at, extent.y / 2, extent.z / 2) = 1;
     return project(volume, turned(extent, {0, 0.3, 0}, {1, 1, 1}, 39.5, 4), picture, options);
 }
@@ -130,7 +130,7 @@ TEST(Slice, GhostsOfAPointStayBelowTheWindowsBound) {
             const auto ghosted =
                 point_seen(at, {width, padding, Between::spline, true, 90}, extent, picture);
             // The centre of a volume has no ghosts to speak of.
-            Volume alone({1, 1, 1});
+            PlainVolume alone({1, 1, 1});
             alone.at(0, 0, 0) = 1;
             Affine m = turned(extent, {0, 0.3, 0}, {1, 1, 1}, 39.5, 4);
             const auto to = apply(m, static_cast<double>(at), static_cast<double>(extent.y / 2),
@@ -159,7 +159,7 @@ TEST(Slice, GhostsOfAPointStayBelowTheWindowsBound) {
 
 TEST(Slice, WeakDetailOverALargeConstantSurvivesSubtraction) {
     const Extent extent{24, 24, 24};
-    Volume detail = noise(extent, 0), raised(extent);
+    PlainVolume detail = noise(extent, 0), raised(extent);
     for (std::int64_t i = 0; i < extent.samples(); ++i) {
         detail.samples[i] = std::round(detail.samples[i] * 8);  // exact beside the constant
         raised.samples[i] = detail.samples[i] + 1e6f;
@@ -172,7 +172,7 @@ TEST(Slice, WeakDetailOverALargeConstantSurvivesSubtraction) {
 }
 
 TEST(Slice, BytesDoNotDependOnThreads) {
-    const Volume volume = noise({33, 20, 27}, 0);
+    const PlainVolume volume = noise({33, 20, 27}, 0);
     const Affine m = turned(volume.extent, {0.4, -0.7, 0.3}, {1, 1, 1}, 20, 20);
     for (const bool folded : {false, true}) {
         std::vector<std::vector<float>> results;
@@ -186,7 +186,7 @@ TEST(Slice, BytesDoNotDependOnThreads) {
 }
 
 TEST(Slice, StopsWhenAsked) {
-    const Volume volume = noise({16, 16, 16}, 0);
+    const PlainVolume volume = noise({16, 16, 16}, 0);
     const SpectrumShape shape(volume.extent, KaiserBessel(4, 1.25));
     std::vector<Complex> out(shape.stored().samples() + 8, Complex{7, 7});
     spectrum_of_volume(volume.grid(), 0, shape, out.data(), kMemory, [] { return true; });

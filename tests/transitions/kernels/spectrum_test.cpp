@@ -63,7 +63,7 @@ TEST(TapTable, HoldsTheWindow) {
 
 TEST(Spectrum, IsTheTransformOfTheWeightedVolume) {
     for (const Extent extent : {Extent{7, 6, 5}, Extent{8, 1, 3}}) {
-        const Volume volume = noise(extent, 0);
+        const PlainVolume volume = noise(extent, 0);
         const SpectrumShape shape(extent, KaiserBessel(4, 1.5));
         const auto spectrum = spectrum_of(volume, shape);
         const Extent stored = shape.stored();
@@ -100,7 +100,7 @@ TEST(Spectrum, IsTheTransformOfTheWeightedVolume) {
 
 TEST(Spectrum, ReadsEveryTypeAndItsValues) {
     const Extent extent{5, 4, 3};
-    Volume values(extent);
+    PlainVolume values(extent);
     std::vector<std::int16_t> stored(extent.samples() + 32);
     for (std::int64_t i = 0; i < extent.samples(); ++i) {
         stored[i] = static_cast<std::int16_t>(i * 37 % 50 - 25);

@@ -15,11 +15,11 @@ namespace edgewise::kernels {
 inline constexpr double kPi = std::numbers::pi;
 inline std::pmr::memory_resource* const kMemory = std::pmr::new_delete_resource();
 
-struct Volume {
+struct PlainVolume {
     Extent extent;
     std::vector<float> samples;
 
-    explicit Volume(const Extent& e) : extent(e), samples(e.samples() + 16) {}
+    explicit PlainVolume(const Extent& e) : extent(e), samples(e.samples() + 16) {}
     float& at(std::int64_t x, std::int64_t y, std::int64_t z) {
         return samples[(z * extent.y + y) * extent.x + x];
     }
@@ -30,8 +30,8 @@ struct Volume {
 };
 
 /// Seeded noise, 0 within `margin` of the faces.
-inline Volume noise(const Extent& extent, std::int64_t margin, unsigned seed = 1) {
-    Volume volume(extent);
+inline PlainVolume noise(const Extent& extent, std::int64_t margin, unsigned seed = 1) {
+    PlainVolume volume(extent);
     std::mt19937 random(seed);
     for (std::int64_t z = margin; z < extent.z - margin; ++z)
         for (std::int64_t y = margin; y < extent.y - margin; ++y)
@@ -73,14 +73,14 @@ struct Options {
     std::int64_t period = 0;  // of the picture on both axes; 0: the least
 };
 
-inline std::vector<Complex> spectrum_of(const Volume& volume, const SpectrumShape& shape) {
+inline std::vector<Complex> spectrum_of(const PlainVolume& volume, const SpectrumShape& shape) {
     std::vector<Complex> spectrum(shape.stored().samples() + 8);
     spectrum_of_volume(volume.grid(), 0, shape, spectrum.data(), kMemory, {});
     return spectrum;
 }
 
 /// Integral along screen z [value x pixel] through the spectrum.
-inline std::vector<float> project(const Volume& volume, const Affine& to_screen,
+inline std::vector<float> project(const PlainVolume& volume, const Affine& to_screen,
                                   const Extent& picture, const Options& options) {
     const SpectrumShape shape(volume.extent, KaiserBessel(options.width, options.padding));
     const std::vector<Complex> spectrum = spectrum_of(volume, shape);
@@ -128,7 +128,7 @@ inline double nrmse(const std::vector<float>& got, const std::vector<double>& wa
 
 /// Cubic B-spline coefficients in f64 of samples that are 0 outside, along one axis of an array:
 /// the coefficients are the samples convolved with sqrt(3) (sqrt(3) - 2)^|k|.
-inline std::vector<double> coefficients(const Volume& volume) {
+inline std::vector<double> coefficients(const PlainVolume& volume) {
     const Extent e = volume.extent;
     std::vector<double> c(volume.samples.begin(), volume.samples.begin() + e.samples());
     const std::int64_t strides[3] = {1, e.x, e.x * e.y};

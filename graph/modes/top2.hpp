@@ -1,0 +1,9 @@
+#pragma once
+
+#include "graph/mode.hpp"
+
+namespace edgewise {
+
+extern const ModeTraits top2_mode;
+
+}  // namespace edgewise

@@ -1,0 +1,225 @@
+// Ray casting: the first place where the field passes a level, and integrals whose light falls off.
+#include "transitions/kernels/ray_cast_tiles.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "transitions/kernels/ray_cast_hit_simd.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+#include "transitions/kernels/ray_cast-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace edgewise::kernels::HWY_NAMESPACE {
+namespace {
+
+/// The first crossing of the level, found between samples and lit there.
+template <bool kNumbers>
+class HitSum {
+ public:
+    static constexpr bool kFinite = kNumbers;
+    static constexpr int kChannels = 4;
+    static constexpr bool kSkips = true, kAnyOrder = false;
+
+    explicit HitSum(const RayCast& cast)
+        : cast_(cast),
+          sign_(hn::Set(DF(), cast.volume.values.slope < 0 ? -0.0f : 0.0f)),
+          level_(hn::Set(DF(), stored_level(cast))),
+          open_(hn::Set(DF(), 1.0f)),
+          light_(hn::Zero(DF())),
+          before_(hn::Set(DF(), std::numeric_limits<float>::quiet_NaN())),
+          before_at_(hn::Zero(DF())) {
+        for (VF& axis : eye_) axis = hn::Zero(DF());
+        first_ = last_ = hn::FirstN(DF(), 0);
+    }
+    void aim(const Packet& packet, double x, double y) {
+        aim_at_eye(cast_, x, y, eye_);
+        if (cast_.cue) fading_ = fading_of(cast_, packet, x, y);
+        next_ = packet.begin;
+    }
+    void ends(MF first, MF last) {
+        first_ = first;
+        last_ = last;
+    }
+    const RayCast& cast() const { return cast_; }
+
+    template <class At>
+    HWY_INLINE void add(VF value, int cell, const At& spot) {
+        const MF none = hn::FirstN(DF(), 0);
+        if (cell != next_) begin_anew(none, spot);
+        take(above(value), spot.offset, none, spot);
+        next_ = cell + 1;
+    }
+    template <class At>
+    HWY_INLINE void add_part(VF value, VF weight, MF outside, int cell, const At& spot) {
+        if (!alive()) return;
+        const VF half = hn::Mul(hn::Set(DF(), 0.5f), weight);
+        if (cell != next_) begin_anew(hn::Or(first_, outside), spot);
+        if (!hn::AllFalse(DF(), first_)) {
+            const VF enters = hn::Sub(spot.offset, half);
+            before_ = hn::IfThenElse(first_, above(spot.value_at(enters)), before_);
+            before_at_ = hn::IfThenElse(first_, enters, before_at_);
+        }
+        take(above(value), spot.offset, outside, spot);
+        if (!hn::AllFalse(DF(), last_)) {
+            const VF leaves = hn::Add(spot.offset, half);
+            take(above(spot.value_at(leaves)), leaves, hn::Not(last_), spot);
+        }
+        next_ = cell + 1;
+    }
+    HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), is_open()); }
+    /// Where all that lies ahead is below the level, only rays that are above it may cross it.
+    HWY_INLINE bool needs(VF level) const {
+        const VF zero = hn::Zero(DF());
+        const MF reaches = hn::Ge(hn::Sub(level, hn::Xor(level_, sign_)), zero);
+        return !hn::AllFalse(DF(), hn::And(is_open(), hn::Or(reaches, hn::Ge(before_, zero))));
+    }
+
+    struct Lanewise {
+        HWY_ALIGN float light[kLanes], open[kLanes];
+
+        explicit Lanewise(const HitSum& sum) {
+            hn::Store(sum.light_, DF(), light);
+            hn::Store(sum.open_, DF(), open);
+        }
+        void write(const RayCast&, int lane, bool hit, double, float* out) const {
+            for (int c = 0; c < 3; ++c) out[c] = hit ? light[lane] : 0.0f;
+            out[3] = hit ? 1.0f - open[lane] : 0.0f;
+        }
+    };
+
+ private:
+    static float stored_level(const RayCast& cast) {
+        return RayRule::Setting{.values = cast.volume.values, .level = cast.level}.stored_level();
+    }
+    HWY_INLINE MF is_open() const { return hn::Gt(open_, hn::Zero(DF())); }
+    /// Stored numbers, less the level's; turned round where the slope is negative.
+    HWY_INLINE VF above(VF stored) const { return hn::Xor(hn::Sub(stored, level_), sign_); }
+
+    /// After a stretch that was left out: the sample before this one.
+    template <class At>
+    HWY_NOINLINE void begin_anew(MF kept, const At& spot) {
+        const VF at = hn::Sub(spot.offset, hn::Set(DF(), 1.0f));
+        before_ = hn::IfThenElse(kept, before_, above(spot.value_at(at)));
+        before_at_ = hn::IfThenElse(kept, before_at_, at);
+    }
+    HWY_INLINE MF is_passed(VF a, VF b) const {
+        const VF zero = hn::Zero(DF());
+        const MF both = hn::Or(hn::And(hn::Lt(a, zero), hn::Ge(b, zero)),
+                               hn::And(hn::Ge(a, zero), hn::Lt(b, zero)));
+        if constexpr (kFinite) return both;  // no number before: none of these
+        return hn::And(both, hn::And(is_finite(a), is_finite(b)));
+    }
+    template <class At>
+    HWY_INLINE void take(VF now, VF at, MF outside, const At& spot) {
+        const MF hits = hn::AndNot(outside, hn::And(is_open(), is_passed(before_, now)));
+        if (!hn::AllFalse(DF(), hits)) hit(hits, now, at, spot);
+        before_ = hn::IfThenElse(outside, before_, now);
+        before_at_ = hn::IfThenElse(outside, before_at_, at);
+    }
+    /// False position with halved ends, as the reference has it.
+    template <class At>
+    HWY_NOINLINE void hit(MF hits, VF above_b, VF b, const At& spot) {
+        constexpr int kSteps = 8;
+        const DF d;
+        const VF zero = hn::Zero(d), half = hn::Set(d, 0.5f);
+        VF a = before_at_, above_a = before_, where = b;
+        for (int i = 0; i < kSteps; ++i) {
+            const VF share = hn::Div(above_b, hn::Sub(above_b, above_a));
+            const VF middle = hn::NegMulAdd(share, hn::Sub(b, a), b);
+            const MF good = hn::And(hits, is_finite(middle));
+            where = hn::IfThenElse(good, middle, where);
+            const VF there = above(spot.value_at(where));
+            const MF use = hn::And(good, hn::And(is_finite(there), hn::Ne(there, zero)));
+            const MF other = hn::Xor(hn::RebindMask(d, hn::Ge(there, zero)), hn::Ge(above_b, zero));
+            const MF swaps = hn::And(use, other), halves = hn::AndNot(other, use);
+            a = hn::IfThenElse(swaps, b, a);
+            above_a = hn::IfThenElse(swaps, above_b,
+                                     hn::IfThenElse(halves, hn::Mul(half, above_a), above_a));
+            b = hn::IfThenElse(use, where, b);
+            above_b = hn::IfThenElse(use, there, above_b);
+        }
+        VF diffuse = hn::Set(d, 1.0f), specular = zero;
+        if (cast_.light) {
+            VF slope[3] = {zero, zero, zero};
+            if (!cast_.light->particles) spot.gradient_at(where, spot.value_at(where), slope);
+            light_on(*cast_.light, slope, eye_, ArrivingLanes(), diffuse, specular);
+        }
+        VF light = hn::Add(diffuse, specular);
+        if (cast_.cue) light = hn::Mul(light, fading_.at(where));
+        light_ = hn::IfThenElse(hits, light, light_);
+        open_ = hn::IfThenZeroElse(hits, open_);
+    }
+
+    const RayCast& cast_;
+    VF sign_, level_, open_, light_, before_, before_at_, eye_[3];
+    MF first_, last_;
+    Fading fading_ = {};
+    int next_ = 0;
+};
+
+/// Integral and mean of what is left of each value.
+template <bool>
+class FadedSum : public LineSum<false> {
+ public:
+    static constexpr bool kFinite = false;
+
+    explicit FadedSum(const RayCast& cast)
+        : LineSum<false>(cast), cast_(cast), origin_(hn::Set(DF(), fades_to(cast))) {}
+    void aim(const Packet& packet, double x, double y) { fading_ = fading_of(cast_, packet, x, y); }
+    const RayCast& cast() const { return cast_; }
+
+    template <class At>
+    HWY_INLINE void add(VF value, int cell, const At& spot) {
+        LineSum<false>::add(faded(value, spot.offset), cell);
+    }
+    template <class At>
+    HWY_INLINE void add_part(VF value, VF weight, MF outside, int cell, const At& spot) {
+        LineSum<false>::add_part(faded(value, spot.offset), weight, outside, cell);
+    }
+
+ private:
+    /// The stored number of no light: the one that adds nothing, or of a mean 0.
+    static float fades_to(const RayCast& cast) {
+        const ValueMap& values = cast.volume.values;
+        if (values.slope == 0) return 0;
+        const double none = cast.rule == Combine::sum ? cast.zero : 0;
+        return static_cast<float>((none - values.offset) / values.slope);
+    }
+    HWY_INLINE VF faded(VF value, VF offset) const {
+        return hn::MulAdd(fading_.at(offset), hn::Sub(value, origin_), origin_);
+    }
+
+    const RayCast& cast_;
+    VF origin_;
+    Fading fading_ = {};
+};
+
+void cast_tile_hit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                   std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    cast_tile<HitSum>({cast, x, y, width, height, out, row_floats});
+}
+void cast_tile_faded(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                     std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    cast_tile<FadedSum>({cast, x, y, width, height, out, row_floats});
+}
+
+}  // namespace
+}  // namespace edgewise::kernels::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace edgewise::kernels {
+
+HWY_EXPORT(cast_tile_hit);
+HWY_EXPORT(cast_tile_faded);
+
+void ray_cast_hit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                  std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    HWY_DYNAMIC_DISPATCH(cast_tile_hit)(cast, x, y, width, height, out, row_floats);
+}
+void ray_cast_faded(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                    std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    HWY_DYNAMIC_DISPATCH(cast_tile_faded)(cast, x, y, width, height, out, row_floats);
+}
+
+}  // namespace edgewise::kernels
+#endif
