@@ -33,6 +33,7 @@ class RowAlgebra {
           slice_(slice),
           pixels_(pixels),
           buffers_(buffers),
+          count_(count),
           prefix_(prefix),
           prefix_at_(prefix ? prefix_at : -1),
           free_((std::uint64_t{1} << count) - 1) {}
@@ -60,11 +61,10 @@ class RowAlgebra {
     }
 
  private:
-    /// The buffer of a part; of a sample that lies in the volume -1.
+    /// The buffer of a part; of samples that lie in the volume, or of the prefix, -1.
     int buffer_of(Part part) const {
-        for (std::uint64_t taken = ~free_, i = 0; i < 64; ++i)
-            if ((taken >> i & 1) && part == buffers_ + static_cast<std::ptrdiff_t>(i) * kRowFloats)
-                return static_cast<int>(i);
+        for (int i = 0; i < count_; ++i)
+            if (part == buffers_ + i * kRowFloats) return i;
         return -1;
     }
     float* take() {
@@ -84,6 +84,7 @@ class RowAlgebra {
     std::ptrdiff_t slice_;
     std::int64_t pixels_;
     float* buffers_;
+    int count_;
     const float* prefix_;
     int prefix_at_;
     std::uint64_t free_;  // a bit a buffer

@@ -305,9 +305,14 @@ TEST(Classify, ThenAnyOrderIsARay) {
                 const Data scalar = scalars(want.screen, 10);
                 const Data samples = run_on(classify(), want, scalar);
                 const std::vector<double> expected = rendered(scalar, want);
-                // Opacities and colours: four roundings a ramp, a logarithm and an exponential of
-                // 2^-23 each, of numbers up to 1, times W as they may add up.
-                const double most = rounding(depth) + 8 * depth * 0x1p-24;
+                // Opacities and colours are rounded four times, the logarithm and the exponential
+                // to 2^-23, of numbers up to 1. A power of 1 - opacity is steep where that is
+                // small: 1/1024 at least, but for the opaque value, which is exact.
+                const double power = 1 / unit, least = depth == 1 ? 1.0 / 1024 : 1 - 1.0 / depth;
+                const double steepest = power * std::pow(least, power - 1);
+                // Both ends of a ray lie 1e-6 further in, and x^p log x is 1 / (e p) at most.
+                const double most =
+                    rounding(depth) + depth * (8 + 2 * steepest) * 0x1p-24 + 2e-6 / std::numbers::e;
                 const Data combined = run_on(combine(), want, scalar);
                 for (const Transition& edge : orders()) {
                     SCOPED_TRACE(edge.name + ", W " + std::to_string(depth));
