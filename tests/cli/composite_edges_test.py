@@ -85,18 +85,29 @@ class CompositeEdges(Running):
                 steps = [step["transition"] for step in report["plan"]["steps"]]
                 self.assertFalse(set(steps) & set(EDGES), (volume, words, steps))
 
-    def test_without_combine_they_are_what_is_left(self):
-        report = json.loads(self.run_it("plan", "render", *SCENE, "--without", "project", "--quiet", "--json", "-").stdout)
-        self.assertIn("composite.classify", [step["transition"] for step in report["plan"]["steps"]])
+    def test_the_family_is_enough(self):
+        report = json.loads(self.run_it("plan", "render", *SCENE, "--via", "composite", "--quiet", "--json", "-").stdout)
+        steps = [step["transition"] for step in report["plan"]["steps"]]
+        self.assertEqual(steps[-2], "composite.classify")
+        self.assertIn(steps[-1], ORDERS)
 
-    def test_classified_samples_exist_for_composites_alone(self):
-        for mode, some in (("mip", False), ("xray", False), ("composite", True)):
+    def test_graphs_hold_them_where_they_are_asked_for(self):
+        def graph(*words):
             file = self.folder / "graph.json"
-            self.run_it("graph", "render", "phantom:gaussians:32", "--rotate", "10,20,30", "--mode", mode, "-o", file)
+            self.run_it("graph", "render", "phantom:gaussians:32", "--rotate", "10,20,30", *words, "-o", file)
             graph = json.loads(file.read_text())
-            self.assertEqual("classified" in json.dumps(graph["vertices"]), some, mode)
             self.assertLessEqual(len(graph["vertices"]), 30)
             self.assertLessEqual(len(graph["edges"]), 120)
+            return graph
+        for mode in ("mip", "xray", "composite"):
+            unasked = graph("--mode", mode)
+            self.assertNotIn("classified", json.dumps(unasked["vertices"]), mode)
+            self.assertFalse({edge["transition"] for edge in unasked["edges"]} & set(EDGES), mode)
+        reasons = {refused["transition"]: refused["reason"] for refused in unasked["refused"]}
+        for edge in ORDERS:
+            self.assertEqual(reasons[edge], "taken only where --via names it")
+            asked = graph("--mode", "composite", "--via", edge)
+            self.assertEqual({other["transition"] for other in asked["edges"]} & set(EDGES), {"composite.classify", edge})
 
     def test_what_they_cannot_do_is_refused_with_its_reason(self):
         for words, reason in ((("--shade", "phong"), "light needs gradients"), (("--clip", "4,4,4,20,20,20"), "the clip cuts slices"),

@@ -192,6 +192,7 @@ Transition over_edge(Compositing how, FrontDepths depths, FrontWatch watch) {
     };
     Transition edge;
     edge.joins = {{"screen/classified", "screen/picture"}};
+    edge.on_demand = true;  // project.combine does the same, and moves fewer bytes
     edge.offer = [](const Representation& from, const Ask& ask, const Parameters& with) {
         if (std::string reason = no_compositing(from, ask); !reason.empty())
             return Offer::no(std::move(reason));

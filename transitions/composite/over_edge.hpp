@@ -23,7 +23,7 @@ using FrontDepths = std::function<std::vector<std::int64_t>(const Parameters&, s
 
 /// An edge that composites classified samples in one of the orders of [W93] Appendix B. Name,
 /// source and parameters are for the caller to set.
-/// Edge    screen/classified -> screen/picture
+/// Edge    screen/classified -> screen/picture, on demand
 /// Shape   [nz, ny, nx, 4] in; [ny, nx, 4] out: premultiplied red, green, blue, opacity
 /// Work    a pixel: counts_of() of three colours but EQ 83 and 88, which the classified samples
 ///         have, and opacity_counts() for the fourth channel; 16 bytes read a sample
