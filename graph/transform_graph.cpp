@@ -87,6 +87,10 @@ class Expansion {
             --i;
             if (!next || (next->prepares_only && out_of_order(graph_[at], next->edge))) continue;
             const Transition& edge = catalogue_[static_cast<std::size_t>(next->edge)];
+            if (edge.on_demand && !is_demanded(edge)) {
+                reasons_[static_cast<std::size_t>(next->edge)] = "taken only where --via names it";
+                continue;
+            }
             const Demand* demand = next_demand(edge, graph_[at]);
             // What needs no facet left from where there were none, for less; unless the data came
             // with them.
@@ -127,6 +131,11 @@ class Expansion {
         if (from.demanded == static_cast<int>(demands_.via.size())) return nullptr;
         const Demand& next = demands_.via[from.demanded];
         return next.names(edge) ? &next : nullptr;
+    }
+
+    bool is_demanded(const Transition& edge) const {
+        return std::any_of(demands_.via.begin(), demands_.via.end(),
+                           [&](const Demand& demand) { return demand.names(edge); });
     }
 
     void follow(At at, const Leaving& leaving, const Parameters& with) {

@@ -98,6 +98,9 @@ struct Transition {
     /// Whether views may be transforms that no matrix is. Others are not asked about such a
     /// request.
     bool any_transform = false;
+    /// Asked about only where a demand names it (`--via`): what other edges always do for less
+    /// would multiply the paths of every request and be on none that is taken.
+    bool on_demand = false;
     /// With these, and with a filter as its only other parameter, the edge alone is the plain path
     /// to the screen, which budgets may compare with (Budget::like).
     std::optional<Parameters> plain = {};

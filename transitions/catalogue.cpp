@@ -1,5 +1,11 @@
 #include "transitions/catalogue.hpp"
 
+#include "transitions/composite/attenuated_sum.hpp"
+#include "transitions/composite/back_to_front.hpp"
+#include "transitions/composite/binary_tree.hpp"
+#include "transitions/composite/binary_tree_front_to_back.hpp"
+#include "transitions/composite/classify.hpp"
+#include "transitions/composite/front_to_back.hpp"
 #include "transitions/filter/prefilter.hpp"
 #include "transitions/net/spread.hpp"
 #include "transitions/project/combine.hpp"
@@ -42,6 +48,13 @@ Catalogue catalogue() {
         gradient_cast(),
         preintegrated_cast(),
         shear_warp(),
+        // Appendix B: what project.combine does in one pass, in two.
+        classify(),
+        back_to_front_over(),
+        front_to_back_over(),
+        binary_tree_over(),
+        binary_tree_front_to_back_over(),
+        attenuated_sum(),
         spectrum_slice(),
         spectrum_inverse(),
         // To surfaces.

@@ -73,6 +73,26 @@ std::set<std::string> paths(const TransformGraph& spanned, const Catalogue& cata
     return all;
 }
 
+TEST(Expansion, AsksSomeEdgesOnlyWhereTheyAreNamed) {
+    Catalogue catalogue{edge("a.first", "object/scalar", "screen/classified"),
+                        edge("a.second", "screen/classified", "screen/scalar"),
+                        edge("b.other", "object/scalar", "screen/scalar")};
+    catalogue[1].on_demand = true;
+    const Spanning spanning;
+    using Names = std::multiset<std::string>;
+    const TransformGraph unasked = spanning.of(catalogue);
+    EXPECT_EQ(arcs_of(unasked, catalogue), Names{"object/scalar b.other"});
+    ASSERT_EQ(unasked.refused.size(), 1u);
+    EXPECT_EQ(unasked.refused[0].reason, "taken only where --via names it");
+    const Names asked{"object/scalar a.first", "screen/classified a.second"};
+    EXPECT_EQ(arcs_of(spanning.of(catalogue, {.via = {{.name = "a.second"}}}), catalogue), asked);
+    // By its family, which the edge before it answers.
+    EXPECT_EQ(arcs_of(spanning.of(catalogue, {.via = {{.name = "a"}}}), catalogue), asked);
+    // One that is forbidden has that reason.
+    EXPECT_TRUE(spanning.of(catalogue, {.via = {{.name = "a"}}, .without = {{.name = "a.second"}}})
+                    .targets.empty());
+}
+
 TEST(Expand, AsksOnlyWhereKindsJoin) {
     Catalogue edges = {edge("a.on", "object/scalar", "middle/scalar"),
                        edge("a.off", "middle/scalar", "screen/scalar"),

@@ -11,6 +11,7 @@
 #include "runtime/runtime.hpp"
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
+#include "transitions/composite/classify.hpp"
 
 namespace edgewise {
 namespace {
@@ -252,6 +253,8 @@ TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
             from.push_back(volume(Type::f32));
             from.back().content = "coefficients";
             from.push_back(screen_scalar(volume(Type::f32), want));
+            if (mode->combine == Combine::over)
+                from.push_back(screen_classified(volume(Type::f32), want));
             for (const Type type : {Type::u8, Type::i16, Type::i32, Type::f32})
                 from.push_back(aligned(volume(type), want));
             sweep(want, from, tried);
@@ -264,7 +267,10 @@ TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
         want.transfer = transfer();
         sweep(want, {aligned(wide, want)}, tried);
     }
-    for (const char* edge : {"project.ray_cast", "project.shear_warp", "project.combine"})
+    for (const char* edge :
+         {"project.ray_cast", "project.shear_warp", "project.combine", "composite.classify",
+          "composite.back_to_front", "composite.front_to_back", "composite.binary_tree",
+          "composite.binary_tree_front_to_back", "composite.attenuated_sum"})
         EXPECT_GT(tried.edges[edge], 0) << edge;
 }
 

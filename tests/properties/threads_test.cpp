@@ -10,7 +10,7 @@
 namespace edgewise {
 namespace {
 
-void expect_same_bytes(Job job, Mode mode) {
+void expect_same_bytes(Job job, Mode mode, const std::vector<std::string>& via = {}) {
     MemoryBudget memory(std::size_t{1} << 30);
     const auto input = std::make_shared<const Data>(make_phantom("gaussians", 24, &memory));
     const Request want =
@@ -18,7 +18,11 @@ void expect_same_bytes(Job job, Mode mode) {
     const Scene scene = scene_of(*input, want, memory);
     const Ask ask{want, scene};
     const Catalogue edges = catalogue();
-    for (const Plan& path : paths_of(edges, ask, input->what, 100)) {
+    Demands demands;
+    for (const std::string& word : via) demands.via.push_back(demand_of(word, edges));
+    const std::vector<Plan> paths = paths_of(edges, ask, input->what, 100, demands);
+    EXPECT_FALSE(paths.empty());
+    for (const Plan& path : paths) {
         const auto first = results_of(path, ask, input, 1, memory);
         for (int threads : {2, 7}) {
             const auto other = results_of(path, ask, input, threads, memory);
@@ -37,6 +41,10 @@ TEST(Threads, DoNotChangeAByteOfAPicture) {
         SCOPED_TRACE(name_of(mode));
         expect_same_bytes(Job::render, mode);
     }
+}
+
+TEST(Threads, DoNotChangeAByteOfACompositeInAnyOrder) {
+    expect_same_bytes(Job::render, Mode::composite, {"composite", "composite"});
 }
 
 }  // namespace

@@ -8,13 +8,16 @@
 #include <gtest/gtest.h>
 #include <tuple>
 
+#include "tests/thesis/compositing_tables.hpp"
 #include "tests/thesis/tables.hpp"
 #include "transitions/warp/counts.hpp"
 
 namespace edgewise {
 namespace {
 
+using thesis::method;
 using thesis::Row;
+using thesis::value_of;
 
 /// "4M+4A" in a text like "general 4M+4A".
 Operations operations_in(const std::string& text) {
@@ -153,50 +156,6 @@ TEST(Eq89, UpdatesInTrees) {
                   updates_done(samples, false))
             << samples;
     }
-}
-
-/// A formula of TABLE 33 to 37 in W, with ceil(log2(W)) as L: sums of n, n W, L, 2^L.
-double value_of(const std::string& formula, int samples) {
-    const double levels = std::bit_width(static_cast<unsigned>(samples - 1));
-    double sum = 0;
-    std::string text;
-    for (const char c : formula)
-        if (c != ' ' && c != '<') text += c;
-    for (std::size_t at = 0; at < text.size();) {
-        const double sign = text[at] == '-' ? -1 : 1;
-        if (text[at] == '-' || text[at] == '+') ++at;
-        const auto takes = [&](const std::string& word) {
-            if (text.compare(at, word.size(), word) != 0) return false;
-            at += word.size();
-            return true;
-        };
-        if (takes("2^ceil(log2(W))")) {
-            sum += sign * std::pow(2, levels);
-        } else if (takes("ceil(log2(W))")) {
-            sum += sign * levels;
-        } else {
-            double number = 0;
-            bool digits = false;
-            for (; at < text.size() && std::isdigit(text[at]); ++at, digits = true)
-                number = 10 * number + (text[at] - '0');
-            if (takes("W")) number = (digits ? number : 1) * samples;
-            sum += sign * number;
-        }
-    }
-    return sum;
-}
-
-const std::pair<const char*, Compositing> kMethods[] = {
-    {"back_to_front", Compositing::back_to_front},
-    {"front_to_back", Compositing::front_to_back},
-    {"binary_tree", Compositing::tree_from_back},
-    {"binary_tree_front_to_back", Compositing::tree_from_front},
-    {"sum_of_attenuated_emittances", Compositing::sum}};
-
-Compositing method(const Row& row) {
-    for (const auto& [name, how] : kMethods)
-        if (row.at("method") == name) return how;
-    throw std::runtime_error(row.at("method"));
 }
 
 /// "<" is met by "<=": equal for powers of two.

@@ -1,41 +1,18 @@
 // Combining planes of samples along z.
-#include <algorithm>
 #include <cstdint>
 
 #include "transitions/kernels/combine.hpp"
-#include "transitions/kernels/scalar_load.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transitions/kernels/combine_simd.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
 #include "transitions/kernels/pixel_rules-inl.hpp"
+#include "transitions/kernels/sample_rows-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::HWY_NAMESPACE {
 namespace {
-
-template <class T>
-struct Row {
-    const T* first;
-
-    HWY_INLINE VF at(std::int64_t i, std::int64_t) const { return load_row(first + i); }
-};
-
-/// A row of a type without vector loads.
-struct LoadedRow {
-    const void* samples;
-    ScalarLoad load;
-    std::int64_t first;
-
-    HWY_INLINE VF at(std::int64_t i, std::int64_t n) const {
-        HWY_ALIGN float values[kLanes] = {};
-        const std::int64_t lanes = std::min<std::int64_t>(n, kLanes);
-        for (std::int64_t lane = 0; lane < lanes; ++lane)
-            values[lane] = load(samples, first + i + lane);
-        return hn::Load(DF(), values);
-    }
-};
 
 struct Planes {
     const Combining& with;

@@ -7,10 +7,10 @@
 #include "graph/spread.hpp"
 #include "transitions/kernels/combine.hpp"
 #include "transitions/kernels/grid_of.hpp"
-#include "transitions/kernels/ray_path.hpp"
 #include "transitions/project/combine_model.hpp"
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/project/pixel_spans.hpp"
 
 namespace edgewise {
 namespace {
@@ -18,15 +18,8 @@ namespace {
 constexpr std::int64_t kWidth = 256, kHeight = 8;  // of a tile: its states stay in the caches
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (ask.want.eye) return Offer::no("the eye is at a finite distance: rays are not parallel");
-    if (std::string reason = no_picture(from, ask); !reason.empty())
+    if (std::string reason = no_combining(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
-    if (std::string reason = no_slices(ask.want); !reason.empty())
-        return Offer::no(std::move(reason));
-    if (ask.scene.non_finite > 0)
-        return Offer::no(fmt::format(
-            "{} samples are not finite: rays would miss all that was interpolated from them",
-            ask.scene.non_finite));
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
@@ -51,13 +44,9 @@ Work spread_work(const Offer& offer, const Ask& ask) {
 
 Work work(const Offer& offer, const Ask& ask, int) {
     if (is_spread(offer.from)) return spread_work(offer, ask);
-    const kernels::Optics optics = optics_of(ask.want, offer.from.values);
-    // Two comparisons with the span of the ray, its share, and the rule.
-    double rule = 4 + ask.want.mode->operations;
-    if (ask.want.mode->takes_transfer)
-        rule += static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) + 10;
+    const double rule = combining_operations(ask.want, offer.from.values);
     return {.operations = rule * static_cast<double>(offer.from.samples()) +
-                          60 * static_cast<double>(offer.to.samples()),
+                          kSpanOperations * static_cast<double>(offer.to.samples()),
             .streamed = offer.from.bytes() + offer.to.bytes(),
             .scratch = tile_bytes(ask.want.mode)};
 }
@@ -76,40 +65,12 @@ Partition parts(const Offer& offer, const Ask& ask) {
             }};
 }
 
-/// Spans of a tile's rays inside the input.
-void fill_spans(const kernels::RayCast& geometry, const Region& tile, std::ptrdiff_t pitch,
-                float* low, float* high) {
-    for (std::int64_t y = tile.begin[1]; y < tile.end[1]; ++y)
-        for (std::int64_t x = tile.begin[0]; x < tile.end[0]; ++x) {
-            const kernels::RayPath path =
-                ray_path(geometry, static_cast<double>(x), static_cast<double>(y));
-            const std::ptrdiff_t i = (y - tile.begin[1]) * pitch + (x - tile.begin[0]);
-            if (!path.hit()) {
-                low[i] = 1;
-                high[i] = 0;
-                continue;
-            }
-            // Cells of this path are those of z, so that first + first_offset ... tell where it is.
-            const double begin =
-                static_cast<double>(path.first) + 0.5 + path.first_offset - 0.5 * path.first_weight;
-            const double end = begin + path.length;
-            const CombinedSpan span = combined_span(begin, end);
-            low[i] = span.low;
-            high[i] = span.high;
-        }
-}
-
 void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     const Request& want = ask.want;
     const kernels::Optics optics = optics_of(want, in.what.values);
     const kernels::Combining with = combining_of(want, in.what.values, optics);
-    Representation input;
-    input.extent = want.input;
-    kernels::RayCast geometry;
-    geometry.volume.extent = want.input;
-    geometry.rays = rays_of(input, want, context.view);
-
+    const kernels::RayCast rays = rays_through_input(want, context.view);
     const std::int64_t row = out.row();
     const kernels::Grid volume = kernels::grid_of(in);
     for_tiles(region, kWidth, kHeight, context, [&](const Region& tile) {
@@ -118,7 +79,7 @@ void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& 
         Array scratch(static_cast<std::size_t>(tile_bytes(want.mode)), context.memory);
         float* low = static_cast<float*>(scratch.data());
         const kernels::PixelStates states{low + 2 * plane, kWidth, plane};
-        fill_spans(geometry, tile, kWidth, low, low + plane);
+        fill_spans(rays, tile, kWidth, low, low + plane);
         kernels::clear_states(with, states, size.x, size.y);
         kernels::combine(with, volume, tile.begin[0], tile.begin[1], size.x, size.y, 0,
                          in.what.extent.z, {low, low + plane, kWidth}, states);
@@ -129,6 +90,25 @@ void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& 
 }
 
 }  // namespace
+
+std::string no_combining(const Representation& from, const Ask& ask) {
+    if (ask.want.eye) return "the eye is at a finite distance: rays are not parallel";
+    if (std::string reason = no_picture(from, ask); !reason.empty()) return reason;
+    if (std::string reason = no_slices(ask.want); !reason.empty()) return reason;
+    if (ask.scene.non_finite > 0)
+        return fmt::format(
+            "{} samples are not finite: rays would miss all that was interpolated from them",
+            ask.scene.non_finite);
+    return {};
+}
+
+double combining_operations(const Request& want, const ValueMap& values) {
+    const kernels::Optics optics = optics_of(want, values);
+    double rule = 4 + want.mode->operations;
+    if (want.mode->takes_transfer)
+        rule += static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) + 10;
+    return rule;
+}
 
 Transition combine() {
     Transition edge;

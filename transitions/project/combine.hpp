@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "graph/transition.hpp"
 
 namespace edgewise {
@@ -12,5 +14,11 @@ namespace edgewise {
 /// 1, measured on the preview; errors of the samples pass with the rule's gain Source  [W93] 4.3,
 /// EQ 62 and 63; Lemma 4.1
 Transition combine();
+
+/// Why samples in screen space cannot be combined along z; empty: they can.
+std::string no_combining(const Representation& from, const Ask& ask);
+/// Operations of a sample: two comparisons with the span of the ray, its share, and the mode's
+/// rule.
+double combining_operations(const Request& want, const ValueMap& values);
 
 }  // namespace edgewise
