@@ -18,14 +18,14 @@ static_assert(kSide == 1 << Bricks::kShift);
 constexpr std::size_t kRows = kSide * kSide;  // of samples in a line of bricks
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-struct Span {
+struct Levels {
     float low = kInfinity, high = -kInfinity;
 
-    bool operator==(const Span&) const = default;
+    bool operator==(const Levels&) const = default;
 };
 
 /// The largest opacity that a value between two stored numbers has.
-float largest_opacity(const Optics& optics, const Span& span) {
+float largest_opacity(const Optics& optics, const Levels& span) {
     if (span.low > span.high) return 0;  // nothing finite
     const auto at = [&](float value) {
         float opacity = optics.opacity;
@@ -45,7 +45,7 @@ float largest_opacity(const Optics& optics, const Span& span) {
 }
 
 /// The values that are made of samples in a span.
-Span widened(const Span& span, const Overshoot& by) {
+Levels widened(const Levels& span, const Overshoot& by) {
     if (span.low > span.high) return {};
     if (by.range == 0) return span;
     const double low = span.low, high = span.high;
@@ -60,7 +60,7 @@ Span widened(const Span& span, const Overshoot& by) {
 class LargestOpacity {
  public:
     explicit LargestOpacity(const Optics& optics) : optics_(optics) {}
-    float operator()(const Span& span) {
+    float operator()(const Levels& span) {
         if (span != last_) {
             last_ = span;
             largest_ = largest_opacity(optics_, span);
@@ -70,7 +70,7 @@ class LargestOpacity {
 
  private:
     const Optics& optics_;
-    Span last_;  // nothing finite
+    Levels last_;  // nothing finite
     float largest_ = 0;
 };
 
@@ -195,7 +195,7 @@ void join_layers(const Grid& volume, const LevelsOf& of, std::int64_t begin, std
     for (std::int64_t k = 0; k < n.z; ++k)
         for (std::int64_t i = (k * n.y + begin) * n.x, last = i + length; i < last; ++i) {
             float& level = bricks.level[static_cast<std::size_t>(i)];
-            const Span span =
+            const Levels span =
                 widened({-bricks.least[static_cast<std::size_t>(i)], level}, of.overshoot);
             level = opacity ? (*opacity)(span) : falls ? -span.low : span.high;
         }
