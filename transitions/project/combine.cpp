@@ -77,13 +77,44 @@ Partition parts(const Offer& offer, const Ask& ask) {
             }};
 }
 
-/// Spans of a tile's rays inside the input.
-void fill_spans(const kernels::RayCast& geometry, const Region& tile, std::ptrdiff_t pitch,
-                float* low, float* high) {
+void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& region,
+         Context& context) {
+    const Request& want = ask.want;
+    const kernels::Optics optics = optics_of(want, in.what.values);
+    const kernels::Combining with = combining_of(want, in.what.values, optics);
+    const InputSpans inside(want, context.view);
+    const std::int64_t row = out.row();
+    const kernels::Grid volume = kernels::grid_of(in);
+    for_tiles(region, kWidth, kHeight, context, [&](const Region& tile) {
+        const Extent size = tile.extent();
+        const std::ptrdiff_t plane = kWidth * kHeight;
+        Array scratch(static_cast<std::size_t>(tile_bytes(want.mode)), context.memory);
+        float* low = static_cast<float*>(scratch.data());
+        const kernels::PixelStates states{low + 2 * plane, kWidth, plane};
+        inside.fill(tile, kWidth, low, low + plane);
+        kernels::clear_states(with, states, size.x, size.y);
+        kernels::combine(with, volume, tile.begin[0], tile.begin[1], size.x, size.y, 0,
+                         in.what.extent.z, {low, low + plane, kWidth}, states);
+        float* first = out.at<float>(tile.begin[0], tile.begin[1], 0);
+        kernels::finish_states(with, states, size.x, size.y, first, row);
+        give_sign(want, first, size.x, size.y, row);
+    });
+}
+
+}  // namespace
+
+InputSpans::InputSpans(const Request& want, int view) {
+    Representation input;
+    input.extent = want.input;
+    geometry_.volume.extent = want.input;
+    geometry_.rays = rays_of(input, want, view);
+}
+
+void InputSpans::fill(const Region& tile, std::ptrdiff_t pitch, float* low, float* high) const {
     for (std::int64_t y = tile.begin[1]; y < tile.end[1]; ++y)
         for (std::int64_t x = tile.begin[0]; x < tile.end[0]; ++x) {
             const kernels::RayPath path =
-                ray_path(geometry, static_cast<double>(x), static_cast<double>(y));
+                ray_path(geometry_, static_cast<double>(x), static_cast<double>(y));
             const std::ptrdiff_t i = (y - tile.begin[1]) * pitch + (x - tile.begin[0]);
             if (!path.hit()) {
                 low[i] = 1;
@@ -99,37 +130,6 @@ void fill_spans(const kernels::RayCast& geometry, const Region& tile, std::ptrdi
             high[i] = span.high;
         }
 }
-
-void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& region,
-         Context& context) {
-    const Request& want = ask.want;
-    const kernels::Optics optics = optics_of(want, in.what.values);
-    const kernels::Combining with = combining_of(want, in.what.values, optics);
-    Representation input;
-    input.extent = want.input;
-    kernels::RayCast geometry;
-    geometry.volume.extent = want.input;
-    geometry.rays = rays_of(input, want, context.view);
-
-    const std::int64_t row = out.row();
-    const kernels::Grid volume = kernels::grid_of(in);
-    for_tiles(region, kWidth, kHeight, context, [&](const Region& tile) {
-        const Extent size = tile.extent();
-        const std::ptrdiff_t plane = kWidth * kHeight;
-        Array scratch(static_cast<std::size_t>(tile_bytes(want.mode)), context.memory);
-        float* low = static_cast<float*>(scratch.data());
-        const kernels::PixelStates states{low + 2 * plane, kWidth, plane};
-        fill_spans(geometry, tile, kWidth, low, low + plane);
-        kernels::clear_states(with, states, size.x, size.y);
-        kernels::combine(with, volume, tile.begin[0], tile.begin[1], size.x, size.y, 0,
-                         in.what.extent.z, {low, low + plane, kWidth}, states);
-        float* first = out.at<float>(tile.begin[0], tile.begin[1], 0);
-        kernels::finish_states(with, states, size.x, size.y, first, row);
-        give_sign(want, first, size.x, size.y, row);
-    });
-}
-
-}  // namespace
 
 Transition combine() {
     Transition edge;

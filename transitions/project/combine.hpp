@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
+
 #include "graph/transition.hpp"
+#include "transitions/kernels/ray_cast.hpp"
 
 namespace edgewise {
 
@@ -12,5 +15,16 @@ namespace edgewise {
 /// 1, measured on the preview; errors of the samples pass with the rule's gain Source  [W93] 4.3,
 /// EQ 62 and 63; Lemma 4.1
 Transition combine();
+
+/// The part of each ray of a view that lies inside the input [z of the screen].
+class InputSpans {
+ public:
+    InputSpans(const Request& want, int view);
+    /// Of the pixels of a tile, rows of `pitch`; low > high: none of a ray.
+    void fill(const Region& tile, std::ptrdiff_t pitch, float* low, float* high) const;
+
+ private:
+    kernels::RayCast geometry_;
+};
 
 }  // namespace edgewise

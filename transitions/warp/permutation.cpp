@@ -25,12 +25,6 @@ constexpr int kGreatestHalo = 4;       // samples; a wider one is no longer a ne
 constexpr const char* kItself = "me";  // in place of a filter: a sample is sent as it is
 constexpr double kGuess = 0.04;        // its error, as Filter::guess
 
-Send send_of(const Parameters& with) {
-    const std::string& word = with.word("filter");
-    if (word == kItself) return Send::me;
-    return filter_named(word).taps == 1 ? Send::zoh : Send::foh;
-}
-
 std::string too_far(int view, const ShearChain& chain) {
     // A point moves by the bound, and foh reads the sample behind it.
     const int halo = static_cast<int>(std::min(std::floor(chain.bound()), 1e6)) + 1;
@@ -190,11 +184,17 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 
 }  // namespace
 
+Send send_of(const Parameters& with) {
+    const std::string& word = with.word("filter");
+    if (word == kItself) return Send::me;
+    return filter_named(word).taps == 1 ? Send::zoh : Send::foh;
+}
+
 Transition permutation_warp() {
     Transition edge;
     edge.name = "warp.permutation";
     edge.source = "Wittenbrink 1993, EQ 22, FIGURE 28 to 30, TABLE 6, Theorem 3.1";
-    edge.joins = {{"object/scalar", "screen/scalar"}};
+    edge.joins = {{"object/scalar", "screen/scalar"}, {"scaled/scalar", "screen/scalar"}};
     edge.parameters = {
         {"filter", one_of({kItself, "zoh", "foh"},
                           "what a sample sends: me itself, zoh the nearest sample to "
