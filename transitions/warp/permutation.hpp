@@ -16,7 +16,7 @@ namespace edgewise {
 /// Work    a sample, foh: 2D 30 operations, 3 L, 1 G (FIGURE 30); 3D with four shears 65 (rule 20,
 ///         inverse 15, rounding 3, clip 6, 7 interpolations), 7 L, 1 G
 /// Error   that of warp.backward with the same hold: both reconstruct once, at the same point. From
-///         scaled samples at most that: their grid is nowhere coarser than the input's
+///         scaled samples as much less as their grid is finer, for waves of two input samples
 /// Source  [W93] 3.6.2 to 3.6.5, EQ 22, FIGURE 28 to 30, TABLE 6, Theorem 3.1
 Transition permutation_warp();
 

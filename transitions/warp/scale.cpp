@@ -106,6 +106,10 @@ std::string refusal(const Representation& from, const Ask& ask, const Parameters
     if (from.placed.one_a_view()) return "the samples lie in another place in each view";
     if (ask.want.eye) return "the eye is at a finite distance: no grid makes its rays equiareal";
     if (ask.want.projective()) return "a projective map is not equiareal on any grid";
+    // What reads the grid combines whole slices, one by one.
+    if (!ask.want.clips.empty()) return "the clip cuts slices, which are combined whole";
+    if (ask.want.shading.on())
+        return "light needs gradients across slices, which are combined one by one";
     if (ask.scene.non_finite > 0)
         return fmt::format("{} samples are not finite: each axis would spread them",
                            ask.scene.non_finite);
@@ -119,7 +123,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     EqualGrid grid = grid_for(from, ask.want);
     if (!grid.refused.empty()) return Offer::no(std::move(grid.refused));
     Representation to = from;
-    to.space = "scaled";
+    to.space = kScaled;
     to.content = "scalar";
     to.drop_facets();
     to.extent = grid.extent;

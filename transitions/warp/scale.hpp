@@ -4,6 +4,9 @@
 
 namespace edgewise {
 
+/// The space of samples of equal spacing.
+inline constexpr const char* kScaled = "scaled";
+
 /// Resamples along the axes to a grid of equal spacing, so that what is left of a view is
 /// equiareal: maps that move samples one to one (warp.permutation) exist for no other.
 /// Edge    object/scalar or object/coefficients -> scaled/scalar, volumes of pictures; f32 out
@@ -11,7 +14,8 @@ namespace edgewise {
 /// Grid    about the middle of the input, spacing cbrt(s_x s_y s_z / |det|), det of the residual;
 ///         as many samples as cover the input, whose outermost samples continue
 /// Needs   samples that are not equally spaced, views whose |det| is the same and not 1, and no
-///         axis along which the grid is coarser than the samples, which would skip some
+///         axis along which the grid is coarser than the samples, which would skip some; neither
+///         clip nor light, which no edge behind it takes
 /// Work    a slice of the grid: `taps` products and sums a sample along z, then y, then x; along
 ///         an axis that keeps its samples one product
 /// Error   that of reading by the filter (as warp.backward), though along some axes nothing is read
