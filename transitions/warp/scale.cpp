@@ -214,7 +214,7 @@ Transition scaling() {
     edge.source = "Wittenbrink 1993, 3.7, FIGURE 36";
     edge.joins = {{"object/scalar", "scaled/scalar"}, {"object/coefficients", "scaled/scalar"}};
     edge.parameters = {{"filter", any_filter({"foh", "bspline3"})}};
-    edge.laws = {Law::constant, Law::linear};
+    edge.laws = {Law::constant};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
