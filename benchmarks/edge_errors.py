@@ -29,11 +29,14 @@ ROWS = [
         ("mip", (["project.shear_warp/filter=foh"], ["project.ray_cast/filter=zoh/step=1"],
                  ["project.ray_cast/filter=foh/step=1"],
                  ["project.ray_cast/filter=bspline3/step=0.5"],
-                 ["warp.backward/filter=bspline3", "project.combine"])),
+                 ["warp.backward/filter=bspline3", "project.combine"],
+                 ["warp.scale/filter=bspline3", "project.parallel_product/filter=foh"])),
         ("xray", (["project.shear_warp/filter=foh"], ["project.ray_cast/filter=foh/step=1"],
+                  ["warp.scale/filter=bspline3", "project.parallel_product/filter=foh"],
                   ["spectrum.forward/width=4", "spectrum.inverse"],
                   ["spectrum.forward/width=6", "spectrum.inverse"])),
         ("composite", (["project.shear_warp/filter=foh"], ["project.ray_cast/filter=foh/step=1"],
+                       ["warp.scale/filter=bspline3", "project.parallel_product/filter=foh"],
                        ["project.ray_cast/filter=bspline3/step=0.5"])))
     for edges in paths
 ]

@@ -9,6 +9,7 @@
 #include "transitions/filter/prefilter.hpp"
 #include "transitions/net/spread.hpp"
 #include "transitions/project/combine.hpp"
+#include "transitions/project/parallel_product.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
 #include "transitions/shade/gradient.hpp"
@@ -23,6 +24,7 @@
 #include "transitions/warp/axis_permutation.hpp"
 #include "transitions/warp/backward.hpp"
 #include "transitions/warp/permutation.hpp"
+#include "transitions/warp/scale.hpp"
 #include "transitions/warp/shear.hpp"
 
 namespace edgewise {
@@ -41,9 +43,11 @@ Catalogue catalogue() {
         // To the screen. Exact copies first: they win ties.
         axis_permutation_warp(),
         backward_warp(),
+        scaling(),
         permutation_warp(),
         shear_warp_passes(),
         combine(),
+        parallel_product(),
         ray_cast(),
         gradient_cast(),
         preintegrated_cast(),

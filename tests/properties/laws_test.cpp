@@ -74,6 +74,25 @@ Request moved(Job job, Mode mode, const Representation& input, const Mat4& turn,
     return want;
 }
 
+/// A picture of a volume whose slices lie 1.6 samples apart, turned about its centre.
+Request stretched(Mode mode, const Representation& input, const Mat4& turn) {
+    constexpr double kApart = 1.6;
+    Request want = request_of(Job::render, mode, input, {turn});
+    want.spacing = {1, 1, kApart};
+    const Extent& n = input.extent;
+    const auto longest =
+        static_cast<std::int64_t>(std::hypot(double(n.x), double(n.y), kApart * double(n.z))) + 1;
+    want.screen = {longest, longest, longest};
+    Mat4 from_middle = Mat4::Identity(), to_middle = Mat4::Identity();
+    for (int axis = 0; axis < 3; ++axis) {
+        from_middle(axis, axis) = want.spacing[axis];
+        from_middle(axis, 3) = -want.spacing[axis] * double(input.extent[axis] - 1) / 2;
+        to_middle(axis, 3) = double(want.screen[axis] - 1) / 2;
+    }
+    want.views = Placement(Mat4(to_middle * turn * from_middle));
+    return want;
+}
+
 /// Calls check(path, ask, shape, memory) for every path of a request that keeps a law.
 /// @return how many there were
 template <class Check>
@@ -103,6 +122,8 @@ void sweep(Job job, Mode mode, Law law, Check&& check) {
         for (const Mat4& turn : {rotation(0, 0, 0), rotation(20, 35, -50)}) {
             const auto input = noise(shape, memory);
             kept += sweep_paths(moved(job, mode, input->what, turn), input, law, memory, check);
+            if (job != Job::render) continue;
+            kept += sweep_paths(stretched(mode, input->what, turn), input, law, memory, check);
         }
     EXPECT_GT(kept, 10);
 }
@@ -284,6 +305,7 @@ TEST(Laws, EveryDeclaredLawIsSweptForItsEdge) {
     note(want(Job::warp, Mode::mip, rotation(0, 0, 90)), input, {Law::quarter_turn});
     for (const Mat4& turn : {rotation(0, 0, 0), rotation(20, 35, -50), rotation(0, 90, 0)}) {
         note(want(Job::render, Mode::mip, turn), input, {Law::constant});
+        note(stretched(Mode::mip, input->what, turn), input, {Law::constant});
         note(want(Job::render, Mode::mean, turn), input, {Law::constant});
         note(want(Job::render, Mode::xray, turn), input, {Law::linear});
     }

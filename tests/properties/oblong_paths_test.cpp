@@ -69,14 +69,14 @@ Request turned(Job job, Mode mode, const Representation& input, const Vec3& spac
 
 /// @return names of the edges that were run
 std::set<std::string> expect_kept(const Request& want, const std::shared_ptr<const Data>& input,
-                                  MemoryBudget& memory) {
+                                  MemoryBudget& memory, const Demands& demands = {}) {
     const Scene scene = scene_of(*input, want, memory);
     const Ask ask{want, scene};
     const ReferenceField field(*input, want.field);
     const Expected expected(want, field, &memory);
     const Catalogue edges = catalogue();
     std::set<std::string> run;
-    for (const Plan& path : paths_of(edges, ask, input->what, 200)) {
+    for (const Plan& path : paths_of(edges, ask, input->what, 200, demands)) {
         if (!path.predicted.known) continue;
         // Assignment moves samples of oblong voxels farther than its preview does: predicted is
         // down to 0.83 of the error.
@@ -141,6 +141,46 @@ TEST(OblongPaths, PicturesKeepWhatTheyPredict) {
             }
     for (const char* edge : {"project.ray_cast", "project.shear_warp", "spectrum.slice"})
         EXPECT_TRUE(run.contains(edge)) << edge;
+}
+
+/// By a grid of equal spacing, for whose samples a permutation exists.
+TEST(OblongPaths, PicturesOfScaledSamplesKeepWhatTheyPredict) {
+    MemoryBudget memory(std::size_t{1} << 30);
+    const auto volume = blurred_noise({23, 14, 17}, 3, 1, memory);
+    std::set<std::string> run;
+    for (const Mode mode : modes())
+        for (const Vec3& spacing : {Vec3(1.11, 1, 1), Vec3(0.7, 0.7, 2.5), Vec3(1.7, 1, 2.1)})
+            for (const std::array<double, 3>& angles :
+                 {std::array{0.0, 0.0, 0.0}, {0.0, 7.0, 0.0}, {25.0, -35.0, 120.0}}) {
+                const double unit = spacing.minCoeff();
+                const Request want = turned(Job::render, mode, volume->what, spacing,
+                                            rotation(angles[0], angles[1], angles[2]), {60, 60, 72},
+                                            Vec3::Constant(unit));
+                run.merge(expect_kept(want, volume, memory, {.via = {{"warp.scale"}}}));
+            }
+    for (const char* edge : {"warp.permutation", "project.combine", "project.parallel_product"})
+        EXPECT_TRUE(run.contains(edge)) << edge;
+}
+
+TEST(OblongPaths, PicturesOfScaledSamplesHaveTheSameBytesForAnyThreads) {
+    MemoryBudget memory(std::size_t{1} << 30);
+    const auto volume = blurred_noise({23, 14, 17}, 3, 1, memory);
+    int paths = 0;
+    for (const Mode mode : modes()) {
+        const Request want = turned(Job::render, mode, volume->what, {0.7, 0.7, 2.5},
+                                    rotation(25, -35, 120), {70, 66, 72}, Vec3::Constant(0.7));
+        const Scene scene = scene_of(*volume, want, memory);
+        const Ask ask{want, scene};
+        for (const Plan& path :
+             paths_of(catalogue(), ask, volume->what, 200, {.via = {{"warp.scale"}}})) {
+            const auto one = values_of(*results_of(path, ask, volume, 1, memory)[0]);
+            for (const int threads : {2, 7})
+                EXPECT_EQ(one, values_of(*results_of(path, ask, volume, threads, memory)[0]))
+                    << fmt::format("{} {}", mode->name, fmt::join(path.texts(), " "));
+            ++paths;
+        }
+    }
+    EXPECT_GT(paths, 10);
 }
 
 /// Lengths of slanted rays: of the scene, whatever squeezes the object or the pixels.

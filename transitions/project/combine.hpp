@@ -3,6 +3,7 @@
 #include <string>
 
 #include "graph/transition.hpp"
+#include "transitions/kernels/ray_cast.hpp"
 
 namespace edgewise {
 

@@ -5,6 +5,17 @@
 
 namespace edgewise {
 
+/// Permutation warp and parallel product on the threads of one machine: the screen is cut into
+/// cubes, each is sent its samples and combined to a subframe, and the subframes behind one another
+/// are joined two by two. No volume in screen space is kept, only subframes.
+/// Edge    object/scalar or scaled/scalar -> screen/picture
+/// Filter  that of warp.permutation
+/// Needs   what warp.permutation and project.combine need, in one memory
+/// Work    the sum of these two; the rows that cubes look through for their samples; the tree
+/// Error   that of these two, one after the other
+/// Source  [W93] 4.5, FIGURE 70 to 74; max, + and over are associative (Lemma 4.1)
+Transition parallel_product();
+
 // Combining over ranks ([W93] 4.4 and 4.5): every rank combines the samples of its own box, then
 // boxes along a ray are joined two by two, while each of a pair keeps half of their pixels.
 

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <fmt/format.h>
+#include <numbers>
 #include <tbb/parallel_for.h>
 
 #include "graph/spread.hpp"
+#include "transitions/filters/field_filter.hpp"
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/permutation.hpp"
@@ -14,6 +17,7 @@
 #include "transitions/warp/equiareal.hpp"
 #include "transitions/warp/outside.hpp"
 #include "transitions/warp/permutation_model.hpp"
+#include "transitions/warp/scale.hpp"
 
 namespace edgewise {
 namespace {
@@ -24,12 +28,6 @@ using kernels::ShearChain;
 constexpr int kGreatestHalo = 4;       // samples; a wider one is no longer a neighbourhood
 constexpr const char* kItself = "me";  // in place of a filter: a sample is sent as it is
 constexpr double kGuess = 0.04;        // its error, as Filter::guess
-
-Send send_of(const Parameters& with) {
-    const std::string& word = with.word("filter");
-    if (word == kItself) return Send::me;
-    return filter_named(word).taps == 1 ? Send::zoh : Send::foh;
-}
 
 std::string too_far(int view, const ShearChain& chain) {
     // A point moves by the bound, and foh reads the sample behind it.
@@ -104,6 +102,36 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                         .global = samples * offer.from.channels}};
 }
 
+/// Mean square of what a filter gets wrong of a wave, over all places between samples.
+double wrong_of_wave(const Filter& filter, double cycles_a_sample) {
+    constexpr int kPlaces = 32;
+    const double omega = 2 * std::numbers::pi * cycles_a_sample;
+    const auto wave = [omega](double x) { return std::polar(1.0, omega * x); };
+    double sum = 0;
+    for (int i = 0; i < kPlaces; ++i) {
+        const double f = (i + 0.5) / kPlaces;
+        std::complex<double> got = wave(f < 0.5 ? 0 : 1);
+        if (filter.taps == 2) {
+            double weights[2];
+            filter.weights(f, weights);
+            got = weights[0] + weights[1] * wave(1);
+        }
+        sum += std::norm(got - wave(f));
+    }
+    return sum / kPlaces;
+}
+
+/// How much of a filter's error is left where samples lie closer than those of the input, at most:
+/// that of the input's shortest waves, two samples long, along the axis that gained least.
+double left_of_error(const Filter& filter, const Representation& from) {
+    const Mat4 map = from.placed.at(0).matrix();
+    double coarsest = 0;  // [input sample]
+    for (int axis = 0; axis < from.axes; ++axis)
+        coarsest = std::max(coarsest, 1 / map.block<3, 1>(0, axis).norm());
+    if (coarsest > 1 - 1e-9) return 1;
+    return std::sqrt(wrong_of_wave(filter, 0.5 * coarsest) / wrong_of_wave(filter, 0.5));
+}
+
 Error error(const Offer& offer, const Ask& ask) {
     const Send send = send_of(offer.with);
     const Scene& scene = ask.scene;
@@ -130,6 +158,9 @@ Error error(const Offer& offer, const Ask& ask) {
     if (send == Send::zoh && ask.want.field == Field::nearest) return error;
     const std::string& word = offer.with.word("filter");
     error.bias = send == Send::me ? hold_error(word, kGuess, ask) : hold_error(word, ask);
+    if (offer.from.space == kScaled)
+        error.bias *= left_of_error(
+            field_filter(send == Send::foh ? Field::linear : Field::nearest), offer.from);
     return error;
 }
 
@@ -190,11 +221,17 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 
 }  // namespace
 
+Send send_of(const Parameters& with) {
+    const std::string& word = with.word("filter");
+    if (word == kItself) return Send::me;
+    return filter_named(word).taps == 1 ? Send::zoh : Send::foh;
+}
+
 Transition permutation_warp() {
     Transition edge;
     edge.name = "warp.permutation";
     edge.source = "Wittenbrink 1993, EQ 22, FIGURE 28 to 30, TABLE 6, Theorem 3.1";
-    edge.joins = {{"object/scalar", "screen/scalar"}};
+    edge.joins = {{"object/scalar", "screen/scalar"}, {"scaled/scalar", "screen/scalar"}};
     edge.parameters = {
         {"filter", one_of({kItself, "zoh", "foh"},
                           "what a sample sends: me itself, zoh the nearest sample to "
