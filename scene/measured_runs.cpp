@@ -199,10 +199,24 @@ struct Measured {
     double samples = 0;  // that were compared
 };
 
+/// A path through an edge, and where there is none, through what else was asked for before it.
+Arcs path_through(const Catalogue& catalogue, const Ask& ask, const Representation& input,
+                  const Demand& edge, const Demands& asked, TransformGraph& spanned) {
+    std::vector<Demand> before;
+    for (const Demand& other : asked.via)
+        if (other.name != edge.name) before.push_back(other);
+    before.push_back(edge);
+    for (const std::vector<Demand>& via : {std::vector<Demand>{edge}, before}) {
+        spanned = expand(catalogue, ask, {{input}}, {.via = via});
+        if (Arcs path = shortest_path(spanned); !path.empty()) return path;
+    }
+    return {};
+}
+
 std::optional<Measured> measure_tile(const Catalogue& catalogue, const Demand& edge,
-                                     const Data& input, const Statistics& statistics,
-                                     const Request& want, const Phantom* formula,
-                                     const Scene& scene, const Tile& tile,
+                                     const Demands& asked, const Data& input,
+                                     const Statistics& statistics, const Request& want,
+                                     const Phantom* formula, const Scene& scene, const Tile& tile,
                                      std::pmr::memory_resource* memory) {
     const Request part = request_of(want, tile);
     std::shared_ptr<Data> data = part_of(input, tile.input, memory);
@@ -212,8 +226,8 @@ std::optional<Measured> measure_tile(const Catalogue& catalogue, const Demand& e
     seen.facts = scene.facts;
     seen.likely = scene.likely;
     const Ask ask{part, seen};
-    const TransformGraph spanned = expand(catalogue, ask, {{data->what}}, {.via = {edge}});
-    const Arcs path = shortest_path(spanned);
+    TransformGraph spanned;
+    const Arcs path = path_through(catalogue, ask, data->what, edge, asked, spanned);
     if (path.empty()) return std::nullopt;
     const ReferenceField field(*data, want.field, formula);
     std::shared_ptr<const Data> made = data;
@@ -236,13 +250,14 @@ std::optional<Measured> measure_tile(const Catalogue& catalogue, const Demand& e
 
 }  // namespace
 
-void measure_runs(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
-                  const Request& want, const Phantom* formula, Scene& scene,
-                  std::pmr::memory_resource* memory) {
+void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& input,
+                  const Statistics& statistics, const Request& want, const Phantom* formula,
+                  Scene& scene, std::pmr::memory_resource* memory) {
     if (std::all_of(catalogue.begin(), catalogue.end(),
                     [](const Transition& edge) { return bool(edge.error); }))
         return;
-    const TransformGraph spanned = expand(catalogue, {want, scene}, {{input.what}});
+    const TransformGraph spanned =
+        expand(catalogue, {want, scene}, {{input.what}}, {.via = asked.via});
     std::map<std::string, Demand> edges;  // by fact
     for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
         const Transition& edge = catalogue[static_cast<std::size_t>(spanned.graph[arc].edge)];
@@ -258,8 +273,8 @@ void measure_runs(const Catalogue& catalogue, const Data& input, const Statistic
         for (const Tile& tile : tiles) {
             std::optional<Measured> measured;
             try {
-                measured = measure_tile(catalogue, edge, input, statistics, want, formula, scene,
-                                        tile, memory);
+                measured = measure_tile(catalogue, edge, asked, input, statistics, want, formula,
+                                        scene, tile, memory);
             } catch (const RequestError&) {  // not of this tile
             } catch (const RunError&) {
             } catch (const std::bad_alloc&) {

@@ -4,6 +4,7 @@
 
 #include "graph/data.hpp"
 #include "graph/scene.hpp"
+#include "graph/transform_graph.hpp"
 #include "graph/transition.hpp"
 #include "reference/phantoms.hpp"
 #include "scene/statistics.hpp"
@@ -16,9 +17,10 @@ namespace edgewise {
 /// an edge is held against the reference of that part. Adds facts as fact_of_runs() names them, as
 /// errors of the edge's own samples: what later edges make of these is divided by their gains.
 /// Where nothing could be drawn or run there is no fact, and the error stays unknown.
+/// @param asked  edges that a path has to go through; those on demand are measured if they are
 /// @param scene  with the facts of models
-void measure_runs(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
-                  const Request& want, const Phantom* formula, Scene& scene,
+void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& input,
+                  const Statistics& statistics, const Request& want, const Phantom* formula, Scene& scene,
                   std::pmr::memory_resource* memory);
 
 }  // namespace edgewise

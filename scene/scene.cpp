@@ -53,7 +53,7 @@ Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statist
     scene.draws = preview.draws;
     scene.exhausted = preview.exhausted;
     scene.range = range_of(want, preview.low, preview.high);
-    measure_runs(catalogue, input, statistics, want, formula, scene, memory);
+    measure_runs(catalogue, asked, input, statistics, want, formula, scene, memory);
     return scene;
 }
 

@@ -12,6 +12,7 @@
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
+#include "transitions/shade/classify.hpp"
 #include "transitions/shade/gradient.hpp"
 #include "transitions/spectrum/forward.hpp"
 #include "transitions/spectrum/inverse.hpp"
@@ -40,14 +41,17 @@ Catalogue catalogue() {
         spectrum_forward(),
         precision(),
         gradient_facet(),
+        shade_classify(),
         // To the screen. Exact copies first: they win ties.
         axis_permutation_warp(),
         backward_warp(),
+        colored_warp(),
         scaling(),
         permutation_warp(),
         shear_warp_passes(),
         combine(),
         parallel_product(),
+        composite_colored(),
         ray_cast(),
         gradient_cast(),
         preintegrated_cast(),

@@ -62,6 +62,36 @@ class Opacities(Running):
         self.assertAlmostEqual(second[3], 1 - 0.1 ** 4, 3)
         self.assertGreater(np.abs(first[:3] / first[3] - second[:3] / second[3]).max(), 0.2)
 
+    def test_light_and_opacity_are_warped_in_place_of_values(self):
+        z, y, x = np.meshgrid(*[np.linspace(-1, 1, 28)] * 3, indexing="ij")
+        files.write_nrrd(self.folder / "v.nrrd", (100 / (1 + np.exp(5 * (np.sqrt(x * x + y * y + z * z) - 0.6)))).astype("<f4"))
+        gentle = [{"value": 0, "opacity": 0, "color": [0.2, 0.4, 1]}, {"value": 100, "opacity": 0.3, "color": [1, 0.6, 0.3]}]
+        words = ("render", self.folder / "v.nrrd", "--mode", "composite", "--transfer", self.transfer(points=gentle, unit=1))
+        for more in (("--rotate", "20,30,0"), ("--rotate", "20,30,0", "--shade", "phong"), ("--turntable", "3"), ()):
+            paths = []
+            for name, via in (("v", ("--via", "shade.classify")), ("w", ("--via", "project.ray_cast/filter=foh/step=1"))):
+                done = self.run_it(*words, *more, *via, "--max-error", "9", "-o", self.folder / f"{name}_%d.nrrd", "--verify", "--json", "-")
+                paths.append(json.loads(done.stdout))
+            self.assertEqual([step["transition"] for step in paths[0]["plan"]["steps"]],
+                             ["shade.classify", "warp.colored", "project.composite_colored"])
+            # A gentle function of a smooth volume: both orders show nearly the same, and what they differ by is predicted.
+            error = paths[0]["measured"]["error"]["nrmse"]
+            self.assertLess(error, 0.03, more)
+            self.assertLess(error, 2 * paths[0]["plan"]["predicted"]["error"] + 1e-3, more)
+            first = [files.read(self.folder / f"{name}_0.nrrd")[0].astype(float) for name in "vw"]
+            self.assertLess(np.abs(first[0] - first[1]).max(), 0.1, more)
+        # Of a steep one they do not: the colour between two samples is that of neither.
+        steep = [{"value": 49, "opacity": 0, "color": [1, 1, 1]}, {"value": 50, "opacity": 0.9, "color": [1, 1, 1]},
+                 {"value": 51, "opacity": 0.9, "color": [1, 1, 1]}, {"value": 52, "opacity": 0, "color": [1, 1, 1]}]
+        words = (*words[:4], "--transfer", self.transfer(points=steep, unit=1), "--rotate", "20,30,0", "--max-error", "9", "-o", "null:",
+                 "--verify", "--json", "-")
+        errors = [json.loads(self.run_it("render", self.folder / "v.nrrd", *words[2:], "--via", via).stdout)["measured"]["error"]["nrmse"]
+                  for via in ("shade.classify", "project.preintegrated_cast/filter=foh/step=1")]
+        self.assertGreater(errors[0], 2 * errors[1])
+        for more in (("--perspective", "30"), ("--shade", "phong", "--turntable", "3"), ("--clip", "0,0,0,9,9,9")):
+            self.run_it("render", self.folder / "v.nrrd", "--mode", "composite", *more, "--via", "shade.classify", "-o",
+                        self.folder / "n_%d.png", code=3)
+
     def test_refusals(self):
         files.write_nrrd(self.folder / "v.nrrd", np.linspace(0, 1, 27).reshape(3, 3, 3).astype("<f4"))
         point = [{"value": 0, "opacity": 0.2, "color": [1, 1, 1]}]

@@ -14,9 +14,9 @@ GENERATOR = np.random.default_rng(35)
 CAST = ("--via", "project.ray_cast/filter=foh/step=1", "--max-error", "9")
 
 
-def follow(volume, turn, size, level, shade):
-    """The light of the first place at which trilinear samples pass a level, [y, x, (light, hit)], by small steps and
-    bisection; `shade(normal)` of central differences of one sample."""
+def follow(volume, turn, size, level):
+    """The normal, by central differences of one sample, at the first place at which trilinear samples pass a level, [y, x, xyz],
+    and where there is one, by small steps and bisection."""
     nz, ny, nx = volume.shape
     middle, top = np.array([nx - 1, ny - 1, nz - 1]) / 2, np.array([nx, ny, nz]) - 0.5
 
@@ -27,7 +27,7 @@ def follow(volume, turn, size, level, shade):
     def place(x, y, t):
         return np.stack([x, y, t], -1) @ turn + middle
 
-    reach, step = np.linalg.norm([nx, ny, nz]) / 2 + 1, 1 / 24
+    reach, step = np.linalg.norm([nx, ny, nz]) / 2 + 1, 1 / 64
     y, x = np.meshgrid(np.arange(size[1]) - (size[1] - 1) / 2, np.arange(size[0]) - (size[0] - 1) / 2, indexing="ij")
     hit, light, root = np.zeros(x.shape, bool), np.zeros(x.shape), np.zeros(x.shape)
     before = None
@@ -49,7 +49,7 @@ def follow(volume, turn, size, level, shade):
     gradient = np.stack([(value(at + d) - value(at - d)) / 2 for d in np.eye(3)], -1) @ turn.T
     normal = gradient / np.linalg.norm(gradient, axis=-1, keepdims=True)
     normal *= np.where(normal[..., 2:] > 0, -1, 1)  # towards the eye
-    return np.where(hit, shade(normal), 0), hit
+    return normal, hit
 
 
 def phong(normal, light=(0, 0, -1), material=(0.1, 0.7, 0.2, 10)):
@@ -123,12 +123,12 @@ class Levels(Running):
     # --- first hits
 
     def test_first_hits_are_those_of_small_steps(self):
-        turn = turn_of(25, 40, 15)
+        normal, hit = follow(self.volume, turn_of(25, 40, 15), (40, 36), self.level)
         for words, shade in (((), phong), (("--light", "-1,-2,-1.5"), lambda n: phong(n, (-1, -2, -1.5)))):
             picture = self.render("--mode", "surface", "--isovalue", repr(self.level), "--rotate", "25,40,15", "--size", "40x36",
                                   "--spacing", "1", "--background", "none", *words, "--via", "project.ray_cast/filter=foh/step=0.25",
                                   "--max-error", "9")
-            expected, hit = follow(self.volume, turn, (40, 36), self.level, shade)
+            expected = np.where(hit, shade(normal), 0)
             same = (picture[..., 3] == 1) == hit
             # Rays that graze the surface may pass it between two samples.
             self.assertGreater(same.mean(), 0.995)

@@ -44,8 +44,8 @@ Request request_of(bool eye) {
     want.pixel = {0.8, 1.25};
     Mat4 map = Mat4::Identity();
     map.topLeftCorner<3, 3>() =
-        (Eigen::AngleAxisd(0.5, Vec3(1, 2, 3).normalized()) * Eigen::Scaling(1.3, 1.1, 0.9))
-            .toRotationMatrix();
+        Eigen::AngleAxisd(0.5, Vec3(1, 2, 3).normalized()).toRotationMatrix() *
+        Vec3(1.3, 1.1, 0.9).asDiagonal();
     map.topRightCorner<3, 1>() = Vec3(35, 35, 30) - map.topLeftCorner<3, 3>() * Vec3(20, 20, 20);
     want.views = Placement(map);
     if (eye) want.eye = Eye{Vec3(33, 36, 12), 30, 0.8, 1.25};  // among the triangles
@@ -148,9 +148,10 @@ TEST(Draw, LooksThroughWhatIsClipped) {
     Request want = request_of(false);
     const std::vector<float> whole = drawn(mesh, want);
     // Half of the volume: only what lies there is left, and more of it is seen.
-    want.clips = {clip_of(want.input, {{Vec3(0, 0, 1), -20}})};
+    const std::vector<HalfSpace> upper = {{Vec3(0, 0, 1), -20}}, lower = {{Vec3(0, 0, -1), 20}};
+    want.clips = {clip_of(want.input, upper)};
     const std::vector<float> half = drawn(mesh, want);
-    want.clips = {clip_of(want.input, {{Vec3(0, 0, -1), 20}})};
+    want.clips = {clip_of(want.input, lower)};
     const std::vector<float> other = drawn(mesh, want);
     int changed = 0;
     for (std::size_t i = 0; i < whole.size(); i += 4) {

@@ -272,7 +272,9 @@ Partition parts(const Offer& offer, const Ask& ask) {
 kernels::BackwardWarp warp_of(const Offer& offer, const Ask& ask, const Data& in, int view) {
     const Mat4 map = to_input(offer.from, ask.want, view);
     const kernels::Grid grid = kernels::grid_of(in);
-    const auto outside = static_cast<float>(outside_of(ask));
+    // Light and opacity end where their volume does.
+    const bool is_value = offer.from.content != "colored";
+    const auto outside = static_cast<float>(is_value ? outside_of(ask) : 0);
     const Filter& filter = filter_of(offer.with);
     const Hold hold = kernels::hold_of(filter);
     if (affine(map)) return {grid, kernels::affine_of(map), hold, outside, &filter};
@@ -320,6 +322,24 @@ Transition backward_warp() {
     edge.model = backward_model;
     edge.parts = parts;
     edge.run = run;
+    return edge;
+}
+
+Transition colored_warp() {
+    Transition edge = backward_warp();
+    edge.name = "warp.colored";
+    edge.source = "Wittenbrink 1993, FIGURE 57";
+    edge.joins = {{"object/colored", "screen/colored"}};
+    edge.parameters = {{"filter", any_filter({"foh"})}};
+    edge.laws.clear();
+    edge.plain.reset();
+    edge.offer = [](const Representation& from, const Ask& ask, const Parameters& with) {
+        Offer made = offer(from, ask, with);
+        made.to.content = from.content;
+        return made;
+    };
+    edge.error = {};
+    edge.model = {};
     return edge;
 }
 

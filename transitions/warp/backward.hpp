@@ -18,4 +18,8 @@ namespace edgewise {
 /// Source  [W93] 3.6.1, FIGURE 26 and 27, TABLE 6, EQ 16 and 21
 Transition backward_warp();
 
+/// The same of samples of light and opacity, object/colored -> screen/colored (shade/classify.hpp).
+/// Error   of a picture that is made of them, measured by running it
+Transition colored_warp();
+
 }  // namespace edgewise
