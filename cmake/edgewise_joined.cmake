@@ -16,7 +16,8 @@ endif()
 set(EDGEWISE_REPLACED graph/data.cpp graph/job.cpp graph/modes/modes.cpp
     runtime/flow.cpp runtime/kept_arena.cpp runtime/memory_budget.cpp runtime/one_thread_a_core.cpp
     transitions/filters/filters.cpp transitions/kernels/fourier.cpp transitions/kernels/kaiser_bessel.cpp
-    transitions/kernels/spectrum_slice.cpp transitions/kernels/tap_polynomials.cpp)
+    transitions/kernels/spectrum_slice.cpp transitions/kernels/tap_polynomials.cpp
+    transitions/project/parallel_product.cpp)
 
 function(edgewise_joined result name)
     cmake_parse_arguments(JOINED "" "MOST" "SOURCES;ALONE" ${ARGN})

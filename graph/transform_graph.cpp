@@ -316,15 +316,15 @@ Demands untried(const Demands& demands, const Catalogue& catalogue) {
     Demands found;
     for (const Demand& demand : demands.via) {
         const auto is_untried = [&](const Transition& edge) {
+            const auto nobody_tries = [&](const auto& parameter) {
+                const auto domain = edge.parameters.find(parameter.first);
+                if (domain == edge.parameters.end()) return false;
+                const auto& tried = domain->second.tried;
+                return std::find(tried.begin(), tried.end(), parameter.second) == tried.end();
+            };
+            const auto& with = demand.with.all();
             return demand.names(edge) &&
-                   std::any_of(demand.with.all().begin(), demand.with.all().end(),
-                               [&](const auto& parameter) {
-                                   const auto domain = edge.parameters.find(parameter.first);
-                                   if (domain == edge.parameters.end()) return false;
-                                   const auto& tried = domain->second.tried;
-                                   return std::find(tried.begin(), tried.end(), parameter.second) ==
-                                          tried.end();
-                               });
+                   (edge.on_demand || std::any_of(with.begin(), with.end(), nobody_tries));
         };
         if (std::any_of(catalogue.begin(), catalogue.end(), is_untried))
             found.via.push_back(demand);

@@ -86,7 +86,7 @@ class Basics(Command):
         done = self.run_it("warp", "phantom:cube:8", "-o", "null:", "--antialias", code=2)
         self.assertIn(b"--antialias", done.stderr)
         self.assertIn(b"warp --help", done.stderr)
-        done = self.run_it("render", "phantom:cube:8", "-o", "null:", "--mode", "surface", code=2)
+        done = self.run_it("render", "phantom:cube:8", "-o", "null:", "--mode", "hologram", code=2)
         self.assertIn(b"mip, xray, mean, composite", done.stderr)
 
     def test_lists(self):

@@ -363,6 +363,10 @@ TEST(Presets, AreThere) {
     for (const std::string& name : names) {
         const TransferSpec spec = preset_named(name);
         EXPECT_FALSE(preset_help(name).empty()) << name;
+        if (name == "labels") {
+            EXPECT_EQ(spec.values, TransferValues::labels);
+            continue;
+        }
         EXPECT_EQ(spec.values,
                   name.starts_with("ct-") ? TransferValues::hounsfield : TransferValues::window)
             << name;

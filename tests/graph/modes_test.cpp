@@ -212,7 +212,8 @@ TEST(Modes, TheirLoopsAgreeWithTheirFormInDouble) {
         ++rules;
         Request want = request_of(mode);
         const ValueMap map{.slope = -0.5, .offset = 3};
-        const RayRule::Setting setting{map, want.unit, want.zero, want.miss, want.level()};
+        const double miss = mode->miss == ModeTraits::Miss::zero ? 0 : want.miss;
+        const RayRule::Setting setting{map, want.unit, want.zero, miss, want.level()};
         std::array<Ray, kRays> rays;
         for (Ray& ray : rays) ray = random_ray(bits, 40);
         rays[1].values[3] = std::nan("");

@@ -48,7 +48,7 @@ Difference difference(const Plan& path, const Ask& ask, const ReferenceField& fi
     const std::vector<float> picture = values_of(*results_of(path, ask, input, 2, memory)[0]);
     const PreviewBlock block(field, Region::all(field.extent()), &memory);
     const ViewGeometry geometry(want);
-    const std::size_t channels = want.mode == Mode::composite ? 4 : 1;
+    const auto channels = static_cast<std::size_t>(want.mode->channels);
     Difference all;
     double squares = 0;
     for (std::int64_t y = 0; y < want.screen.y; ++y)

@@ -61,6 +61,7 @@ Request request_of(Job job, Mode mode, const Representation& input,
     Request want;
     want.job = job;
     want.mode = mode;
+    if (mode->takes_level) want.surface = SurfaceOf{0.5};
     want.axes = input.axes;
     want.input = input.extent;
     want.frames = static_cast<int>(turns.size());
@@ -133,7 +134,7 @@ Expected::Expected(const Request& want, const ReferenceField& field,
             for (std::int64_t y = 0; y < n.y; ++y)
                 for (std::int64_t x = 0; x < n.x; ++x) samples.push_back({frame, x, y, z});
     values_ = reference.values(samples);
-    if (want.job == Job::render && want.mode == Mode::composite) {
+    if (want.job == Job::render && want.mode->over_background) {
         // What is written over black is the premultiplied colour; opacity is not written.
         if (want.background != std::array<double, 3>{0, 0, 0})
             throw std::invalid_argument("over black alone");

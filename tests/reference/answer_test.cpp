@@ -24,6 +24,7 @@ Request picture_of(std::int64_t side, double angle, Mode mode) {
         Eigen::AngleAxisd(angle, Vec3(1, 2, 0.5).normalized()) * Eigen::Translation3d(-centre);
     want.views = view.matrix();
     want.mode = mode;
+    if (mode->takes_level) want.surface = SurfaceOf{0.5};
     want.transfer.points = {{0, 0, {0, 0, 0}}, {1, 0.3, {1, 0.5, 0.25}}};
     return want;
 }
@@ -220,8 +221,12 @@ TEST(Reference, TilesDoNotShow) {
         const auto got = reference.values(std::span(&at, 1));
         const RaySpan ray = *reference.geometry().ray(at);
         Stretch whole = Stretch::empty(mode);
-        for (double k = std::floor(ray.low * 8); k < ray.high * 8; ++k) {
-            const double low = std::max(ray.low, k / 8), high = std::min(ray.high, (k + 1) / 8);
+        EXPECT_EQ(ray.step, mode->sampled_every > 0 ? mode->sampled_every : 0.125);
+        const double first = std::floor((ray.low - ray.front) / ray.step);
+        for (double k = first; ray.front + k * ray.step < ray.high; ++k) {
+            const double begin = ray.front + k * ray.step;
+            const double low = std::max(ray.low, begin),
+                         high = std::min(ray.high, begin + ray.step);
             double value = 0;
             ASSERT_TRUE(field.at(ray.origin + (low + high) / 2 * ray.direction, {&value, 1}));
             whole.add(value, high - low, want);

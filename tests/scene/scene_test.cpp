@@ -112,6 +112,7 @@ Request request_for(const Data& data, Job job, Mode mode, int frames, int fine =
     Request want;
     want.job = job;
     want.mode = mode;
+    if (mode->takes_level) want.surface = SurfaceOf{0.5};
     want.axes = data.what.axes;
     want.input = data.what.extent;
     want.frames = frames;

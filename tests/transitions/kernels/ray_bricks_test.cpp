@@ -111,6 +111,8 @@ void negative_weights_change_no_byte(Type type) {
                                                               .level = 31,
                                                               .optics = &optics},
                                                              filter);
+                        // The level lies everywhere in the noise.
+                        if (rule == Combine::hit) continue;
                         without += taken[0];
                         with += taken[1];
                     }
