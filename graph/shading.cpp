@@ -41,8 +41,9 @@ double DepthCue::left(double depth) const noexcept {
 }
 
 double phase_of(double g, double cosine) noexcept {
-    const double square = g * g;
-    return (1 - square) / std::pow(1 + square - 2 * g * cosine, 1.5);
+    // 1 + g^2 - 2 g cos, in a form that does not cancel where g is near 1 or -1.
+    const double size = std::abs(g), away = 1 - (g < 0 ? -cosine : cosine);
+    return (1 - g * g) / std::pow((1 - size) * (1 - size) + 2 * size * away, 1.5);
 }
 
 double facet_slope(double exponent) noexcept { return std::sqrt(2 / (exponent + 2)); }

@@ -41,7 +41,9 @@ void take_budgets(Request& want, const RequestSpec& spec) {
 void take_light(Request& want, const RequestSpec& spec) {
     want.shading.by = spec.shade.value_or(want.mode->shade);
     if (!spec.lights.empty() && !want.shading.on())
-        throw RequestError("--light: of --shade phong, torrance-sparrow and particles only");
+        throw RequestError(fmt::format(
+            "--light: of --shade phong{} only",
+            want.mode->first_hit ? " and torrance-sparrow" : ", torrance-sparrow and particles"));
     if (spec.material && !want.shading.has_normals())
         throw RequestError("--material: of --shade phong and torrance-sparrow only");
     if (spec.phase && want.shading.by != Shade::particles)
@@ -92,7 +94,7 @@ void take_mode(Request& want, const RequestSpec& spec) {
         only("--isovalue", spec.isovalue.has_value(), &ModeTraits::takes_level);
         if (want.mode->takes_level && !spec.isovalue)
             throw RequestError(
-                fmt::format("--mode {}: which surface? Expected --isovalue V", want.mode->name));
+                fmt::format("--mode {}: at which value? Expected --isovalue V", want.mode->name));
         if (want.mode->takes_level) want.surface = SurfaceOf{spec.isovalue};
         want.cue = spec.cue;
     }
@@ -331,6 +333,36 @@ TransferSpec suiting_spec(const std::optional<Window>& window, const Data& data,
     return spec;
 }
 
+/// Where nobody named the preset for labels and they are none that it can show, the general one.
+Suited suited_or_general(const TransferSpec& asked, const RequestSpec& spec, const Data& data,
+                         const Statistics& statistics, double unit) {
+    if (spec.transfer || asked.values != TransferValues::labels)
+        return suited(asked, data, statistics, unit);
+    try {
+        return suited(asked, data, statistics, unit);
+    } catch (const RequestError& error) {
+        Suited found = suited(preset_named("general"), data, statistics, unit);
+        found.warnings.push_back(fmt::format("{}; --preset general is taken", error.what()));
+        return found;
+    }
+}
+
+/// What a level says of the values. A surface lies a little lower, by more than what values are
+/// rounded by, so that a plateau at the level is inside of it throughout.
+std::vector<std::string> take_level(Request& want, const Statistics& statistics) {
+    if (!want.surface || !want.surface->isovalue) return {};
+    const double level = want.level(), low = statistics.low, high = statistics.high;
+    constexpr double kRounding = 1e-6;
+    const bool is_shown = want.job == Job::render;
+    if (is_shown && want.mode->first_hit) *want.surface->isovalue -= kRounding * want.magnitude;
+    if (level > low && level <= high) return {};
+    const char* so = is_shown && !want.mode->first_hit
+                         ? (level > high ? "no value reaches it" : "every value reaches it")
+                         : "there is no surface";
+    return {fmt::format("--isovalue {:.6g}: the values go from {:.6g} to {:.6g}, so {}", level, low,
+                        high, so)};
+}
+
 }  // namespace
 
 std::vector<std::string> take_values(Request& want, std::optional<Window>& window,
@@ -341,11 +373,8 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
                                                                : 0;
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
-    if (want.surface && want.surface->isovalue &&
-        (want.level() <= statistics.low || want.level() > statistics.high))
-        return {fmt::format(
-            "--isovalue {:.6g}: the values go from {:.6g} to {:.6g}, so there is no surface",
-            want.level(), statistics.low, statistics.high)};
+    std::vector<std::string> warnings = take_level(want, statistics);
+    if (!warnings.empty()) return warnings;
     if (want.job != Job::render || !want.mode->takes_transfer) return {};
     // Far below the noise of any scanner, far above the rounding of differences.
     constexpr double kNoSurface = 1e-4;
@@ -356,7 +385,12 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
                                                  : suiting_spec(window, data, statistics, modality,
                                                                 want.field == Field::nearest);
         if (!spec.transfer) window.reset();
-        Suited found = suited(asked, data, statistics, unit);
+        Suited found = suited_or_general(asked, spec, data, statistics, unit);
+        if (asked.values == TransferValues::labels && want.field != Field::nearest)
+            found.warnings.push_back(
+                asked.from +
+                ": between two labels values pass through others, whose colours appear; say "
+                "--labels");
         want.transfer = std::move(found.transfer);
         if (!spec.material && asked.material) want.shading.material = *asked.material;
         return std::move(found.warnings);

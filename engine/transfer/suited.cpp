@@ -49,12 +49,20 @@ void take_labels(Transfer& transfer, const Data& data, const Statistics& statist
                  const std::string& from) {
     constexpr std::size_t kMost = 256;
     std::set<double> labels;
+    double last = 0;
     for (std::int64_t i = 0; i < data.what.samples(); ++i) {
         const double value = value_at(data, i);
         if (!std::isfinite(value) || value == 0) continue;
         if (value != std::floor(value))
             throw RequestError(
                 fmt::format("{}: {:g} is no label; expected whole numbers", from, value));
+        constexpr double kLargest = 1 << 23;
+        if (std::abs(value) > kLargest)
+            throw RequestError(fmt::format(
+                "{}: label {:.0f} is beyond {:.0f}, where 32 bits do not tell neighbours apart",
+                from, value, kLargest));
+        if (value == last) continue;
+        last = value;
         labels.insert(value);
         if (labels.size() > kMost)
             throw RequestError(fmt::format("{}: more than {} labels", from, kMost));

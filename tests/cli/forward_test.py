@@ -35,7 +35,8 @@ def mr_head():
     return volume * float(slope) + float(inter), np.array(spacing, float)
 
 
-HEADS = {"ct_head/quarter.nhdr": ct_head, "mr_brain/MR.nii.gz": mr_head}
+FIRST = "ct_head/quarter.nhdr"  # smaller than the other, so it gets all cases
+HEADS = {FIRST: ct_head, "mr_brain/MR.nii.gz": mr_head}
 
 
 def turn_of(a, b, c):
@@ -134,7 +135,7 @@ class Forward(Running):
     def test_pictures_are_those_of_brute_force(self):
         for name, head in self.heads.items():
             least, most = head.source.min(), head.source.max()
-            for turn in TURNS:
+            for turn in TURNS if name == FIRST else TURNS[1:2]:
                 screen = self.screen_of(name, turn)
                 at, _, lengths = head.rays(turn_of(*turn), screen)
                 values = read(head.volume, at)
@@ -179,7 +180,7 @@ class Forward(Running):
     def test_errors_are_within_what_is_predicted(self):
         turn = (30, 20, 10)
         for name in self.heads:
-            for mode in ("mip", "xray", "mean", "composite"):
+            for mode in ("mip", "xray", "mean", "composite") if name == FIRST else ("mip", "composite"):
                 for filters, via in ((("foh", "foh"), COMBINED), (("foh", "zoh"), PRODUCT), (("bspline3", "foh"), PRODUCT)):
                     _, report = self.rendered(*self.request(name, mode, turn, via, filters[1], filters[0]), "--verify")
                     predicted, measured = report["plan"]["predicted"]["error"], report["measured"]["error"]
@@ -188,7 +189,7 @@ class Forward(Running):
                     self.assertLessEqual(predicted, 6 * measured["high"] + 1e-3, (name, mode, filters, via))
 
     def test_errors_of_enlarged_views_are_too(self):
-        for name in self.heads:
+        for name in (FIRST,):
             for mode in ("mip", "xray"):
                 for filters in (("bspline3", "foh"), ("bspline3", "zoh"), ("foh", "foh")):
                     words = self.request(name, mode, (30, 20, 10), PRODUCT, filters[1], filters[0]) + ["--size", "300x300", "--zoom", "2"]
@@ -196,7 +197,7 @@ class Forward(Running):
                     self.assertLessEqual(report["measured"]["error"]["low"], report["plan"]["predicted"]["error"], (name, mode, filters))
 
     def test_bytes_do_not_depend_on_threads(self):
-        for name in self.heads:
+        for name in (FIRST,):
             for mode, via in (("mip", COMBINED), ("xray", PRODUCT), ("mean", PRODUCT), ("composite", PRODUCT)):
                 pictures = []
                 for threads in (1, 2, 7):

@@ -85,7 +85,7 @@ class Shadows(Running):
         z, y, x = np.meshgrid(*[np.linspace(-1, 1, 32)] * 3, indexing="ij")
         source = self.source(np.maximum(0.8 - np.hypot(x, np.hypot(y, z)), 0.5 - np.hypot(x - 0.5, y + 0.4)) * 100, "b.nrrd")
         words = ("--mode", "composite", "--transfer", self.transfer((0, 0, [1, 0.9, 0.8]), (30, 0.5, [1, 0.5, 0.3])), "--shade", "phong",
-                 "--light", "-1,-1,-1", "--shadows", "--ambient-occlusion", "4", "--rotate", "20,30,0", "--size", "48")
+                 "--light", "-1,-1,-1", "--shadows", "--ambient-occlusion", "4", "--rotate", "20,30,0", "--size", "24")
         for extra in ((), ("--perspective", "40"), ("--input-spacing", "1,1,2"), ("--clip-plane", "1,0,0,-12")):
             done = self.run_it("render", source, "-o", "null:", *words, *extra, "--max-error", "0.05", "--verify=all", "--json", "-")
             report = json.loads(done.stdout)

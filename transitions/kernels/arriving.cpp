@@ -298,24 +298,29 @@ std::vector<Eigen::Vector3d> even_directions(int count) {
 AmbientGrid AmbientGrid::around(const Extent& volume, const Eigen::Matrix3d& to_screen,
                                 double radius, std::pmr::memory_resource* memory) {
     constexpr double kCells = 4;  // along a radius
+    // Beyond the volume's diagonal nothing is in the way.
+    double diagonal = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        diagonal += to_screen.col(axis).norm() * static_cast<double>(volume[axis]);
+    radius = std::min(radius, diagonal);
     AmbientGrid grid{.extent = {},
                      .cell = {},
                      .radius = radius,
                      .directions = {},
-                     .depths = std::pmr::vector<float>(memory),
+                     .depths = std::make_shared<std::pmr::vector<float>>(memory),
                      .left = std::pmr::vector<float>(memory)};
     double smallest = std::numeric_limits<double>::infinity();
     Eigen::Vector3d cell;
     for (int axis = 0; axis < 3; ++axis) {
         const double sample = to_screen.col(axis).norm();
-        const int samples = std::clamp(static_cast<int>(radius / kCells / sample), 1,
-                                       static_cast<int>(std::min<std::int64_t>(volume[axis], 64)));
+        const int samples = static_cast<int>(std::clamp(
+            radius / kCells / sample, 1.0, std::min(64.0, static_cast<double>(volume[axis]))));
         grid.cell[static_cast<std::size_t>(axis)] = samples;
         grid.extent[axis] = (volume[axis] + samples - 1) / samples;
         cell[axis] = samples;
         smallest = std::min(smallest, samples * sample);
     }
-    grid.steps = std::clamp(static_cast<int>(std::ceil(radius / smallest)), 1, 64);
+    grid.steps = static_cast<int>(std::clamp(std::ceil(radius / smallest), 1.0, 4096.0));
     const Eigen::Matrix3d to_input = to_screen.inverse();
     for (const Eigen::Vector3d& along : even_directions(kDirections)) {
         const Eigen::Vector3d step = (to_input * (along * radius / grid.steps)).cwiseQuotient(cell);
@@ -344,7 +349,7 @@ void AmbientGrid::fill_depths(const Medium& medium, std::int64_t begin, std::int
                                 sum += read(medium,
                                             Index{static_cast<double>(x), static_cast<double>(y),
                                                   static_cast<double>(z)});
-                    depths[static_cast<std::size_t>((k * extent.y + j) * extent.x + i)] =
+                    (*depths)[static_cast<std::size_t>((k * extent.y + j) * extent.x + i)] =
                         static_cast<float>(sum / count);
                 }
     });
@@ -377,7 +382,7 @@ double AmbientGrid::left_of(std::int64_t i, std::int64_t j, std::int64_t k) cons
                     at[axis] = std::min(corner.cell[axis] + upper, extent[axis] - 1);
                 }
                 if (weight > 0)
-                    mean += weight * depths[static_cast<std::size_t>(
+                    mean += weight * (*depths)[static_cast<std::size_t>(
                                          (at[2] * extent.y + at[1]) * extent.x + at[0])];
             }
             depth += mean * piece;
@@ -387,12 +392,23 @@ double AmbientGrid::left_of(std::int64_t i, std::int64_t j, std::int64_t k) cons
     return sum / static_cast<double>(directions.size());
 }
 
+bool AmbientGrid::is_seen(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    for (std::int64_t z = std::max<std::int64_t>(k - 1, 0); z <= std::min(k + 1, extent.z - 1); ++z)
+        for (std::int64_t y = std::max<std::int64_t>(j - 1, 0); y <= std::min(j + 1, extent.y - 1);
+             ++y)
+            for (std::int64_t x = std::max<std::int64_t>(i - 1, 0);
+                 x <= std::min(i + 1, extent.x - 1); ++x)
+                if ((*depths)[static_cast<std::size_t>((z * extent.y + y) * extent.x + x)] > 0)
+                    return true;
+    return false;
+}
+
 void AmbientGrid::fill(std::int64_t begin, std::int64_t end) {
     for (std::int64_t k = begin; k < end; ++k)
         for (std::int64_t j = 0; j < extent.y; ++j)
             for (std::int64_t i = 0; i < extent.x; ++i)
                 left[static_cast<std::size_t>((k * extent.y + j) * extent.x + i)] =
-                    static_cast<float>(left_of(i, j, k));
+                    is_seen(i, j, k) ? static_cast<float>(left_of(i, j, k)) : 1;
 }
 
 double AmbientGrid::at(const Index& p) const {

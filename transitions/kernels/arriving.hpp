@@ -2,6 +2,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <memory_resource>
 #include <vector>
 
@@ -61,8 +62,9 @@ struct AmbientGrid {
     double radius = 0;                              // [t]
     int steps = 1;                                  // of a direction
     std::vector<std::array<double, 3>> directions;  // one step [cell]
-    std::pmr::vector<float> depths;                 // optical depth per t, mean of each cell
-    std::pmr::vector<float> left;                   // by cell; empty: nothing is kept
+    /// Optical depth per t, mean of each cell; shared between views.
+    std::shared_ptr<std::pmr::vector<float>> depths;
+    std::pmr::vector<float> left;  // by cell; empty: nothing is kept
 
     /// Cells of about a quarter of the radius.
     /// @param to_screen  input index -> screen space whose axes are equally long [t]
@@ -73,6 +75,8 @@ struct AmbientGrid {
     /// Fills the depths of slices [begin, end) of cells, then what is left there.
     void fill_depths(const Medium& medium, std::int64_t begin, std::int64_t end);
     void fill(std::int64_t begin, std::int64_t end);
+    /// Whether samples whose light is interpolated from a cell may be seen.
+    bool is_seen(std::int64_t i, std::int64_t j, std::int64_t k) const;
     double left_of(std::int64_t i, std::int64_t j, std::int64_t k) const;
     /// Interpolated at an input index; without `left` from cells that are worked out for it.
     double at(const std::array<double, 3>& p) const;

@@ -126,8 +126,9 @@ class HitSum {
             const VF share = hn::Div(above_b, hn::Sub(above_b, above_a));
             const VF middle = hn::NegMulAdd(share, hn::Sub(b, a), b);
             const MF good = hn::And(hits, is_finite(middle));
-            where = hn::IfThenElse(good, middle, where);
-            const VF there = above(spot.value_at(where));
+            const VF tried = hn::IfThenElse(good, middle, where);
+            const VF there = above(spot.value_at(tried));
+            where = hn::IfThenElse(is_finite(there), tried, where);
             const MF use = hn::And(good, hn::And(is_finite(there), hn::Ne(there, zero)));
             const MF other = hn::Xor(hn::RebindMask(d, hn::Ge(there, zero)), hn::Ge(above_b, zero));
             const MF swaps = hn::And(use, other), halves = hn::AndNot(other, use);

@@ -115,9 +115,13 @@ struct ArrivingLanes {
         const RayLight::Source& source = by.sources[i];
         VF towards[3];
         for (int axis = 0; axis < 3; ++axis) towards[axis] = hn::Set(d, source.towards[axis]);
-        const VF base = hn::MulAdd(hn::Set(d, 2 * g), dot(towards, eye), hn::Set(d, 1 + g * g));
+        // 1 + g^2 - 2 g cos, in a form that does not cancel where g is near 1 or -1.
+        const VF turned = hn::Set(d, g < 0 ? -1.0f : 1.0f);
+        const VF away =
+            hn::Max(hn::Zero(d), hn::MulAdd(turned, dot(towards, eye), hn::Set(d, 1.0f)));
+        const VF base = hn::MulAdd(hn::Set(d, 2 * std::abs(g)), away, hn::Set(d, by.phase_least));
         const VF whole = hn::Mul(base, hn::Sqrt(base));
-        const VF sent = hn::Div(hn::Set(d, source.intensity * (1 - g * g)), whole);
+        const VF sent = hn::Div(hn::Set(d, source.intensity * by.phase_share), whole);
         diffuse = i < Arriving::kMostLights ? hn::MulAdd(arriving.lights[i], sent, diffuse)
                                             : hn::Add(sent, diffuse);
     }

@@ -36,7 +36,9 @@ RayLight ray_light_of(const Shading& shading, const Eigen::Matrix3d& to_screen,
                    .facets = shading.by == Shade::torrance_sparrow,
                    .inverse_square = static_cast<float>(1 / (slope * slope)),
                    .particles = shading.by == Shade::particles,
-                   .phase = static_cast<float>(shading.phase)};
+                   .phase = static_cast<float>(shading.phase),
+                   .phase_least = static_cast<float>(std::pow(1 - std::abs(shading.phase), 2)),
+                   .phase_share = static_cast<float>(1 - shading.phase * shading.phase)};
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
             light.to_screen[static_cast<std::size_t>(3 * row + column)] =

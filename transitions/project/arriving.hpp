@@ -28,8 +28,8 @@ class ArrivingGrids {
     void prepare(const ArrivingGrids* other = nullptr);
     Arriving at(const Vec3& p) const;
     const kernels::RayArriving& lanes() const noexcept { return lanes_; }
-    /// Points of all grids, and their bytes.
-    double points() const;
+    /// Operations that the numbers take, one after another, and their bytes.
+    double operations() const;
     double bytes() const;
 
  private:

@@ -71,6 +71,10 @@ double rounding(const Filter& filter, const Ask& ask) {
 }  // namespace
 
 Error cast_error(const Filter& filter, double step, const Ask& ask) {
+    // What a long step misses of edges and shadows does not go with the step.
+    const ModeTraits& mode = *ask.want.mode;
+    const bool jumps = mode.takes_level || mode.sampled_every > 0 || ask.want.shading.has_shade();
+    if (jumps && step > kCastSteps.back()) return Error::unknown();
     Error error = gains(filter, ask);
     error.bias = at_step(filter, step, ask) + terminated(ask);
     error.noise = rounding(filter, ask) * ask.scene.range;

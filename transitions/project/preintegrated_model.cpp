@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "transitions/kernels/transfer_integrals.hpp"
 #include "transitions/project/picture.hpp"
 
 namespace edgewise {
@@ -12,38 +13,52 @@ namespace {
 
 constexpr std::array<double, 2> kSteps = {1, 2};
 
-/// Means of optical depth and of colour, by depth, between two values: integrals of the transfer
-/// function, piece by piece between its points.
-std::array<double, 4> mean_between(const Transfer& transfer, double a, double b) {
-    constexpr int kParts = 8;  // of a piece
-    constexpr double kMostDepth = 100;
-    std::array<double, 4> sum{};
-    const double low = std::min(a, b), high = std::max(a, b);
-    const auto add = [&](double from, double to) {
-        for (int i = 0; i < kParts; ++i) {
-            const double at = from + (i + 0.5) / kParts * (to - from);
-            const std::array<double, 4> optics = transfer.at(at);
-            const double share = low < high ? (to - from) / (high - low) / kParts : 1.0 / kParts;
-            const double depth =
-                share * std::min(kMostDepth, -std::log1p(-std::min(1.0, optics[3])));
-            sum[3] += depth;
-            for (std::size_t c = 0; c < 3; ++c) sum[c] += depth * optics[c];
+/// The transfer function between two values, by the integrals that the edge reads.
+class Between {
+ public:
+    explicit Between(const Request& want)
+        : optics_(optics_of(want, {})), integrals_(kernels::transfer_integrals_of(optics_)) {}
+
+    /// Mean colour, and in [3] mean optical depth per t.
+    std::array<double, 4> means(double a, double b) const {
+        std::array<double, 4> means{};
+        if (std::abs(b - a) < 2 * static_cast<double>(integrals_.width)) {
+            const std::array<double, 4> middle = kernels::optics_at(optics_, (a + b) / 2);
+            std::copy(middle.begin() + 1, middle.end(), means.begin());
+            means[3] = middle[0];
+            return means;
         }
-    };
-    double from = low;
-    for (const Transfer::Point& point : transfer.points) {
-        if (!(point.value > from && point.value < high)) continue;
-        add(from, point.value);
-        from = point.value;
+        const std::array<double, 4> to_a = reached(a), to_b = reached(b);
+        const double depth = to_b[0] - to_a[0];
+        for (std::size_t c = 0; c < 3; ++c)
+            means[c] = depth != 0 ? (to_b[c + 1] - to_a[c + 1]) / depth : 0;
+        means[3] = std::max(0.0, depth / (b - a));
+        return means;
     }
-    add(from, high);
-    for (std::size_t c = 0; c < 3; ++c) sum[c] = sum[3] > 0 ? sum[c] / sum[3] : 0;
-    return sum;
-}
+
+ private:
+    std::array<double, 4> reached(double value) const {
+        const double at = (value - static_cast<double>(integrals_.first)) *
+                          static_cast<double>(integrals_.per_number);
+        const auto cell =
+            static_cast<std::size_t>(std::clamp(at, 0.0, kernels::TransferIntegrals::kCells - 1.0));
+        const double share = at - static_cast<double>(cell);
+        std::array<double, 4> sums;
+        for (std::size_t c = 0; c < 4; ++c) {
+            const double low = integrals_.knots[cell][c], high = integrals_.knots[cell + 1][c];
+            sums[c] = low + share * (high - low);
+        }
+        return sums;
+    }
+
+    kernels::Optics optics_;
+    kernels::TransferIntegrals integrals_;
+};
 
 class PiecesRay final : public RayModel {
  public:
-    PiecesRay(const Request& want, const std::vector<const Filter*>& by) : want_(want), by_(by) {
+    PiecesRay(const Request& want, const std::vector<const Filter*>& by, const Between& between)
+        : want_(want), by_(by), between_(between) {
         made_.resize(by.size() * kSteps.size());
     }
     void take(double step, RayPiece& piece) override {
@@ -52,7 +67,7 @@ class PiecesRay final : public RayModel {
         for (std::size_t i = 0; i < by_.size(); ++i) {
             Made& made = made_[i * kSteps.size() + s];
             piece.each_in_order(*by_[i],
-                                [&](double t, double value) { made.take(t, value, want_); });
+                                [&](double t, double value) { made.take(t, value, between_); });
         }
     }
     void finish(const RayAnswer& answer, RaySquares& squares) override {
@@ -66,11 +81,10 @@ class PiecesRay final : public RayModel {
         std::array<double, 3> light{};
         double left = 1;
 
-        void take(double next_t, double next, const Request& want) {
+        void take(double next_t, double next, const Between& between) {
             if (std::isfinite(value) && std::isfinite(next) && next_t > t) {
-                const std::array<double, 4> mean = mean_between(want.transfer, value, next);
-                const double kept =
-                    std::exp(-mean[3] * (next_t - t) * want.unit / want.transfer.unit);
+                const std::array<double, 4> mean = between.means(value, next);
+                const double kept = std::exp(-mean[3] * (next_t - t));
                 for (std::size_t c = 0; c < 3; ++c) light[c] += left * (1 - kept) * mean[c];
                 left *= kept;
             }
@@ -88,12 +102,14 @@ class PiecesRay final : public RayModel {
 
     const Request& want_;
     const std::vector<const Filter*>& by_;
+    const Between& between_;
     std::vector<Made> made_;  // by filter, then by step
 };
 
 class PreintegratedModel final : public Model {
  public:
-    explicit PreintegratedModel(const ModelSetting& setting) : want_(setting.want) {
+    explicit PreintegratedModel(const ModelSetting& setting)
+        : want_(setting.want), between_(setting.want) {
         for (const Filter* filter : setting.filters)
             if (filter->taps > 1) by_.push_back(filter);
         for (const Filter* filter : by_)
@@ -103,11 +119,12 @@ class PreintegratedModel final : public Model {
     }
     std::vector<double> steps() const override { return {kSteps.begin(), kSteps.end()}; }
     std::unique_ptr<RayModel> follow(const RaySpan&, const OutputSample&) const override {
-        return std::make_unique<PiecesRay>(want_, by_);
+        return std::make_unique<PiecesRay>(want_, by_, between_);
     }
 
  private:
     const Request& want_;
+    Between between_;
     std::vector<const Filter*> by_;
 };
 

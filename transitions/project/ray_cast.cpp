@@ -264,16 +264,15 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                                                            !ask.want.transfer.edges.empty())};
     if (spread) add_subframes(work, offer, ask, view);
     if (ask.want.shading.has_shade()) {
-        // A point of a grid reads eight samples, most of which bricks leave out.
         const ArrivingGrids grids(
             {.type = offer.from.type, .extent = offer.from.extent, .values = offer.from.values},
             offer.from, ask.want, view, std::pmr::get_default_resource());
-        constexpr double kPoint = 60, kLookUp = 60;
-        work.operations += kPoint * grids.points() +
+        constexpr double kLookUp = 60;
+        work.operations += grids.operations() +
                            kLookUp * lit * static_cast<double>(ask.want.shading.lights.size()) +
                            brick_operations(offer.from);
         work.streamed += grids.bytes();
-        work.gathers += 8 * (grids.points() + lit);
+        work.gathers += 8 * lit;
         work.workspace += grids.bytes() + brick_bytes(offer.from, true);
     }
     return work;
