@@ -297,7 +297,7 @@ std::vector<Eigen::Vector3d> even_directions(int count) {
 
 AmbientGrid AmbientGrid::around(const Extent& volume, const Eigen::Matrix3d& to_screen,
                                 double radius, std::pmr::memory_resource* memory) {
-    constexpr double kCells = 4;  // along a radius
+    constexpr double kCells = 4, kAcross = 24;  // along a radius; along a volume, at least
     // Beyond the volume's diagonal nothing is in the way.
     double diagonal = 0;
     for (int axis = 0; axis < 3; ++axis)
@@ -313,8 +313,8 @@ AmbientGrid AmbientGrid::around(const Extent& volume, const Eigen::Matrix3d& to_
     Eigen::Vector3d cell;
     for (int axis = 0; axis < 3; ++axis) {
         const double sample = to_screen.col(axis).norm();
-        const int samples = static_cast<int>(std::clamp(
-            radius / kCells / sample, 1.0, std::min(64.0, static_cast<double>(volume[axis]))));
+        const double most = std::max(1.0, static_cast<double>(volume[axis]) / kAcross);
+        const int samples = static_cast<int>(std::clamp(radius / kCells / sample, 1.0, most));
         grid.cell[static_cast<std::size_t>(axis)] = samples;
         grid.extent[axis] = (volume[axis] + samples - 1) / samples;
         cell[axis] = samples;
