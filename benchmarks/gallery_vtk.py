@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """The same scene by VTK and by edgewise, side by side: MIP, composite, shaded composite, isosurface of the bundled CT head.
 
-VTK's conventions are reproduced by parameters: parallel rays through the centres of square pixels, one sample each smallest
+VTK's conventions are reproduced by parameters: parallel rays through the centres of square pixels of 0.75 mm, one sample each smallest
 spacing, linear interpolation, opacities for that length, a light at the eye, ambient 0.1, diffuse 0.7, specular 0.2, power 10.
 Writes docs/gallery/vtk_NAME.png (edgewise left, VTK right) and prints how far they differ, of 255.
 Usage: EDGEWISE=build/release/bin/edgewise xvfb-run -a -s "-screen 0 1280x1024x24" benchmarks/gallery_vtk.py
@@ -19,7 +19,7 @@ from vtkmodules.util import numpy_support
 
 EDGEWISE = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
 HEAD = "data/ct_head/quarter.nhdr"
-SIZE, TURN = 320, (90, 0, 30)
+SIZE, TURN, PIXEL = 320, (90, 30, 180), 0.75
 LEVEL = 1250
 POINTS = [(0, 0, (0, 0, 0)), (500, 0, (0.9, 0.6, 0.4)), (1100, 0.06, (0.9, 0.6, 0.4)), (1250, 0.6, (1, 0.95, 0.85)), (3000, 0.9, (1, 1, 1))]
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="edgewise-vtk-"))
@@ -107,7 +107,7 @@ def vtk_picture(image, samples, spacing, mode, step):
     camera.SetFocalPoint(*middle)
     camera.SetPosition(*(middle - 1000 * back[:, 2]))
     camera.SetViewUp(*(-back[:, 1]))
-    camera.SetParallelScale(SIZE * step / 2)
+    camera.SetParallelScale(SIZE * PIXEL / 2)
     renderer.ResetCameraClippingRange()
     window.Render()
     grab = vtk.vtkWindowToImageFilter()
@@ -118,14 +118,14 @@ def vtk_picture(image, samples, spacing, mode, step):
     return pixels.reshape(SIZE, SIZE, -1)[::-1, :, :3]
 
 
-def our_picture(samples, mode, step):
+def our_picture(samples, mode):
     (WORK / "t.json").write_text(json.dumps({"points": [{"value": v, "opacity": a, "color": c} for v, a, c in POINTS]}))
     words = {"mip": ["--mode", "mip", "--window", f"{samples.min()},{samples.max()}"],
              "composite": ["--mode", "composite", "--transfer", WORK / "t.json", "--window", "0,1"],
              "shaded": ["--mode", "composite", "--shade", "phong", "--transfer", WORK / "t.json", "--window", "0,1"],
              "surface": ["--mode", "surface", "--isovalue", LEVEL, "--window", "0,1"]}[mode]
     subprocess.run([EDGEWISE, "render", HEAD, "-o", WORK / "o.png", "--view", "z", "--rotate", ",".join(map(str, TURN)), "--size",
-                    f"{SIZE}x{SIZE}", "--spacing", str(step), "--max-error", "9", "--via", "project.ray_cast/filter=foh/step=1", "--quiet",
+                    f"{SIZE}x{SIZE}", "--spacing", str(PIXEL), "--max-error", "9", "--via", "project.ray_cast/filter=foh/step=1", "--quiet",
                     *map(str, words)], check=True)
     picture = cv2.imread(str(WORK / "o.png"))[:, :, ::-1]
     return picture
@@ -137,7 +137,7 @@ def main():
     image = scene(samples, spacing)
     print("| picture | root mean square | largest | pixels that differ by more than 16 |\n|---|---:|---:|---:|")
     for mode in ("mip", "composite", "shaded", "surface"):
-        theirs, ours = vtk_picture(image, samples, spacing, mode, step).astype(int), our_picture(samples, mode, step).astype(int)
+        theirs, ours = vtk_picture(image, samples, spacing, mode, step).astype(int), our_picture(samples, mode).astype(int)
         away = np.abs(ours - theirs).max(-1)
         print(f"| {mode} | {np.sqrt(((ours - theirs) ** 2).mean()):.2f} | {away.max()} | {(away > 16).mean() * 100:.1f} % |")
         both = np.concatenate([ours, np.full((SIZE, 6, 3), 128), theirs], 1).astype("u1")
