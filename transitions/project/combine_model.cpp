@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "transitions/filters/field_filter.hpp"
+#include "transitions/project/picture.hpp"
 
 namespace edgewise {
 namespace {
