@@ -40,6 +40,12 @@ class Gallery(unittest.TestCase):
         self.assertTrue(pictures)
         for picture in pictures:
             self.assertTrue((PAGE.parent / picture).exists(), picture)
+            if picture.startswith("gallery/vtk_"):  # edgewise and VTK side by side
+                maker = (ROOT / "benchmarks/gallery_vtk.py").read_text()
+                self.assertIn("docs/gallery/vtk_{mode}.png", maker)
+                self.assertIn(f'"{picture.removeprefix("gallery/vtk_").removesuffix(".png")}"', maker)
+                self.assertIn("benchmarks/gallery_vtk.py\n```", text)
+                continue
             if not picture.startswith("gallery/thesis"):
                 self.assertIn(f"-o docs/{picture}", text)
 
