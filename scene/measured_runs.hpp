@@ -20,7 +20,7 @@ namespace edgewise {
 /// @param asked  edges that a path has to go through; those on demand are measured if they are
 /// @param scene  with the facts of models
 void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& input,
-                  const Statistics& statistics, const Request& want, const Phantom* formula, Scene& scene,
-                  std::pmr::memory_resource* memory);
+                  const Statistics& statistics, const Request& want, const Phantom* formula,
+                  Scene& scene, std::pmr::memory_resource* memory);
 
 }  // namespace edgewise

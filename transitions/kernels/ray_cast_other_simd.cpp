@@ -73,9 +73,8 @@ void cast_tile_other(const RayCast& cast, std::int64_t x, std::int64_t y, std::i
         if (kPlainLoops || !(bytes < 2147483648.0) || !in_lanes(cast.volume.type))
             return tile.held<Sum, Walked>();
         if constexpr (!kPlainLoops)
-            gathers::HWY_NAMESPACE::with_reads(cast.volume.type, [&](auto reads) {
-                tile.held<Sum, Gathered<decltype(reads)>>();
-            });
+            gathers::HWY_NAMESPACE::with_reads(
+                cast.volume.type, [&](auto reads) { tile.held<Sum, Gathered<decltype(reads)>>(); });
     };
     if (cast.other->channels == 4)
         by(std::integral_constant<int, 4>());
