@@ -337,6 +337,57 @@ struct Spot {
     }
 };
 
+/// Hands a rule its samples in order, with the places where rays enter and leave: begin_at(mask,
+/// value, offset) says where rays are before their next sample, take(value, offset, outside, spot)
+/// that one.
+template <class Rule>
+class InOrder {
+ public:
+    void ends(MF first, MF last) {
+        first_ = first;
+        last_ = last;
+    }
+    template <class At>
+    HWY_INLINE void add(VF value, int cell, const At& spot) {
+        const MF none = hn::FirstN(DF(), 0);
+        if (cell != next_) begin_anew(none, spot);
+        rule().take(value, spot.offset, none, spot);
+        next_ = cell + 1;
+    }
+    template <class At>
+    HWY_INLINE void add_part(VF value, VF weight, MF outside, int cell, const At& spot) {
+        if (!rule().alive()) return;
+        const VF half = hn::Mul(hn::Set(DF(), 0.5f), weight);
+        if (cell != next_) begin_anew(hn::Or(first_, outside), spot);
+        if (!hn::AllFalse(DF(), first_)) {
+            const VF enters = hn::Sub(spot.offset, half);
+            rule().begin_at(first_, spot.value_at(enters), enters);
+        }
+        rule().take(value, spot.offset, outside, spot);
+        if (!hn::AllFalse(DF(), last_)) {
+            const VF leaves = hn::Add(spot.offset, half);
+            rule().take(spot.value_at(leaves), leaves, hn::Not(last_), spot);
+        }
+        next_ = cell + 1;
+    }
+
+ protected:
+    InOrder() { first_ = last_ = hn::FirstN(DF(), 0); }
+    void begin(const Packet& packet) { next_ = packet.begin; }
+
+ private:
+    Rule& rule() { return static_cast<Rule&>(*this); }
+    /// After a stretch that was left out: the sample before this one.
+    template <class At>
+    HWY_NOINLINE void begin_anew(MF kept, const At& spot) {
+        const VF at = hn::Sub(spot.offset, hn::Set(DF(), 1.0f));
+        rule().begin_at(hn::Not(kept), spot.value_at(at), at);
+    }
+
+    MF first_, last_;
+    int next_ = 0;
+};
+
 /// Whether a rule asks where samples are, and where the eye is.
 template <class Sum>
 inline constexpr bool kAims = requires(Sum& sum, const Packet& packet) {

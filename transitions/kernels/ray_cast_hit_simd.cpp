@@ -13,7 +13,7 @@ namespace {
 
 /// The first crossing of the level, found between samples and lit there.
 template <bool kNumbers>
-class HitSum {
+class HitSum : public InOrder<HitSum<kNumbers>> {
  public:
     static constexpr bool kFinite = kNumbers;
     static constexpr int kChannels = 4;
@@ -28,43 +28,14 @@ class HitSum {
           before_(hn::Set(DF(), std::numeric_limits<float>::quiet_NaN())),
           before_at_(hn::Zero(DF())) {
         for (VF& axis : eye_) axis = hn::Zero(DF());
-        first_ = last_ = hn::FirstN(DF(), 0);
     }
     void aim(const Packet& packet, double x, double y) {
         aim_at_eye(cast_, x, y, eye_);
         if (cast_.cue) fading_ = fading_of(cast_, packet, x, y);
-        next_ = packet.begin;
-    }
-    void ends(MF first, MF last) {
-        first_ = first;
-        last_ = last;
+        this->begin(packet);
     }
     const RayCast& cast() const { return cast_; }
 
-    template <class At>
-    HWY_INLINE void add(VF value, int cell, const At& spot) {
-        const MF none = hn::FirstN(DF(), 0);
-        if (cell != next_) begin_anew(none, spot);
-        take(above(value), spot.offset, none, spot);
-        next_ = cell + 1;
-    }
-    template <class At>
-    HWY_INLINE void add_part(VF value, VF weight, MF outside, int cell, const At& spot) {
-        if (!alive()) return;
-        const VF half = hn::Mul(hn::Set(DF(), 0.5f), weight);
-        if (cell != next_) begin_anew(hn::Or(first_, outside), spot);
-        if (!hn::AllFalse(DF(), first_)) {
-            const VF enters = hn::Sub(spot.offset, half);
-            before_ = hn::IfThenElse(first_, above(spot.value_at(enters)), before_);
-            before_at_ = hn::IfThenElse(first_, enters, before_at_);
-        }
-        take(above(value), spot.offset, outside, spot);
-        if (!hn::AllFalse(DF(), last_)) {
-            const VF leaves = hn::Add(spot.offset, half);
-            take(above(spot.value_at(leaves)), leaves, hn::Not(last_), spot);
-        }
-        next_ = cell + 1;
-    }
     HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), is_open()); }
     /// Where all that lies ahead is below the level, only rays that are above it may cross it.
     HWY_INLINE bool needs(VF level) const {
@@ -87,6 +58,8 @@ class HitSum {
     };
 
  private:
+    friend class InOrder<HitSum>;
+
     static float stored_level(const RayCast& cast) {
         return RayRule::Setting{.values = cast.volume.values, .level = cast.level}.stored_level();
     }
@@ -94,12 +67,9 @@ class HitSum {
     /// Stored numbers, less the level's; turned round where the slope is negative.
     HWY_INLINE VF above(VF stored) const { return hn::Xor(hn::Sub(stored, level_), sign_); }
 
-    /// After a stretch that was left out: the sample before this one.
-    template <class At>
-    HWY_NOINLINE void begin_anew(MF kept, const At& spot) {
-        const VF at = hn::Sub(spot.offset, hn::Set(DF(), 1.0f));
-        before_ = hn::IfThenElse(kept, before_, above(spot.value_at(at)));
-        before_at_ = hn::IfThenElse(kept, before_at_, at);
+    HWY_INLINE void begin_at(MF mask, VF value, VF at) {
+        before_ = hn::IfThenElse(mask, above(value), before_);
+        before_at_ = hn::IfThenElse(mask, at, before_at_);
     }
     HWY_INLINE MF is_passed(VF a, VF b) const {
         const VF zero = hn::Zero(DF());
@@ -109,7 +79,8 @@ class HitSum {
         return hn::And(both, hn::And(is_finite(a), is_finite(b)));
     }
     template <class At>
-    HWY_INLINE void take(VF now, VF at, MF outside, const At& spot) {
+    HWY_INLINE void take(VF value, VF at, MF outside, const At& spot) {
+        const VF now = above(value);
         const MF hits = hn::AndNot(outside, hn::And(is_open(), is_passed(before_, now)));
         if (!hn::AllFalse(DF(), hits)) hit(hits, now, at, spot);
         before_ = hn::IfThenElse(outside, before_, now);
@@ -152,9 +123,7 @@ class HitSum {
 
     const RayCast& cast_;
     VF sign_, level_, open_, light_, before_, before_at_, eye_[3];
-    MF first_, last_;
     Fading fading_ = {};
-    int next_ = 0;
 };
 
 /// Integral and mean of what is left of each value.

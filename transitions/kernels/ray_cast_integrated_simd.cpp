@@ -15,72 +15,26 @@ namespace {
 /// A piece from each sample to the next one, and from where a ray enters and leaves to its first
 /// and last sample.
 template <bool kNumbers>
-class PieceSum {
+class PieceSum : public OverState<3>, public InOrder<PieceSum<kNumbers>> {
  public:
     static constexpr bool kFinite = kNumbers;
-    static constexpr int kChannels = 4;
-    static constexpr bool kSkips = true, kAnyOrder = false, kPieces = true;
+    static constexpr bool kPieces = true;
 
     explicit PieceSum(const RayCast& cast)
-        : cast_(cast),
+        : OverState<3>(cast),
+          cast_(cast),
           integrals_(*cast.integrals),
-          left_(hn::Set(DF(), 1.0f)),
-          bound_(hn::Set(DF(), static_cast<float>(cast.bound))),
           step_(hn::Set(DF(), static_cast<float>(cast.step))),
           before_at_(hn::Zero(DF())) {
-        for (VF& light : light_) light = hn::Zero(DF());
         before_.number = hn::Set(DF(), std::numeric_limits<float>::quiet_NaN());
         for (VF& sum : before_.sums) sum = hn::Zero(DF());
-        first_ = last_ = hn::FirstN(DF(), 0);
     }
-    void aim(const Packet& packet, double, double) { next_ = packet.begin; }
-    void ends(MF first, MF last) {
-        first_ = first;
-        last_ = last;
-    }
+    void aim(const Packet& packet, double, double) { this->begin(packet); }
     const RayCast& cast() const { return cast_; }
 
-    template <class At>
-    HWY_INLINE void add(VF value, int cell, const At& spot) {
-        const MF none = hn::FirstN(DF(), 0);
-        if (cell != next_) begin_anew(none, spot);
-        take(value, spot.offset, none);
-        next_ = cell + 1;
-    }
-    template <class At>
-    HWY_INLINE void add_part(VF value, VF weight, MF outside, int cell, const At& spot) {
-        const VF half = hn::Mul(hn::Set(DF(), 0.5f), weight);
-        if (cell != next_) begin_anew(hn::Or(first_, outside), spot);
-        if (!hn::AllFalse(DF(), first_)) {
-            const VF enters = hn::Sub(spot.offset, half);
-            begin_at(first_, spot.value_at(enters), enters);
-        }
-        take(value, spot.offset, outside);
-        if (!hn::AllFalse(DF(), last_)) {
-            const VF leaves = hn::Add(spot.offset, half);
-            take(spot.value_at(leaves), leaves, hn::Not(last_));
-        }
-        next_ = cell + 1;
-    }
-    HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), hn::Gt(left_, hn::Zero(DF()))); }
-    HWY_INLINE bool needs(VF opacity) const {
-        return !hn::AllFalse(DF(), hn::Gt(hn::Min(opacity, left_), hn::Zero(DF())));
-    }
-
-    struct Lanewise {
-        HWY_ALIGN float light[3][kLanes], left[kLanes];
-
-        explicit Lanewise(const PieceSum& sum) {
-            for (int c = 0; c < 3; ++c) hn::Store(sum.light_[c], DF(), light[c]);
-            hn::Store(sum.left_, DF(), left);
-        }
-        void write(const RayCast&, int lane, bool hit, double, float* out) const {
-            for (int c = 0; c < 3; ++c) out[c] = hit ? light[c][lane] : 0.0f;
-            out[3] = hit ? 1.0f - left[lane] : 0.0f;
-        }
-    };
-
  private:
+    friend class InOrder<PieceSum>;
+
     /// A stored number and the integrals up to it.
     struct Reached {
         VF number, sums[4];
@@ -113,14 +67,8 @@ class PieceSum {
         choose(mask, reach(value), before_);
         before_at_ = hn::IfThenElse(mask, at, before_at_);
     }
-    /// After a stretch that was left out: the sample before this one.
     template <class At>
-    HWY_NOINLINE void begin_anew(MF kept, const At& spot) {
-        const VF at = hn::Sub(spot.offset, hn::Set(DF(), 1.0f));
-        begin_at(hn::Not(kept), spot.value_at(at), at);
-    }
-
-    HWY_INLINE void take(VF value, VF at, MF outside) {
+    HWY_INLINE void take(VF value, VF at, MF outside, const At&) {
         const DF d;
         const VF zero = hn::Zero(d);
         const Reached now = reach(value);
@@ -147,24 +95,19 @@ class PieceSum {
         VF caught = hn::IfThenElse(close, by_opacity, by_depth);
         caught = hn::IfThenZeroElse(outside, caught);
         const MF good = hn::And(is_finite(now.number), is_finite(before_.number));
-        caught = hn::Mul(left_, hn::IfThenElseZero(good, caught));
-        for (int c = 0; c < 3; ++c) {
-            const VF mean = hn::Min(hn::Max(hn::IfThenElse(close, middle[c], color[c]), zero),
-                                    hn::Set(d, 1.0f));
-            light_[c] = hn::MulAdd(caught, mean, light_[c]);
-        }
-        left_ = hn::Sub(left_, caught);
-        left_ = hn::IfThenElseZero(hn::Ge(left_, bound_), left_);
+        VF light[3];
+        for (int c = 0; c < 3; ++c)
+            light[c] = hn::Min(hn::Max(hn::IfThenElse(close, middle[c], color[c]), zero),
+                               hn::Set(d, 1.0f));
+        composite(light, hn::IfThenElseZero(good, caught));
         choose(hn::Not(outside), now, before_);
         before_at_ = hn::IfThenElse(outside, before_at_, at);
     }
 
     const RayCast& cast_;
     const TransferIntegrals& integrals_;
-    VF light_[3], left_, bound_, step_, before_at_;
+    VF step_, before_at_;
     Reached before_;
-    MF first_, last_;
-    int next_ = 0;
 };
 
 void cast_tile_integrated(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,

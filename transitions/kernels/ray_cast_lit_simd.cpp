@@ -13,21 +13,17 @@ namespace {
 
 /// As OverSum, with the light of each sample that is seen, or with less of it by depth.
 template <bool kNumbers>
-class LitSum {
+class LitSum : public OverState<3> {
  public:
     static constexpr bool kFinite = kNumbers;
-    static constexpr int kChannels = 4;
-    static constexpr bool kSkips = true, kAnyOrder = false;
 
     explicit LitSum(const RayCast& cast)
-        : cast_(cast),
+        : OverState<3>(cast),
+          cast_(cast),
           optics_(*cast.optics),
           by_(cast.light),
-          left_(hn::Set(DF(), 1.0f)),
-          bound_(hn::Set(DF(), static_cast<float>(cast.bound))),
           power_(hn::Set(DF(), static_cast<float>(cast.step / cast.optics->unit))),
           exact_(cast.step == cast.optics->unit) {
-        for (VF& light : light_) light = hn::Zero(DF());
         for (VF& axis : eye_) axis = hn::Zero(DF());
     }
     void aim(const Packet& packet, double x, double y) {
@@ -41,38 +37,21 @@ class LitSum {
     HWY_INLINE void add(VF value, int, const At& spot) {
         VF color[3], opacity = look_up<3>(optics_, value, color);
         if (!needs(opacity)) return;
-        composite(value, color, opacity, exact_ ? nullptr : &power_, spot);
+        add_lit(value, color, opacity, exact_ ? nullptr : &power_, spot);
     }
     template <class At>
     HWY_INLINE void add_part(VF value, VF weight, MF outside, int, const At& spot) {
         VF color[3], opacity = look_up<3>(optics_, value, color);
         if (!needs(opacity)) return;
         const VF power = hn::Mul(weight, power_);
-        composite(value, color, hn::IfThenZeroElse(outside, opacity), &power, spot);
+        add_lit(value, color, hn::IfThenZeroElse(outside, opacity), &power, spot);
     }
-    HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), hn::Gt(left_, hn::Zero(DF()))); }
-    HWY_INLINE bool needs(VF opacity) const {
-        return !hn::AllFalse(DF(), hn::Gt(hn::Min(opacity, left_), hn::Zero(DF())));
-    }
-
-    struct Lanewise {
-        HWY_ALIGN float light[3][kLanes], left[kLanes];
-
-        explicit Lanewise(const LitSum& sum) {
-            for (int c = 0; c < 3; ++c) hn::Store(sum.light_[c], DF(), light[c]);
-            hn::Store(sum.left_, DF(), left);
-        }
-        void write(const RayCast&, int lane, bool hit, double, float* out) const {
-            for (int c = 0; c < 3; ++c) out[c] = hit ? light[c][lane] : 0.0f;
-            out[3] = hit ? 1.0f - left[lane] : 0.0f;
-        }
-    };
 
  private:
     /// @param power  of what the opacity leaves; null: 1
     template <class At>
-    HWY_INLINE void composite(VF value, const VF (&color)[3], VF opacity, const VF* power,
-                              const At& spot) {
+    HWY_INLINE void add_lit(VF value, const VF (&color)[3], VF opacity, const VF* power,
+                            const At& spot) {
         if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
         VF slope[3] = {hn::Zero(DF()), hn::Zero(DF()), hn::Zero(DF())};
         if (cast_.edges || (by_ && !by_->particles)) spot.gradient_at(spot.offset, value, slope);
@@ -90,17 +69,15 @@ class LitSum {
             diffuse = hn::Mul(diffuse, left);
             specular = hn::Mul(specular, left);
         }
-        const VF caught = hn::Mul(left_, opacity);
-        for (int c = 0; c < 3; ++c)
-            light_[c] = hn::MulAdd(caught, hn::MulAdd(color[c], diffuse, specular), light_[c]);
-        left_ = hn::Sub(left_, caught);
-        left_ = hn::IfThenElseZero(hn::Ge(left_, bound_), left_);
+        VF light[3];
+        for (int c = 0; c < 3; ++c) light[c] = hn::MulAdd(color[c], diffuse, specular);
+        composite(light, opacity);
     }
 
     const RayCast& cast_;
     const Optics& optics_;
     const RayLight* by_;
-    VF light_[3], left_, bound_, power_, eye_[3];
+    VF power_, eye_[3];
     Fading fading_ = {};
     bool exact_;
 };

@@ -136,39 +136,16 @@ class LineSum {
     VF total_, block_, length_, origin_;
 };
 
-/// Front-to-back compositing; kColors = 1 where red, green and blue are one.
-template <bool kFinite, int kColors>
-class OverSum {
+/// What front-to-back compositing keeps of rays; kColors = 1 where red, green and blue are one.
+template <int kColors>
+class OverState {
  public:
     static constexpr int kChannels = 4;
     static constexpr bool kSkips = true, kAnyOrder = false;
 
-    explicit OverSum(const RayCast& cast)
-        : optics_(*cast.optics),
-          left_(hn::Set(DF(), 1.0f)),
-          bound_(hn::Set(DF(), static_cast<float>(cast.bound))),
-          power_(static_cast<float>(cast.step / cast.optics->unit)),
-          exact_(cast.step == cast.optics->unit),
-          taken_(cast.taken) {
-        for (int c = 0; c < kColors; ++c) light_[c] = hn::Zero(DF());
-    }
-
-    HWY_INLINE void add(VF value, int) {
-        VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
-        if (!exact_) {
-            if (!needs(opacity)) return;
-            if (taken_) taken_->corrected += kLanes;
-            opacity = corrected(opacity, hn::Set(DF(), power_));
-        }
-        composite(value, color, opacity);
-    }
-    HWY_INLINE void add_part(VF value, VF weight, MF outside, int) {
-        VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
-        if (taken_) taken_->ends += kLanes;
-        if (!needs(opacity)) return;
-        if (taken_) taken_->corrected_ends += kLanes;
-        opacity = corrected(opacity, hn::Mul(weight, hn::Set(DF(), power_)));
-        composite(value, color, hn::IfThenZeroElse(outside, opacity));
+    explicit OverState(const RayCast& cast)
+        : left_(hn::Set(DF(), 1.0f)), bound_(hn::Set(DF(), static_cast<float>(cast.bound))) {
+        for (VF& light : light_) light = hn::Zero(DF());
     }
     HWY_INLINE bool alive() const { return !hn::AllFalse(DF(), hn::Gt(left_, hn::Zero(DF()))); }
     HWY_INLINE bool needs(VF opacity) const {
@@ -178,9 +155,9 @@ class OverSum {
     struct Lanewise {
         HWY_ALIGN float light[kColors][kLanes], left[kLanes];
 
-        explicit Lanewise(const OverSum& sum) {
-            for (int c = 0; c < kColors; ++c) hn::Store(sum.light_[c], DF(), light[c]);
-            hn::Store(sum.left_, DF(), left);
+        explicit Lanewise(const OverState& state) {
+            for (int c = 0; c < kColors; ++c) hn::Store(state.light_[c], DF(), light[c]);
+            hn::Store(state.left_, DF(), left);
         }
         void write(const RayCast&, int lane, bool hit, double, float* out) const {
             for (int c = 0; c < 3; ++c) out[c] = hit ? light[c % kColors][lane] : 0.0f;
@@ -188,18 +165,56 @@ class OverSum {
         }
     };
 
- private:
-    HWY_INLINE void composite(VF value, const VF color[kColors], VF opacity) {
-        if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
+ protected:
+    /// @param light  that a sample sends, not premultiplied
+    HWY_INLINE void composite(const VF (&light)[kColors], VF opacity) {
         const VF caught = hn::Mul(left_, opacity);
-        for (int c = 0; c < kColors; ++c) light_[c] = hn::MulAdd(caught, color[c], light_[c]);
+        for (int c = 0; c < kColors; ++c) light_[c] = hn::MulAdd(caught, light[c], light_[c]);
         left_ = hn::Sub(left_, caught);
         // A ray ends by itself, never because its packet does: tiles must not show.
         left_ = hn::IfThenElseZero(hn::Ge(left_, bound_), left_);
     }
 
-    const Optics& optics_;
+ private:
     VF light_[kColors], left_, bound_;
+};
+
+/// Front-to-back compositing.
+template <bool kFinite, int kColors>
+class OverSum : public OverState<kColors> {
+ public:
+    explicit OverSum(const RayCast& cast)
+        : OverState<kColors>(cast),
+          optics_(*cast.optics),
+          power_(static_cast<float>(cast.step / cast.optics->unit)),
+          exact_(cast.step == cast.optics->unit),
+          taken_(cast.taken) {}
+
+    HWY_INLINE void add(VF value, int) {
+        VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
+        if (!exact_) {
+            if (!this->needs(opacity)) return;
+            if (taken_) taken_->corrected += kLanes;
+            opacity = corrected(opacity, hn::Set(DF(), power_));
+        }
+        this->composite(color, finite(value, opacity));
+    }
+    HWY_INLINE void add_part(VF value, VF weight, MF outside, int) {
+        VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
+        if (taken_) taken_->ends += kLanes;
+        if (!this->needs(opacity)) return;
+        if (taken_) taken_->corrected_ends += kLanes;
+        opacity = corrected(opacity, hn::Mul(weight, hn::Set(DF(), power_)));
+        this->composite(color, finite(value, hn::IfThenZeroElse(outside, opacity)));
+    }
+
+ private:
+    HWY_INLINE VF finite(VF value, VF opacity) const {
+        if constexpr (kFinite) return opacity;
+        return hn::IfThenElseZero(is_finite(value), opacity);
+    }
+
+    const Optics& optics_;
     float power_;
     bool exact_;
     Taken* taken_;
