@@ -66,9 +66,7 @@ void RayPiece::in_order(std::span<const double> values, ValueAt&& value_at, Each
     }
 }
 
-/// @param read  (places, values)
-template <class Read>
-double RayPiece::value_at(const Vec3& p, Read&& read) const {
+double RayPiece::value_at(const Vec3& p, const Read& read) const {
     if (!block_.reaches(p)) return std::numeric_limits<double>::quiet_NaN();
     Places one;
     one.add(p);
@@ -85,52 +83,49 @@ void RayPiece::each_in_order(const Filter& filter,
         [&](double t, double value, double) { each(t, value); });
 }
 
-/// @param step  of differences that make a gradient
-/// @param read  (places, values) of the field whose values these are
-template <class Read>
-void RayPiece::add_seen(std::span<const double> values, double step, Read&& read, Stretch& to,
-                        const Request& want, const ArrivingAt& arriving) const {
-    if (want.mode->first_hit) return follow(values, step, read, to, want);
+/// @param steps  of differences that make a gradient
+/// @param read   the field whose values these are
+void RayPiece::add_seen(std::span<const double> values, const Vec3& steps, const Read& read,
+                        Stretch& to, const Request& want, const ArrivingAt& arriving) const {
+    if (want.mode->first_hit) return follow(values, steps, read, to, want);
     if (!want.mode->faded)
-        return add_lit(values, step, read, to, want, arriving ? arriving : arriving_);
+        return add_lit(values, steps, read, to, want, arriving ? arriving : arriving_);
     Values faded;
     for (std::size_t i = 0; i < values.size(); ++i)
         faded[i] = want.mode->faded(values[i], frame_->left(cells_.middle[i], want), want);
     add({faded.data(), values.size()}, to, want);
 }
 
-template <class Read>
-void RayPiece::follow(std::span<const double> values, double step, Read&& read, Stretch& to,
-                      const Request& want) const {
+void RayPiece::follow(std::span<const double> values, const Vec3& steps, const Read& read,
+                      Stretch& to, const Request& want) const {
     const auto value_at = [&](const Vec3& p) { return this->value_at(p, read); };
     const auto place = [&](double t) -> Vec3 { return ray_.origin + t * ray_.direction; };
-    const AlongRay along{.value = [&](double t) { return value_at(place(t)); },
-                         .lit =
-                             [&](double t) {
-                                 Vec3 gradient = Vec3::Zero();
-                                 if (want.needs_gradients()) {
-                                     const Vec3 p = want.field == Field::formula
-                                                        ? place(t)
-                                                        : block_.field().clamped(place(t));
-                                     const double here = value_at(p);
-                                     for (int axis = 0; axis < 3; ++axis) {
-                                         const double below = value_at(p - step * Vec3::Unit(axis)),
-                                                      above = value_at(p + step * Vec3::Unit(axis));
-                                         gradient[axis] = ((std::isfinite(above) ? above : here) -
-                                                           (std::isfinite(below) ? below : here)) /
-                                                          (2 * step);
-                                     }
-                                 }
-                                 return frame_->at(gradient, t, want);
-                             }};
+    const AlongRay along{
+        .value = [&](double t) { return value_at(place(t)); },
+        .lit =
+            [&](double t) {
+                Vec3 gradient = Vec3::Zero();
+                if (want.needs_gradients()) {
+                    const Vec3 p =
+                        want.field == Field::formula ? place(t) : block_.field().clamped(place(t));
+                    const double here = value_at(p);
+                    for (int axis = 0; axis < 3; ++axis) {
+                        const Vec3 aside = steps[axis] * Vec3::Unit(axis);
+                        const double below = value_at(p - aside), above = value_at(p + aside);
+                        gradient[axis] = ((std::isfinite(above) ? above : here) -
+                                          (std::isfinite(below) ? below : here)) /
+                                         (2 * steps[axis]);
+                    }
+                }
+                return frame_->at(gradient, t, want);
+            }};
     in_order(values, along.value, [&](double t, double value, double length) {
         to.follow(t, value, length, along, want);
     });
 }
 
-template <class Read>
-void RayPiece::add_lit(std::span<const double> values, double step, Read&& read, Stretch& to,
-                       const Request& want, const ArrivingAt& arriving) const {
+void RayPiece::add_lit(std::span<const double> values, const Vec3& steps, const Read& read,
+                       Stretch& to, const Request& want, const ArrivingAt& arriving) const {
     std::array<std::size_t, Places::kMost> seen;
     std::size_t count = 0;
     // Beyond the outermost samples it is as at the outermost; a formula goes on.
@@ -147,14 +142,14 @@ void RayPiece::add_lit(std::span<const double> values, double step, Read&& read,
         for (int s = 0; s < 2; ++s) {
             beside.count = 0;
             for (std::size_t i = 0; i < count; ++i)
-                beside.add(at(seen[i]) + (s == 0 ? -step : step) * Vec3::Unit(axis));
+                beside.add(at(seen[i]) + (s == 0 ? -1 : 1) * steps[axis] * Vec3::Unit(axis));
             read(beside, side[s].data());
         }
         for (std::size_t i = 0; i < count; ++i) {
             const double here = values[seen[i]];
             const double below = std::isfinite(side[0][i]) ? side[0][i] : here;
             const double above = std::isfinite(side[1][i]) ? side[1][i] : here;
-            gradients[i][axis] = (above - below) / (2 * step);
+            gradients[i][axis] = (above - below) / (2 * steps[axis]);
         }
     }
     std::size_t next = 0;
@@ -174,7 +169,14 @@ void RayPiece::add_held(const Filter& filter, Stretch& to, const Request& want,
                         const ArrivingAt& arriving) {
     if (!frame_) return add(held(filter), to, want);
     const auto read = [&](const Places& at, double* values) { block_.read(filter, at, values); };
-    add_seen(held(filter), filter.taps <= 2 ? 1 : kDerivativeStep, read, to, want, arriving);
+    add_seen(held(filter), Vec3::Constant(filter.taps <= 2 ? 1 : kDerivativeStep), read, to, want,
+             arriving);
+}
+
+void RayPiece::add_read(std::span<const double> values, const Vec3& steps, const Read& read,
+                        Stretch& to, const Request& want) {
+    if (!frame_) return add(values, to, want);
+    add_seen(values, steps, read, to, want, {});
 }
 
 void RayPiece::add_reference(Stretch& to, const Request& want) {
@@ -188,7 +190,7 @@ void RayPiece::add_reference(Stretch& to, const Request& want) {
             held.add(want.field == Field::formula ? at[i] : block_.field().clamped(at[i]));
         block_.reference(held, values);
     };
-    add_seen(reference(), smooth ? kDerivativeStep : 1, read, to, want, {});
+    add_seen(reference(), Vec3::Constant(smooth ? kDerivativeStep : 1), read, to, want, {});
 }
 
 RayAnswer::RayAnswer(const Stretch& reference, const Request& want)
@@ -258,6 +260,7 @@ std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
     const TransformGraph spanned = expand(catalogue, ask, {{input}});
     setting.boxes = boxes_of(spanned, setting.want);
     setting.filters = filters_of(catalogue, asked);
+    setting.asked = &asked;
     std::vector<std::shared_ptr<const Model>> models;
     const auto add = [&](bool warps) {
         for (const Transition& edge : catalogue) {

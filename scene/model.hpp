@@ -95,6 +95,13 @@ class RayPiece {
     /// @param arriving  as the model has it; empty: as the reference has it
     void add_held(const Filter& filter, Stretch& to, const Request& want,
                   const ArrivingAt& arriving = {});
+    using Read = std::function<void(const Places&, double*)>;
+    /// Adds values of another field than the samples', which `read` knows at any place, lit where
+    /// the request asks for it.
+    /// @param values  at the cells' middles
+    /// @param steps   along the axes, of the differences that make a gradient [sample]
+    void add_read(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
+                  const Request& want);
     /// Calls each(t, value) with what a filter reads where the ray enters, at the cells' middles,
     /// and where it leaves.
     void each_in_order(const Filter& filter, const std::function<void(double, double)>& each);
@@ -102,18 +109,14 @@ class RayPiece {
     void add_reference(Stretch& to, const Request& want);
 
  private:
-    template <class Read>
-    void add_seen(std::span<const double> values, double step, Read&& read, Stretch& to,
+    void add_seen(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
                   const Request& want, const ArrivingAt& arriving) const;
-    template <class Read>
-    void add_lit(std::span<const double> values, double step, Read&& read, Stretch& to,
+    void add_lit(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
                  const Request& want, const ArrivingAt& arriving) const;
     template <class ValueAt, class Each>
     void in_order(std::span<const double> values, ValueAt&& value_at, Each&& each) const;
-    template <class Read>
-    double value_at(const Vec3& p, Read&& read) const;
-    template <class Read>
-    void follow(std::span<const double> values, double step, Read&& read, Stretch& to,
+    double value_at(const Vec3& p, const Read& read) const;
+    void follow(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
                 const Request& want) const;
     using Values = std::array<double, Places::kMost>;
     const PreviewBlock& block_;
@@ -227,6 +230,8 @@ struct ModelSetting {
     std::vector<const Filter*> filters;
     /// Those of warps, made before.
     std::vector<std::pair<std::string, const WarpModel*>> warps;
+    /// What paths must go through.
+    const Demands* asked = nullptr;
 };
 
 /// The models of all edges, warps' first.

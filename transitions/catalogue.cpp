@@ -8,10 +8,14 @@
 #include "transitions/composite/front_to_back.hpp"
 #include "transitions/filter/prefilter.hpp"
 #include "transitions/net/spread.hpp"
+#include "transitions/project/adaptive_cast.hpp"
 #include "transitions/project/combine.hpp"
+#include "transitions/project/depth.hpp"
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
+#include "transitions/project/sorted_bricks.hpp"
+#include "transitions/project/sorted_mip.hpp"
 #include "transitions/shade/classify.hpp"
 #include "transitions/shade/gradient.hpp"
 #include "transitions/spectrum/forward.hpp"
@@ -19,6 +23,7 @@
 #include "transitions/spectrum/slice.hpp"
 #include "transitions/store/crop.hpp"
 #include "transitions/store/precision.hpp"
+#include "transitions/store/reduce.hpp"
 #include "transitions/surface/draw.hpp"
 #include "transitions/surface/flying_edges.hpp"
 #include "transitions/surface/nets.hpp"
@@ -41,7 +46,11 @@ Catalogue catalogue() {
         spectrum_forward(),
         precision(),
         gradient_facet(),
+        sorted_bricks(),
         shade_classify(),
+        shade_materials(),
+        reduce(),
+        reduce_colored(),
         // To the screen. Exact copies first: they win ties.
         axis_permutation_warp(),
         backward_warp(),
@@ -55,6 +64,11 @@ Catalogue catalogue() {
         ray_cast(),
         gradient_cast(),
         preintegrated_cast(),
+        sorted_mip(),
+        adaptive_cast(),
+        level_cast(),
+        depth_cast(),
+        depth_light(),
         shear_warp(),
         // Appendix B: what project.combine does in one pass, in two.
         classify(),

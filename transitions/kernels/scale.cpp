@@ -76,6 +76,26 @@ ScaledAxis scaled_axis(std::int64_t n, std::int64_t m, double step, const Filter
     return axis;
 }
 
+ScaledAxis averaged_axis(std::int64_t n, std::int64_t m) {
+    // Voxel s is [s m, (s + 1) m) and cell i [i n, (i + 1) n): whole numbers, so nothing is
+    // rounded.
+    ScaledAxis axis;
+    const auto first = [&](std::int64_t i) { return i * n / m; };
+    const auto last = [&](std::int64_t i) { return ((i + 1) * n - 1) / m; };
+    for (std::int64_t i = 0; i < m; ++i)
+        axis.taps = std::max(axis.taps, static_cast<int>(last(i) - first(i) + 1));
+    for (std::int64_t i = 0; i < m; ++i)
+        for (int tap = 0; tap < axis.taps; ++tap) {
+            const std::int64_t s = first(i) + tap;
+            const std::int64_t covered =
+                std::min((s + 1) * m, (i + 1) * n) - std::max(s * m, i * n);
+            axis.sample.push_back(std::min(s, n - 1));
+            axis.weight.push_back(static_cast<float>(
+                std::max(0.0, static_cast<double>(covered) / static_cast<double>(n))));
+        }
+    return axis;
+}
+
 Scaling::Scaling(const Grid& volume, std::array<ScaledAxis, 3> axes)
     : volume_(volume), axes_(std::move(axes)) {}
 

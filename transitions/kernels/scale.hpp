@@ -28,6 +28,11 @@ struct ScaledAxis {
 /// @param filter  of coefficients: the axis is mirrored about its outermost ones
 ScaledAxis scaled_axis(std::int64_t n, std::int64_t m, double step, const Filter& filter);
 
+/// m cells that cover the voxels of n samples exactly; each is the mean of what it covers, shares
+/// of voxels included.
+/// @param m  at most n
+ScaledAxis averaged_axis(std::int64_t n, std::int64_t m);
+
 /// Resampling along the axes, one after another: z, then y, then x of the result's slices, which
 /// need nothing of each other. No threads, no allocation.
 /// Frames  indices with centres at integers, of the samples and of the places

@@ -16,11 +16,13 @@
 #include "transitions/project/arriving.hpp"
 #include "transitions/project/bricks_of.hpp"
 #include "transitions/project/casting.hpp"
+#include "transitions/project/level_model.hpp"
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/preintegrated_model.hpp"
 #include "transitions/project/ray_cast_model.hpp"
 #include "transitions/shade/gradient.hpp"
+#include "transitions/store/reduce.hpp"
 
 namespace edgewise {
 namespace {
@@ -448,6 +450,24 @@ Error error_integrated(const Offer& offer, const Ask& ask) {
     return Error::unknown();
 }
 
+Offer offer_level(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (ask.want.mode->sampled_every > 0)
+        return Offer::no("the mode asks for the samples themselves, not for means");
+    if (ask.want.shading.has_shade()) return Offer::no("shadows are worked out of all samples");
+    return offer(from, ask, with);
+}
+
+Error error_level(const Offer& offer, const Ask& ask) {
+    const std::string fact =
+        level_fact(level_of(offer.from.space), filter_of(offer.with), offer.with.number("step"));
+    if (const auto seen = ask.scene.fact(fact)) {
+        Error of_samples = error(offer, ask);
+        of_samples.bias = *seen + kTerminated;
+        return of_samples;
+    }
+    return Error::unknown();
+}
+
 /// Trilinear interpolation of central differences is what filters of first order make themselves.
 Error error_of_gradients(const Offer& offer, const Ask& ask) {
     if (differences_of(offer.from) != kernels::Differences::central) return Error::unknown();
@@ -468,6 +488,24 @@ Transition gradient_cast() {
     edge.plain.reset();
     edge.error = error_of_gradients;
     edge.model = {};
+    edge.count = {};
+    return edge;
+}
+
+Transition level_cast() {
+    Transition edge = ray_cast();
+    edge.name = "project.level_cast";
+    edge.source = "Williams, Pyramidal parametrics, SIGGRAPH 1983; Wittenbrink 1993, 4.1.4";
+    edge.joins.clear();
+    for (int level = 1; level <= kLevels; ++level)
+        edge.joins.emplace_back(level_space(level) + "/scalar", "screen/picture");
+    edge.parameters["filter"] = one_of({"foh"}, "what reads the cells");
+    edge.parameters["step"] =
+        number(0.01, 64, {2, 4}, "distance of samples, in the input's smallest spacing");
+    edge.plain.reset();
+    edge.offer = offer_level;
+    edge.error = error_level;
+    edge.model = level_model;
     edge.count = {};
     return edge;
 }

@@ -17,6 +17,11 @@ Transition ray_cast();
 /// The same with the gradients that lie beside the samples, instead of the filter's own.
 Transition gradient_cast();
 
+/// The same through a level of detail (store.reduce), whose cells it reads linearly. Steps count in
+/// the input's smallest spacing; as long as the cells are wide is enough.
+/// Error   measured on the preview at levels 1 and 2, of others unknown
+Transition level_cast();
+
 /// Composites without light whose transfer function is integrated between samples (of first order:
 /// within a piece all light is attenuated alike), so that what is narrower than two samples apart
 /// is not missed: for steep functions, and long steps.

@@ -54,13 +54,57 @@ Work work(const Offer& offer, const Ask& ask, int) {
             .gathers = ask.want.needs_gradients() ? 6 * samples : 0};
 }
 
+/// How values become colour and opacity, and what of them surfaces are found by.
+struct Classifier {
+    std::array<double, 4> (*optics)(const Transfer& transfer, double value);
+    double (*density)(const Transfer& transfer, double value);
+    /// A density's range over that of the values.
+    double (*scale)(const Transfer& transfer);
+};
+
+constexpr Classifier kByPoints = {
+    [](const Transfer& transfer, double value) { return transfer.at(value); },
+    [](const Transfer&, double value) { return value; }, [](const Transfer&) { return 1.0; }};
+
+/// A sample holds at most two materials, the neighbouring points of the transfer function, in
+/// shares that follow from its value. What they emit and what they hide is added by shares;
+/// surfaces lie where what is hidden changes.
+constexpr Classifier kByMaterials = {
+    [](const Transfer& transfer, double value) -> std::array<double, 4> {
+        const std::vector<Transfer::Point>& points = transfer.points;
+        const auto above = std::find_if(points.begin(), points.end(),
+                                        [&](const auto& point) { return point.value > value; });
+        if (above == points.begin() || above == points.end()) return transfer.at(value);
+        const Transfer::Point &a = *(above - 1), &b = *above;
+        const double share = (value - a.value) / (b.value - a.value);
+        const double of_a = (1 - share) * a.opacity, of_b = share * b.opacity;
+        std::array<double, 4> mixed{0, 0, 0, of_a + of_b};
+        for (std::size_t c = 0; c < 3 && mixed[3] > 0; ++c)
+            mixed[c] = (of_a * a.color[c] + of_b * b.color[c]) / mixed[3];
+        return mixed;
+    },
+    [](const Transfer& transfer, double value) { return transfer.at(value)[3]; },
+    [](const Transfer& transfer) {
+        double least = 1, most = 0;
+        for (const Transfer::Point& point : transfer.points) {
+            least = std::min(least, point.opacity);
+            most = std::max(most, point.opacity);
+        }
+        const double values = transfer.points.back().value - transfer.points.front().value;
+        return values > 0 ? std::max(0.0, most - least) / values : 1.0;
+    }};
+
 /// One slice, sample by sample in f64.
-void classify(const Data& in, const Request& want, int view, std::int64_t z, Data& out) {
+void classify(const Data& in, const Request& want, int view, std::int64_t z, Data& out,
+              const Classifier& by) {
     const Extent& n = in.what.extent;
     const kernels::ScalarLoad load = kernels::scalar_load(in.what.type);
     const ValueMap& values = in.what.values;
-    const auto at = [&](std::int64_t x, std::int64_t y, std::int64_t k) {
+    const auto value = [&](std::int64_t x, std::int64_t y, std::int64_t k) {
         return values(static_cast<double>(load(in.samples.data(), (k * n.y + y) * n.x + x)));
+    };
+    const auto at = [&](std::int64_t x, std::int64_t y, std::int64_t k) {
+        return by.density(want.transfer, value(x, y, k));
     };
     const Vec3 steps(want.pixel[0], want.pixel[1], 1);
     const Eigen::Matrix3d to_input = residual(in.what, want, view).topLeftCorner<3, 3>().inverse();
@@ -69,9 +113,11 @@ void classify(const Data& in, const Request& want, int view, std::int64_t z, Dat
     const Vec3 per_length =
         (want.spacing.asDiagonal() * placed).colwise().norm().transpose().cwiseInverse();
     const bool gradients = want.needs_gradients();
+    Shading shading = want.shading;
+    shading.least *= by.scale(want.transfer);
     for (std::int64_t y = 0; y < n.y; ++y)
         for (std::int64_t x = 0; x < n.x; ++x) {
-            const std::array<double, 4> optics = want.transfer.at(at(x, y, z));
+            const std::array<double, 4> optics = by.optics(want.transfer, value(x, y, z));
             Lit lit;
             double opacity = optics[3];
             if (opacity > 0 && (gradients || want.shading.on())) {
@@ -88,7 +134,7 @@ void classify(const Data& in, const Request& want, int view, std::int64_t z, Dat
                                     at(x, y, upper(z, n.z)) - at(x, y, lower(z))) /
                                2;
                 }
-                lit = want.shading.at(to_screen * gradient, Vec3(0, 0, -1));
+                lit = shading.at(to_screen * gradient, Vec3(0, 0, -1));
                 opacity *= want.transfer.edge_at(gradient.cwiseProduct(per_length).norm());
             }
             auto* to = out.at<float>(x, y, z);
@@ -98,11 +144,19 @@ void classify(const Data& in, const Request& want, int view, std::int64_t z, Dat
         }
 }
 
+template <const Classifier& by>
 void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region&, Context& context) {
     tbb::parallel_for(std::int64_t{0}, in.what.extent.z, [&](std::int64_t z) {
-        if (!context.stopped()) classify(in, ask.want, context.view, z, out);
+        if (!context.stopped()) classify(in, ask.want, context.view, z, out, by);
     });
     context.poll();
+}
+
+Offer offer_materials(const Representation& from, const Ask& ask, const Parameters& with) {
+    Offer made = offer(from, ask, with);
+    if (made.refused.empty() && !ask.want.transfer.edges.empty())
+        return Offer::no("opacities go with the gradient of values, which materials replace");
+    return made;
 }
 
 }  // namespace
@@ -116,7 +170,17 @@ Transition shade_classify() {
     edge.work = work;
     edge.error = [](const Offer&, const Ask&) -> Error { return {}; };
     edge.on_demand = true;
-    edge.run = run;
+    edge.run = run<kByPoints>;
+    return edge;
+}
+
+Transition shade_materials() {
+    Transition edge = shade_classify();
+    edge.name = "shade.materials";
+    edge.source = "Drebin, Carpenter, Hanrahan, Volume rendering, SIGGRAPH 1988";
+    edge.offer = offer_materials;
+    edge.error = {};
+    edge.run = run<kByMaterials>;
     return edge;
 }
 

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "graph/transition.hpp"
+
+namespace edgewise {
+
+/// Ray casting that adapts to the picture: every fourth ray along both axes is cast first; squares
+/// between them are interpolated where the picture is smooth, and cast where it is not.
+///
+/// Smooth is a square whose four corners have second differences, along x and along y, of which an
+/// eighth of the largest (what linear interpolation errs by) is below `tolerance`. It is then
+/// interpolated by cubics (Keys 1981), which err by less.
+/// Edge    object/scalar or object/coefficients -> screen/picture
+/// Shape   as project.ray_cast
+/// Needs   a mode that takes all samples of a ray, without light; one memory; pictures that are
+///         mostly smooth: of squares that are drawn at most four fifths may differ
+/// Work    that of project.ray_cast for a sixteenth of the rays and those of squares that differ,
+///         whose share is counted on squares that are drawn
+/// Error   that of project.ray_cast; and what interpolation leaves, measured on the same squares,
+///         which are cast for it as the edge does
+/// Source  Levoy, "Volume rendering by adaptive refinement", The Visual Computer 6(1), 1990
+Transition adaptive_cast();
+
+}  // namespace edgewise
