@@ -324,7 +324,7 @@ Demands untried(const Demands& demands, const Catalogue& catalogue) {
             };
             const auto& with = demand.with.all();
             return demand.names(edge) &&
-                   (edge.on_demand || std::any_of(with.begin(), with.end(), nobody_tries));
+                   (!edge.plain || std::any_of(with.begin(), with.end(), nobody_tries));
         };
         if (std::any_of(catalogue.begin(), catalogue.end(), is_untried))
             found.via.push_back(demand);

@@ -16,6 +16,7 @@
 #include "transitions/project/shear_warp.hpp"
 #include "transitions/project/sorted_bricks.hpp"
 #include "transitions/project/sorted_mip.hpp"
+#include "transitions/project/splat.hpp"
 #include "transitions/shade/classify.hpp"
 #include "transitions/shade/gradient.hpp"
 #include "transitions/spectrum/forward.hpp"
@@ -70,6 +71,7 @@ Catalogue catalogue() {
         depth_cast(),
         depth_light(),
         shear_warp(),
+        splat(),
         // Appendix B: what project.combine does in one pass, in two.
         classify(),
         back_to_front_over(),

@@ -67,8 +67,7 @@ std::int64_t splatted(const Row& row, float empty, std::int64_t begin, std::int6
     for (std::int64_t x = begin; x < end; x += lanes) {
         const VF sample = row.at(x, end - x);
         auto mine = hn::And(hn::Ne(sample, nothing), hn::Le(hn::Abs(sample), finite));
-        if (end - x < lanes)
-            mine = hn::And(mine, hn::FirstN(d, static_cast<std::size_t>(end - x)));
+        if (end - x < lanes) mine = hn::And(mine, hn::FirstN(d, static_cast<std::size_t>(end - x)));
         if (hn::AllFalse(d, mine)) continue;
         HWY_ALIGN float values[kMost];
         hn::Store(hn::IfThenElseZero(mine, hn::Sub(sample, nothing)), d, values);

@@ -33,9 +33,9 @@ Footprints::Footprints(const Shape& shape, std::pmr::memory_resource* memory)
     : shape_(shape), memory_(memory), columns_(shape.places(0)), rows_(shape.places(1)) {}
 
 const float* Footprints::of(const std::array<Face, 3>& faces) {
-    const auto which = static_cast<std::size_t>(static_cast<int>(faces[0]) +
-                                                4 * static_cast<int>(faces[1]) +
-                                                16 * static_cast<int>(faces[2]));
+    const auto which =
+        static_cast<std::size_t>(static_cast<int>(faces[0]) + 4 * static_cast<int>(faces[1]) +
+                                 16 * static_cast<int>(faces[2]));
     std::call_once(made_[which], [&] {
         const auto floats = static_cast<std::size_t>(shape_.bytes()) / sizeof(float);
         auto table = std::make_unique<Block<float>>(floats, memory_);

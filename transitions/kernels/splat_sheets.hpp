@@ -27,18 +27,17 @@ struct SheetSplat {
     int sheets() const noexcept { return static_cast<int>(2 * reach) + 2; }
 };
 
-/// Where along the axis boundaries between sheets are taken to be, in sections of a voxel: all
-/// voxels of a ray agree about it.
+/// The number of the section of a voxel that begins nearest to a place along the axis that rays are
+/// steepest to; of a place that half a section was added to. There sheets are cut: all voxels of a
+/// ray agree about it.
 constexpr std::int32_t section_of(std::uint32_t place) noexcept {
-    constexpr std::uint32_t kOne = std::uint32_t{1} << kPlaceBits;
-    return static_cast<std::int32_t>(place + kOne / kSections / 2) / static_cast<std::int32_t>(1) >>
-           (kPlaceBits - 4);
+    return static_cast<std::int32_t>(place) >> (kPlaceBits - 4);
 }
 static_assert(kSections == 1 << 4);
 
 struct SheetVoxel {
     std::int32_t x, y, z;
-    float value;  // less what is empty
+    float value;         // less what is empty
     std::int32_t sheet;  // the first that it may lie in
 };
 

@@ -26,9 +26,8 @@ std::int64_t voxels_on(const SheetSplat& splat, const SplatSums& sums, Splatted*
                      if (list) {
                          const double front =
                              splat.depth.of(double(x), double(y), double(z)) - splat.reach;
-                         list[all] = {x, static_cast<std::int32_t>(y),
-                                      static_cast<std::int32_t>(z), value,
-                                      static_cast<std::int32_t>(std::floor(front))};
+                         list[all] = {x, static_cast<std::int32_t>(y), static_cast<std::int32_t>(z),
+                                      value, static_cast<std::int32_t>(std::floor(front))};
                      }
                      ++all;
                  }
@@ -75,9 +74,8 @@ class Sheets {
         constexpr int kShift = kPlaceBits - kSectionBits;
         const VI section =
             hn::ShiftRight<kShift>(hn::BitCast(d, hn::Add(along_, hn::Set(Words(), place))));
-        const VI begin =
-            hn::Min(hn::Max(hn::Add(section, hn::Set(d, kSections)), hn::Zero(d)),
-                    hn::Set(d, 2 * kSections));
+        const VI begin = hn::Min(hn::Max(hn::Add(section, hn::Set(d, kSections)), hn::Zero(d)),
+                                 hn::Set(d, 2 * kSections));
         const VI entry = hn::Add(hn::BitCast(d, footprint), begin);
         return gather_one<Read>(reinterpret_cast<const std::uint8_t*>(table),
                                 hn::ShiftLeft<2>(entry));

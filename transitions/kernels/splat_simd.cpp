@@ -51,8 +51,8 @@ class RowsOfVoxels {
         const auto& [a, b] = splat_.across;
         for (int j = 0; j < splat_.patch[1]; j += To::kRows)
             for (int i = 0; i < splat_.patch[0]; i += To::kColumns) {
-                const VW place = lookup_.places(at[0] + a.right(i) + a.down(j),
-                                                at[1] + b.right(i) + b.down(j));
+                const VW place =
+                    lookup_.places(at[0] + a.right(i) + a.down(j), at[1] + b.right(i) + b.down(j));
                 const VF footprint =
                     gather_one<Read>(bytes, hn::BitCast(Ints(), hn::ShiftLeft<2>(place)));
                 To::add(hn::Mul(footprint, scale), first + j * sums_.pitch + i, sums_.pitch);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "transitions/filters/read_by.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/ray_cast.hpp"
 
@@ -116,8 +117,8 @@ void run_light(const Offer& offer, const Ask& ask, const Data& in, Data& out, co
         const bool there = x >= 0 && y >= 0 && x < in.what.extent.x && y < in.what.extent.y;
         return there ? static_cast<double>(*in.at<float>(x, y, 0)) : kNone;
     };
-    constexpr std::int64_t kWidth = 256, kHeight = 16;
-    for_tiles(region, kWidth, kHeight, context, [&](const Region& tile) {
+    constexpr std::int64_t kAcross = 256, kDown = 16;
+    for_tiles(region, kAcross, kDown, context, [&](const Region& tile) {
         for (std::int64_t y = tile.begin[1]; y < tile.end[1]; ++y)
             for (std::int64_t x = tile.begin[0]; x < tile.end[0]; ++x) {
                 float* const pixel = out.at<float>(x, y, 0);
@@ -142,9 +143,11 @@ Transition depth_cast() {
     edge.name = "project.depth";
     edge.source = "Wittenbrink 1993, 4.1.2; Gordon, Reynolds 1985";
     edge.joins = {{"object/scalar", "screen/depth"}, {"object/coefficients", "screen/depth"}};
+    // Between the nearest samples nothing is told of a slope.
+    edge.parameters["filter"] = any_filter({"foh", "bspline3"});
+    edge.parameters["step"] = number(0.01, 4, {1}, "distance of samples, in the smallest spacing");
     edge.laws.clear();
     edge.plain.reset();
-    edge.on_demand = true;
     edge.offer = offer_cast;
     edge.work = work_cast;
     edge.error = [](const Offer&, const Ask&) -> Error { return {}; };
@@ -162,6 +165,7 @@ Transition depth_light() {
         "Gordon, Reynolds, Image space shading of 3-dimensional objects, CVGIP 29, 1985; Yagel, "
         "Cohen, Kaufman, Normal estimation in 3D discrete space, The Visual Computer 8, 1992";
     edge.joins = {{"screen/depth", "screen/picture"}};
+    edge.on_demand = true;
     edge.parameters = {{"normals", one_of({"adaptive", "central"}, {std::string("adaptive")},
                                           "how differences of depth are taken")}};
     edge.offer = [](const Representation& from, const Ask& ask, const Parameters& with) {

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <set>
+#include <string>
 #include <unordered_map>
-#include <utility>
+#include <vector>
 
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/scalar_load.hpp"
@@ -15,8 +17,25 @@
 namespace edgewise {
 namespace {
 
-constexpr std::array<int, 2> kMeasured = {1, 2};
-constexpr std::array<double, 2> kSteps = {2, 4};
+/// What is measured: what planners try, and what is asked for.
+struct Measured {
+    std::set<int> levels = {1, 2};
+    std::vector<double> steps = {2, 4};
+    bool asked = false;
+
+    explicit Measured(const ModelSetting& setting) {
+        if (!setting.asked) return;
+        for (const Demand& demand : setting.asked->via) {
+            if (demand.name != "store.reduce" && demand.name != "project.level_cast") continue;
+            asked = true;
+            const Parameters& with = demand.with;
+            if (with.contains("level")) levels.insert(std::stoi(with.word("level")));
+            if (!with.contains("step")) continue;
+            const double step = with.number("step");
+            if (std::find(steps.begin(), steps.end(), step) == steps.end()) steps.push_back(step);
+        }
+    }
+};
 
 /// A level of the samples, whose cells are made when they are asked for.
 class Level {
@@ -92,14 +111,16 @@ class Level {
 
 class LevelRay final : public RayModel {
  public:
-    LevelRay(const Request& want, const std::vector<Level>& levels)
-        : want_(want), levels_(levels), cells_(levels.size()) {
-        casts_.resize(levels.size());
-        for (auto& steps : casts_) steps.fill(Stretch::empty(want.mode));
-    }
+    LevelRay(const Request& want, const std::vector<Level>& levels,
+             const std::vector<double>& steps)
+        : want_(want),
+          levels_(levels),
+          steps_(steps),
+          cells_(levels.size()),
+          casts_(levels.size(), std::vector(steps.size(), Stretch::empty(want.mode))) {}
     void take(double step, RayPiece& piece) override {
-        const auto s = static_cast<std::size_t>(std::find(kSteps.begin(), kSteps.end(), step) -
-                                                kSteps.begin());
+        const auto s = static_cast<std::size_t>(std::find(steps_.begin(), steps_.end(), step) -
+                                                steps_.begin());
         for (std::size_t l = 0; l < levels_.size(); ++l) {
             const auto read = [&](const Places& at, double* values) {
                 for (std::size_t i = 0; i < at.count; ++i)
@@ -120,38 +141,33 @@ class LevelRay final : public RayModel {
  private:
     const Request& want_;
     const std::vector<Level>& levels_;
-    std::vector<Level::Cells> cells_;  // by level: those that the ray has met
-    std::vector<std::array<Stretch, kSteps.size()>> casts_;
+    const std::vector<double>& steps_;
+    std::vector<Level::Cells> cells_;          // by level: those that the ray has met
+    std::vector<std::vector<Stretch>> casts_;  // by level, then by step
 };
 
 class LevelModel final : public Model {
  public:
-    explicit LevelModel(const ModelSetting& setting) : want_(setting.want) {
-        for (const int level : kMeasured) {
+    LevelModel(const ModelSetting& setting, const Measured& measured)
+        : want_(setting.want), steps_(measured.steps) {
+        for (const int level : measured.levels) {
             levels_.emplace_back(setting.field.samples(), setting.want, level);
-            for (const double step : kSteps)
+            for (const double step : steps_)
                 facts_.push_back(
                     {.name = level_fact(level, filter_named("foh"), step), .like = RayLook::kFoh2});
         }
     }
-    std::vector<double> steps() const override { return {kSteps.begin(), kSteps.end()}; }
+    std::vector<double> steps() const override { return steps_; }
     std::unique_ptr<RayModel> follow(const RaySpan&, const OutputSample&) const override {
-        return std::make_unique<LevelRay>(want_, levels_);
+        return std::make_unique<LevelRay>(want_, levels_, steps_);
     }
     bool stands_for_neighbours() const override { return true; }
 
  private:
     const Request& want_;
+    std::vector<double> steps_;
     std::vector<Level> levels_;
 };
-
-bool is_asked_for(const ModelSetting& setting) {
-    return setting.asked && std::any_of(setting.asked->via.begin(), setting.asked->via.end(),
-                                        [](const Demand& demand) {
-                                            return demand.name == "store.reduce" ||
-                                                   demand.name == "project.level_cast";
-                                        });
-}
 
 /// Whether levels could save more than it takes to measure them: half of the samples, against a
 /// pass over the voxels, of which four cost as much as a sample, and the draws.
@@ -176,10 +192,10 @@ std::shared_ptr<const Model> level_model(const ModelSetting& setting) {
         want.mode->sampled_every > 0 || want.shading.has_shade() ||
         setting.statistics.non_finite > 0)
         return nullptr;
-    if (!is_asked_for(setting) &&
-        (want.budget.like || want.minimize == Minimize::error || !pays(setting)))
+    const Measured measured(setting);
+    if (!measured.asked && (want.budget.like || want.minimize == Minimize::error || !pays(setting)))
         return nullptr;
-    return std::make_shared<LevelModel>(setting);
+    return std::make_shared<LevelModel>(setting, measured);
 }
 
 }  // namespace edgewise

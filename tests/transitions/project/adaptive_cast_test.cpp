@@ -10,6 +10,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "transitions/kernels/ray_path.hpp"
 #include "transitions/project/picture.hpp"
@@ -132,7 +133,8 @@ TEST(AdaptiveCast, ErrsByWhatIsTolerated) {
             double squares = 0;
             for (std::int64_t y = 0; y < kScreen.y; ++y)
                 for (std::int64_t x = 0; x < kScreen.x; ++x) {
-                    if (x % 4 == 0 && y % 4 == 0) ASSERT_TRUE(same_bytes(got, expected, x, y));
+                    const bool corner = x % 4 == 0 && y % 4 == 0;
+                    ASSERT_TRUE(!corner || same_bytes(got, expected, x, y)) << x << ' ' << y;
                     const double error = *got.at<float>(x, y, 0) - *expected.at<float>(x, y, 0);
                     ASSERT_LE(std::abs(error), 2 * kTolerance * scene.range) << x << ' ' << y;
                     squares += error * error;
