@@ -5,6 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "cli/job_words.hpp"
+#include "cli/merge.hpp"
+#include "cli/request/channel_words.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/explain.hpp"
 #include "cli/session/report.hpp"
@@ -18,9 +21,7 @@
 #include "runtime/runtime.hpp"
 
 namespace edgewise::cli {
-namespace {
 
-/// Everything that is to be written can be, before any work.
 void check_outputs(const JobOptions& o) {
     if (o.out)
         Outputs checked(*o.out,
@@ -46,14 +47,14 @@ void check_outputs(const JobOptions& o) {
     }
 }
 
-/// Writes a part of the explanation; beside what was asked for on standard output it goes to
-/// standard error.
 void explain(const JobOptions& o, const std::string& text) {
     const bool taken = o.json == "-" || o.out == "-" || o.trace == "-" || o.flow == "-";
     std::FILE* out = taken ? stderr : stdout;
     std::fputs(text.c_str(), out);
     std::fflush(out);  // before what comes from the run on standard error
 }
+
+namespace {
 
 void report(const TypedSession& typed, bool with_run, const std::optional<Failure>& failure) {
     if (typed.options().json)
@@ -121,9 +122,11 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
     auto options = std::make_shared<JobOptions>();
     options->job = job;
     add_job_options(*app, *options, runs ? OutNeeded::yes : OutNeeded::no);
-    return {app, [app, options, runs] {
+    return {app, [app, options, job, runs] {
                 options->words = typed_words(*app);
                 order_geometry(*app, *options);
+                if (job == Job::render && names_colours(options->selection))
+                    return do_merge(*options, runs);
                 return do_job(*options, runs);
             }};
 }

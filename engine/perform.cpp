@@ -6,10 +6,10 @@
 #include "engine/measure/machine.hpp"
 #include "engine/measure/since.hpp"
 #include "engine/request/outputs.hpp"
+#include "engine/result_writer.hpp"
 #include "engine/session.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
-#include "io/animation.hpp"
 #include "io/surface_file.hpp"
 #include "surface/mesh.hpp"
 
@@ -125,26 +125,12 @@ class Performance {
         const auto begin = Clock::now();
         const Array samples =
             finished(result, session_.written.tail, levels, session_.memory.get());
-        const std::string file = session_.outputs->file(frame);
-        if (session_.outputs->animates(want_.frames))
-            add_to_animation(file, frame, samples.data());
-        else
-            store::write(file, session_.written.header, samples.data(), {session_.spec.quality});
+        if (!writer_)
+            writer_.emplace(*session_.outputs, session_.written.header, session_.spec, want_.frames,
+                            session_.messages.stop());
+        if (const auto file = writer_->write(frame, samples.data()))
+            session_.files.push_back(*file);
         session_.measured->write_seconds += since(begin);
-        if (!animation_) session_.files.push_back(file);
-    }
-
-    /// Frames come in order. The file is there after the last one.
-    void add_to_animation(const std::string& file, int frame, const void* samples) {
-        if (!animation_) {
-            store::Pace pace{.frames = want_.frames};
-            if (session_.spec.fps) pace.fps = *session_.spec.fps;
-            animation_.emplace(file, session_.written.header, pace);
-        }
-        animation_->add(samples);
-        if (frame + 1 < want_.frames) return;
-        animation_->commit();
-        animation_.reset();
     }
 
     /// What waited until all frames were there.
@@ -273,7 +259,7 @@ class Performance {
     std::optional<ReferenceField> field_;
     std::optional<Verifier> verifier_;
     std::optional<ShownResult> shown_;
-    std::optional<store::Animation> animation_;
+    std::optional<ResultWriter> writer_;
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "engine/measure/since.hpp"
 #include "engine/pilot.hpp"
 #include "engine/refined_scene.hpp"
+#include "engine/result_writer.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
 #include "graph/transform_graph.hpp"
@@ -467,11 +468,7 @@ void take_request(Session& session) {
             session.geometry.condition));
     say_what_is_cut_off(session);
     say_what_is_squeezed(session);
-    if (session.outputs) session.outputs->expect_frames(session.want().frames);
-    if (o.fps && session.outputs && !session.outputs->none() &&
-        !session.outputs->animates(session.want().frames))
-        throw RequestError(
-            "--fps: of an animation only: several frames in one .gif or .apng, without %d");
+    expect_frames(o, session.outputs, session.want().frames);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
     take_exactness(session);
     expect_room(session);

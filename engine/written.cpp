@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "graph/errors.hpp"
+#include "io/animation.hpp"
 #include "io/geometry.hpp"
 
 namespace edgewise {
@@ -72,11 +73,22 @@ store::Header described(const Request& want, const Geometry& geometry, const Inp
     return header;
 }
 
-/// Whether the header's type and channels fit into the format.
-bool fits(const Outputs& outputs, const store::Header& header) {
-    return store::cannot_write(outputs.file(0), header).empty() &&
-           (header.values.identity() || outputs.format().values);
-}
+/// Where results go: files of their own, or one that shows them one after another.
+struct Files {
+    const Outputs& outputs;
+    int frames;
+
+    /// Why they cannot hold this, or "".
+    std::string cannot_hold(const store::Header& header) const {
+        const std::string file = outputs.file(0);
+        return outputs.animates(frames) ? store::cannot_animate(file, header)
+                                        : store::cannot_write(file, header);
+    }
+    /// Whether the header's type and channels fit into the format.
+    bool fit(const store::Header& header) const {
+        return cannot_hold(header).empty() && (header.values.identity() || outputs.format().values);
+    }
+};
 
 /// The type that holds values as the file means them, where the format cannot say slope and offset:
 /// an integer as wide as needed where all values are whole, else f32.
@@ -140,8 +152,9 @@ std::string instead(store::Header header) {
     return endings.empty() ? "" : fmt::format("; {} can", fmt::join(endings, ", "));
 }
 
-[[noreturn]] void refuse(const Outputs& outputs, const store::Header& header) {
-    std::string why = store::cannot_write(outputs.file(0), header);
+[[noreturn]] void refuse(const Files& files, const store::Header& header) {
+    const Outputs& outputs = files.outputs;
+    std::string why = files.cannot_hold(header);
     if (why.empty())
         why = fmt::format("{} cannot say that values are {} x stored + {}", outputs.format().name,
                           header.values.slope, header.values.offset);
@@ -157,23 +170,23 @@ bool f32_may_round(Type type, double low, double high) {
 
 /// Values of a warp in the input's type, where the format cannot hold that in the smallest type
 /// that means the same, or else f32; or nothing where the format holds pictures alone.
-bool take_value_type(Written& written, const Input& input, const Outputs& outputs, double low,
+bool take_value_type(Written& written, const Input& input, const Files& files, double low,
                      double high) {
     store::Header& header = written.header;
     header.type = input.header.type;
     header.channels = input.channels();
-    if (fits(outputs, header)) return true;
+    if (files.fit(header)) return true;
     header.values = {};
     if (!input.header.values.identity()) {
         header.type = plain_type(input.header, low, high);
-        if (fits(outputs, header)) return true;
+        if (files.fit(header)) return true;
     }
     header.type = Type::f32;
-    if (fits(outputs, header)) {
+    if (files.fit(header)) {
         if (f32_may_round(input.header.type, low, high))
             written.warnings.push_back(
                 fmt::format("{} cannot hold {}: values are written as f32, which rounds them",
-                            outputs.format().name, name_of(input.header.type)));
+                            files.outputs.format().name, name_of(input.header.type)));
         return true;
     }
     header.values = input.header.values;
@@ -208,35 +221,35 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         written.tail.channels = channels;
         return finish();
     }
+    const Files files{outputs, want.frames};
     if (!spec.bits && want.job == Job::warp) {
-        if (take_value_type(written, input, outputs, low, high)) {
+        if (take_value_type(written, input, files, low, high)) {
             written.tail = values_tail(header, input, want);
             return finish();
         }
         // A view is of pictures; who asks for a format of values must not get 8 bits.
         const std::vector<Type>& types = outputs.format().types;
-        if (std::find(types.begin(), types.end(), Type::f32) != types.end())
-            refuse(outputs, header);
+        if (std::find(types.begin(), types.end(), Type::f32) != types.end()) refuse(files, header);
     }
     header.values = {};
     header.channels = channels;
     if ((!spec.bits && want.job == Job::render) || spec.bits == 32) {
         header.type = Type::f32;
-        if (fits(outputs, header)) {
+        if (files.fit(header)) {
             written.tail = values_tail(header, input, want);
             return finish();
         }
-        if (spec.bits) refuse(outputs, header);
+        if (spec.bits) refuse(files, header);
     }
     header.type = spec.bits == 16 ? Type::u16 : Type::u8;
     const bool has_alpha =
         input.header.alpha != store::Alpha::none && channels == input.header.channels;
-    if (!fits(outputs, header) && has_alpha && want.job == Job::warp) {
+    if (!files.fit(header) && has_alpha && want.job == Job::warp) {
         written.warnings.push_back(fmt::format("{} keeps no alpha: transparent parts become black",
                                                outputs.format().name));
         header.channels = channels - 1;
     }
-    if (!fits(outputs, header)) refuse(outputs, header);
+    if (!files.fit(header)) refuse(files, header);
     written.tail = view_tail(header.type, header.channels, input, want);
     if (header.channels < channels) written.tail.alpha = store::Alpha::none;
     return finish();

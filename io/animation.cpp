@@ -12,19 +12,21 @@ struct Animation::Content {
     std::unique_ptr<FrameWriter> frames;
     int left;  // pictures to come
 
-    Content(const std::string& path, const Header& what, const Pace& pace, const Format& format)
+    Content(const std::string& path, const Header& what, const Pace& pace,
+            const std::atomic<bool>* stop)
         : out(path), left(pace.frames) {
-        frames = format.name == "GIF" ? gif_frames(out, what, pace) : apng_frames(out, what, pace);
+        const std::string& name = format_of(path)->name;
+        frames = name == "GIF"   ? gif_frames(out, what, pace)
+                 : name == "MP4" ? film_frames(out, what, pace, stop)
+                                 : apng_frames(out, what, pace);
     }
 };
 
-Animation::Animation(const std::string& path, const Header& what, const Pace& pace) {
-    if (const std::string why = cannot_write(path, what); !why.empty())
+Animation::Animation(const std::string& path, const Header& what, const Pace& pace,
+                     const std::atomic<bool>* stop) {
+    if (const std::string why = cannot_animate(path, what); !why.empty())
         throw RequestError(path + ": " + why);
-    const Format& format = *format_of(path);
-    if (!format.frames)
-        throw RequestError(fmt::format("{}: {} holds one picture", path, format.name));
-    content_ = std::make_unique<Content>(path, what, pace, format);
+    content_ = std::make_unique<Content>(path, what, pace, stop);
 }
 
 Animation::~Animation() = default;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "io/store.hpp"
 
@@ -18,9 +20,13 @@ struct Pace {
 class Animation {
  public:
     /// @param what  each of the pictures
+    /// @param stop  set by whoever wants the work to end: what waits for another program then
+    /// throws
+    ///              Cancelled. Null: nobody does
     /// @throws RequestError a format that cannot hold this
     /// @throws RunError     a folder that cannot be written
-    Animation(const std::string& path, const Header& what, const Pace& pace);
+    Animation(const std::string& path, const Header& what, const Pace& pace,
+              const std::atomic<bool>* stop = nullptr);
     Animation(const Animation&) = delete;
     Animation& operator=(const Animation&) = delete;
     ~Animation();
@@ -34,5 +40,11 @@ class Animation {
     struct Content;
     std::unique_ptr<Content> content_;
 };
+
+/// Why a file of this name cannot hold several pictures like this one, or "".
+std::string cannot_animate(std::string_view path, const Header& what);
+/// Why no file of this name can be made here whatever it would hold: the program that makes films
+/// is not there. Else "".
+std::string no_encoder(std::string_view path);
 
 }  // namespace edgewise::store

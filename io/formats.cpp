@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "io/frames.hpp"
 #include "io/geometry.hpp"
 #include "io/reader.hpp"
 #include "io/store.hpp"
@@ -8,6 +9,8 @@
 
 namespace edgewise::store {
 namespace {
+
+constexpr const char* kFilm = "MP4";  // never one picture
 
 const std::vector<Type> kNumbers{Type::u8,  Type::i8,  Type::u16, Type::i16,
                                  Type::u32, Type::i32, Type::f32, Type::f64};
@@ -101,6 +104,20 @@ std::vector<Format> table() {
                   4,
                   false,
                   "several frames are an animation; the first is read"}),
+        // Sides of H.264's highest level.
+        animated({kFilm,
+                  {".mp4"},
+                  false,
+                  true,
+                  {Type::u8},
+                  true,
+                  false,
+                  3,
+                  false,
+                  "films of several frames; the program ffmpeg makes them",
+                  "",
+                  {2},
+                  16384}),
         {"JPEG",
          {".jpg", ".jpeg"},
          true,
@@ -251,10 +268,10 @@ const Format* format_of(std::string_view path) {
     return best;
 }
 
-std::string cannot_write(std::string_view path, const Header& what) {
-    const Format* found = format_of(path);
-    if (!found) return "the ending of '" + shown(path) + "' names no format";
-    const Format& format = *found;
+namespace {
+
+/// Why a format cannot hold this, be it one picture or several, or "".
+std::string cannot_hold(std::string_view path, const Format& format, const Header& what) {
     if (ends_with_any(path, {".img", ".nhdr"}) || (what.volume && ends_with_any(path, {".hdr"})))
         return "headers apart from their data are not written";
     if (ends_with_any(path, {".pbm"})) return "pictures of one bit are not written";
@@ -288,6 +305,30 @@ std::string cannot_write(std::string_view path, const Header& what) {
             "MetaImage can",
             format.name);
     return {};
+}
+
+}  // namespace
+
+std::string cannot_write(std::string_view path, const Header& what) {
+    const Format* format = format_of(path);
+    if (!format) return "the ending of '" + shown(path) + "' names no format";
+    const std::string why = cannot_hold(path, *format, what);
+    if (why.empty() && format->name == kFilm) return "MP4 holds films of several pictures, not one";
+    return why;
+}
+
+std::string cannot_animate(std::string_view path, const Header& what) {
+    const Format* format = format_of(path);
+    if (!format) return "the ending of '" + shown(path) + "' names no format";
+    std::string why = cannot_hold(path, *format, what);
+    if (!why.empty()) return why;
+    if (!format->frames) return fmt::format("{} holds one picture", format->name);
+    return no_encoder(path);
+}
+
+std::string no_encoder(std::string_view path) {
+    const Format* format = format_of(path);
+    return format && format->name == kFilm ? no_film() : "";
 }
 
 }  // namespace edgewise::store

@@ -13,6 +13,7 @@ namespace {
 constexpr std::size_t kMostPages = 1 << 20;
 constexpr std::uint64_t kMostEntries = 4096;
 constexpr std::uint64_t kMostStrips = 1 << 26;
+constexpr std::uint64_t kMostParts = 1 << 16;
 
 class Directory {
  public:
@@ -175,6 +176,16 @@ class Directory {
             case 34675:
                 page.icc = entry.at;
                 page.icc_bytes = entry.count;
+                break;
+            case 50838:
+                page.imagej_parts.clear();
+                if (entry.type != 4 || entry.count > kMostParts) break;
+                for (std::uint64_t i = 0; i < entry.count; ++i)
+                    page.imagej_parts.push_back(static_cast<std::uint32_t>(value(entry, i)));
+                break;
+            case 50839:
+                page.imagej = entry.at;
+                page.imagej_bytes = entry.count * width_of(entry.type);
                 break;
             default:
                 break;

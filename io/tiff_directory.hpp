@@ -30,6 +30,8 @@ struct TiffPage {
     double resolution[2] = {0, 0};           // pixels a unit along x and y; 0: not said
     int resolution_unit = 2;                 // 1 none, 2 inch, 3 centimetre
     std::uint64_t icc = 0, icc_bytes = 0;
+    std::uint64_t imagej = 0, imagej_bytes = 0;  // ImageJ's own block
+    std::vector<std::uint32_t> imagej_parts;     // bytes of its head, then of each of its parts
 };
 
 /// By its first four bytes, TIFF and BigTIFF.

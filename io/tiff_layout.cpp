@@ -157,10 +157,55 @@ class ImageJ {
     std::map<std::string, std::string> values_;
 };
 
+/// The last entries of lookup tables, which are the brightest; black ones, of tables that run the
+/// other way, are none. The block begins with a head that names kinds of parts and counts them; the
+/// parts follow in that order. All numbers are as the file's.
+std::vector<std::optional<Colour>> imagej_colours(const File& file, const TiffPage& page) {
+    constexpr std::size_t kEntries = 256, kNumber = 4, kKind = 2 * kNumber;
+    constexpr std::uint64_t kLargestHead = 1 << 12, kLuts = 0x6c757473;  // "luts"
+    std::vector<std::optional<Colour>> colours;
+    if (page.imagej_parts.empty() || page.imagej_parts[0] > kLargestHead || page.samples > 1)
+        return colours;
+    Bytes head(page.imagej_parts[0]);
+    if (head.size() > page.imagej_bytes || file.read_some(page.imagej, head) != head.size())
+        return colours;
+    const auto number = [&](std::size_t at) {
+        std::uint64_t value = 0;
+        for (std::size_t i = 0; i < kNumber; ++i)
+            value |= std::to_integer<std::uint64_t>(head[at + i])
+                     << 8 * (page.big_endian ? kNumber - 1 - i : i);
+        return value;
+    };
+    std::uint64_t at = head.size();
+    std::size_t part = 1;
+    for (std::size_t kind = kNumber; kind + kKind <= head.size(); kind += kKind)
+        for (std::uint64_t i = number(kind + kNumber); i > 0 && part < page.imagej_parts.size();
+             --i) {
+            const std::uint64_t bytes = page.imagej_parts[part++];
+            std::byte table[3 * kEntries];
+            if (number(kind) == kLuts && bytes == sizeof(table) &&
+                at + bytes <= page.imagej_bytes &&
+                file.read_some(page.imagej + at, table) == sizeof(table)) {
+                Colour last{};
+                for (std::size_t c = 0; c < 3; ++c)
+                    last[c] = std::to_integer<int>(table[kEntries * (c + 1) - 1]) / 255.0;
+                const bool black = last == Colour{};
+                colours.push_back(black ? std::nullopt : std::optional(last));
+            }
+            at += bytes;
+        }
+    return colours;
+}
+
 // OME ----------------------------------------------------------------------------------------
 
 struct TiffData {
     std::int64_t ifd, z, c, t, planes;  // -1: not said
+};
+
+struct OmeChannel {
+    std::int64_t samples = 1;
+    std::optional<Colour> colour;
 };
 
 struct OmeImage {
@@ -168,12 +213,21 @@ struct OmeImage {
     std::map<std::string, std::string> pixels;  // attributes
     std::vector<TiffData> data;
     std::int64_t samples = 1;  // of one page, as the first channel says
+    std::vector<OmeChannel> channels;
 };
 
 struct Ome {
     std::vector<OmeImage> images;
     std::set<std::string> files;  // that planes are said to lie in
 };
+
+/// "-16776961": red, green, blue and opacity as the bytes of a signed number.
+std::optional<Colour> ome_colour(const std::string& text) {
+    const auto number = to_integer(text);
+    if (!number || *number < INT32_MIN || *number > UINT32_MAX) return std::nullopt;
+    const auto bits = static_cast<std::uint32_t>(*number);
+    return Colour{(bits >> 24) / 255.0, (bits >> 16 & 0xff) / 255.0, (bits >> 8 & 0xff) / 255.0};
+}
 
 /// The few characters beyond ASCII that units need.
 std::string without_entities(std::string text) {
@@ -223,7 +277,9 @@ Ome parsed(const FilePointer& file, const TiffPage& page) {
             image.pixels = tag.attributes;
             inside = !tag.empty;
         } else if (inside && name == "Channel") {
-            image.samples = std::max<std::int64_t>(image.samples, whole("SamplesPerPixel"));
+            const std::int64_t samples = std::max<std::int64_t>(whole("SamplesPerPixel"), 1);
+            image.samples = std::max(image.samples, samples);
+            image.channels.push_back({samples, ome_colour(tag.attribute("Color"))});
         } else if (inside && name == "TiffData") {
             image.data.push_back({whole("IFD"), whole("FirstZ"), whole("FirstC"), whole("FirstT"),
                                   whole("PlaneCount")});
@@ -394,14 +450,14 @@ std::string list_of(const Ome& ome) {
     return list;
 }
 
-std::size_t chosen(const Header& header, const Ome& ome, const Selection& pick) {
+std::size_t chosen(const std::string& file, const Ome& ome, const Selection& pick) {
     if (ome.images.size() == 1 && !pick.series) return 0;
     if (!pick.series)
-        throw RequestError(fmt::format("{}: holds {} images, choose one with --series N:{}",
-                                       header.file, ome.images.size(), list_of(ome)));
+        throw RequestError(fmt::format("{}: holds {} images, choose one with --series N:{}", file,
+                                       ome.images.size(), list_of(ome)));
     const auto index = to_integer(*pick.series);
     if (!index || *index < 0 || *index >= static_cast<std::int64_t>(ome.images.size()))
-        throw RequestError(fmt::format("{}: --series {}: it holds images{}", header.file,
+        throw RequestError(fmt::format("{}: --series {}: it holds images{}", file,
                                        shown(*pick.series), list_of(ome)));
     return static_cast<std::size_t>(*index);
 }
@@ -418,7 +474,7 @@ TiffLayout tiff_layout(Header& header, FilePointer file, const std::vector<TiffP
                                             "sets of files are not supported",
                                             ome.files.size()));
         if (!ome.images.empty())
-            return OmeLayout(header, pages, ome.images[chosen(header, ome, pick)]).run();
+            return OmeLayout(header, pages, ome.images[chosen(header.file, ome, pick)]).run();
     }
     if (text.starts_with("ImageJ=")) return ImageJ(header, pages, text).run();
     TiffLayout layout = stack_of(pages);
@@ -437,6 +493,25 @@ std::vector<Series> tiff_series(const std::string& path) {
     for (const OmeImage& image : parsed(file, pages[0]).images)
         list.push_back({std::to_string(list.size()), image.name, 1});
     return list;
+}
+
+std::vector<std::optional<Colour>> tiff_colours(const std::string& path, const Selection& pick) {
+    const auto file = std::make_shared<const File>(path);
+    const TiffPage page = tiff_pages(*file)[0];
+    const std::string text = start_of(*file, page, 1 << 14);
+    if (text.starts_with("ImageJ=")) return imagej_colours(*file, page);
+    std::vector<std::optional<Colour>> colours;
+    if (!is_ome(text) || page.text_bytes > kLongestOme) return colours;
+    const Ome ome = parsed(file, page);
+    if (ome.images.empty()) return colours;
+    constexpr std::int64_t kMostSamples = 64;  // of a pixel
+    for (const OmeChannel& channel : ome.images[chosen(path, ome, pick)].channels)
+        if (channel.samples == 1)
+            colours.push_back(channel.colour);
+        else  // the samples of a photograph are its colours
+            colours.resize(colours.size() +
+                           static_cast<std::size_t>(std::min(channel.samples, kMostSamples)));
+    return colours;
 }
 
 }  // namespace edgewise::store

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "io/channel_colours.hpp"
 #include "io/store.hpp"
 #include "io/tiff_directory.hpp"
 
@@ -31,5 +33,9 @@ TiffLayout tiff_layout(Header&, FilePointer, const std::vector<TiffPage>&, const
 
 /// The images of an OME-TIFF; empty for all other files.
 std::vector<Series> tiff_series(const std::string& path);
+
+/// The colours of channels as an OME-TIFF or a hyperstack of ImageJ says them; empty for all other
+/// files. @throws InputError, RequestError as tiff_layout
+std::vector<std::optional<Colour>> tiff_colours(const std::string& path, const Selection&);
 
 }  // namespace edgewise::store

@@ -14,11 +14,14 @@
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
+#include "transitions/project/shear_warp_runs.hpp"
 #include "transitions/project/sorted_bricks.hpp"
 #include "transitions/project/sorted_mip.hpp"
 #include "transitions/project/splat.hpp"
+#include "transitions/project/splat_sheets.hpp"
 #include "transitions/shade/classify.hpp"
 #include "transitions/shade/gradient.hpp"
+#include "transitions/shade/runs.hpp"
 #include "transitions/spectrum/forward.hpp"
 #include "transitions/spectrum/inverse.hpp"
 #include "transitions/spectrum/slice.hpp"
@@ -47,6 +50,7 @@ Catalogue catalogue() {
         spectrum_forward(),
         precision(),
         gradient_facet(),
+        visible_runs(),
         sorted_bricks(),
         shade_classify(),
         shade_materials(),
@@ -71,7 +75,9 @@ Catalogue catalogue() {
         depth_cast(),
         depth_light(),
         shear_warp(),
+        shear_warp_runs(),
         splat(),
+        splat_sheets(),
         // Appendix B: what project.combine does in one pass, in two.
         classify(),
         back_to_front_over(),

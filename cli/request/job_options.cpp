@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "cli/request/channel_words.hpp"
 #include "engine/request/geometry.hpp"
 #include "engine/request/numbers.hpp"
 #include "engine/request/quantities.hpp"
@@ -186,6 +187,11 @@ store::Selection selection_of(const SelectionWords& words) {
     store::Selection selection;
     selection.series = words.series;
     if (words.time) selection.time = static_cast<int>(whole_of("--time", *words.time, 0, kMost));
+    if (names_colours(words))
+        throw RequestError(
+            fmt::format("--channel: '{}' is merged by `edgewise render` alone; here expected one "
+                        "number, from 0",
+                        *words.channel));
     if (words.channel)
         selection.channel = static_cast<int>(whole_of("--channel", *words.channel, 0, kMost));
     if (words.orient) {

@@ -214,7 +214,8 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
              "1 to 100: of JPEG, default 95; WebP and JPEG 2000 keep every value without it");
     }
     if (o.job == Job::render)
-        text("--fps", o.fps, "F", "pictures a second of a .gif or .apng of several; default 15");
+        text("--fps", o.fps, "F",
+             "pictures a second of a .gif, .apng or .mp4 of several; default 15");
     text("--json", o.json, "FILE|-", "report");
     app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
     if (!surface) add_verify(app, o);
@@ -237,7 +238,8 @@ void add_selection(CLI::App& app, SelectionWords& words) {
                           const char* help) { add_text(app, name, into, help)->type_name(value); };
     text("--series", words.series, "UID|N", "which series of a folder, or image of an OME-TIFF");
     text("--time", words.time, "N", "which time point, from 0");
-    text("--channel", words.channel, "N", "which channel, from 0");
+    text("--channel", words.channel, "N|N[=COLOUR],...|all",
+         "which channel, from 0; render merges several, as 0,1 or 0=red,2=#00ff80");
     text("--orient", words.orient, "RAS|...", "where x, y, z point, where FILE is silent or wrong");
     text("--input-spacing", words.spacing, "S[,S[,S]]",
          "distance of FILE's samples, where it is silent or wrong");

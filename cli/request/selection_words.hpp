@@ -13,6 +13,7 @@ struct SelectionWords {
 };
 
 /// Which of several things in a file are meant, and what is said in its place. @throws RequestError
+/// also where several channels are named
 store::Selection selection_of(const SelectionWords& words);
 
 }  // namespace edgewise::cli

@@ -268,8 +268,10 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
         throw RequestError(fmt::format(
             "render: {} is an image; expected a volume (warp turns images)", input.name));
     if (want.job == Job::render && input.channels() > 1)
-        throw RequestError(fmt::format("render: {} has {} channels, from 0; say which by --channel",
-                                       input.name, input.channels()));
+        throw RequestError(
+            fmt::format("render: {} has {} channels, from 0; say which by --channel, or --channel "
+                        "all, which merges them in colours",
+                        input.name, input.channels()));
     if (input.channels() > 4)
         throw RequestError(fmt::format(
             "warp: {} has {} channels, from 0, and at most 4 are kept; say which by --channel",

@@ -10,6 +10,7 @@
 #include "engine/request/numbers.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
+#include "io/animation.hpp"
 #include "io/file.hpp"
 #include "io/surface_file.hpp"
 
@@ -93,6 +94,8 @@ Outputs::Outputs(const std::string& pattern, Holds holds) : pattern_(pattern) {
                            format_ ? format_->name + " is only read, not written"
                                    : std::string("no format has this ending"),
                            writable_endings()));
+    if (const std::string why = store::no_encoder(file(0)); !why.empty())
+        refuse("-o", pattern, why);
     expect_writable("-o", file(0));
 }
 
@@ -111,7 +114,7 @@ void Outputs::expect_frames(int frames) const {
         refuse(
             "-o", pattern_,
             fmt::format("{} frames need a number in the name, as {}_%03d{}, or an animation, "
-                        "{}.gif or .apng",
+                        "{}.gif, .apng or .mp4",
                         frames, fs::path(before_).stem().string(),
                         fs::path(before_).extension().string(), fs::path(before_).stem().string()));
 }

@@ -9,6 +9,7 @@
 #include <memory>
 #include <random>
 
+#include "io/channel_colours.hpp"
 #include "tests/io/dicom_testing.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -140,13 +141,16 @@ std::string vtk_fields(const char* form, const std::string& data, const std::str
 /// A page of 6 x 4 pixels for each strip, with tags that hold one number each, and a text.
 std::string tiff_seed(const std::vector<std::pair<int, std::uint32_t>>& tags,
                       const std::vector<std::string>& strips, const std::string& text,
-                      const std::vector<std::uint16_t>& colours = {}) {
+                      const std::vector<std::uint16_t>& colours = {},
+                      const std::vector<std::string>& imagej = {}) {
     std::string out("II*\0\x8\0\0\0", 8);
     for (std::size_t page = 0; page < strips.size(); ++page) {
         const std::size_t at = out.size();
         std::map<int, std::pair<int, std::pair<std::uint32_t, std::uint32_t>>> all;
         for (const auto& [tag, value] : tags) all[tag] = {4, {1, value}};
-        const std::size_t entries = tags.size() + 4 + (page == 0) + !colours.empty();
+        const bool has_parts = page == 0 && !imagej.empty();
+        const std::size_t entries =
+            tags.size() + 4 + (page == 0) + !colours.empty() + 2 * has_parts;
         std::size_t end = at + 2 + 12 * entries + 4;
         all[256] = {4, {1, 6}}, all[257] = {4, {1, 4}};
         std::string behind;
@@ -158,6 +162,16 @@ std::string tiff_seed(const std::vector<std::pair<int, std::uint32_t>>& tags,
         };
         if (page == 0) place(270, 2, text.size() + 1, text + '\0');
         if (!colours.empty()) place(320, 3, colours.size(), raw(colours));
+        if (has_parts) {
+            std::vector<std::uint32_t> sizes;
+            std::string all_parts;
+            for (const std::string& part : imagej) {
+                sizes.push_back(static_cast<std::uint32_t>(part.size()));
+                all_parts += part;
+            }
+            place(50838, 4, sizes.size(), raw(sizes));
+            place(50839, 1, all_parts.size(), all_parts);
+        }
         all[273] = {4, {1, static_cast<std::uint32_t>(end + behind.size())}};
         all[279] = {4, {1, static_cast<std::uint32_t>(strips[page].size())}};
         behind += strips[page];
@@ -184,12 +198,17 @@ std::vector<Seed> tiff_seeds() {
         "<?xml version=\"1.0\"?><OME><Image Name=\"a\"><Pixels DimensionOrder=\"XYCZT\" "
         "SizeX=\"6\" "
         "SizeY=\"4\" SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\" PhysicalSizeX=\"0.5\">"
+        "<Channel Color=\"-16776961\"/><Channel Color=\"65535\"/>"
         "<TiffData IFD=\"0\" PlaneCount=\"4\"/><TiffData IFD=\"4\" FirstZ=\"2\" PlaneCount=\"2\"/>"
         "</Pixels></Image></OME>";
     const std::string stack = "ImageJ=1\nimages=6\nchannels=2\nslices=3\nunit=um\nspacing=2\n";
     std::vector<std::uint16_t> colours(48);
     for (std::size_t i = 0; i < 48; ++i) colours[i] = static_cast<std::uint16_t>(i * 1000);
+    // A head that names one label and two lookup tables, and these.
+    const std::string head("JIJIlbal\1\0\0\0stul\2\0\0\0", 20);
+    const std::vector<std::string> parts{head, "ab", std::string(768, 'x'), std::string(768, 'y')};
     return {{"imagej.tif", tiff_seed(shorts, pages, stack)},
+            {"tables.tif", tiff_seed(shorts, pages, stack, {}, parts)},
             {"one.tif",
              tiff_seed(shorts, {raw(ramp(24 * 6)).substr(0, 48)}, stack) + raw(ramp(24 * 5))},
             {"ome.tif", tiff_seed(shorts, pages, ome)},
@@ -334,6 +353,7 @@ void read_exactly(const std::string& path) {
     const std::size_t bytes = loaded_bytes(header, pick);
     const auto into = std::make_unique<std::byte[]>(bytes);
     read_samples(header, pick, into.get(), bytes);
+    channel_colours(path);
 }
 
 int rounds() {

@@ -11,7 +11,6 @@ namespace edgewise::kernels {
 namespace {
 
 constexpr std::int64_t kSideOfSorted = SortedBricks::kSide;
-constexpr std::int64_t kGroups = kSideOfSorted / kBrickSide;  // of samples along x
 static_assert(kSideOfSorted % kBrickSide == 0);
 
 /// Samples [begin, end) along an axis that places of a brick read.
@@ -66,8 +65,8 @@ class RowsRead {
 
 }  // namespace
 
-void bound_bricks(const Grid& volume, const Reach& reach, std::int64_t begin, std::int64_t end,
-                  std::span<SortedBrick> bricks, std::pmr::memory_resource* memory) {
+float bound_bricks(const Grid& volume, const Reach& reach, std::int64_t begin, std::int64_t end,
+                   std::span<SortedBrick> bricks, std::pmr::memory_resource* memory) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     // A sum of 64 products rounds; interpolation never leaves what it lies between.
     const float rounding = reach.before > 0 ? 0x1p-20f : 0;
@@ -77,6 +76,7 @@ void bound_bricks(const Grid& volume, const Reach& reach, std::int64_t begin, st
     const std::size_t room = static_cast<std::size_t>(groups) + kSlack / sizeof(float);
     std::pmr::vector<float> lows(room, memory), highs(room, memory);
     RowsRead rows(volume, reach, memory);
+    float least = kInfinity;
     for (std::int64_t k = begin; k < end; ++k)
         for (std::int64_t j = 0; j < n.y; ++j) {
             const auto& read = rows.find({j, reach, volume.extent.y}, {k, reach, volume.extent.z});
@@ -90,6 +90,7 @@ void bound_bricks(const Grid& volume, const Reach& reach, std::int64_t begin, st
                     low = std::min(low, lows[static_cast<std::size_t>(g)]);
                     high = std::max(high, highs[static_cast<std::size_t>(g)]);
                 }
+                if (low <= high) least = std::min(least, falls ? -high : low);
                 const std::int64_t place = (k * n.y + j) * n.x + i;
                 const float slack = rounding * std::max(std::abs(low), std::abs(high));
                 bricks[static_cast<std::size_t>(place)] = {
@@ -97,6 +98,7 @@ void bound_bricks(const Grid& volume, const Reach& reach, std::int64_t begin, st
                     static_cast<std::int32_t>(place)};
             }
         }
+    return least;
 }
 
 }  // namespace edgewise::kernels

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory_resource>
 #include <span>
 
@@ -18,12 +19,14 @@ struct SortedBrick {
     std::int32_t place = 0;  // (k * ny + j) * nx + i
 };
 
-/// The bricks of a volume in descending order of their bounds; those without a finite sample are
+/// The bricks of a volume in descending order of their bounds; those that no ray gains from are
 /// left out. One list serves all views (Mroz, Hauser, Groeller 2000).
 struct SortedBricks {
     static constexpr int kSide = 8;  // samples
 
     std::span<const SortedBrick> bricks;
+    /// What every ray that meets the volume has at least; -inf: a ray may have nothing.
+    float floor = -std::numeric_limits<float>::infinity();
     Extent extent;  // bricks along each axis
     Extent volume;  // samples
 };
@@ -44,8 +47,9 @@ struct Reach {
 /// sample have -inf.
 /// @param bricks  of the whole volume
 /// @param memory  for rows of types that vectors do not read
-void bound_bricks(const Grid& volume, const Reach& reach, std::int64_t begin, std::int64_t end,
-                  std::span<SortedBrick> bricks, std::pmr::memory_resource* memory);
+/// @return the least that a finite sample of these layers counts as; none: inf
+float bound_bricks(const Grid& volume, const Reach& reach, std::int64_t begin, std::int64_t end,
+                   std::span<SortedBrick> bricks, std::pmr::memory_resource* memory);
 
 /// Where a view has bricks.
 struct ShownBricks {

@@ -1,6 +1,7 @@
 // The largest sample along rays, brick after brick in descending order of bounds.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <new>
@@ -34,12 +35,20 @@ struct SortedTile {
 constexpr int kColumns = kSortedTile / kWidth, kRows = kSortedTile / kHeight;
 constexpr int kPackets = kColumns * kRows;
 
-/// The packets of a tile, and what they have seen so far.
+/// The packets of a tile, and what they have seen so far. Those whose rays meet nothing are not
+/// made.
 struct Packets {
     HWY_ALIGN float best[kPackets][kLanes];  // as MaxSum has it
     HWY_ALIGN float least[kPackets];         // of a packet's rays; none: +inf
     bool any[kPackets] = {};                 // whether rays of a packet meet the volume
-    Packet rays[kPackets];
+    struct alignas(Packet) Room {
+        std::byte bytes[sizeof(Packet)];
+    } rooms[kPackets];
+
+    Packet& rays(int packet) { return *std::launder(reinterpret_cast<Packet*>(&rooms[packet])); }
+    const Packet& rays(int packet) const {
+        return *std::launder(reinterpret_cast<const Packet*>(&rooms[packet]));
+    }
 
     Packets(const SortedTile& tile, const ParallelRays& shared);
     /// What all rays have seen.
@@ -54,9 +63,9 @@ struct Packets {
 static_assert(kPackets % kLanes == 0);
 
 Packets::Packets(const SortedTile& tile, const ParallelRays& shared) {
-    constexpr float kNone = -std::numeric_limits<float>::infinity();
-    std::fill_n(&best[0][0], kPackets * kLanes, kNone);
-    std::fill_n(least, kPackets, -kNone);
+    const float floor = tile.bricks.floor;
+    std::fill_n(&best[0][0], kPackets * kLanes, floor);
+    std::fill_n(least, kPackets, std::numeric_limits<float>::infinity());
     const auto left = static_cast<double>(tile.x), top = static_cast<double>(tile.y);
     const Shadow shadow(tile.cast, shared, left, top, static_cast<double>(tile.width),
                         static_cast<double>(tile.height));
@@ -69,8 +78,9 @@ Packets::Packets(const SortedTile& tile, const ParallelRays& shared) {
             const double before = left + column * kWidth;
             if (before + columns - 1 < seen.first || before > seen.last) continue;
             const int packet = row * kColumns + column;
-            any[packet] = rays[packet].prepare(tile.cast, shared, before, above, columns, rows);
-            if (any[packet]) least[packet] = kNone;
+            auto* const made = new (&rooms[packet]) Packet;
+            any[packet] = made->prepare(tile.cast, shared, before, above, columns, rows);
+            if (any[packet]) least[packet] = floor;
         }
     }
 }
@@ -188,7 +198,7 @@ std::int64_t project(const SortedTile& tile, const Sampler& sampler, Packets& pa
                 if (in.first_part() > in.last_part()) continue;
                 Sum sum(cast);
                 sum.add(hn::Xor(hn::Load(DF(), packets.best[at]), sign), 0);
-                const int cells = sample(packets.rays[at], sampler, in, sum);
+                const int cells = sample(packets.rays(at), sampler, in, sum);
                 const typename Sum::Lanewise seen(sum);
                 const VF best = hn::Load(DF(), seen.best);
                 hn::Store(best, DF(), packets.best[at]);
@@ -208,7 +218,7 @@ void write(const SortedTile& tile, const Packets& packets) {
             std::copy_n(packets.best[at], kLanes, seen.best);
             for (int i = 0; i < std::min(kWidth, static_cast<int>(tile.width) - first); ++i) {
                 const int lane = row % kHeight * kWidth + i;
-                const bool hit = packets.any[at] && packets.rays[at].hit[lane];
+                const bool hit = packets.any[at] && packets.rays(at).hit[lane];
                 seen.write(tile.cast, lane, hit, 0, tile.out + row * tile.row_floats + first + i);
             }
         }
@@ -217,12 +227,6 @@ void write(const SortedTile& tile, const Packets& packets) {
 template <class Sum, class Read>
 std::int64_t fill_tile(const SortedTile& tile) {
     static_assert(std::is_trivially_destructible_v<Packets>);
-    if (tile.order.empty()) {
-        for (std::int64_t y = 0; y < tile.height; ++y)
-            std::fill_n(tile.out + y * tile.row_floats, tile.width,
-                        static_cast<float>(tile.cast.miss));
-        return 0;
-    }
     Block<std::byte> room(sizeof(Packets), tile.memory);
     const ParallelRays shared(tile.cast);
     Packets& packets = *new (room.data()) Packets(tile, shared);

@@ -79,31 +79,40 @@ std::int64_t splatted(const Row& row, float empty, std::int64_t begin, std::int6
     return count;
 }
 
-/// The voxels of a row whose footprints may meet the sums, and perhaps some more: what is cut here
-/// is cut again, by the pixels that a footprint has.
-struct Meeting {
-    std::int64_t begin, end;
-};
-HWY_INLINE Meeting meeting(const Splat& splat, const SplatSums& sums, std::int64_t y,
-                           std::int64_t z) {
-    double from = 0, to = static_cast<double>(splat.volume.extent.x);
-    for (std::size_t i = 0; i < 2; ++i) {
-        const double start = splat.screen[i].of(0, double(y), double(z));
-        const double low = double(sums.begin[i]) - splat.reach[i] - 1 - start;
-        const double high = double(sums.end[i]) + splat.reach[i] - start;
-        const double step = splat.screen[i].voxel[0];
-        if (std::abs(step) < 1e-9) {
-            // Rows of 2^20 voxels move by less than a pixel.
-            if (low > 1 || high < -1) return {0, 0};
-            continue;
+/// Which voxels of a row have footprints that may meet the sums, and perhaps some more: what is cut
+/// here is cut again, by the pixels that a footprint has.
+class Meeting {
+ public:
+    Meeting(const Splat& splat, const SplatSums& sums) : splat_(splat) {
+        for (std::size_t i = 0; i < 2; ++i) {
+            low_[i] = double(sums.begin[i]) - splat.reach[i] - 1;
+            high_[i] = double(sums.end[i]) + splat.reach[i];
+            // Steps below move a row of 2^20 voxels by less than a pixel.
+            const double step = splat.screen[i].voxel[0];
+            inverse_[i] = std::abs(step) < 1e-6 ? 0 : 1 / step;
         }
-        const double one = low / step, other = high / step;
-        from = std::max(from, std::floor(std::min(one, other)));
-        to = std::min(to, std::ceil(std::max(one, other)) + 1);
     }
-    if (!(from < to)) return {0, 0};
-    return {static_cast<std::int64_t>(from), static_cast<std::int64_t>(to)};
-}
+    HWY_INLINE SplatSpan of(SplatSpan span, std::int64_t y, std::int64_t z) const {
+        double from = span.begin, to = span.end;
+        for (std::size_t i = 0; i < 2; ++i) {
+            const double start = splat_.screen[i].of(0, double(y), double(z));
+            const double low = low_[i] - start, high = high_[i] - start;
+            if (inverse_[i] == 0) {
+                if (low > 1 || high < -1) return {};
+                continue;
+            }
+            const double one = low * inverse_[i], other = high * inverse_[i];
+            from = std::max(from, std::floor(std::min(one, other)));
+            to = std::min(to, std::ceil(std::max(one, other)) + 1);
+        }
+        if (!(from < to)) return {};
+        return {static_cast<std::int32_t>(from), static_cast<std::int32_t>(to)};
+    }
+
+ private:
+    const Splat& splat_;
+    std::array<double, 2> low_, high_, inverse_;
+};
 
 /// The pixels that a footprint may have.
 struct Patch {
@@ -123,10 +132,13 @@ template <class Use>
 void each_row(const Splat& splat, std::int64_t begin, std::int64_t end, const SplatSums& sums,
               Splatted* list, const Use& use) {
     const Grid& volume = splat.volume;
+    const Meeting meeting(splat, sums);
     const auto by = [&](const auto& row_at) {
         for (std::int64_t z = begin; z < end; ++z)
             for (std::int64_t y = 0; y < volume.extent.y; ++y) {
-                const Meeting meets = meeting(splat, sums, y, z);
+                const SplatSpan span = splat.spans[z * volume.extent.y + y];
+                if (span.begin >= span.end) continue;
+                const SplatSpan meets = meeting.of(span, y, z);
                 if (meets.begin >= meets.end) continue;
                 const std::int64_t count =
                     splatted(row_at(z * volume.slice_step() + y * volume.row_step()), splat.empty,

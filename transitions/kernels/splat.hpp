@@ -116,6 +116,11 @@ struct PlaceOnScreen {
     }
 };
 
+/// The samples of a row along x outside of which all are empty; none: begin = end.
+struct SplatSpan {
+    std::int32_t begin = 0, end = 0;
+};
+
 /// A volume and how it is seen.
 struct Splat {
     Grid volume;      // one channel, any real type; its value map is not read
@@ -125,7 +130,12 @@ struct Splat {
     std::array<double, 2> reach{};  // of a footprint to either side of its middle [pixel]
     std::array<int, 2> patch{};     // pixels that it covers, at most
     Footprints* footprints = nullptr;
+    const SplatSpan* spans = nullptr;  // of each row: y, then z
 };
+
+/// Finds the spans of the rows of slices [begin, end) along z. Single-threaded.
+/// @param spans  that of row (0, 0) of the volume
+void find_spans(const Splat& splat, std::int64_t begin, std::int64_t end, SplatSpan* spans);
 
 /// Sums of pixels [begin, end) of the screen, with room around them for footprints that lie partly
 /// beside: those of pixel (x, y) are at first[(y - begin[1]) * pitch + x - begin[0]].

@@ -14,6 +14,70 @@ namespace {
 constexpr int kCellBits = 5;
 static_assert(Footprints::Shape{}.cells == 1 << kCellBits);
 
+/// The samples of a row between the first and the last that are not empty.
+template <class T>
+SplatSpan span_of(const T* row, std::int64_t n, float empty) {
+    const hn::ScalableTag<T> d;
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+    const auto one = static_cast<T>(empty);
+    const auto nothing = hn::Set(d, one);
+    const auto is_empty = [&](std::int64_t i) {
+        return hn::AllTrue(d, hn::Eq(hn::LoadU(d, row + i), nothing));
+    };
+    std::int64_t begin = 0, end = n;
+    while (begin + lanes <= n && is_empty(begin)) begin += lanes;
+    while (begin < n && row[begin] == one) ++begin;
+    while (end - lanes >= begin && is_empty(end - lanes)) end -= lanes;
+    while (end > begin && row[end - 1] == one) --end;
+    return {static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end)};
+}
+
+void spans_on(const Splat& splat, std::int64_t begin, std::int64_t end, SplatSpan* spans) {
+    const Grid& volume = splat.volume;
+    const auto by = [&](const auto& of_row) {
+        for (std::int64_t z = begin; z < end; ++z)
+            for (std::int64_t y = 0; y < volume.extent.y; ++y)
+                spans[z * volume.extent.y + y] =
+                    of_row(z * volume.slice_step() + y * volume.row_step());
+    };
+    const auto typed = [&](auto sample) {
+        using T = decltype(sample);
+        const std::array<double, 2> range = limits_of(volume.type);
+        const bool holds = splat.empty >= range[0] && splat.empty <= range[1] &&
+                           static_cast<float>(static_cast<T>(splat.empty)) == splat.empty;
+        const std::int64_t n = volume.extent.x;
+        by([&](std::int64_t first) {
+            // Of a type that cannot hold what is empty, no sample is.
+            return holds ? span_of(volume.as<T>() + first, n, splat.empty)
+                         : SplatSpan{0, static_cast<std::int32_t>(n)};
+        });
+    };
+    switch (volume.type) {
+        case Type::u8:
+            return typed(std::uint8_t{});
+        case Type::i8:
+            return typed(std::int8_t{});
+        case Type::u16:
+            return typed(std::uint16_t{});
+        case Type::i16:
+            return typed(std::int16_t{});
+        case Type::f32:
+            return typed(float{});
+        default: {
+            const ScalarLoad load = scalar_load(volume.type);
+            by([&](std::int64_t first) {
+                SplatSpan span{0, static_cast<std::int32_t>(volume.extent.x)};
+                const auto is_empty = [&](std::int32_t x) {
+                    return load(volume.samples, first + x) == splat.empty;
+                };
+                while (span.begin < span.end && is_empty(span.begin)) ++span.begin;
+                while (span.begin < span.end && is_empty(span.end - 1)) --span.end;
+                return span;
+            });
+        }
+    }
+}
+
 /// The footprints of rows of voxels.
 template <class Read, bool kShort>
 class RowsOfVoxels {
@@ -102,7 +166,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace edgewise::kernels {
 
+HWY_EXPORT(spans_on);
 HWY_EXPORT(splat_on);
+
+void find_spans(const Splat& splat, std::int64_t begin, std::int64_t end, SplatSpan* spans) {
+    HWY_DYNAMIC_DISPATCH(spans_on)(splat, begin, end, spans);
+}
 
 void splat(const Splat& splat, std::int64_t begin, std::int64_t end, const SplatSums& sums,
            Splatted* row) {

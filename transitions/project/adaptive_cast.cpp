@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tbb/parallel_for.h>
 #include <vector>
 
 #include "graph/spread.hpp"
@@ -164,7 +165,6 @@ class Casts {
 //    estimate.
 
 constexpr int kFirstBound = 3, kLastBound = 14;
-constexpr int kBounds = kLastBound - kFirstBound + 1;
 constexpr int kSquares = 128;  // drawn
 
 std::string cast_fact(int bound) { return fmt::format("adaptive/cast/{}", bound); }
@@ -185,9 +185,10 @@ struct BoundsAround {
     }
 };
 
-/// [value]
+/// [value]. Of the range of what was drawn, which does not hang on whether errors were asked for.
 double tolerance_of(const Offer& offer, const Ask& ask) {
-    return offer.with.number("tolerance") * ask.scene.range;
+    return offer.with.number("tolerance") *
+           ask.scene.fact("adaptive/spread").value_or(ask.scene.range);
 }
 
 /// The share of squares that are cast.
@@ -216,6 +217,8 @@ std::string not_smooth(const Representation& from, const Ask& ask) {
 
 Offer offer_adaptive(const Representation& from, const Ask& ask, const Parameters& with) {
     constexpr double kMost = 0.8;
+    if (filter_named(with.word("filter")).taps == 1)
+        return Offer::no("nearest samples have steps that are as steep as pixels are narrow");
     Offer offer = plain_cast().offer(from, ask, with);
     if (!offer.refused.empty()) return offer;
     if (std::string reason = not_smooth(from, ask); !reason.empty())
@@ -227,8 +230,8 @@ Offer offer_adaptive(const Representation& from, const Ask& ask, const Parameter
 }
 
 Work work_adaptive(const Offer& offer, const Ask& ask, int view) {
-    // Corners beside tiles of them are cast with their own; their rays share few lines.
-    constexpr double kRays = 1.1 / (kEvery * kEvery), kLines = 0.3, kGuess = 0.3;
+    // Rays of corners share few lines, and take about twice as long as others.
+    constexpr double kRays = 2.2 / (kEvery * kEvery), kLines = 0.3, kGuess = 0.3;
     // Eight products and sums a pixel, second differences of a square.
     constexpr double kInterpolated = 12, kRound = 40;
     const double pixels = static_cast<double>(offer.to.samples()) * offer.to.channels;
@@ -250,13 +253,12 @@ Error error_adaptive(const Offer& offer, const Ask& ask) {
     Error error = plain_cast().error(offer, ask);
     const double tolerance = tolerance_of(offer, ask);
     const auto spread = ask.scene.fact("adaptive/spread");
-    if (!spread) {
-        error.bias += tolerance;
-        return error;
-    }
-    // Of the larger bound: more squares are interpolated.
+    if (!spread) return Error::unknown();
+    // Of the larger bound: more squares are interpolated. What is rarer than three of the squares
+    // that were drawn may have been missed; it is taken to err by twice the tolerance.
     const int bound = BoundsAround(tolerance, *spread).larger;
-    error.bias += ask.scene.fact(error_fact(bound)).value_or(tolerance);
+    const double missed = 2 * tolerance * std::sqrt(3.0 / kSquares);
+    error.bias += std::hypot(ask.scene.fact(error_fact(bound)).value_or(tolerance), missed);
     return error;
 }
 
@@ -265,10 +267,10 @@ struct Drawn {
     float difference = 0;
     double squares = 0;  // of the errors of its pixels, whose rays meet the data
     double pixels = 0;   // so many do
+    double low = std::numeric_limits<double>::infinity(), high = -low;  // of their values
 };
 
-Drawn drawn_square(const Casts& casts, int channels, std::int64_t i, std::int64_t j, double& low,
-                   double& high) {
+Drawn drawn_square(const Casts& casts, int channels, std::int64_t i, std::int64_t j) {
     constexpr int kMostChannels = 4;
     std::array<float, kEvery * kEvery * kMostChannels> corners, exact, between;
     const std::ptrdiff_t row = kEvery * channels;
@@ -286,8 +288,8 @@ Drawn drawn_square(const Casts& casts, int channels, std::int64_t i, std::int64_
             const auto at = static_cast<std::size_t>(p * channels + c);
             const double error = double(between[at]) - exact[at];
             drawn.squares += error * error / channels;
-            low = std::min(low, double(exact[at]));
-            high = std::max(high, double(exact[at]));
+            drawn.low = std::min(drawn.low, double(exact[at]));
+            drawn.high = std::max(drawn.high, double(exact[at]));
         }
     }
     return drawn;
@@ -319,18 +321,23 @@ void count_adaptive(const Data& input, const Request& want, std::map<std::string
     // As a filter reads samples; splines are smoother.
     const Filter& filter =
         field_filter(want.field == Field::nearest ? Field::nearest : Field::linear);
-    std::vector<Drawn> drawn;
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    std::vector<Drawn> drawn(kSquares);
     // Spread evenly (Roberts 2018).
     constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};
-    for (int n = 0; n < kSquares; ++n) {
+    tbb::parallel_for(0, kSquares, [&](int n) {
         const auto at = [&](std::size_t axis, std::int64_t range) {
             return static_cast<std::int64_t>(std::fmod(0.5 + ratio[axis] * (n + 1), 1.0) *
                                              static_cast<double>(range));
         };
         const Casts casts(input, want, static_cast<int>(at(2, want.frames)), filter, 1);
-        drawn.push_back(drawn_square(casts, want.mode->channels, at(0, want.screen.x) / kEvery,
-                                     at(1, want.screen.y) / kEvery, low, high));
+        drawn[static_cast<std::size_t>(n)] =
+            drawn_square(casts, want.mode->channels, at(0, want.screen.x) / kEvery,
+                         at(1, want.screen.y) / kEvery);
+    });
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Drawn& each : drawn) {
+        low = std::min(low, each.low);
+        high = std::max(high, each.high);
     }
     if (!(high > low) || !std::isfinite(high - low)) return;
     facts["adaptive/spread"] = high - low;
@@ -426,7 +433,7 @@ Transition adaptive_cast() {
         {"filter", any_filter({"foh", "bspline3"})},
         {"step", number(0.01, 4, {1}, "distance of samples, in the smallest spacing")},
         {"tolerance",
-         number(0, 1, {0.002},
+         number(0, 1, {0.0003, 0.004},
                 "what linear interpolation of a square may err by, share of the range")}};
     edge.offer = offer_adaptive;
     edge.work = work_adaptive;

@@ -8,12 +8,12 @@ namespace edgewise {
 /// between them are interpolated where the picture is smooth, and cast where it is not.
 ///
 /// Smooth is a square whose four corners have second differences, along x and along y, of which an
-/// eighth of the largest (what linear interpolation errs by) is below `tolerance`. It is then
-/// interpolated by cubics (Keys 1981), which err by less.
+/// eighth of the largest is below `tolerance`: so much linear interpolation errs by. It is then
+/// interpolated by cubics (Keys 1981), which err by less; at a kink by up to three times that.
 /// Edge    object/scalar or object/coefficients -> screen/picture
 /// Shape   as project.ray_cast
-/// Needs   a mode that takes all samples of a ray, without light; one memory; pictures that are
-///         mostly smooth: of squares that are drawn at most four fifths may differ
+/// Needs   a mode that takes all samples of a ray, without light; a filter that interpolates; one
+///         memory; of squares that are drawn at most four fifths that are not smooth
 /// Work    that of project.ray_cast for a sixteenth of the rays and those of squares that differ,
 ///         whose share is counted on squares that are drawn
 /// Error   that of project.ray_cast; and what interpolation leaves, measured on the same squares,

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <optional>
 #include <span>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
+#include <vector>
 
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
@@ -53,20 +55,27 @@ void run_bricks(const Offer& offer, const Ask& ask, const Data& in, Data& out, c
     const std::span<SortedBrick> bricks{static_cast<SortedBrick*>(made->room.data()), count};
     const kernels::Reach reach =
         in.what.content == "coefficients" ? kernels::Reach{1, 2} : kernels::Reach{0, 1};
+    std::vector<float> least(static_cast<std::size_t>(n.z));
     tbb::parallel_for(std::int64_t{0}, n.z, [&](std::int64_t layer) {
         if (!context.stopped())
-            kernels::bound_bricks(volume, reach, layer, layer + 1, bricks, context.memory);
+            least[static_cast<std::size_t>(layer)] =
+                kernels::bound_bricks(volume, reach, layer, layer + 1, bricks, context.memory);
     });
     context.poll();
+    // Values between finite samples are no less than the least of these. Splines round.
+    const bool finite =
+        is_integer(volume.type) || (volume.type == Type::f32 && ask.scene.non_finite == 0);
+    const float floor = finite && reach.before == 0 ? *std::min_element(least.begin(), least.end())
+                                                    : -std::numeric_limits<float>::infinity();
     // Places decide ties, so that the order is one.
-    tbb::parallel_sort(bricks.begin(), bricks.end(),
-                       [](const SortedBrick& a, const SortedBrick& b) {
-                           return a.bound != b.bound ? a.bound > b.bound : a.place < b.place;
-                       });
-    const auto end = std::find_if(bricks.begin(), bricks.end(), [](const SortedBrick& brick) {
-        return brick.bound == -std::numeric_limits<float>::infinity();
+    const auto end =
+        std::partition(bricks.begin(), bricks.end(),
+                       [floor](const SortedBrick& brick) { return brick.bound > floor; });
+    tbb::parallel_sort(bricks.begin(), end, [](const SortedBrick& a, const SortedBrick& b) {
+        return a.bound != b.bound ? a.bound > b.bound : a.place < b.place;
     });
-    made->sorted = {.bricks = {bricks.begin(), end}, .extent = n, .volume = volume.extent};
+    made->sorted = {
+        .bricks = {bricks.begin(), end}, .floor = floor, .extent = n, .volume = volume.extent};
     out.facets[sorted_facet_of(ask.want, offer.from.values)] =
         std::shared_ptr<const BricksBeside>(made);
 }
@@ -75,6 +84,14 @@ void run_bricks(const Offer& offer, const Ask& ask, const Data& in, Data& out, c
 
 std::string sorted_facet_of(const Request& want, const ValueMap& values) {
     return kSortedFacets[(values.slope < 0) != want.mode->negated ? 1 : 0];
+}
+
+std::optional<double> share_needed(const Scene& scene) {
+    const auto taken = scene.fact("cast/bricks"), all = scene.fact("cast/all");
+    if (!taken || !all || !(*all > 0)) return {};
+    // The caster takes a sixteenth first, to know early what cannot matter.
+    constexpr double kFirst = 1.0 / 16;
+    return std::clamp(*taken / *all - kFirst, 0.0, 1.0);
 }
 
 std::string no_sorting(const Representation& from, const Ask& ask) {
@@ -88,6 +105,13 @@ std::string no_sorting(const Representation& from, const Ask& ask) {
     if (const std::int64_t bricks = kernels::sorted_bricks_in(from.extent).samples();
         bricks > kMost)
         return fmt::format("{} bricks; places of bricks have 31 bits", bricks);
+    // Dense data, of which rays need much in any order, are cast in less time: packets that come
+    // back to each brick take a third longer for a cell, and 1.0 to 1.4 times as many.
+    constexpr double kMostNeeded = 0.3;
+    if (const auto needed = share_needed(ask.scene); needed && *needed > kMostNeeded)
+        return fmt::format(
+            "rays need {:.0f} % of their samples in any order; this pays below {:.0f} %",
+            100 * *needed, 100 * kMostNeeded);
     return {};
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "graph/transition.hpp"
@@ -12,7 +13,8 @@ namespace edgewise {
 /// of a largest or least sample: what project.sorted_mip projects first is what hides the rest.
 /// Edge    object/scalar or object/coefficients -> the same with a facet
 /// Shape   bricks of 8^3 samples; 8 bytes each
-/// Needs   parallel rays, and a mode whose kernels take the largest sample
+/// Needs   parallel rays, a mode whose kernels take the largest sample, and data of which rays need
+///         less than a third of their samples (measure_casting)
 /// Work    every sample is compared twice, those on faces of bricks once more; bricks are sorted
 /// Error   none
 /// Source  Mroz, Hauser, Groeller, "Interactive high-quality maximum intensity projection",
@@ -30,6 +32,9 @@ struct BricksBeside {
 std::string sorted_facet_of(const Request& want, const ValueMap& values);
 /// Both of them.
 inline constexpr const char* kSortedFacets[] = {"largest-first", "least-first"};
+/// What rays need of their samples whatever comes first, told from what the caster takes; absent:
+/// it was not counted.
+std::optional<double> share_needed(const Scene& scene);
 /// Why a request has no use for it; empty: it has.
 std::string no_sorting(const Representation& from, const Ask& ask);
 /// The bricks of data that have them.

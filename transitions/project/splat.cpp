@@ -1,7 +1,9 @@
 #include "transitions/project/splat.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_cast.hpp"
@@ -55,24 +57,28 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double table = of.shape.bytes();
     const bool lengths = needs_lengths(empty_sample(offer.from.values, ask.scene), ask.want);
     constexpr int kFaces = 27;  // tables: of voxels inside and at the volume's faces
-    return {.operations = twice * (4 * samples + 30 * voxels) + 10 * writes +
+    return {.operations = samples + twice * 30 * voxels + 10 * writes +
                           table / sizeof(float) * 4 * kernels::kSections +
                           (lengths ? kSpanOperations + 3 : 3) * pixels,
-            .streamed = twice * offer.from.bytes() + 3 * offer.to.bytes(),
-            .gathers = writes,
+            .streamed = offer.from.bytes() + 3 * offer.to.bytes(),
+            // From the table, and the sums themselves.
+            .gathers = 2 * writes,
             .scratch =
                 4.0 * static_cast<double>(SplatSums::floats_of(of.splat, offer.to.extent.x, rows)) +
                 static_cast<double>(sizeof(kernels::Splatted)) *
                     static_cast<double>(offer.from.extent.x),
-            .workspace = kFaces * table};
+            .workspace = kFaces * table + SplatSpans::bytes(offer.from.extent)};
 }
 
 Error error(const Offer&, const Ask& ask) {
     Error error = cast_error(splat_kernel(), kCastStep, ask);
     // A ray is moved along both axes, by any part of half a cell either way: RMS of a uniform
-    // distribution. Half of the range a voxel is a steep slope. It differs from slice to slice.
+    // distribution. It differs from slice to slice.
     const double moved = std::sqrt(2.0 / 12) / Footprints::Shape{}.cells;
-    const double sample = 0.5 * moved * (ask.scene.high - ask.scene.low);
+    // Neighbours that know nothing of each other differ by sqrt(2) standard deviations, which a
+    // share that is not empty bounds. Elsewhere half of the range a voxel is a steep slope.
+    const double slope = std::min(0.5, std::sqrt(2 * ask.scene.occupied_fraction));
+    const double sample = moved * slope * (ask.scene.high - ask.scene.low);
     error.noise = std::hypot(error.noise, error.noise_gain * sample);
     return error;
 }
@@ -88,33 +94,42 @@ class Finish {
         cast_.volume = kernels::grid_of(in);
         cast_.rule = want.mode->combine;
         cast_.rays = rays_of(in.what, want, view, -0.5);
+        cast_.step = kCastStep;
         cast_.unit = want.unit;
         cast_.zero = want.zero;
         cast_.miss = rule_miss(want);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            inverse_[axis] = kernels::inverse_stride(cast_.rays.direction.base[axis]);
     }
 
     /// @param sum  of pixel (x, y), in stored numbers and voxels of the axis along rays
     float operator()(float sum, std::int64_t x, std::int64_t y) const {
         const double added = scale_ * static_cast<double>(sum);  // [value t]
         if (!lengths_) return static_cast<float>(added * want_.unit);
-        const kernels::RayPath path =
-            ray_path(cast_, static_cast<double>(x), static_cast<double>(y));
+        const double length = length_of(static_cast<double>(x), static_cast<double>(y));
         if (!want_.mode->divides)
-            return static_cast<float>((added + (empty_.value - want_.zero) * path.length) *
-                                      want_.unit);
-        if (!path.hit()) return static_cast<float>(cast_.miss);
+            return static_cast<float>((added + (empty_.value - want_.zero) * length) * want_.unit);
+        if (length == 0) return static_cast<float>(cast_.miss);
+        if (sum == 0) return static_cast<float>(empty_.value);
         // Where a ray enters and leaves is known to a part of a cell, which a short ray shows.
         constexpr double kShort = 8;
-        if (path.length < kShort) return mean_of(x, y);
-        return static_cast<float>(empty_.value + added / path.length);
+        if (length < kShort) return mean_of(x, y);
+        return static_cast<float>(empty_.value + added / length);
     }
 
  private:
+    /// Of the part of a ray that is inside [t].
+    double length_of(double x, double y) const {
+        const std::array<double, 3> origin = cast_.rays.origin.at(x, y);
+        double low = -std::numeric_limits<double>::infinity(), high = -low;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            kernels::clip(origin[axis], inverse_[axis], kernels::low_face(cast_, axis),
+                          kernels::high_face(cast_, axis), low, high);
+        return low < high ? high - low : 0;
+    }
     float mean_of(std::int64_t x, std::int64_t y) const {
-        kernels::RayCast cast = cast_;
-        cast.step = kCastStep;
         float mean = 0;
-        kernels::ray_cast(cast, x, y, 1, 1, &mean, 1);
+        kernels::ray_cast(cast_, x, y, 1, 1, &mean, 1);
         return mean;
     }
 
@@ -122,7 +137,8 @@ class Finish {
     EmptySample empty_;
     double scale_;
     bool lengths_;
-    kernels::RayCast cast_;  // a step of 1: lengths are in t
+    kernels::RayCast cast_;
+    std::array<double, 3> inverse_{};
 };
 
 /// A picture is one region: it is cut into bands inside, which share the tables.
@@ -139,6 +155,8 @@ void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region& 
     splat.volume = kernels::grid_of(in);
     splat.empty = empty.stored;
     splat.footprints = &footprints;
+    SplatSpans spans(splat, context);
+    splat.spans = spans.data();
     const Finish finish(in, ask.want, context.view, empty, of.slice);
     const std::int64_t width = region.extent().x, depth = in.what.extent.z;
     for_tiles(region, width, rows_of(of, out.what.extent), context, [&](const Region& band) {

@@ -77,6 +77,10 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
         constexpr double kThinnest = 0.25;
         const int view = want.views.first_view(variant);
         const SheetView of = view_of(from, want, view, slab);
+        constexpr std::int64_t kLongest = 2000;  // places wrap around at 2048
+        if (const std::int64_t n = from.extent[of.shape.along]; n > kLongest)
+            return Offer::no(
+                fmt::format("view {}: rays go along {} voxels; at most {}", view, n, kLongest));
         if (of.thickness < kThinnest)
             return Offer::no(fmt::format("view {}: a slab is {:.3g} voxels thick; at least {}",
                                          view, of.thickness, kThinnest));
@@ -123,15 +127,17 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                                 : slabs;
     const double table = of.shape.bytes();
     constexpr int kFaces = 27;  // tables: of voxels inside and at the volume's faces
-    return {.operations = 2 * twice * (4 * samples + 30 * voxels) + twice * 9 * writes +
-                          combined * (12 + combining_operations(want, offer.from.values)) +
-                          2 * kSpanOperations * pixels + 4 * table / sizeof(float),
-            .streamed = 2 * twice * offer.from.bytes() + offer.to.bytes() +
-                        3 * twice * voxels * sizeof(SheetVoxel),
-            .gathers = twice * writes,
-            .scratch = tile_bytes(of, want.mode) + static_cast<double>(sizeof(kernels::Splatted)) *
-                                                       static_cast<double>(offer.from.extent.x),
-            .workspace = kFaces * table + 2 * twice * voxels * sizeof(SheetVoxel)};
+    return {
+        .operations = samples + 2 * twice * 30 * voxels + twice * 9 * writes +
+                      combined * (12 + combining_operations(want, offer.from.values)) +
+                      2 * kSpanOperations * pixels + 4 * table / sizeof(float),
+        .streamed = offer.from.bytes() + offer.to.bytes() + 3 * twice * voxels * sizeof(SheetVoxel),
+        // From the table, and the sums themselves.
+        .gathers = 2 * twice * writes,
+        .scratch = tile_bytes(of, want.mode) + static_cast<double>(sizeof(kernels::Splatted)) *
+                                                   static_cast<double>(offer.from.extent.x),
+        .workspace = kFaces * table + SplatSpans::bytes(offer.from.extent) +
+                     2 * twice * voxels * sizeof(SheetVoxel)};
 }
 
 /// Voxels from front to back; where they begin on the same sheet, in the order of memory.
@@ -243,25 +249,40 @@ class Tile {
         last_sheet_ = static_cast<int>(std::floor(last));
     }
 
-    /// Sums over the length of a slab that is inside are samples.
+    /// Sums over the length of a slab that is inside are samples. Tables know the faces that rays
+    /// are steepest to by whole sections, and so does that length.
     void add(int sheet, const float* sums) {
         const kernels::FixedPlace& along = of_.sheets.along;
-        const float empty = of_.sheets.splat.empty;
+        const int axis = of_.shape.along;
+        const std::int64_t n = rays_.volume.extent[axis];
+        constexpr int kHalf = kernels::kSections / 2;
+        const int near = -kHalf, far = static_cast<int>(n) * kernels::kSections - kHalf;
+        const double step = rays_.step * rays_.rays.direction.base[static_cast<std::size_t>(axis)];
         for (std::int64_t y = 0; y < size_.y; ++y) {
             const float* sum = sums + y * sums_.pitch;
             for (std::int64_t x = 0; x < size_.x; ++x) {
-                const std::uint32_t place = along.base + along.right(tile_.begin[0] + x) +
-                                            along.down(tile_.begin[1] + y) +
-                                            static_cast<std::uint32_t>(sheet) * of_.sheets.sheet;
-                const int sections = std::abs(kernels::section_of(place + of_.sheets.sheet) -
-                                              kernels::section_of(place));
+                const std::int64_t px = tile_.begin[0] + x, py = tile_.begin[1] + y;
                 const std::ptrdiff_t i = y * kWidth + x;
-                // At the ends of a ray, samples of less than half of a slab are none.
-                const float inside = std::min(out_[i], static_cast<float>(sheet + 1)) -
-                                     std::max(in_[i], static_cast<float>(sheet));
-                const float length = static_cast<float>(sections) / kernels::kSections *
-                                     std::clamp(inside, 0.5f, 1.0f);
-                samples_[i] = empty + sum[x] / length;
+                const double inside =
+                    std::min<double>(out_[i], sheet + 1) - std::max<double>(in_[i], sheet);
+                samples_[i] = of_.sheets.splat.empty;
+                if (!(inside > 0)) continue;
+                const std::uint32_t place = along.base + along.right(px) + along.down(py) +
+                                            static_cast<std::uint32_t>(sheet) * of_.sheets.sheet;
+                const int one = kernels::section_of(place);
+                const int other = kernels::section_of(place + of_.sheets.sheet);
+                const int sections =
+                    std::min(std::max(one, other), far) - std::max(std::min(one, other), near);
+                if (sections <= 0) continue;
+                const double begin =
+                    rays_.rays.origin.at(double(px), double(py))[static_cast<std::size_t>(axis)] +
+                    sheet * step;
+                const double between = std::min(std::max(begin, begin + step), double(n) - 0.5) -
+                                       std::max(std::min(begin, begin + step), -0.5);
+                // The other faces. At the ends of a ray, samples of less than half of a slab are
+                // none.
+                const double kept = std::clamp(inside * of_.thickness / between, 0.5, 1.0);
+                samples_[i] += sum[x] * static_cast<float>(kernels::kSections / (sections * kept));
             }
         }
         kernels::Grid plane;
@@ -301,6 +322,8 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     of.sheets.splat.volume = kernels::grid_of(in);
     of.sheets.splat.empty = empty.stored;
     of.sheets.splat.footprints = &footprints;
+    SplatSpans spans(of.sheets.splat, context);
+    of.sheets.splat.spans = spans.data();
     kernels::RayCast rays;
     rays.volume.extent = in.what.extent;
     rays.rays = rays_of(in.what, want, context.view, -0.5);

@@ -16,7 +16,7 @@ namespace edgewise {
 ///         samples, all in one memory; slabs of at least a quarter of a voxel along the axis that
 ///         rays are steepest to
 /// Work    30 operations a voxel that is not empty; for each slab that it may lie in and each pixel
-///         of its footprint 9 and a gather; combining
+///         of its footprint 9 and two gathers; combining
 /// Error   measured by runs. Tables have 16 cells and 16 sections a voxel; kernels add up to 1
 /// Source  Mueller and Crawfis 1998; Westover 1990
 Transition splat_sheets();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include "graph/spread.hpp"
 #include "transitions/filters/field_filter.hpp"
@@ -116,6 +117,20 @@ std::string no_splatting(const Representation& from, const Ask& ask) {
             !reason.empty())
             return reason;
     return {};
+}
+
+double SplatSpans::bytes(const Extent& volume) noexcept {
+    return static_cast<double>(sizeof(kernels::SplatSpan)) * static_cast<double>(volume.y) *
+           static_cast<double>(volume.z);
+}
+
+SplatSpans::SplatSpans(const kernels::Splat& splat, const Context& context)
+    : spans_(static_cast<std::size_t>(splat.volume.extent.y * splat.volume.extent.z),
+             context.memory) {
+    tbb::parallel_for(std::int64_t{0}, splat.volume.extent.z, [&](std::int64_t z) {
+        if (!context.stopped()) kernels::find_spans(splat, z, z + 1, spans_.data());
+    });
+    context.poll();
 }
 
 double samples_splatted(const Representation& from, const Ask& ask) {

@@ -35,6 +35,17 @@ std::uint32_t fixed_place(double voxels) noexcept;
 /// Why samples cannot be splatted whatever the mode, or "".
 std::string no_splatting(const Representation& from, const Ask& ask);
 
+/// The spans of all rows of a splat's volume, found on all threads.
+class SplatSpans {
+ public:
+    SplatSpans(const kernels::Splat& splat, const Context& context);
+    const kernels::SplatSpan* data() noexcept { return spans_.data(); }
+    static double bytes(const Extent& volume) noexcept;
+
+ private:
+    kernels::Block<kernels::SplatSpan> spans_;
+};
+
 /// Samples that are not of the commonest value. What was cropped away was.
 double samples_splatted(const Representation& from, const Ask& ask);
 

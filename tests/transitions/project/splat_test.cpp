@@ -444,7 +444,8 @@ TEST(Splat, CountsAPixelOfAFootprintForEachVoxelThatIsNotEmpty) {
     // A cube of two voxels' side, turned, is less than four pixels wide: written four at a time.
     double height = 0;
     for (int k = 0; k < 3; ++k) height += 2 * std::abs(want.views.at(0).matrix()(1, k));
-    EXPECT_EQ(all.gathers, 64. * 64 * 64 * 4 * (std::floor(height + 0.1) + 1));
+    // Each takes a footprint and a sum.
+    EXPECT_EQ(all.gathers, 64. * 64 * 64 * 2 * 4 * (std::floor(height + 0.1) + 1));
     scene.occupied_fraction = 0.02;
     const Work few = work();
     EXPECT_NEAR(few.gathers, 0.02 * all.gathers, 1e-6 * all.gathers);

@@ -1,0 +1,119 @@
+#include "cli/merge.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "cli/job_words.hpp"
+#include "cli/request/channel_words.hpp"
+#include "cli/request/messages.hpp"
+#include "cli/session/explain.hpp"
+#include "cli/session/merge_report.hpp"
+#include "cli/session/report.hpp"
+#include "cli/session/typed_session.hpp"
+#include "cli/verbs/verbs.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/rivals.hpp"
+#include "graph/errors.hpp"
+#include "transitions/catalogue.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+/// What is about one plan is not there for several.
+void expect_no_files_of_one_plan(const JobOptions& options) {
+    for (const auto& [option, file] : {std::pair{"--trace", &options.trace},
+                                       {"--flow", &options.flow},
+                                       {"--report", &options.report}})
+        if (*file)
+            throw RequestError(fmt::format(
+                "{}: is about one plan, and each of several channels has its own; name one channel",
+                option));
+}
+
+RequestSpec merged_spec(const JobOptions& options, Messages& messages) {
+    configure(messages, options);
+    JobOptions without = options;
+    without.selection.channel.reset();
+    return spec_of(without, catalogue());
+}
+
+/// The work and its messages, as TypedSession has them of one session.
+struct TypedMerge {
+    explicit TypedMerge(const JobOptions& options)
+        : merge(merged_spec(options, messages), channels_of(*options.selection.channel),
+                catalogue(), chosen_profile(options.machine), messages) {}
+
+    double startup_seconds = process_seconds();
+    Messages messages;
+    Merge merge;
+};
+
+void take_options(Merge& merge, const JobOptions& options, bool runs) {
+    merge.runs = merge.announces = runs;
+    merge.explained = options.explain;
+    if (runs && !options.explain && !options.verify) merge.errors = ErrorsWanted::for_choice;
+    merge.front = !runs || options.explain || options.json;
+}
+
+std::string heading(const MergedChannel& channel) {
+    return fmt::format("channel {} in {}\n", channel.channel, store::text_of(channel.colour));
+}
+
+}  // namespace
+
+int do_merge(const JobOptions& options, bool runs) {
+    std::optional<TypedMerge> typed;
+    const auto write_report = [&](const std::optional<Failure>& failure) {
+        if (options.json)
+            write_text(*options.json,
+                       text_of(merge_report(typed->merge, typed->startup_seconds, runs, failure)));
+    };
+    return guarded(
+        [&] {
+            expect_no_files_of_one_plan(options);
+            check_outputs(options);
+            typed.emplace(options);
+            Merge& merge = typed->merge;
+            take_options(merge, options, runs);
+            perform(merge, [&](MergedChannel& channel) {
+                Session& session = *channel.session;
+                if (options.explain || options.json || !runs) weigh(session);
+                forget_errors(session);
+                if (options.explain || (!runs && options.json != "-"))
+                    explain(options, heading(channel) + explanation_of(session) + "\n");
+            });
+            if (runs) {
+                if (options.explain || (options.verify && options.json != "-"))
+                    for (const MergedChannel& channel : merge.channels)
+                        explain(options, heading(channel) + measurement_of(*channel.session));
+                typed->messages.result(result_of(merge));
+            }
+            write_report({});
+            return 0;
+        },
+        [&](int code, const std::string& message) {
+            if (!typed) {
+                if (options.json) write_text(*options.json, text_of(failure_of(code, message)));
+                return;
+            }
+            for (MergedChannel& channel : typed->merge.channels)
+                if (channel.session) {
+                    channel.session->planning.reset();
+                    forget_errors(*channel.session);
+                }
+            typed->messages.end_progress();
+            const auto& channels = typed->merge.channels;
+            const bool unplanned = !channels.empty() && channels.back().session &&
+                                   channels.back().session->answer &&
+                                   !channels.back().session->answer->plan;
+            if (unplanned && (options.explain || !runs))
+                explain(options,
+                        heading(channels.back()) + explanation_of(*channels.back().session));
+            write_report(Failure{code, message});
+        });
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,41 @@
+#include "cli/request/channel_words.hpp"
+
+#include <fmt/format.h>
+#include <limits>
+
+#include "engine/request/numbers.hpp"
+#include "graph/errors.hpp"
+#include "graph/words.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+constexpr const char* kAll = "all";
+
+}  // namespace
+
+bool names_colours(const SelectionWords& words) {
+    const std::optional<std::string>& text = words.channel;
+    return text && (text->find_first_of(",=") != text->npos || same_word(*text, kAll));
+}
+
+std::vector<ChannelSpec> channels_of(const std::string& text) {
+    std::vector<ChannelSpec> channels;
+    if (same_word(text, kAll)) return channels;
+    for (const std::string& word : split(text, ',')) {
+        const std::size_t at = word.find('=');
+        ChannelSpec& channel = channels.emplace_back();
+        channel.channel = static_cast<int>(
+            whole_of("--channel", word.substr(0, at), 0, std::numeric_limits<int>::max()));
+        if (at == word.npos) continue;
+        channel.colour = store::colour_of(word.substr(at + 1));
+        if (!channel.colour)
+            throw RequestError(fmt::format(
+                "--channel: '{}' is no colour; expected red, green, blue, cyan, magenta, yellow, "
+                "grey or six digits as #00ff80",
+                word.substr(at + 1)));
+    }
+    return channels;
+}
+
+}  // namespace edgewise::cli

@@ -1,0 +1,337 @@
+#include "engine/merge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "engine/measure/machine.hpp"
+#include "engine/measure/quantiles.hpp"
+#include "engine/measure/since.hpp"
+#include "engine/result_writer.hpp"
+#include "graph/errors.hpp"
+#include "graph/mode.hpp"
+
+namespace edgewise {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kColours = 3;
+
+/// A mode that shows colours: merged pictures are written like its own.
+Mode coloured_mode() {
+    return *std::find_if(modes().begin(), modes().end(),
+                         [](Mode mode) { return mode->over_background; });
+}
+
+/// Why channels of such a request cannot be merged is its own error, told at once.
+void expect_mergeable(const RequestSpec& spec) {
+    if (spec.job != Job::render)
+        throw RequestError(
+            fmt::format("--channel: {} merges no channels; name one", name_of(spec.job)));
+    if (spec.selection.channel)
+        throw RequestError("--channel: several are merged, and one is selected as well");
+    if (spec.transfer)
+        throw RequestError(spec.transfer->from +
+                           ": its colours and those of channels exclude each other; without it "
+                           "light is grey and takes the channel's colour");
+    if (spec.suiting_preset)
+        throw RequestError(
+            "--preset: its colours and those of channels exclude each other; --mode composite has "
+            "none");
+    if (spec.background && *spec.background != std::array<double, 3>{0, 0, 0})
+        throw RequestError("--background: channels add up over black");
+    if (spec.keeps_alpha) throw RequestError("--background: merged channels have no alpha");
+    if (spec.ranks.value_or(1) > 1) throw RequestError("--ranks: channels are merged on one rank");
+}
+
+/// The channels, each once, with their colours.
+std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
+    const int there = input.header.channels;
+    std::vector<ChannelSpec> wanted = merge.wanted;
+    if (wanted.empty())
+        for (int channel = 0; channel < there; ++channel) wanted.push_back({channel, {}});
+    std::set<int> seen;
+    for (const ChannelSpec& one : wanted) {
+        if (one.channel < 0 || one.channel >= there)
+            throw RequestError(fmt::format("--channel {}: {} has {} channel{}, counted from 0",
+                                           one.channel, input.name, there, there > 1 ? "s" : ""));
+        if (!seen.insert(one.channel).second)
+            throw RequestError(fmt::format("--channel: {} is named twice", one.channel));
+    }
+    const bool asks_file = std::any_of(wanted.begin(), wanted.end(),
+                                       [](const ChannelSpec& one) { return !one.colour; });
+    std::vector<std::optional<store::Colour>> said;
+    if (asks_file && !input.phantom && !input.described)
+        said = store::channel_colours(input.name, input.selection);
+    std::vector<MergedChannel> channels;
+    for (const ChannelSpec& one : wanted) {
+        MergedChannel& channel = channels.emplace_back();
+        channel.channel = one.channel;
+        const auto at = static_cast<std::size_t>(one.channel);
+        const auto of_file = at < said.size() ? said[at] : std::nullopt;
+        channel.colour = one.colour ? *one.colour
+                         : of_file  ? *of_file
+                                    : store::colour_by_number(one.channel);
+        for (const double part : channel.colour)
+            if (!(part >= 0 && part <= 1))
+                throw RequestError("--channel: expected colours from 0 to 1");
+    }
+    return channels;
+}
+
+Representation picture_of(const Extent& extent, int channels) {
+    Representation what;
+    what.space = "screen";
+    what.content = "picture";
+    what.axes = 2;
+    what.extent = {extent.x, extent.y, 1};
+    what.channels = channels;
+    return what;
+}
+
+class Merging {
+ public:
+    Merging(Merge& merge, const std::function<void(MergedChannel&)>& planned,
+            const MergedSink& sink)
+        : merge_(merge), spec_(merge.spec), planned_(planned), sink_(sink) {}
+
+    void run_all() {
+        look();
+        if (merge_.runs) open();
+        for (std::size_t i = 0; i < found_.size(); ++i) {
+            merge_.channels.push_back(std::move(found_[i]));
+            MergedChannel& channel = merge_.channels.back();
+            plan_one(channel, static_cast<int>(found_.size() - i));
+            if (planned_) planned_(channel);
+            if (merge_.runs) render(channel);
+            // One channel at a time: the next needs the room.
+            channel.session->input->data.reset();
+            channel.session->memory->trim();
+        }
+        if (merge_.runs) end();
+    }
+
+ private:
+    void poll() const {
+        if (merge_.messages.stop()) throw Cancelled();
+    }
+
+    /// What the file is and what is to be written, before anything is read or planned.
+    void look() {
+        expect_mergeable(spec_);
+        if (spec_.out) outputs_.emplace(*spec_.out);
+        const InState unobserved(merge_.messages, Listener::State::unobserved);
+        Request want = request_of(spec_);
+        Input input = inspected(spec_.input, selection_of(spec_));
+        if (merge_.runs && input.described)
+            throw RequestError(
+                fmt::format("{}: a description has no samples to run on", spec_.input));
+        found_ = channels_of(merge_, input);
+        input.selection.channel = found_.front().channel;
+        const Geometry geometry = take_geometry(want, spec_, input, outputs_);
+        merge_.frames = want.frames;
+        merge_.extent = want.output();
+        expect_frames(spec_, outputs_, want.frames);
+        writes_ = outputs_ && !outputs_->none();
+        want.mode = coloured_mode();
+        if (writes_) written_ = written_of(want, spec_, geometry, input, *outputs_, 0, 1);
+        // Colours are there, and no background is seen through them.
+        written_.tail.channels = kColours;
+        written_.tail.over_background = false;
+        for (const std::string& warning : written_.warnings) merge_.messages.warning(warning);
+    }
+
+    /// The pictures are there from the beginning, so that the budgets of all channels count them.
+    void open() {
+        const auto frames = static_cast<std::size_t>(merge_.frames);
+        const Representation value = picture_of(merge_.extent, 1),
+                             colours = picture_of(merge_.extent, kColours);
+        const double bytes = double(frames) * (value.bytes() + colours.bytes());
+        const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
+        if (bytes > left)
+            throw NoPlan(fmt::format(
+                "{}: {} pictures of merged channels take {:.0f} MiB, and {:.0f} MiB are left for "
+                "them",
+                spec_.max_memory ? "--max-memory" : "memory", frames, bytes / 0x1p20,
+                std::max(0.0, left) / 0x1p20));
+        // What the pictures are made of and what they are written as; budgets are the sessions'.
+        memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
+        for (std::size_t i = 0; i < frames; ++i) {
+            poll();
+            values_.push_back(std::make_shared<Data>(Data::make(value, memory_.get())));
+            pictures_.push_back(std::make_shared<Data>(Data::make(colours, memory_.get())));
+            for (const auto& made : {values_.back(), pictures_.back()})
+                std::fill_n(made->as<float>(), made->samples.bytes() / sizeof(float), 0.0f);
+        }
+    }
+
+    RequestSpec spec_of(const MergedChannel& channel, int left) const {
+        RequestSpec one = spec_;
+        one.selection.channel = channel.channel;
+        one.out.reset();
+        one.fps.reset();
+        // Predicted, not measured: the same request has the same plans.
+        if (spec_.max_time)
+            one.max_time = std::max(0.0, *spec_.max_time - predicted_of(merge_).seconds) / left;
+        return one;
+    }
+
+    void plan_one(MergedChannel& channel, int left) {
+        channel.session = std::make_unique<Session>(spec_of(channel, left), merge_.edges,
+                                                    merge_.profile, merge_.messages);
+        Session& session = *channel.session;
+        const bool first = merge_.channels.size() == 1;
+        session.runs = merge_.runs;
+        session.announces = merge_.announces;
+        session.errors = merge_.errors;
+        session.plan_options.front = merge_.front;
+        session.explained = merge_.explained || !first;  // notices of the machine are told once
+        try {
+            take_request(session);
+            session.explained = merge_.explained;
+            make_plan(session);
+        } catch (const NoPlan& error) {
+            const std::string share =
+                spec_.max_time && merge_.wanted.size() != 1
+                    ? fmt::format(", for its share of {:.3g} s", *session.spec.max_time)
+                    : "";
+            throw NoPlan(fmt::format("channel {}{}: {}", channel.channel, share, error.what()));
+        }
+    }
+
+    void render(MergedChannel& channel) {
+        Session& session = *channel.session;
+        // All of them together are held against it, when all have run.
+        session.request.budget.seconds = spec_.max_time;
+        const auto pixels = static_cast<std::size_t>(merge_.extent.x * merge_.extent.y);
+        edgewise::perform(session, [&](int frame, const Data& result) {
+            const auto channels = static_cast<std::size_t>(result.what.channels);
+            const float* in = result.as<float>();
+            float* out = values_[static_cast<std::size_t>(frame)]->as<float>();
+            // Of shades of grey, premultiplied and over black, one colour is all of them.
+            for (std::size_t i = 0; i < pixels; ++i) out[i] = in[i * channels];
+        });
+        const auto begin = Clock::now();
+        const std::vector<std::shared_ptr<const Data>> values(values_.begin(), values_.end());
+        channel.shades = shades_of(values, session.window, Tail{});
+        for (std::size_t i = 0; i < values_.size(); ++i) {
+            poll();
+            add(*values_[i], *channel.shades, channel.colour, *pictures_[i]);
+        }
+        merging_ += since(begin);
+    }
+
+    static void add(const Data& values, const Shades& shades, const store::Colour& colour,
+                    Data& picture) {
+        const float* in = values.as<float>();
+        float* out = picture.as<float>();
+        const auto pixels = static_cast<std::size_t>(values.what.samples());
+        const double range = shades.white - shades.black;
+        constexpr std::size_t kLeaf = 1 << 14;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, kLeaf), [&](const auto& part) {
+            for (std::size_t i = part.begin(); i != part.end(); ++i) {
+                const double shade = (in[i] - shades.black) / range;
+                if (!(shade > 0) || !std::isfinite(in[i])) continue;
+                for (std::size_t c = 0; c < kColours; ++c) {
+                    float& sum = out[kColours * i + c];
+                    sum = static_cast<float>(std::min(1.0, sum + colour[c] * std::min(1.0, shade)));
+                }
+            }
+        });
+    }
+
+    void end() {
+        measure();
+        if (spec_.strict && merge_.measured->kept == false)
+            throw RunError("--strict: a budget is broken; nothing is written");
+        values_.clear();
+        memory_->trim();
+        const auto begin = Clock::now();
+        std::optional<ResultWriter> writer;
+        if (writes_)
+            writer.emplace(*outputs_, written_.header, spec_, merge_.frames,
+                           merge_.messages.stop());
+        for (std::size_t i = 0; i < pictures_.size(); ++i) {
+            poll();
+            const int frame = static_cast<int>(i);
+            if (sink_) sink_(frame, *pictures_[i]);
+            if (writer) {
+                const Array samples = finished(*pictures_[i], written_.tail, {0, 1}, memory_.get());
+                if (const auto file = writer->write(frame, samples.data()))
+                    merge_.files.push_back(*file);
+            }
+            pictures_[i].reset();
+        }
+        merge_.measured->write_seconds = merging_ + since(begin);
+    }
+
+    /// Seconds of the channels add up, run by run; the error is that of the worst channel.
+    void measure() {
+        Measured& all = merge_.measured.emplace();
+        all.seconds.assign(static_cast<std::size_t>(spec_.repeat), 0);
+        for (const MergedChannel& channel : merge_.channels) {
+            const Measured& one = *channel.session->measured;
+            for (std::size_t i = 0; i < all.seconds.size(); ++i) all.seconds[i] += one.seconds[i];
+            all.steps.insert(all.steps.end(), one.steps.begin(), one.steps.end());
+            all.step_seconds.insert(all.step_seconds.end(), one.step_seconds.begin(),
+                                    one.step_seconds.end());
+            all.bytes = std::max(all.bytes, one.bytes);
+            if (one.kept == false || (all.kept == true && !one.kept)) all.kept = one.kept;
+            if (one.error && (!all.error || one.error->nrmse > all.error->nrmse))
+                all.error = one.error;
+        }
+        const double took = median(all.seconds);
+        if (!spec_.max_time || took <= *spec_.max_time) return;
+        all.kept = false;
+        merge_.messages.warning(
+            fmt::format("time: {:.3g} s of all channels is beyond the budget of {:.3g} s", took,
+                        *spec_.max_time));
+    }
+
+    static constexpr std::size_t kWriting = 16 << 20;  // beside the pictures, for small ones
+
+    Merge& merge_;
+    const RequestSpec& spec_;
+    const std::function<void(MergedChannel&)>& planned_;
+    const MergedSink& sink_;
+    std::vector<MergedChannel> found_;
+    std::optional<Outputs> outputs_;
+    bool writes_ = false;
+    Written written_;
+    std::unique_ptr<MemoryBudget> memory_;                  // before all that gives back to it
+    std::vector<std::shared_ptr<Data>> values_, pictures_;  // of one channel; of all, a frame each
+    double merging_ = 0;
+};
+
+}  // namespace
+
+void perform(Merge& merge, const std::function<void(MergedChannel&)>& planned,
+             const MergedSink& sink) {
+    merge.channels.clear();
+    merge.files.clear();
+    merge.measured.reset();
+    Merging(merge, planned, sink).run_all();
+}
+
+Predicted predicted_of(const Merge& merge) {
+    Predicted all;
+    for (const MergedChannel& channel : merge.channels) {
+        if (!channel.session || !channel.session->answer || !channel.session->answer->plan)
+            continue;
+        const Predicted& one = channel.session->answer->plan->predicted;
+        // One machine: channels are late together.
+        all.spread = std::max(all.spread, one.spread);
+        all.seconds += one.seconds;
+        all.bytes = std::max(all.bytes, one.bytes);
+        all.expected = std::max(all.expected, one.expected_bytes());
+        all.error = std::max(all.error, one.error);
+        all.known = all.known && one.known;
+    }
+    return all;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/store.hpp"
+
+namespace edgewise::store {
+
+/// Red, green and blue, 0 to 1.
+using Colour = std::array<double, 3>;
+
+/// The colours that a source says its channels are shown in, by the channel's number: those of OME,
+/// and the brightest of ImageJ's lookup tables. Absent, or beyond the end: it says none. White
+/// throughout tells no channel from another and counts as none.
+/// @throws InputError, RequestError as inspect
+std::vector<std::optional<Colour>> channel_colours(const std::string& source,
+                                                   const Selection& pick = {});
+
+/// The colour of a channel that has none of its own, as ImageJ shows it: red, green, blue, white,
+/// cyan, magenta, yellow, and from the start.
+Colour colour_by_number(int channel) noexcept;
+
+/// "red", "#00ff80", "00ff80"; nothing where it is no colour.
+std::optional<Colour> colour_of(const std::string& text);
+/// "#00ff80"
+std::string text_of(const Colour& colour);
+
+}  // namespace edgewise::store

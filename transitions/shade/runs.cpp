@@ -1,0 +1,156 @@
+#include "transitions/shade/runs.hpp"
+
+#include <algorithm>
+#include <any>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <tbb/parallel_for.h>
+
+#include "graph/spread.hpp"
+#include "transitions/kernels/grid_of.hpp"
+
+namespace edgewise {
+namespace {
+
+using kernels::UnseenSpan;
+using kernels::VisibleRuns;
+
+constexpr const char* kFacet = "runs";
+
+std::vector<UnseenSpan> unseen_by_transfer(const Request& want, const ValueMap& values) {
+    std::vector<kernels::OpticsPoint> points;
+    for (const Transfer::Point& point : want.transfer.points)
+        points.push_back({point.value, point.opacity, point.color});
+    // Whatever the unit is: no opacity stays none.
+    return kernels::unseen_of(kernels::optics_of(points, 1, values));
+}
+
+/// Values that do not reach the level.
+std::vector<UnseenSpan> unseen_by_level(const Request& want, const ValueMap& values) {
+    constexpr float kEnd = std::numeric_limits<float>::infinity();
+    const RayRule::Setting setting{.values = values, .level = want.level()};
+    const float level = setting.stored_level();
+    if (values.slope < 0) return {{std::nextafter(level, kEnd), kEnd}};
+    if (level == -kEnd) return {};
+    return {{-kEnd, std::nextafter(level, -kEnd)}};
+}
+
+/// Whether a level is all that the mode asks of a value.
+bool by_level(Mode mode) {
+    return mode->takes_level && !mode->first_hit && mode->combine == Combine::other && mode->needs;
+}
+
+/// Why runs help no edge that ends in this picture; empty: they may.
+std::string unread(const Representation& from, const Ask& ask) {
+    const Request& want = ask.want;
+    if (!want.job->of_rays()) return "the result is a volume, not a picture";
+    if (!want.mode->takes_transfer && !by_level(want.mode))
+        return "no value is transparent in this mode";
+    if (want.eye) return "the eye is at a finite distance: rays do not follow rows";
+    if (want.shading.on() || want.needs_gradients() || want.cue)
+        return "light needs gradients across slices, which are combined one by one";
+    if (!want.clips.empty()) return "the clip cuts slices, which are combined whole";
+    if (from.axes != 3 || from.channels != 1) return "of volumes of one channel only";
+    if (!is_whole(from)) return "needs all samples in memory, row by row";
+    if (from.type == Type::c64) return "complex samples have no opacity";
+    if (from.extent.x > VisibleRuns::kMost)
+        return fmt::format("rows of {} samples; runs are counted to {}", from.extent.x,
+                           VisibleRuns::kMost);
+    return {};
+}
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (from.facets.contains(kFacet)) return Offer::no("has its runs");
+    if (std::string reason = unread(from, ask); !reason.empty())
+        return Offer::no(std::move(reason));
+    if (unseen_of(ask.want, from.values).empty()) return Offer::no("every value may be seen");
+    // What is hidden by opaque samples is left out as well, as rays count it.
+    constexpr double kMost = 0.9;
+    const double seen = ask.scene.fact("runs/seen").value_or(0);
+    const double all = ask.scene.fact("cast/all").value_or(0);
+    const double taken = all > 0 ? ask.scene.fact("cast/taken").value_or(all) / all : 1;
+    if (seen > kMost && taken > kMost)
+        return Offer::no(fmt::format("{:.0f} % of the samples are seen", 100 * seen));
+    Offer offer{.from = from, .to = from, .with = with};
+    offer.to.facets.insert(kFacet);
+    offer.to.facet_bytes += VisibleRuns::bytes(from.extent);
+    return offer;
+}
+
+Work work(const Offer& offer, const Ask& ask, int) {
+    const auto samples = static_cast<double>(offer.from.samples());
+    const auto spans = static_cast<double>(unseen_of(ask.want, offer.from.values).size());
+    // Vectors hold the more samples the fewer bytes these have; the bits of all are looked at.
+    const double share = static_cast<double>(bytes_of(offer.from.type)) / 4;
+    const double runs = ask.scene.fact("runs/row").value_or(2) *
+                        static_cast<double>(offer.from.extent.y * offer.from.extent.z);
+    return {.operations = samples * share * (8 + 6 * spans) + 20 * runs,
+            .streamed = offer.from.bytes() + sizeof(VisibleRuns::Run) * runs};
+}
+
+/// Samples stay as they are.
+Error error(const Offer&, const Ask&) { return {.copies = true}; }
+
+/// Of rows that are spread evenly: "runs/seen", the share of cells in runs; "runs/row", runs a row.
+void count(const Data& input, const Request& want, std::map<std::string, double>& facts,
+           std::pmr::memory_resource* memory) {
+    constexpr std::int64_t kRows = 512;
+    const Scene scene;
+    if (!unread(input.what, {want, scene}).empty()) return;
+    const std::vector<UnseenSpan> unseen = unseen_of(want, input.what.values);
+    if (unseen.empty()) return;
+    const kernels::Grid volume = kernels::grid_of(input);
+    const std::int64_t rows = volume.extent.y * volume.extent.z, taken = std::min(rows, kRows);
+    std::int64_t runs = 0, cells = 0;
+    for (std::int64_t i = 0; i < taken; ++i) {
+        const std::int64_t row = (2 * i + 1) * rows / (2 * taken);
+        kernels::count_row(volume, unseen, row % volume.extent.y, row / volume.extent.y, runs,
+                           cells, memory);
+    }
+    facts["runs/seen"] = static_cast<double>(cells) / static_cast<double>(taken * volume.extent.x);
+    facts["runs/row"] = static_cast<double>(runs) / static_cast<double>(taken);
+}
+
+void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region&, Context& context) {
+    // Of slices across the rays each copy has its own extent.
+    out.what.extent = in.what.extent;
+    const kernels::Grid volume = kernels::grid_of(in);
+    const std::vector<UnseenSpan> unseen = unseen_of(ask.want, in.what.values);
+    auto made = std::make_shared<VisibleRuns>(volume.extent, context.memory);
+    tbb::parallel_for(std::int64_t{0}, volume.extent.z, [&](std::int64_t z) {
+        if (context.stopped()) return;
+        made->slices[static_cast<std::size_t>(z)] =
+            kernels::visible_slice(volume, unseen, z, context.memory);
+    });
+    context.poll();
+    out.facets[kFacet] = std::shared_ptr<const VisibleRuns>(made);
+}
+
+}  // namespace
+
+std::vector<UnseenSpan> unseen_of(const Request& want, const ValueMap& values) {
+    if (want.mode->takes_transfer) return unseen_by_transfer(want, values);
+    return by_level(want.mode) ? unseen_by_level(want, values) : std::vector<UnseenSpan>{};
+}
+
+std::shared_ptr<const VisibleRuns> runs_of(const Data& data) {
+    return std::any_cast<std::shared_ptr<const VisibleRuns>>(data.facets.at(kFacet));
+}
+
+Transition visible_runs() {
+    Transition edge;
+    edge.name = "shade.runs";
+    edge.source = "Lacroute and Levoy 1994";
+    edge.joins = {{"object/scalar", "object/scalar+runs"},
+                  {"aligned/scalar", "aligned/scalar+runs"}};
+    edge.attaches = true;
+    edge.offer = offer;
+    edge.work = work;
+    edge.error = error;
+    edge.count = count;
+    edge.run = run;
+    return edge;
+}
+
+}  // namespace edgewise

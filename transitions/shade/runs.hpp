@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "graph/transition.hpp"
+#include "transitions/kernels/visible_runs.hpp"
+
+namespace edgewise {
+
+/// Classifies cells between samples and lays runs of those that may be seen beside the samples, as
+/// a facet "runs": what a transfer function leaves transparent is then passed over in every view.
+/// Edge    object/scalar -> object/scalar+runs, aligned/scalar -> aligned/scalar+runs
+/// Shape   [nz, ny, nx], x fastest, any real type; 4 bytes a run, and a row has one run for each 9
+///         cells at most
+/// Needs   a mode with a transfer function or a level, without light; rows of 65535 samples at most
+/// Work    a cell: the extremes of its four samples, and two comparisons a transparent stretch of
+///         the transfer function
+/// Error   none: a cell is left out only where every value interpolated in it adds nothing
+/// Source  Lacroute and Levoy 1994; runs of cells in place of samples, as opacities are looked up
+///         behind the interpolation
+Transition visible_runs();
+
+/// Stored numbers that add nothing to a ray; none: all do, or the mode does not say.
+std::vector<kernels::UnseenSpan> unseen_of(const Request& want, const ValueMap& values);
+/// The runs of data that have them.
+std::shared_ptr<const kernels::VisibleRuns> runs_of(const Data& data);
+
+}  // namespace edgewise
