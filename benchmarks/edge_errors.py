@@ -30,13 +30,16 @@ ROWS = [
                  ["project.ray_cast/filter=foh/step=1"],
                  ["project.ray_cast/filter=bspline3/step=0.5"],
                  ["warp.backward/filter=bspline3", "project.combine"],
-                 ["warp.scale/filter=bspline3", "project.parallel_product/filter=foh"])),
-        ("xray", (["project.shear_warp/filter=foh"], ["project.ray_cast/filter=foh/step=1"],
+                 ["warp.scale/filter=bspline3", "project.parallel_product/filter=foh"],
+                 ["store.reduce/level=1", "project.level_cast/step=2"])),
+        ("xray", (["project.splat"], ["store.reduce/level=1", "project.level_cast/step=2"],
+                  ["project.shear_warp/filter=foh"], ["project.ray_cast/filter=foh/step=1"],
                   ["warp.scale/filter=bspline3", "project.parallel_product/filter=foh"],
                   ["spectrum.forward/width=4", "spectrum.inverse"],
                   ["spectrum.forward/width=6", "spectrum.inverse"])),
         ("composite", (["project.shear_warp/filter=foh"], ["project.ray_cast/filter=foh/step=1"],
                        ["warp.scale/filter=bspline3", "project.parallel_product/filter=foh"],
+                       ["project.splat_sheets"], ["store.reduce/level=1", "project.level_cast/step=2"],
                        ["project.ray_cast/filter=bspline3/step=0.5"])))
     for edges in paths
 ]

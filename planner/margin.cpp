@@ -86,7 +86,8 @@ class Margins {
         const auto pick = [&](const std::function<bool(const Candidate&)>& passes, Minimize aim) {
             const Candidate* best = nullptr;
             for (const Candidate& path : paths_.all())
-                if (&path != &plan_ && passes(path) &&
+                // Of a path whose error nobody knows it is not told what it loses.
+                if (&path != &plan_ && passes(path) && (path.real.known || !plan_.real.known) &&
                     std::find(picked.begin(), picked.end(), &path) == picked.end() &&
                     (!best || better(path, *best, aim)))
                     best = &path;

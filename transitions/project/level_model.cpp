@@ -12,6 +12,7 @@
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/project/ray_cast.hpp"
 #include "transitions/store/reduce.hpp"
 
 namespace edgewise {
@@ -25,8 +26,9 @@ struct Measured {
 
     explicit Measured(const ModelSetting& setting) {
         if (!setting.asked) return;
+        const std::array<std::string, 2> ours = {reduce().name, level_cast().name};
         for (const Demand& demand : setting.asked->via) {
-            if (demand.name != "store.reduce" && demand.name != "project.level_cast") continue;
+            if (std::find(ours.begin(), ours.end(), demand.name) == ours.end()) continue;
             asked = true;
             const Parameters& with = demand.with;
             if (with.contains("level")) levels.insert(std::stoi(with.word("level")));
@@ -154,7 +156,7 @@ class LevelModel final : public Model {
             levels_.emplace_back(setting.field.samples(), setting.want, level);
             for (const double step : steps_)
                 facts_.push_back(
-                    {.name = level_fact(level, filter_named("foh"), step), .like = RayLook::kFoh2});
+                    {.name = level_fact(level, filter_of(kFoh), step), .like = RayLook::kFoh2});
         }
     }
     std::vector<double> steps() const override { return steps_; }

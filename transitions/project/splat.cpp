@@ -110,7 +110,6 @@ class Finish {
         if (!want_.mode->divides)
             return static_cast<float>((added + (empty_.value - want_.zero) * length) * want_.unit);
         if (length == 0) return static_cast<float>(cast_.miss);
-        if (sum == 0) return static_cast<float>(empty_.value);
         // Where a ray enters and leaves is known to a part of a cell, which a short ray shows.
         constexpr double kShort = 8;
         if (length < kShort) return mean_of(x, y);
