@@ -94,7 +94,7 @@ std::string first_difference(const Data& a, const Data& b) {
 }
 
 struct Tried {
-    std::map<std::string, int> edges;  // how often boxes were compared
+    std::map<std::string, int> edges = {};  // how often boxes were compared
     /// Of an edge's parameters every so many, others for each vertex: all of them come up, with
     /// some mode and some type.
     std::size_t stride = 1, next = 0;

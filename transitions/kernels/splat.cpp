@@ -52,8 +52,6 @@ void Footprints::make(const std::array<Face, 3>& faces, float* table) const {
     const auto kernel = [&](int axis, double x) {
         return kernel_at(faces[static_cast<std::size_t>(axis)], x);
     };
-    const int numbers = shape_.numbers();
-    const bool whole = shape_.depth == Depth::whole;
     Block<float> row(static_cast<std::size_t>(columns_), memory_);
     for (int s = 0; s < 2 * kSections; ++s) {
         const double t = (s + 0.5) / kSections - 1;
@@ -67,17 +65,25 @@ void Footprints::make(const std::array<Face, 3>& faces, float* table) const {
             row[static_cast<std::size_t>(i)] = static_cast<float>(at(0, i, columns_));
         for (int j = 0; j < rows_; ++j) {
             const auto scale = static_cast<float>(weight * at(1, j, rows_));
-            float* to = table + static_cast<std::ptrdiff_t>(j) * pitch() * numbers;
-            if (whole && scale == 0) continue;
-            for (int i = 0; i < columns_; ++i) {
-                const float section = scale * row[static_cast<std::size_t>(i)];
-                float* sums = to + static_cast<std::ptrdiff_t>(i) * numbers;
-                if (whole)
-                    sums[0] += section;
-                else
-                    sums[s + 1] = sums[s] + section;
-            }
+            float* to = table + static_cast<std::ptrdiff_t>(j) * pitch() * shape_.numbers();
+            if (shape_.depth == Depth::whole)
+                add_section(row.data(), scale, to);
+            else
+                append_section(row.data(), scale, s, to);
         }
+    }
+}
+
+void Footprints::add_section(const float* row, float scale, float* to) const {
+    if (scale == 0) return;
+    for (int i = 0; i < columns_; ++i) to[i] += scale * row[i];
+}
+
+void Footprints::append_section(const float* row, float scale, int section, float* to) const {
+    const int numbers = shape_.numbers();
+    for (int i = 0; i < columns_; ++i) {
+        float* before = to + static_cast<std::ptrdiff_t>(i) * numbers + section;
+        before[1] = before[0] + scale * row[i];
     }
 }
 

@@ -76,6 +76,8 @@ class Footprints {
 
  private:
     void make(const std::array<Face, 3>& faces, float* table) const;
+    void add_section(const float* row, float scale, float* to) const;
+    void append_section(const float* row, float scale, int section, float* to) const;
 
     static constexpr int kTables = 4 * 4 * 4;
     Shape shape_;

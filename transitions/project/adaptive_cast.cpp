@@ -160,7 +160,8 @@ class Casts {
 
 // What is drawn of a picture, so that the planner knows how smooth it is. Facts:
 //  - "adaptive/spread": the range of the values that were met;
-//  - "adaptive/cast/K": the share of squares that differ by more than 2^-K of it;
+//  - "adaptive/cast/K": of the lengths of all rays in the data those of squares that differ by more
+//    than 2^-K of it;
 //  - "adaptive/error/K": RMS error of a picture whose other squares are interpolated, an upper
 //    estimate.
 
@@ -191,7 +192,7 @@ double tolerance_of(const Offer& offer, const Ask& ask) {
            ask.scene.fact("adaptive/spread").value_or(ask.scene.range);
 }
 
-/// The share of squares that are cast.
+/// The share of rays that are cast for themselves, by their lengths.
 std::optional<double> share_cast(double tolerance, const Scene& scene) {
     const auto spread = scene.fact("adaptive/spread");
     if (!spread) return {};
@@ -224,7 +225,7 @@ Offer offer_adaptive(const Representation& from, const Ask& ask, const Parameter
     if (std::string reason = not_smooth(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
     if (const auto share = share_cast(tolerance_of(offer, ask), ask.scene); share && *share > kMost)
-        return Offer::no(fmt::format("{:.0f} % of the picture differs by more than {:.3g}",
+        return Offer::no(fmt::format("{:.0f} % of the rays differ by more than {:.3g}",
                                      100 * *share, tolerance_of(offer, ask)));
     return offer;
 }
@@ -267,6 +268,7 @@ struct Drawn {
     float difference = 0;
     double squares = 0;  // of the errors of its pixels, whose rays meet the data
     double pixels = 0;   // so many do
+    double length = 0;   // of their rays in the data [cell]
     double low = std::numeric_limits<double>::infinity(), high = -low;  // of their values
 };
 
@@ -282,8 +284,10 @@ Drawn drawn_square(const Casts& casts, int channels, std::int64_t i, std::int64_
     for (int p = 0; p < kEvery * kEvery; ++p) {
         const double x = static_cast<double>(i * kEvery + p % kEvery),
                      y = static_cast<double>(j * kEvery + p / kEvery);
-        if (!ray_path(casts.all(), x, y).hit()) continue;
+        const kernels::RayPath path = ray_path(casts.all(), x, y);
+        if (!path.hit()) continue;
         ++drawn.pixels;
+        drawn.length += path.length;
         for (int c = 0; c < channels; ++c) {
             const auto at = static_cast<std::size_t>(p * channels + c);
             const double error = double(between[at]) - exact[at];
@@ -334,8 +338,9 @@ void count_adaptive(const Data& input, const Request& want, std::map<std::string
             drawn_square(casts, want.mode->channels, at(0, want.screen.x) / kEvery,
                          at(1, want.screen.y) / kEvery);
     });
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    double low = std::numeric_limits<double>::infinity(), high = -low, length = 0;
     for (const Drawn& each : drawn) {
+        length += each.length;
         low = std::min(low, each.low);
         high = std::max(high, each.high);
     }
@@ -343,10 +348,10 @@ void count_adaptive(const Data& input, const Request& want, std::map<std::string
     facts["adaptive/spread"] = high - low;
     for (int bound = kFirstBound; bound <= kLastBound; ++bound) {
         const double most = std::ldexp(high - low, -bound);
-        const auto cast = std::count_if(drawn.begin(), drawn.end(), [most](const Drawn& each) {
-            return !(each.difference < most);
-        });
-        facts[cast_fact(bound)] = static_cast<double>(cast) / kSquares;
+        double cast = 0;
+        for (const Drawn& each : drawn)
+            if (!(each.difference < most)) cast += each.length;
+        facts[cast_fact(bound)] = cast / length;
         facts[error_fact(bound)] = error_of_drawn(drawn, most);
     }
 }

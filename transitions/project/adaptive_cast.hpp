@@ -13,9 +13,9 @@ namespace edgewise {
 /// Edge    object/scalar or object/coefficients -> screen/picture
 /// Shape   as project.ray_cast
 /// Needs   a mode that takes all samples of a ray, without light; a filter that interpolates; one
-///         memory; of squares that are drawn at most four fifths that are not smooth
+///         memory; of rays that are drawn at most four fifths in squares that are not smooth
 /// Work    that of project.ray_cast for a sixteenth of the rays and those of squares that differ,
-///         whose share is counted on squares that are drawn
+///         whose share by length is counted on squares that are drawn
 /// Error   that of project.ray_cast; and what interpolation leaves, measured on the same squares,
 ///         which are cast for it as the edge does
 /// Source  Levoy, "Volume rendering by adaptive refinement", The Visual Computer 6(1), 1990

@@ -375,7 +375,7 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
     const std::optional<kernels::Kept> kept = kept_of(in.what, want, context.view);
     if (kept) cast.kept = &*kept;
     std::shared_ptr<const kernels::Gradients> gradients;
-    if (!in.what.facets.empty()) {
+    if (!offer.from.facets.empty()) {
         gradients = gradients_of(in);
         cast.gradients = gradients.get();
     }

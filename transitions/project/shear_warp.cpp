@@ -13,6 +13,7 @@
 #include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/shear_border.hpp"
+#include "transitions/project/shear_view.hpp"
 #include "transitions/project/shear_warp_model.hpp"
 
 namespace edgewise {
@@ -22,50 +23,6 @@ constexpr std::int64_t kWidth = 128, kHeight = 16;  // of a tile: states and row
 /// Floats of one plane of states. A vector that begins in the last row may end behind it, where no
 /// pixel of the next plane stands: it would mix with a transparency that nobody wrote.
 constexpr std::ptrdiff_t kPlane = kWidth * kHeight + 16;
-
-/// One view, factored: intermediate pixel (i, j) is the ray through (i + x, j + y) of slice 0. In
-/// the slice nearest to the eye, which hides the others, these are places of samples.
-struct Factored {
-    double x = 0, dx = 0, y = 0, dy = 0;  // as in kernels::ShearWarp [voxel]
-    double step = 1;                      // from slice to slice [t]
-    bool backwards = false;
-    Extent image;                // of the intermediate image
-    kernels::Affine to_image{};  // pixel -> intermediate pixel
-};
-
-Factored factored(const Representation& from, const Request& want, int view) {
-    const kernels::Rays rays = rays_of(from, want, view);
-    const auto& d = rays.direction.base;
-    const Extent& n = from.extent;
-    Factored f;
-    f.dx = d[0] / d[2];
-    f.dy = d[1] / d[2];
-    f.step = 1 / std::abs(d[2]);
-    f.backwards = d[2] < 0;
-    // Slices 0 ... nz - 1 and half a spacing beyond reach over these pixels.
-    const auto frame = [&](double shear, std::int64_t along, double& first, std::int64_t& size) {
-        const double low = -0.5 * shear, high = (static_cast<double>(n.z) - 0.5) * shear;
-        const double nearest = f.backwards ? static_cast<double>(n.z - 1) * shear : 0;
-        first = std::floor(-0.5 - std::max(low, high) + nearest) - 1 - nearest;
-        const double last = static_cast<double>(along) - 0.5 - std::min(low, high);
-        size = static_cast<std::int64_t>(std::ceil(last) - first) + 2;
-    };
-    frame(f.dx, n.x, f.x, f.image.x);
-    frame(f.dy, n.y, f.y, f.image.y);
-    // Where a pixel's ray crosses slice 0.
-    const auto row = [&](int axis, double shear, double first, int at) {
-        const auto crossing = [&](const std::array<double, 3>& p) {
-            return p[axis] - p[2] * shear;
-        };
-        f.to_image[at] = crossing(rays.origin.x);
-        f.to_image[at + 1] = crossing(rays.origin.y);
-        f.to_image[at + 3] = crossing(rays.origin.base) - first;
-    };
-    row(0, f.dx, f.x, 0);
-    row(1, f.dy, f.y, 4);
-    f.to_image[10] = 1;
-    return f;
-}
 
 const Filter& filter_of(const Parameters& with) { return filter_named(with.word("filter")); }
 
@@ -99,7 +56,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
-double image_bytes(const Factored& f, Mode mode) {
+double image_bytes(const ShearView& f, Mode mode) {
     return 4.0 * static_cast<double>(f.image.samples()) * mode->channels;
 }
 
@@ -140,7 +97,7 @@ double voxel_operations(const Offer& offer, const Ask& ask, bool nearest, double
 }
 
 Work work(const Offer& offer, const Ask& ask, int view) {
-    const Factored f = factored(offer.from, ask.want, view);
+    const ShearView f = shear_view_of(offer.from, ask.want, view);
     const bool nearest = takes_nearest(offer.with);
     const bool spline = smooth(offer.with, ask.want.mode);
     // Slices wait for their rows, a tile's few lines of each, and for the states between: measured
@@ -182,15 +139,9 @@ Error error(const Offer& offer, const Ask& ask) {
     double step = 0;
     const int views = std::min(ask.want.views.different(), 8);
     for (int variant = 0; variant < views; ++variant)
-        step =
-            std::max(step, factored(offer.from, ask.want, ask.want.views.first_view(variant)).step);
+        step = std::max(
+            step, shear_view_of(offer.from, ask.want, ask.want.views.first_view(variant)).step);
     return sheared_error(filter_of(offer.with), step, ask);
-}
-
-/// From the multiple of `each` at or before it.
-Region aligned(Region box, std::int64_t each) {
-    box.begin[0] -= box.begin[0] % each;
-    return box;
 }
 
 /// Makes a box of the image; `image` holds it.
@@ -198,7 +149,7 @@ void project(const kernels::ShearWarp& warp, const Region& box, Mode mode, float
              Context& context) {
     const int channels = mode->channels;
     const std::int64_t row = box.extent().x * channels;
-    for_tiles(aligned(box, kWidth), kWidth, kHeight, context, [&](const Region& tile) {
+    for_tiles(from_multiple(box, kWidth), kWidth, kHeight, context, [&](const Region& tile) {
         const Extent size = tile.extent();
         const std::int64_t i = tile.begin[0], j = tile.begin[1];
         const std::int64_t skip = std::max<std::int64_t>(box.begin[0] - i, 0);
@@ -251,31 +202,8 @@ void clamp(const kernels::WarpOutput& picture, const Region& part, const Interva
     }
 }
 
-/// The box of the image that a box of the picture is read from.
-Region box_of_image(const Factored& f, const Region& picture) {
-    // The kernel works out columns in blocks, of which some may lie beside the region.
-    constexpr std::int64_t kBlock = kernels::kBackwardBlock;
-    Region out = aligned(picture, kBlock);
-    out.end[0] = (out.end[0] + kBlock - 1) / kBlock * kBlock;
-    Region box = Region::all(f.image);
-    for (int axis = 0; axis < 2; ++axis) {
-        const double* m = &f.to_image[static_cast<std::size_t>(4 * axis)];
-        double low = m[3], high = low;
-        for (int k = 0; k < 2; ++k) {
-            const double p = m[k] * static_cast<double>(out.begin[k]);
-            const double q = m[k] * static_cast<double>(out.end[k] - 1);
-            low += std::min(p, q);
-            high += std::max(p, q);
-        }
-        const auto last = static_cast<double>(f.image[axis] - 1);
-        box.begin[axis] = static_cast<std::int64_t>(std::clamp(std::floor(low - 1), 0.0, last));
-        box.end[axis] = static_cast<std::int64_t>(std::clamp(std::ceil(high + 1), 0.0, last)) + 1;
-    }
-    return box;
-}
-
 /// The box of the volume that the rays of a box of the image cross.
-Region box_of_volume(const Factored& f, const Region& image, const Extent& n) {
+Region box_of_volume(const ShearView& f, const Region& image, const Extent& n) {
     struct Rays {
         double first, last, slope;  // place in slice 0 of the outermost ones; voxels a slice
     };
@@ -324,7 +252,7 @@ Partition parts(const Offer& offer, const Ask& ask) {
     return {.kind = Partition::output,
             .leaf = {offer.to.extent.x, offer.to.extent.y, 1},
             .reads = [from, want = ask.want](const Region& out, int view) {
-                const Factored f = factored(from, want, view);
+                const ShearView f = shear_view_of(from, want, view);
                 return box_of_volume(f, box_of_image(f, out), from.extent);
             }};
 }
@@ -332,7 +260,7 @@ Partition parts(const Offer& offer, const Ask& ask) {
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     const Request& want = ask.want;
-    const Factored f = factored(in.what, want, context.view);
+    const ShearView f = shear_view_of(in.what, want, context.view);
     const kernels::Optics optics = optics_of(want, in.what.values);
     const kernels::Hold hold = kernels::hold_of(filter_of(offer.with));
     kernels::ShearWarp warp{.volume = rule_grid(in, want),
@@ -379,7 +307,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                                                    : Read::nearest;
     const Extent& to = out.what.extent;
     const Extent size = kernels::preferred_tile(to);
-    for_tiles(aligned(region, size.x), size.x, size.y, context, [&](const Region& tile) {
+    for_tiles(from_multiple(region, size.x), size.x, size.y, context, [&](const Region& tile) {
         Region part = tile, whole = tile;
         part.begin[0] = std::max(tile.begin[0], region.begin[0]);
         whole.end[0] = std::min(tile.begin[0] + size.x, to.x);

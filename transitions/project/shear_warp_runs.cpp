@@ -173,10 +173,8 @@ Transition shear_warp_runs() {
     Transition edge;
     edge.name = "project.shear_warp_runs";
     edge.source = "Lacroute and Levoy 1994";
-    edge.joins = {{"aligned/scalar+runs", "screen/picture"},
-                  {"object/scalar+runs", "screen/picture"}};
+    edge.joins = {{"aligned/runs", "screen/picture"}, {"object/runs", "screen/picture"}};
     edge.parameters = plain().parameters;
-    edge.laws = {Law::constant};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;

@@ -6,7 +6,7 @@ namespace edgewise {
 
 /// Shear-warp by runs: as project.shear_warp, but of each slice only the runs are added in which
 /// something may be seen, and only to pixels of the intermediate image that are not opaque yet.
-/// Edge    aligned/scalar+runs or object/scalar+runs -> screen/picture
+/// Edge    aligned/runs or object/runs -> screen/picture
 /// Shape   [nz, ny, nx], x fastest, any real type; four f32 a pixel
 /// Needs   what project.shear_warp needs, and a mode with a transfer function or a level; it makes
 ///         the same picture to the bit

@@ -76,8 +76,11 @@ void run_bricks(const Offer& offer, const Ask& ask, const Data& in, Data& out, c
     });
     made->sorted = {
         .bricks = {bricks.begin(), end}, .floor = floor, .extent = n, .volume = volume.extent};
-    out.facets[sorted_facet_of(ask.want, offer.from.values)] =
-        std::shared_ptr<const BricksBeside>(made);
+    const std::string facet = sorted_facet_of(ask.want, offer.from.values);
+    out.facets[facet] = std::shared_ptr<const BricksBeside>(made);
+    // Casts that are demanded from here read the samples alone, but take whatever facet their data
+    // name for gradients (cast_picture): so these do not name it.
+    out.what.facets.erase(facet);
 }
 
 }  // namespace

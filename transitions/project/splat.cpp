@@ -70,15 +70,27 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .workspace = kFaces * table + SplatSpans::bytes(offer.from.extent)};
 }
 
+/// A bound of the samples' variance, over the square of their range: those that are not of the
+/// commonest value differ from it by at most the range; where that is the least or greatest value,
+/// all together by what the mean differs.
+double variance_at_most(const Scene& scene) {
+    const double range = scene.high - scene.low, off = std::abs(scene.mean - scene.commonest);
+    const bool at_end = scene.commonest <= scene.low || scene.commonest >= scene.high;
+    const double share = scene.occupied_fraction;
+    return at_end && off > 0 && range > 0 ? std::min(share, off / range) : share;
+}
+
 Error error(const Offer&, const Ask& ask) {
     Error error = cast_error(splat_kernel(), kCastStep, ask);
     // A ray is moved along both axes, by any part of half a cell either way: RMS of a uniform
     // distribution. It differs from slice to slice.
     const double moved = std::sqrt(2.0 / 12) / Footprints::Shape{}.cells;
-    // Neighbours that know nothing of each other differ by sqrt(2) standard deviations, which a
-    // share that is not empty bounds. Elsewhere half of the range a voxel is a steep slope.
-    const double slope = std::min(0.5, std::sqrt(2 * ask.scene.occupied_fraction));
-    const double sample = moved * slope * (ask.scene.high - ask.scene.low);
+    // Neighbours that know nothing of each other differ by sqrt(2) standard deviations, of which
+    // interpolation across leaves sqrt(2 / 3). Of smoother samples half of the range a voxel is a
+    // lot.
+    const double range = ask.scene.high - ask.scene.low;
+    const double slope = std::min(0.5, std::sqrt(4.0 / 3 * variance_at_most(ask.scene)));
+    const double sample = moved * slope * range;
     error.noise = std::hypot(error.noise, error.noise_gain * sample);
     return error;
 }

@@ -16,8 +16,6 @@ namespace {
 using kernels::UnseenSpan;
 using kernels::VisibleRuns;
 
-constexpr const char* kFacet = "runs";
-
 std::vector<UnseenSpan> unseen_by_transfer(const Request& want, const ValueMap& values) {
     std::vector<kernels::OpticsPoint> points;
     for (const Transfer::Point& point : want.transfer.points)
@@ -51,6 +49,7 @@ std::string unread(const Representation& from, const Ask& ask) {
     if (want.shading.on() || want.needs_gradients() || want.cue)
         return "light needs gradients across slices, which are combined one by one";
     if (!want.clips.empty()) return "the clip cuts slices, which are combined whole";
+    if (!from.facets.empty()) return "something else lies beside the samples";
     if (from.axes != 3 || from.channels != 1) return "of volumes of one channel only";
     if (!is_whole(from)) return "needs all samples in memory, row by row";
     if (from.type == Type::c64) return "complex samples have no opacity";
@@ -61,7 +60,6 @@ std::string unread(const Representation& from, const Ask& ask) {
 }
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (from.facets.contains(kFacet)) return Offer::no("has its runs");
     if (std::string reason = unread(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
     if (unseen_of(ask.want, from.values).empty()) return Offer::no("every value may be seen");
@@ -73,8 +71,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (seen > kMost && taken > kMost)
         return Offer::no(fmt::format("{:.0f} % of the samples are seen", 100 * seen));
     Offer offer{.from = from, .to = from, .with = with};
-    offer.to.facets.insert(kFacet);
-    offer.to.facet_bytes += VisibleRuns::bytes(from.extent);
+    offer.to.content = "runs";
+    offer.to.facet_bytes = VisibleRuns::bytes(from.extent);
     return offer;
 }
 
@@ -124,7 +122,7 @@ void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region&,
             kernels::visible_slice(volume, unseen, z, context.memory);
     });
     context.poll();
-    out.facets[kFacet] = std::shared_ptr<const VisibleRuns>(made);
+    out.other = std::shared_ptr<const VisibleRuns>(made);
 }
 
 }  // namespace
@@ -135,15 +133,14 @@ std::vector<UnseenSpan> unseen_of(const Request& want, const ValueMap& values) {
 }
 
 std::shared_ptr<const VisibleRuns> runs_of(const Data& data) {
-    return std::any_cast<std::shared_ptr<const VisibleRuns>>(data.facets.at(kFacet));
+    return std::any_cast<std::shared_ptr<const VisibleRuns>>(data.other);
 }
 
 Transition visible_runs() {
     Transition edge;
     edge.name = "shade.runs";
     edge.source = "Lacroute and Levoy 1994";
-    edge.joins = {{"object/scalar", "object/scalar+runs"},
-                  {"aligned/scalar", "aligned/scalar+runs"}};
+    edge.joins = {{"object/scalar", "object/runs"}, {"aligned/scalar", "aligned/runs"}};
     edge.attaches = true;
     edge.offer = offer;
     edge.work = work;

@@ -8,9 +8,10 @@
 
 namespace edgewise {
 
-/// Classifies cells between samples and lays runs of those that may be seen beside the samples, as
-/// a facet "runs": what a transfer function leaves transparent is then passed over in every view.
-/// Edge    object/scalar -> object/scalar+runs, aligned/scalar -> aligned/scalar+runs
+/// Classifies cells between samples and lays runs of those that may be seen beside the samples,
+/// which are shared: what a transfer function leaves transparent is then passed over in every view.
+/// A content of its own and no facet, so that only edges read it that gain from it.
+/// Edge    object/scalar -> object/runs, aligned/scalar -> aligned/runs
 /// Shape   [nz, ny, nx], x fastest, any real type; 4 bytes a run, and a row has one run for each 9
 ///         cells at most
 /// Needs   a mode with a transfer function or a level, without light; rows of 65535 samples at most

@@ -80,6 +80,7 @@ Data with_facet(const Data& in, const Ask& ask) {
     Data out = Data::sharing(in, offer.to);
     Context context{.memory = std::pmr::new_delete_resource()};
     edge.run(offer, ask, in, out, Region::all(in.what.extent), context);
+    out.what = offer.to;
     return out;
 }
 
