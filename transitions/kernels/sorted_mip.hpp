@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory_resource>
@@ -91,11 +92,13 @@ constexpr int kSortedTile = 32;  // pixels along each side of a tile, at most
 /// first. A brick is left out for packets of rays which all have seen as much, and all that are
 /// left where all rays have. Each pixel is what ray_cast() makes of it, bit for bit.
 /// @param order   places in `bricks` of those that the tile may see, ascending
-/// @param memory  for what rays keep
+/// @param room    sorted_room() bytes, aligned to 64: for one call after another
 /// @return cells that were sampled, of each ray that has them
 std::int64_t sorted_mip(const RayCast& cast, const SortedBricks& bricks, const ShownBricks& shown,
                         std::span<const std::int32_t> order, std::int64_t x, std::int64_t y,
                         std::int64_t width, std::int64_t height, float* out,
-                        std::ptrdiff_t row_floats, std::pmr::memory_resource* memory);
+                        std::ptrdiff_t row_floats, std::byte* room);
+/// Bytes that the rays of a tile keep.
+std::size_t sorted_room();
 
 }  // namespace edgewise::kernels

@@ -7,7 +7,6 @@
 #include <new>
 #include <type_traits>
 
-#include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/sorted_mip.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -29,7 +28,7 @@ struct SortedTile {
     std::int64_t x, y, width, height;
     float* out;
     std::ptrdiff_t row_floats;
-    std::pmr::memory_resource* memory;
+    std::byte* room;
 };
 
 constexpr int kColumns = kSortedTile / kWidth, kRows = kSortedTile / kHeight;
@@ -227,9 +226,8 @@ void write(const SortedTile& tile, const Packets& packets) {
 template <class Sum, class Read>
 std::int64_t fill_tile(const SortedTile& tile) {
     static_assert(std::is_trivially_destructible_v<Packets>);
-    Block<std::byte> room(sizeof(Packets), tile.memory);
     const ParallelRays shared(tile.cast);
-    Packets& packets = *new (room.data()) Packets(tile, shared);
+    Packets& packets = *new (tile.room) Packets(tile, shared);
     const Grid& volume = tile.cast.volume;
     const std::int64_t taken = [&] {
         switch (tile.cast.hold) {
@@ -268,10 +266,11 @@ std::int64_t sorted_tile(const SortedTile& tile) {
 std::int64_t sorted_mip_on(const RayCast& cast, const SortedBricks& bricks,
                            const ShownBricks& shown, std::span<const std::int32_t> order,
                            std::int64_t x, std::int64_t y, std::int64_t width, std::int64_t height,
-                           float* out, std::ptrdiff_t row_floats,
-                           std::pmr::memory_resource* memory) {
-    return sorted_tile({cast, bricks, shown, order, x, y, width, height, out, row_floats, memory});
+                           float* out, std::ptrdiff_t row_floats, std::byte* room) {
+    return sorted_tile({cast, bricks, shown, order, x, y, width, height, out, row_floats, room});
 }
+
+std::size_t sorted_room_on() { return sizeof(Packets); }
 
 }  // namespace
 }  // namespace edgewise::kernels::HWY_NAMESPACE
@@ -281,13 +280,16 @@ HWY_AFTER_NAMESPACE();
 namespace edgewise::kernels {
 
 HWY_EXPORT(sorted_mip_on);
+HWY_EXPORT(sorted_room_on);
+
+std::size_t sorted_room() { return HWY_DYNAMIC_DISPATCH(sorted_room_on)(); }
 
 std::int64_t sorted_mip(const RayCast& cast, const SortedBricks& bricks, const ShownBricks& shown,
                         std::span<const std::int32_t> order, std::int64_t x, std::int64_t y,
                         std::int64_t width, std::int64_t height, float* out,
-                        std::ptrdiff_t row_floats, std::pmr::memory_resource* memory) {
+                        std::ptrdiff_t row_floats, std::byte* room) {
     return HWY_DYNAMIC_DISPATCH(sorted_mip_on)(cast, bricks, shown, order, x, y, width, height, out,
-                                               row_floats, memory);
+                                               row_floats, room);
 }
 
 }  // namespace edgewise::kernels

@@ -24,10 +24,13 @@ double bytes_of_bricks(const Extent& volume) {
     return static_cast<double>(kernels::sorted_bricks_in(volume).samples()) * sizeof(SortedBrick);
 }
 
+bool is_of_splines(const Representation& what) { return what.content == "coefficients"; }
+
 Offer offer_bricks(const Representation& from, const Ask& ask, const Parameters& with) {
     if (std::string reason = no_sorting(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
     Offer offer{.from = from, .to = from, .with = with};
+    offer.to.content = is_of_splines(from) ? kSortedCoefficients : kSortedSamples;
     offer.to.facets.insert(sorted_facet_of(ask.want, from.values));
     offer.to.facet_bytes += bytes_of_bricks(from.extent);
     return offer;
@@ -54,7 +57,7 @@ void run_bricks(const Offer& offer, const Ask& ask, const Data& in, Data& out, c
     made->room = Array(count * sizeof(SortedBrick), context.memory);
     const std::span<SortedBrick> bricks{static_cast<SortedBrick*>(made->room.data()), count};
     const kernels::Reach reach =
-        in.what.content == "coefficients" ? kernels::Reach{1, 2} : kernels::Reach{0, 1};
+        is_of_splines(in.what) ? kernels::Reach{1, 2} : kernels::Reach{0, 1};
     std::vector<float> least(static_cast<std::size_t>(n.z));
     tbb::parallel_for(std::int64_t{0}, n.z, [&](std::int64_t layer) {
         if (!context.stopped())
@@ -78,9 +81,6 @@ void run_bricks(const Offer& offer, const Ask& ask, const Data& in, Data& out, c
         .bricks = {bricks.begin(), end}, .floor = floor, .extent = n, .volume = volume.extent};
     const std::string facet = sorted_facet_of(ask.want, offer.from.values);
     out.facets[facet] = std::shared_ptr<const BricksBeside>(made);
-    // Casts that are demanded from here read the samples alone, but take whatever facet their data
-    // name for gradients (cast_picture): so these do not name it.
-    out.what.facets.erase(facet);
 }
 
 }  // namespace
@@ -126,9 +126,12 @@ Transition sorted_bricks() {
     Transition edge;
     edge.name = "project.sorted_bricks";
     edge.source = "Mroz, Hauser, Groeller 2000";
-    for (const char* from : {"object/scalar", "object/coefficients"})
-        for (const char* facet : kSortedFacets)
-            edge.joins.emplace_back(from, fmt::format("{}+{}", from, facet));
+    for (const char* facet : kSortedFacets) {
+        edge.joins.emplace_back("object/scalar",
+                                fmt::format("object/{}+{}", kSortedSamples, facet));
+        edge.joins.emplace_back("object/coefficients",
+                                fmt::format("object/{}+{}", kSortedCoefficients, facet));
+    }
     edge.attaches = true;
     edge.offer = offer_bricks;
     edge.work = work_of_bricks;

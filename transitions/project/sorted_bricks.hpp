@@ -11,7 +11,9 @@ namespace edgewise {
 
 /// Lays a list of all bricks beside the samples, in descending order of bounds, once for all views
 /// of a largest or least sample: what project.sorted_mip projects first is what hides the rest.
-/// Edge    object/scalar or object/coefficients -> the same with a facet
+/// Edge    object/scalar -> object/sorted, object/coefficients -> object/sorted-coefficients: the
+/// same
+///         samples with a facet, by a name that no other edge reads
 /// Shape   bricks of 8^3 samples; 8 bytes each
 /// Needs   parallel rays, a mode whose kernels take the largest sample, and data of which rays need
 ///         less than a third of their samples (measure_casting)
@@ -30,8 +32,10 @@ struct BricksBeside {
 /// The facet of a request: "largest-first", or "least-first" where stored numbers fall as values
 /// rise, or as the mode's do.
 std::string sorted_facet_of(const Request& want, const ValueMap& values);
-/// Both of them.
+/// Both of them, and what samples beside them are called.
 inline constexpr const char* kSortedFacets[] = {"largest-first", "least-first"};
+inline constexpr const char* kSortedSamples = "sorted";
+inline constexpr const char* kSortedCoefficients = "sorted-coefficients";
 /// What rays need of their samples whatever comes first, told from what the caster takes; absent:
 /// it was not counted.
 std::optional<double> share_needed(const Scene& scene);

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <memory>
 #include <optional>
 #include <span>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <vector>
 
@@ -29,9 +31,10 @@ const Filter& filter_that_reads(const Parameters& with) {
 
 Offer offer_sorted(const Representation& from, const Ask& ask, const Parameters& with) {
     const Filter& filter = filter_that_reads(with);
-    if (std::string reason = not_read_by(filter, {.coefficients = from.content == "coefficients",
-                                                  .labels = ask.want.field == Field::nearest,
-                                                  .non_finite = ask.scene.non_finite});
+    if (std::string reason =
+            not_read_by(filter, {.coefficients = from.content == kSortedCoefficients,
+                                 .labels = ask.want.field == Field::nearest,
+                                 .non_finite = ask.scene.non_finite});
         !reason.empty())
         return Offer::no(std::move(reason));
     if (std::string reason = no_sorting(from, ask); !reason.empty())
@@ -107,7 +110,7 @@ Work work_sorted(const Offer& offer, const Ask& ask, int view) {
             .other_lines = {cells * lines_swept(lattice, kernels::kPacketSide, bytes,
                                                 Vec3::Constant(taps)),
                             kLineBytes * lines / tiles},
-            .scratch = 128.0 * kTile * kTile,
+            .scratch = static_cast<double>(kernels::sorted_room()),
             .workspace = 8 * bricks + 4 * laid + 8 * tiles * (1 + bricks / kChunk)};
 }
 
@@ -224,13 +227,17 @@ void run_sorted(const Offer& offer, const Ask& ask, const Data& in, Data& out, c
                        context.memory);
     context.poll();
     const kernels::ShownBricks shown = laid.shown();
+    // One room a thread, not a tile: fresh memory takes longer to touch than to fill.
+    using Room = kernels::Block<std::byte>;
+    tbb::enumerable_thread_specific<std::unique_ptr<Room>> rooms(
+        [&] { return std::make_unique<Room>(kernels::sorted_room(), context.memory); });
     const std::int64_t row = out.row();
     for_tiles(region, kTile, kTile, context, [&](const Region& tile) {
         const Extent size = tile.extent();
         float* const first = out.at<float>(tile.begin[0], tile.begin[1], 0);
         kernels::sorted_mip(cast, beside->sorted, shown, laid.of(tile.begin[0], tile.begin[1]),
                             tile.begin[0], tile.begin[1], size.x, size.y, first, row,
-                            context.memory);
+                            rooms.local()->data());
         give_sign(want, first, size.x, size.y, row);
     });
 }
@@ -241,9 +248,9 @@ Transition sorted_mip() {
     Transition edge;
     edge.name = "project.sorted_mip";
     edge.source = "Mroz, Hauser, Groeller 2000; samples as project.ray_cast";
-    for (const char* from : {"object/scalar", "object/coefficients"})
+    for (const char* samples : {kSortedSamples, kSortedCoefficients})
         for (const char* facet : kSortedFacets)
-            edge.joins.emplace_back(fmt::format("{}+{}", from, facet), "screen/picture");
+            edge.joins.emplace_back(fmt::format("object/{}+{}", samples, facet), "screen/picture");
     edge.parameters = {
         {"filter", one_of({"zoh", "foh", "bspline3"}, "what reads the values")},
         {"step", number(0.01, 4, {1, 0.5}, "distance of samples, in the smallest spacing")}};

@@ -49,15 +49,15 @@ std::int64_t rows_of(const SplatView& of, const Extent& picture) {
 Work work(const Offer& offer, const Ask& ask, int view) {
     const SplatView of = view_of(offer.from, ask.want, view);
     const double voxels = samples_splatted(offer.from, ask);
-    const double writes = voxels * of.pixels_written();
     const auto samples = static_cast<double>(offer.from.samples());
     const auto pixels = static_cast<double>(offer.to.samples());
     const std::int64_t rows = rows_of(of, offer.to.extent);
     const double twice = 1 + of.splat.patch[1] / static_cast<double>(rows);
+    const double writes = twice * voxels * of.pixels_written();
     const double table = of.shape.bytes();
     const bool lengths = needs_lengths(empty_sample(offer.from.values, ask.scene), ask.want);
     constexpr int kFaces = 27;  // tables: of voxels inside and at the volume's faces
-    return {.operations = samples + twice * 30 * voxels + 10 * writes +
+    return {.operations = samples + twice * 30 * voxels + 13 * writes +
                           table / sizeof(float) * 4 * kernels::kSections +
                           (lengths ? kSpanOperations + 3 : 3) * pixels,
             .streamed = offer.from.bytes() + 3 * offer.to.bytes(),

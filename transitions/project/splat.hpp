@@ -11,7 +11,7 @@ namespace edgewise {
 /// Shape   [nz, ny, nx], x fastest, any real type; one f32 a pixel
 /// Needs   integrals or means along parallel rays, finite samples, all in one memory; footprints of
 ///         at most 64 pixels
-/// Work    an operation a voxel; of those that are not empty 30, and 10 and two gathers for each
+/// Work    an operation a voxel; of those that are not empty 30, and 13 and two gathers for each
 ///         pixel that a footprint may cover
 /// Error   that of casting with first-order hold and a step of 1/4, for footprints are integrals of
 ///         the trilinear field. Tables have 32 cells a voxel: rays are moved by up to 1/64 voxel, a

@@ -20,8 +20,10 @@ std::uint32_t fixed_place(double voxels) noexcept {
 }
 
 double SplatView::pixels_written() const noexcept {
-    constexpr int kVector = 4;  // pixels of a row, at least
-    return static_cast<double>((splat.patch[0] + kVector - 1) / kVector * kVector * splat.patch[1]);
+    // A vector of eight holds two rows of four, or a part of one row.
+    const auto up = [](int n, int whole) { return (n + whole - 1) / whole * whole; };
+    const auto& [across, down] = splat.patch;
+    return across <= 4 ? 4.0 * up(down, 2) : static_cast<double>(up(across, 8)) * down;
 }
 
 SplatView splat_view_of(const Representation& from, const Request& want, int view, int cells,

@@ -16,6 +16,7 @@
 
 #include "tests/transitions/kernels/ray_cast_reference.hpp"
 #include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/pmr_block.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/sorted_bricks.hpp"
@@ -80,7 +81,6 @@ Data with_facet(const Data& in, const Ask& ask) {
     Data out = Data::sharing(in, offer.to);
     Context context{.memory = std::pmr::new_delete_resource()};
     edge.run(offer, ask, in, out, Region::all(in.what.extent), context);
-    out.what = offer.to;
     return out;
 }
 
@@ -285,9 +285,9 @@ TEST(SortedMip, SamplesFewCellsWhereLittleIsBright) {
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::int32_t>(i);
     // All bricks may matter to all pixels: the boxes along the rays say that they do not.
     const std::vector<std::array<float, 2>> middles(order.size(), {48, 48});
-    const std::int64_t sampled =
-        kernels::sorted_mip(cast, sorted, {middles, 100, 100}, order, 32, 32, 32, 32,
-                            picture.data(), 32, std::pmr::new_delete_resource());
+    kernels::Block<std::byte> room(kernels::sorted_room(), std::pmr::new_delete_resource());
+    const std::int64_t sampled = kernels::sorted_mip(cast, sorted, {middles, 100, 100}, order, 32,
+                                                     32, 32, 32, picture.data(), 32, room.data());
     EXPECT_EQ(plain, picture);
     EXPECT_GT(sampled, 0);
     EXPECT_LT(static_cast<double>(sampled), 0.25 * static_cast<double>(taken.samples));

@@ -444,8 +444,10 @@ TEST(Splat, CountsAPixelOfAFootprintForEachVoxelThatIsNotEmpty) {
     // A cube of two voxels' side, turned, is less than four pixels wide: written four at a time.
     double height = 0;
     for (int k = 0; k < 3; ++k) height += 2 * std::abs(want.views.at(0).matrix()(1, k));
-    // Each takes a footprint and a sum.
-    EXPECT_EQ(all.gathers, 64. * 64 * 64 * 2 * 4 * (std::floor(height + 0.1) + 1));
+    // Rows go by two. Each pixel takes a footprint and a sum; bands share what lies at their edges.
+    const double rows = 2 * std::ceil((std::floor(height + 0.1) + 1) / 2);
+    EXPECT_GT(all.gathers, 64. * 64 * 64 * 2 * 4 * rows);
+    EXPECT_LT(all.gathers, 64. * 64 * 64 * 2 * 4 * rows * 1.15);
     scene.occupied_fraction = 0.02;
     const Work few = work();
     EXPECT_NEAR(few.gathers, 0.02 * all.gathers, 1e-6 * all.gathers);
