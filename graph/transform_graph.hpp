@@ -29,8 +29,8 @@ struct Demands {
     std::vector<Demand> without = {};  // none of these
 };
 
-/// Those of the demanded edges with a value that nobody tries unasked, or that are taken on demand
-/// alone.
+/// Those of the demanded edges that previews might not measure unasked: with a value that nobody
+/// tries, or any but plain ones (Transition::plain).
 Demands untried(const Demands& demands, const Catalogue& catalogue);
 
 /// Data that is there already, and what a path that starts with it begins with.
