@@ -4,7 +4,7 @@
 Scenes are a dense and an almost empty volume, small and large, in six modes, as small and large pictures, once and as a
 turntable. Of each the fastest path within an error of 0.02 is told by what was measured, with how much longer the best path of
 another family takes. Writes a table in Markdown and the measurements as JSON.
-Usage: EDGEWISE=build/release/bin/edgewise benchmarks/scene_map.py [OUT.md [OUT.json]]
+Usage: EDGEWISE=build/release/bin/edgewise benchmarks/scene_map.py [OUT.md [OUT.json [VOLUME...]]], VOLUME: dense32, dense128, sparse128
 """
 import itertools
 import json
@@ -94,6 +94,8 @@ def main():
     wins, everything = {}, []
     for (kind, n), (mode, words), size, frames in itertools.product([("dense", 32), ("dense", 128), ("sparse", 128)], modes.items(),
                                                                    (64, 384), (1, 24)):
+        if sys.argv[3:] and f"{kind}{n}" not in sys.argv[3:]:
+            continue
         source = WORK / f"{kind}{n}.nrrd"
         if not source.exists():
             write_nrrd(source, volume(kind, n))

@@ -86,22 +86,28 @@ class Margins {
         const auto pick = [&](const std::function<bool(const Candidate&)>& passes, Minimize aim) {
             const Candidate* best = nullptr;
             for (const Candidate& path : paths_.all())
-                // Of a path whose error nobody knows it is not told what it loses.
-                if (&path != &plan_ && passes(path) && (path.real.known || !plan_.real.known) &&
+                if (&path != &plan_ && passes(path) &&
                     std::find(picked.begin(), picked.end(), &path) == picked.end() &&
                     (!best || better(path, *best, aim)))
                     best = &path;
             if (best && picked.size() < wanted) picked.push_back(best);
             return best != nullptr;
         };
-        const auto fits = [&](const Candidate& path) { return feasible(path.real, rules_.budget); };
+        // Paths whose error nobody knows come last: what they lose cannot be told.
+        const auto known = [&](const Candidate& path) {
+            return path.real.known || !plan_.real.known;
+        };
+        const auto fits = [&](const Candidate& path) {
+            return known(path) && feasible(path.real, rules_.budget);
+        };
         const auto any = [](const Candidate&) { return true; };
         const auto edges = edges_of(plan_);
         pick(fits, rules_.aim);
         pick([&](const Candidate& path) { return fits(path) && edges_of(path) != edges; },
              rules_.aim);
-        pick([&](const Candidate& path) { return !fits(path); }, rules_.aim);
+        pick([&](const Candidate& path) { return known(path) && !fits(path); }, rules_.aim);
         while (picked.size() < wanted && pick(fits, rules_.aim)) continue;
+        while (picked.size() < wanted && pick(known, rules_.aim)) continue;
         while (picked.size() < wanted && pick(any, rules_.aim)) continue;
         std::stable_sort(picked.begin(), picked.end(), [&](const auto* a, const auto* b) {
             if (fits(*a) != fits(*b)) return fits(*a);

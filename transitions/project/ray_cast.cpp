@@ -450,17 +450,23 @@ Error error_integrated(const Offer& offer, const Ask& ask) {
     return Error::unknown();
 }
 
+std::string fact_of_level(const Representation& from, const Parameters& with) {
+    return level_fact(level_of(from.space), filter_of(with), with.number("step"));
+}
+
 Offer offer_level(const Representation& from, const Ask& ask, const Parameters& with) {
     if (ask.want.mode->sampled_every > 0)
         return Offer::no("the mode asks for the samples themselves, not for means");
     if (ask.want.shading.has_shade()) return Offer::no("shadows are worked out of all samples");
+    // A preview has looked, and not at this.
+    const bool seen = ask.scene.fact("picture/" + filter_of(with).name + "/1").has_value();
+    if (seen && !ask.scene.fact(fact_of_level(from, with)))
+        return Offer::no("its error was not measured: it could not pay, or nobody asked for it");
     return offer(from, ask, with);
 }
 
 Error error_level(const Offer& offer, const Ask& ask) {
-    const std::string fact =
-        level_fact(level_of(offer.from.space), filter_of(offer.with), offer.with.number("step"));
-    if (const auto seen = ask.scene.fact(fact)) {
+    if (const auto seen = ask.scene.fact(fact_of_level(offer.from, offer.with))) {
         Error of_samples = error(offer, ask);
         of_samples.bias = *seen + kTerminated;
         return of_samples;
