@@ -11,67 +11,21 @@
 #include <string>
 #include <vector>
 
+#include "tests/transitions/project/looking.hpp"
 #include "transitions/kernels/splat_sheets.hpp"
 #include "transitions/project/ray_cast.hpp"
 
 namespace edgewise {
 namespace {
 
+using namespace looking;
 using Eigen::Matrix3d;
-
-Matrix3d turned(double degrees, const Vec3& about) {
-    return Eigen::AngleAxisd(degrees * EIGEN_PI / 180, about.normalized()).matrix();
-}
 
 Request looked_at(Mode mode, const Extent& input, const Extent& screen, const Matrix3d& by,
                   const Vec3& spacing = Vec3::Ones(), double zoom = 1) {
-    Request want;
-    want.job = Job::render;
-    want.mode = mode;
-    want.input = input;
-    want.spacing = spacing;
-    want.screen = screen;
+    Request want = seen(mode, input, screen, by, spacing, zoom);
     want.transfer.points = {{0, 0, {0.1, 0.2, 0.3}}, {1, 0.1, {1, 0.5, 0}}};
-    Mat4 map = Mat4::Identity();
-    map.topLeftCorner<3, 3>() =
-        Vec3(zoom, zoom, 1).asDiagonal() * by * Matrix3d(spacing.asDiagonal());
-    for (int row = 0; row < 3; ++row) {
-        map(row, 3) = double(screen[row] - 1) / 2;
-        for (int k = 0; k < 3; ++k) map(row, 3) -= map(row, k) * double(input[k] - 1) / 2;
-    }
-    want.views = Placement(map);
     return want;
-}
-
-template <class Value>
-Data filled(const Extent& n, Value&& value) {
-    Representation what;
-    what.extent = n;
-    Data data = Data::make(what, std::pmr::new_delete_resource());
-    for (std::int64_t z = 0; z < n.z; ++z)
-        for (std::int64_t y = 0; y < n.y; ++y)
-            for (std::int64_t x = 0; x < n.x; ++x)
-                *data.at<float>(x, y, z) = static_cast<float>(value(x, y, z));
-    return data;
-}
-
-/// Between 0 and 1, with steps of at most 0.1, 0.085 and 0.17.
-double ripples(double x, double y, double z) {
-    return 0.5 + 0.5 * std::sin(0.2 * x) * std::cos(0.17 * (y + 2 * z));
-}
-
-Data run_edge(const Transition& edge, const Data& in, const Ask& ask, const Region& region,
-              const Parameters& with) {
-    const Offer offer = edge.offer(in.what, ask, with);
-    EXPECT_EQ(offer.refused, "");
-    Data out = Data::make(offer.to, std::pmr::new_delete_resource());
-    Context context{.memory = std::pmr::new_delete_resource()};
-    edge.run(offer, ask, in, out, region, context);
-    return out;
-}
-
-Data run_edge(const Transition& edge, const Data& in, const Ask& ask, const Parameters& with) {
-    return run_edge(edge, in, ask, Region::all(ask.want.output()), with);
 }
 
 Parameters thick(double slab) { return {{"slab", slab}}; }
@@ -160,23 +114,23 @@ std::vector<Scenery> sceneries() {
     const Extent n{21, 17, 26}, screen{44, 41, 45};
     return {
         {n, screen, Matrix3d::Identity()},
-        {n, screen, turned(37, {3, -2, 1})},
-        {n, screen, turned(37, {3, -2, 1}), {1, 1, 1}, 1, 0.5},
-        {n, screen, turned(75, {0, 1, 0}), {1, 1, 1}, 1, 2},
-        {n, screen, turned(165, {0, 3, 1})},
-        {{21, 17, 12}, {60, 60, 60}, turned(130, {1, 2, 3}), {1, 1.3, 3.1}},
-        {{40, 40, 40}, {19, 17, 70}, turned(25, {1, 1, 0}), {1, 1, 1}, 0.21, 1.3},
-        {{12, 9, 10}, {70, 60, 20}, turned(-50, {1, 0, 2}), {1, 1, 1}, 4.7},
+        {n, screen, turn(37, {3, -2, 1})},
+        {n, screen, turn(37, {3, -2, 1}), {1, 1, 1}, 1, 0.5},
+        {n, screen, turn(75, {0, 1, 0}), {1, 1, 1}, 1, 2},
+        {n, screen, turn(165, {0, 3, 1})},
+        {{21, 17, 12}, {60, 60, 60}, turn(130, {1, 2, 3}), {1, 1.3, 3.1}},
+        {{40, 40, 40}, {19, 17, 70}, turn(25, {1, 1, 0}), {1, 1, 1}, 0.21, 1.3},
+        {{12, 9, 10}, {70, 60, 20}, turn(-50, {1, 0, 2}), {1, 1, 1}, 4.7},
     };
 }
 
 TEST(SplatSheets, SamplesAreMeansOfTheFieldOverSlabs) {
     for (const Scenery& of : sceneries())
         for (const Mode mode : {Mode::composite, Mode::mip}) {
-            const Data in = filled(of.input, ripples);
+            const Data in = volume(of.input, wave);
             const Request want = looked_at(mode, of.input, of.screen, of.by, of.spacing, of.zoom);
             const Scene scene{.commonest = 0.5};
-            const Data got = run_edge(splat_sheets(), in, {want, scene}, thick(of.slab));
+            const Data got = made(splat_sheets(), in, {want, scene}, thick(of.slab));
             double squares = 0, count = 0;
             for (std::int64_t y = 0; y < of.screen.y; ++y)
                 for (std::int64_t x = 0; x < of.screen.x; ++x) {
@@ -203,14 +157,14 @@ TEST(SplatSheets, SamplesAreMeansOfTheFieldOverSlabs) {
 
 TEST(SplatSheets, AConstantHasNoRipple) {
     const Extent slab{61, 57, 9}, screen{31, 27, 90};
-    const Data in = filled(slab, [](auto...) { return 0.7; });
+    const Data in = volume(slab, [](auto...) { return 0.7; });
     const Scene scene;  // zeros are empty
-    for (const Matrix3d& by : {Matrix3d(Matrix3d::Identity()), turned(17.3, {0, 0, 1}),
-                               turned(25, {1, 0, 0}), turned(160, {1, 2, 0})})
+    for (const Matrix3d& by : {Matrix3d(Matrix3d::Identity()), turn(17.3, {0, 0, 1}),
+                               turn(25, {1, 0, 0}), turn(160, {1, 2, 0})})
         for (const double zoom : {0.5, 1.0, 2.3}) {
             const Request want =
                 looked_at(Mode::composite, slab, screen, by, Vec3(1, 1, 1.7), zoom);
-            const Data got = run_edge(splat_sheets(), in, {want, scene}, thick(1));
+            const Data got = made(splat_sheets(), in, {want, scene}, thick(1));
             int rays = 0;
             for (std::int64_t y = 0; y < screen.y; ++y)
                 for (std::int64_t x = 0; x < screen.x; ++x) {
@@ -233,14 +187,14 @@ TEST(SplatSheets, AConstantHasNoRipple) {
 
 TEST(SplatSheets, WhatIsOpaqueHidesWhatIsBehind) {
     const Extent n{31, 31, 21};
-    const Data in = filled(n, [](auto, auto, auto z) { return z < 10 ? 1 : z < 12 ? 0 : 0.5; });
+    const Data in = volume(n, [](auto, auto, auto z) { return z < 10 ? 1 : z < 12 ? 0 : 0.5; });
     for (const double degrees : {0, 20, 160, 180}) {
-        Request want = looked_at(Mode::composite, n, {50, 50, 50}, turned(degrees, {0, 1, 0}));
+        Request want = looked_at(Mode::composite, n, {50, 50, 50}, turn(degrees, {0, 1, 0}));
         want.transfer.points = {{0.2, 0, {}},           {0.4, 0.99, {0, 1, 0}},
                                 {0.6, 0.99, {0, 1, 0}}, {0.7, 0, {0, 1, 0}},
                                 {0.8, 0, {1, 0, 0}},    {0.9, 0.99, {1, 0, 0}}};
         const Scene scene;
-        const Data got = run_edge(splat_sheets(), in, {want, scene}, thick(1));
+        const Data got = made(splat_sheets(), in, {want, scene}, thick(1));
         const float* middle = got.at<float>(25, 25, 0);
         const bool red = degrees < 90;
         EXPECT_GT(middle[red ? 0 : 1], 0.999);
@@ -250,19 +204,18 @@ TEST(SplatSheets, WhatIsOpaqueHidesWhatIsBehind) {
 
 TEST(SplatSheets, AreNearTheRayCaster) {
     const Extent n{40, 33, 37};
-    const Data in = filled(n, [](auto x, auto y, auto z) {
+    const Data in = volume(n, [](auto x, auto y, auto z) {
         const double r = std::hypot(double(x) - 20, double(y) - 15, double(z) - 18);
         return std::clamp(1.5 - std::abs(r - 9) / 2, 0.0, 1.0);
     });
     const Extent screen{64, 64, 64};
-    for (const Matrix3d& by :
-         {turned(0, {0, 0, 1}), turned(37, {3, -2, 1}), turned(120, {0, 2, 1})})
+    for (const Matrix3d& by : {turn(0, {0, 0, 1}), turn(37, {3, -2, 1}), turn(120, {0, 2, 1})})
         for (const double slab : {0.5, 1.0}) {
             const Request want = looked_at(Mode::composite, n, screen, by);
             const Scene scene;
-            const Data sheets = run_edge(splat_sheets(), in, {want, scene}, thick(slab));
+            const Data sheets = made(splat_sheets(), in, {want, scene}, thick(slab));
             const Data cast =
-                run_edge(ray_cast(), in, {want, scene}, {{"filter", "foh"}, {"step", slab}});
+                made(ray_cast(), in, {want, scene}, {{"filter", "foh"}, {"step", slab}});
             double squares = 0, most = 0;
             for (std::int64_t i = 0; i < 4 * cast.what.samples(); ++i) {
                 squares += std::pow(sheets.as<float>()[i] - cast.as<float>()[i], 2);
@@ -278,22 +231,22 @@ TEST(SplatSheets, AreNearTheRayCaster) {
 TEST(SplatSheets, SameBytesForAnyThreadsAndAnyRegion) {
     const Extent n{30, 25, 41}, screen{101, 133, 60};
     std::mt19937 random(7);
-    const Data in = filled(n, [&](auto...) { return random() % 9 ? 0.0 : double(random() % 2); });
+    const Data in = volume(n, [&](auto...) { return random() % 9 ? 0.0 : double(random() % 2); });
     for (const char* name : {"composite", "mip", "minip"}) {
         const Mode mode = mode_named(name);
-        const Request want = looked_at(mode, n, screen, turned(37, {3, -2, 1}), {1, 1, 1}, 1.8);
+        const Request want = looked_at(mode, n, screen, turn(37, {3, -2, 1}), {1, 1, 1}, 1.8);
         const Scene scene;
         const Ask ask{want, scene};
         const auto with = [&](std::size_t threads) {
             const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-            return run_edge(splat_sheets(), in, ask, thick(1));
+            return made(splat_sheets(), in, ask, thick(1));
         };
         const Data one = with(1);
         for (const std::size_t threads : {2u, 7u})
             EXPECT_EQ(0, std::memcmp(one.samples.data(), with(threads).samples.data(),
                                      static_cast<std::size_t>(one.what.bytes())));
         const Region box{{13, 21, 0}, {90, 110, 1}};
-        const Data part = run_edge(splat_sheets(), in, ask, box, thick(1));
+        const Data part = made(splat_sheets(), in, ask, box, thick(1));
         for (std::int64_t y = box.begin[1]; y < box.end[1]; ++y)
             ASSERT_EQ(0, std::memcmp(part.at<float>(13, y, 0), one.at<float>(13, y, 0),
                                      77 * sizeof(float) * one.what.channels));
@@ -303,12 +256,12 @@ TEST(SplatSheets, SameBytesForAnyThreadsAndAnyRegion) {
 TEST(SplatSheets, EmptySheetsChangeNothing) {
     // One needs all sheets, for what is empty could be seen; the other leaves them out.
     const Extent n{20, 20, 20};
-    const Data in = filled(n, [](auto x, auto y, auto z) { return x == 5 && y > 9 && z == 12; });
+    const Data in = volume(n, [](auto x, auto y, auto z) { return x == 5 && y > 9 && z == 12; });
     for (const Mode mode : {Mode::composite, Mode::mip}) {
-        const Request want = looked_at(mode, n, {40, 40, 40}, turned(40, {1, 2, 1}));
+        const Request want = looked_at(mode, n, {40, 40, 40}, turn(40, {1, 2, 1}));
         const Scene common{.commonest = 0}, other{.commonest = 0.25};
-        const Data few = run_edge(splat_sheets(), in, {want, common}, thick(1));
-        const Data all = run_edge(splat_sheets(), in, {want, other}, thick(1));
+        const Data few = made(splat_sheets(), in, {want, common}, thick(1));
+        const Data all = made(splat_sheets(), in, {want, other}, thick(1));
         double squares = 0;
         const auto numbers = few.what.samples() * few.what.channels;
         for (std::int64_t i = 0; i < numbers; ++i)
@@ -321,10 +274,10 @@ TEST(SplatSheets, EmptySheetsChangeNothing) {
 TEST(SplatSheets, ThinVolumesAreThoseOfTheField) {
     for (const Extent& n :
          {Extent{1, 1, 1}, {1, 20, 20}, {20, 1, 20}, {20, 20, 1}, {2, 2, 2}, {50, 1, 1}}) {
-        const Data in = filled(n, [](auto...) { return 1; });
-        const Request want = looked_at(Mode::composite, n, {61, 63, 61}, turned(33, {1, 2, 3}));
+        const Data in = volume(n, [](auto...) { return 1; });
+        const Request want = looked_at(Mode::composite, n, {61, 63, 61}, turn(33, {1, 2, 3}));
         const Scene scene;
-        const Data got = run_edge(splat_sheets(), in, {want, scene}, thick(1));
+        const Data got = made(splat_sheets(), in, {want, scene}, thick(1));
         double squares = 0, most = 0;
         for (std::int64_t y = 0; y < 63; ++y)
             for (std::int64_t x = 0; x < 61; ++x) {
@@ -341,7 +294,7 @@ TEST(SplatSheets, CountsThePixelsOfFootprintsOnEachSheet) {
     const Extent n{64, 64, 64};
     Representation what;
     what.extent = n;
-    const Request want = looked_at(Mode::composite, n, {112, 112, 112}, turned(37, {3, -2, 1}));
+    const Request want = looked_at(Mode::composite, n, {112, 112, 112}, turn(37, {3, -2, 1}));
     Scene scene;
     scene.occupied_fraction = 0.02;
     const auto work = [&](double slab) {
@@ -367,7 +320,7 @@ TEST(SplatSheets, RefusesWhatItCannotDo) {
         EXPECT_NE(said.find(reason), std::string::npos) << said;
     };
     const auto plain = [&](Mode mode) {
-        return looked_at(mode, n, {40, 40, 40}, turned(20, {1, 2, 3}));
+        return looked_at(mode, n, {40, 40, 40}, turn(20, {1, 2, 3}));
     };
     for (const Mode mode : modes()) {
         const bool takes = mode->combine == Combine::over || mode->combine == Combine::max;
@@ -385,10 +338,10 @@ TEST(SplatSheets, RefusesWhatItCannotDo) {
     want.field = Field::nearest;
     expect(want, 1, "labels");
     // Four units between slices: a slab of half a unit is an eighth of a voxel.
-    expect(looked_at(Mode::mip, n, {90, 90, 90}, turned(0, {1, 0, 0}), {1, 1, 4}), 0.5,
+    expect(looked_at(Mode::mip, n, {90, 90, 90}, turn(0, {1, 0, 0}), {1, 1, 4}), 0.5,
            "0.125 voxels thick; at least 0.25");
     what.extent = want.input = {3, 3, 2001};
-    want = looked_at(Mode::mip, want.input, {9, 9, 2001}, turned(0, {1, 0, 0}));
+    want = looked_at(Mode::mip, want.input, {9, 9, 2001}, turn(0, {1, 0, 0}));
     expect(want, 1, "2001 voxels; at most 2000");
     what.extent = n;
     scene.non_finite = 17;
