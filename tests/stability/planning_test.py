@@ -134,9 +134,8 @@ class Absent(Driven):
             self.assertIn(option, done.stderr)
 
     def test_S40_modes_that_do_not_exist(self):
-        for mode in ("drr", "top3"):
-            done = self.run_it("render", "phantom:sphere:8", "-o", "null:", "--mode", mode, code=2)
-            self.assertIn("mip", done.stderr)
+        done = self.run_it("render", "phantom:sphere:8", "-o", "null:", "--mode", "drr", code=2)
+        self.assertIn("mip", done.stderr)
 
 
 if __name__ == "__main__":

@@ -508,6 +508,7 @@ Transition level_cast() {
     edge.parameters["filter"] = one_of({"foh"}, "what reads the cells");
     edge.parameters["step"] =
         number(0.01, 64, {2, 4}, "distance of samples, in the input's smallest spacing");
+    edge.laws.clear();
     edge.plain.reset();
     edge.offer = offer_level;
     edge.error = error_level;

@@ -208,7 +208,6 @@ Transition reduce() {
     for (int level = 1; level <= kLevels; ++level)
         edge.joins.emplace_back("object/scalar", level_space(level) + "/scalar");
     edge.parameters = {{"level", levels({"1", "2"})}};
-    edge.laws = {Law::constant};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
