@@ -32,10 +32,8 @@ constexpr int kEvery = 4;
 constexpr std::int64_t kTile = 64;     // pixels along each side of a tile
 constexpr std::int64_t kCorners = 16;  // the same of corners: their rays lie far apart
 
-const Transition& plain_cast() {
-    static const Transition edge = ray_cast();
-    return edge;
-}
+/// The edge whose rays are cast.
+Transition plain_cast() { return ray_cast(); }
 
 /// Corners of one square and around it: 4 x 4, of so many channels.
 struct Around {

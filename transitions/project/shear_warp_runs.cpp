@@ -24,10 +24,7 @@ using kernels::kRunsWidth;
 constexpr std::ptrdiff_t kRunsPlane = kRunsWidth * kRunsHeight + 16;
 
 /// The edge whose picture it is.
-const Transition& plain() {
-    static const Transition edge = shear_warp();
-    return edge;
-}
+Transition plain() { return shear_warp(); }
 
 kernels::Hold hold_of(const Parameters& with) {
     return kernels::hold_of(filter_named(with.word("filter")));
