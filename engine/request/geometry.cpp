@@ -157,7 +157,8 @@ Mat4 on_grid(const Mat4& map, const InputGrid& input, const ScreenGrid& grid) {
 }
 
 /// The largest and the least singular value, by one-sided Jacobi rotations (Demmel and Veselic
-/// 1992), which keep small ones accurate. Eigen's own takes ten seconds to compile.
+/// 1992), which keep small ones accurate. Eigen's own would be most of what this folder takes to
+/// compile.
 std::pair<double, double> stretches_of(Eigen::Matrix3d columns, int axes) {
     constexpr int kSweeps = 30;
     bool rotated = true;

@@ -30,7 +30,7 @@ ScaledAxis scaled_axis(std::int64_t n, std::int64_t m, double step, const Filter
 
 /// m cells that cover the voxels of n samples exactly; each is the mean of what it covers, shares
 /// of voxels included.
-/// @param m  at most n
+/// @param n, m  samples and cells along the axis, 1 <= m <= n
 ScaledAxis averaged_axis(std::int64_t n, std::int64_t m);
 
 /// Resampling along the axes, one after another: z, then y, then x of the result's slices, which
