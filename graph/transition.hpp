@@ -91,9 +91,10 @@ struct Transition {
     std::vector<std::pair<std::string, std::string>> joins = {};
     std::map<std::string, Domain> parameters = {};
     std::vector<Law> laws = {};
-    /// What it makes is what it reads with one facet more (Representation::facets, whose bytes it
-    /// adds to facet_bytes). The output shares samples and facets with the input; `run` puts the
-    /// new one into Data::facets and writes no sample.
+    /// What it makes is what it reads with something beside it, whose bytes it adds to facet_bytes:
+    /// one facet more (Representation::facets), or another content, where no other edge has a use
+    /// for it. The output shares samples and facets with the input; `run` puts what is new into
+    /// Data::facets or Data::other and writes no sample.
     bool attaches = false;
     /// Whether views may be transforms that no matrix is. Others are not asked about such a
     /// request.

@@ -43,6 +43,20 @@ ShearView shear_view_of(const Representation& from, const Request& want, int vie
     return f;
 }
 
+kernels::ShearWarp shear_warp_of(const ShearView& f, const Data& in, const Request& want,
+                                 const kernels::Optics& optics, kernels::Hold hold) {
+    kernels::ShearWarp warp{.volume = rule_grid(in, want),
+                            .hold = hold,
+                            .with = combining_of(want, in.what.values, optics),
+                            .x = f.x,
+                            .dx = f.dx,
+                            .y = f.y,
+                            .dy = f.dy,
+                            .backwards = f.backwards};
+    warp.with.step = f.step;
+    return warp;
+}
+
 Region from_multiple(Region box, std::int64_t each) {
     box.begin[0] -= box.begin[0] % each;
     return box;

@@ -2,8 +2,9 @@
 
 #include <cstdint>
 
+#include "graph/data.hpp"
 #include "graph/request.hpp"
-#include "transitions/kernels/grid.hpp"
+#include "transitions/kernels/shear_warp.hpp"
 
 namespace edgewise {
 
@@ -20,6 +21,10 @@ struct ShearView {
 
 /// Of samples whose z is the axis along which rays advance fastest.
 ShearView shear_view_of(const Representation& from, const Request& want, int view);
+
+/// What the kernels are told of it. All must stay alive.
+kernels::ShearWarp shear_warp_of(const ShearView& f, const Data& in, const Request& want,
+                                 const kernels::Optics& optics, kernels::Hold hold);
 
 /// The box of the image that a box of the picture is read from.
 Region box_of_image(const ShearView& f, const Region& picture);

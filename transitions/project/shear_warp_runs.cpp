@@ -124,15 +124,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     const ShearView f = shear_view_of(in.what, want, context.view);
     const kernels::Optics optics = optics_of(want, in.what.values);
     const kernels::Hold hold = hold_of(offer.with);
-    kernels::ShearWarp warp{.volume = rule_grid(in, want),
-                            .hold = hold,
-                            .with = combining_of(want, in.what.values, optics),
-                            .x = f.x,
-                            .dx = f.dx,
-                            .y = f.y,
-                            .dy = f.dy,
-                            .backwards = f.backwards};
-    warp.with.step = f.step;
+    const kernels::ShearWarp warp = shear_warp_of(f, in, want, optics, hold);
     Representation what;
     what.extent = f.image;
     what.type = Type::f32;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory_resource>
@@ -52,6 +53,31 @@ Data volume(const Extent& n, Value&& value) {
 /// Between 0 and 1; a step along x changes it by at most 0.1, along y by 0.085, along z by 0.17.
 inline double wave(double x, double y, double z) {
     return 0.5 + 0.5 * std::sin(0.2 * x) * std::cos(0.17 * (y + 2 * z));
+}
+
+/// The trilinear field at a point, its outermost samples continued.
+inline double trilinear(const Data& data, const Vec3& at) {
+    const Extent& n = data.what.extent;
+    double sum = 0;
+    std::int64_t cell[3];
+    double part[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const double p = std::clamp(at[axis], 0.0, double(n[axis] - 1));
+        cell[axis] =
+            std::clamp<std::int64_t>(std::int64_t(p), 0, std::max<std::int64_t>(0, n[axis] - 2));
+        part[axis] = p - double(cell[axis]);
+    }
+    for (int corner = 0; corner < 8; ++corner) {
+        double weight = 1;
+        std::int64_t i[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            const bool next = corner >> axis & 1;
+            weight *= next ? part[axis] : 1 - part[axis];
+            i[axis] = std::min(cell[axis] + next, n[axis] - 1);
+        }
+        if (weight != 0) sum += weight * double(*data.at<float>(i[0], i[1], i[2]));
+    }
+    return sum;
 }
 
 inline Data made(const Transition& edge, const Data& in, const Ask& ask, const Region& region,

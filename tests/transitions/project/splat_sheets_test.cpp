@@ -30,31 +30,6 @@ Request looked_at(Mode mode, const Extent& input, const Extent& screen, const Ma
 
 Parameters thick(double slab) { return {{"slab", slab}}; }
 
-/// The trilinear field at a point, its outermost samples continued.
-double field(const Data& data, const Vec3& at) {
-    const Extent& n = data.what.extent;
-    double sum = 0;
-    std::int64_t cell[3];
-    double part[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const double p = std::clamp(at[axis], 0.0, double(n[axis] - 1));
-        cell[axis] =
-            std::clamp<std::int64_t>(std::int64_t(p), 0, std::max<std::int64_t>(0, n[axis] - 2));
-        part[axis] = p - double(cell[axis]);
-    }
-    for (int corner = 0; corner < 8; ++corner) {
-        double weight = 1;
-        std::int64_t i[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            const bool next = corner >> axis & 1;
-            weight *= next ? part[axis] : 1 - part[axis];
-            i[axis] = std::min(cell[axis] + next, n[axis] - 1);
-        }
-        if (weight != 0) sum += weight * double(*data.at<float>(i[0], i[1], i[2]));
-    }
-    return sum;
-}
-
 /// A ray in f64, where t counts from the front of the screen's first layer.
 struct Sight {
     Vec3 origin, direction;
@@ -93,7 +68,7 @@ Stretch expected(const Data& data, const Request& want, double px, double py, do
         constexpr int kPoints = 16;
         for (int i = 0; i < kPoints; ++i) {
             const double t = slab * (begin + (end - begin) * (i + 0.5) / kPoints);
-            sum += field(data, ray.origin + t * ray.direction);
+            sum += trilinear(data, ray.origin + t * ray.direction);
         }
         const double first = double(k) - 0.5 < low + 1e-6 ? low : double(k);
         const double last = double(k) + 1.5 > high - 1e-6 ? high : double(k + 1);

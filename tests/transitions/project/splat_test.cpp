@@ -56,31 +56,6 @@ struct Ray {
     double length() const { return cuts.empty() ? 0 : cuts.back() - cuts.front(); }
 };
 
-/// The trilinear field at a point, its outermost samples continued.
-double trilinear(const Data& data, const Vec3& at) {
-    const Extent& n = data.what.extent;
-    double sum = 0;
-    std::int64_t cell[3];
-    double part[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const double p = std::clamp(at[axis], 0.0, double(n[axis] - 1));
-        cell[axis] =
-            std::clamp<std::int64_t>(std::int64_t(p), 0, std::max<std::int64_t>(0, n[axis] - 2));
-        part[axis] = p - double(cell[axis]);
-    }
-    for (int corner = 0; corner < 8; ++corner) {
-        double weight = 1;
-        std::int64_t i[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            const bool next = corner >> axis & 1;
-            weight *= next ? part[axis] : 1 - part[axis];
-            i[axis] = std::min(cell[axis] + next, n[axis] - 1);
-        }
-        if (weight != 0) sum += weight * double(*data.at<float>(i[0], i[1], i[2]));
-    }
-    return sum;
-}
-
 /// The integral along a ray [value t]: between cuts the field is a cubic in t, for which two points
 /// are exact (Gauss, Legendre).
 double integral(const Data& data, const Ray& ray) {
