@@ -14,7 +14,7 @@
 #include <tbb/parallel_for.h>
 
 #include "engine/facts_json.hpp"
-#include "engine/hash.hpp"
+#include "graph/hash.hpp"
 #include "engine/known_facts.hpp"
 #include "engine/request/input.hpp"
 

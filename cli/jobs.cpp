@@ -115,9 +115,10 @@ int do_job(const JobOptions& options, bool runs) {
 }
 
 Verb add_job(CLI::App& parent, Job job, bool runs) {
-    const char* help = job == Job::warp   ? "resample an image (2D) or a volume (3D)"
-                       : job == Job::mesh ? "make a surface of triangles"
-                                          : "make pictures of a volume";
+    const char* help = job == Job::warp     ? "resample an image (2D) or a volume (3D)"
+                       : job == Job::mesh   ? "make a surface of triangles"
+                       : job == Job::filter ? "convolve, correlate, dilate, erode, ... by a kernel"
+                                            : "make pictures of a volume";
     CLI::App* app = parent.add_subcommand(std::string(name_of(job)), help);
     auto options = std::make_shared<JobOptions>();
     options->job = job;
@@ -137,12 +138,16 @@ Verb add_warp(CLI::App& main) { return add_job(main, Job::warp, true); }
 Verb add_render(CLI::App& main) { return add_job(main, Job::render, true); }
 
 Verb add_mesh(CLI::App& main) { return add_job(main, Job::mesh, true); }
+Verb add_filter(CLI::App& main) { return add_job(main, Job::filter, true); }
 
 Verb add_plan(CLI::App& main) {
     CLI::App* app = main.add_subcommand("plan", "a request, planned and explained but not run");
     app->require_subcommand(1);
-    const Verb warp = add_job(*app, Job::warp, false), render = add_job(*app, Job::render, false);
-    return {app, [warp, render] { return warp.app->parsed() ? warp.run() : render.run(); }};
+    const Verb warp = add_job(*app, Job::warp, false), render = add_job(*app, Job::render, false),
+               filter = add_job(*app, Job::filter, false);
+    return {app, [warp, render, filter] {
+                return (warp.app->parsed() ? warp : filter.app->parsed() ? filter : render).run();
+            }};
 }
 
 }  // namespace edgewise::cli

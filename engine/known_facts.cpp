@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "engine/hash.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/outputs.hpp"
+#include "graph/hash.hpp"
 
 namespace edgewise {
 namespace {

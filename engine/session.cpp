@@ -145,6 +145,15 @@ void take_exactness(Session& session) {
         input.outside = want.outside;
         take_keep(input, Keep::labels);
     }
+    if (want.job == Job::filter) {
+        // Integers of 32 bits and f64 keep all their digits, where there is room for them.
+        const Type type = input.header.type;
+        if (bytes_of(type) >= 4 && type != Type::f32 && !input.premultiplied())
+            take_keep(input, Keep::bits);
+        if (input.bytes() > static_cast<double>(session.memory->limit()))
+            take_keep(input, Keep::values);
+        return;
+    }
     if (want.job != Job::warp) return;
     const Representation stored = stored_as(input);
     const bool labels = want.field == Field::nearest;
@@ -234,7 +243,7 @@ double frame_bytes(const Request& want) {
 /// Bytes that stay whatever the path: samples, results that wait, and their last form.
 double pinned_bytes(const Session& session) {
     const Request& want = session.want();
-    const int channels = want.job == Job::warp ? session.input->channels() : 1;
+    const int channels = want.job->samples ? session.input->channels() : 1;
     const double frame = frame_bytes(want) * channels;
     const double written = frame / sizeof(float) * double(bytes_of(session.written.tail.type));
     // Ranks read what they work on, and keep their share of the results.

@@ -41,7 +41,7 @@ Tail tail_of(const Session& session) {
     tail.view = true;
     tail.type = Type::u8;
     tail.values = {};
-    if (session.want().job == Job::warp && session.input->premultiplied() &&
+    if (session.want().job->samples && session.input->premultiplied() &&
         tail.channels == session.input->channels())
         tail.alpha = store::Alpha::straight;
     return tail;

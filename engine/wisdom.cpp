@@ -7,12 +7,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "engine/hash.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/request_text.hpp"
 #include "engine/session.hpp"
 #include "graph/errors.hpp"
+#include "graph/hash.hpp"
 #include "graph/version.hpp"
 
 namespace edgewise {

@@ -58,7 +58,7 @@ store::Header described(const Request& want, const Geometry& geometry, const Inp
     store::Header header;
     header.volume = false;
     header.unit = input.header.unit;
-    if (want.job == Job::warp) {
+    if (want.job->samples) {
         header = input.header;
         header.reader.reset();
         header.warnings.clear();
@@ -67,7 +67,7 @@ store::Header described(const Request& want, const Geometry& geometry, const Inp
     header.extent = want.output();
     for (int k = 0; k < 3; ++k)
         header.spacing[static_cast<std::size_t>(k)] = geometry.grid.spacing[k];
-    if (want.job == Job::warp) take_place(header, input.header, geometry);
+    if (want.job->samples) take_place(header, input.header, geometry);
     // One plane may become a picture.
     if (header.extent.z == 1 && !outputs.none() && !outputs.format().volumes) header.volume = false;
     return header;
@@ -115,7 +115,7 @@ Tail values_tail(const store::Header& header, const Input& input, const Request&
     tail.values = header.values;
     tail.channels = header.channels;
     tail.table = input.table;
-    if (keeps_alpha(want) || (want.job == Job::warp && input.premultiplied())) {
+    if (keeps_alpha(want) || (want.job->samples && input.premultiplied())) {
         // What computes light keeps it multiplied; so the format has it, as memory does.
         tail.alpha = header.format == "EXR" ? store::Alpha::premultiplied : store::Alpha::straight;
         tail.alpha_unit = is_integer(header.type) ? input.opaque() : 1;
@@ -132,7 +132,7 @@ Tail view_tail(Type type, int channels, const Input& input, const Request& want)
     // Light that a file keeps multiplied (EXR) is divided as well: pictures of 8 bits are straight.
     const bool light = input.header.alpha == store::Alpha::premultiplied &&
                        !is_integer(input.header.type) && channels == input.header.channels;
-    if (keeps_alpha(want) || (want.job == Job::warp && (input.premultiplied() || light)))
+    if (keeps_alpha(want) || (want.job->samples && (input.premultiplied() || light)))
         tail.alpha = store::Alpha::straight;
     return tail;
 }
@@ -212,7 +212,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         written.tail.over_background = over_background;
         written.tail.background = want.background;
         // What was not multiplied on the way in, or not divided on the way out, is as it was.
-        const bool as_it_was = want.job == Job::warp && written.tail.alpha == store::Alpha::none &&
+        const bool as_it_was = want.job->samples && written.tail.alpha == store::Alpha::none &&
                                header.channels == input.header.channels;
         header.alpha = as_it_was ? input.header.alpha : written.tail.alpha;
         return written;
@@ -222,7 +222,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         return finish();
     }
     const Files files{outputs, want.frames};
-    if (!spec.bits && want.job == Job::warp) {
+    if (!spec.bits && want.job->samples) {
         if (take_value_type(written, input, files, low, high)) {
             written.tail = values_tail(header, input, want);
             return finish();
@@ -244,7 +244,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     header.type = spec.bits == 16 ? Type::u16 : Type::u8;
     const bool has_alpha =
         input.header.alpha != store::Alpha::none && channels == input.header.channels;
-    if (!files.fit(header) && has_alpha && want.job == Job::warp) {
+    if (!files.fit(header) && has_alpha && want.job->samples) {
         written.warnings.push_back(fmt::format("{} keeps no alpha: transparent parts become black",
                                                outputs.format().name));
         header.channels = channels - 1;

@@ -11,6 +11,9 @@ namespace {
 
 using Polygon = std::vector<Vec3>;
 
+/// Of a box: less is what planes that only touch it leave by rounding.
+constexpr double kNothing = 1e-13;
+
 std::vector<Vec3> corners_of(const Vec3& low, const Vec3& high) {
     std::vector<Vec3> corners;
     for (int i = 0; i < 8; ++i)
@@ -83,15 +86,13 @@ double volume_of(const std::vector<Polygon>& faces) {
     return volume;
 }
 
-void measure(Clip& clip) {
+void measure_planes(Clip& clip) {
     clip.least = clip.low, clip.most = clip.high;
     const Vec3 size = (clip.high - clip.low).cwiseMax(0);
     clip.volume = size.prod();
     if (clip.planes.empty() || clip.volume == 0) return;
     std::vector<Polygon> faces = faces_of(clip.low, clip.high);
     for (const HalfSpace& plane : clip.planes) faces = cut(faces, plane);
-    // Less is what planes that only touch the box leave by rounding.
-    constexpr double kNothing = 1e-13;
     const double volume = volume_of(faces);
     clip.volume = volume > kNothing * clip.volume ? volume : 0;
     if (clip.volume == 0) return;
@@ -105,6 +106,67 @@ void measure(Clip& clip) {
     clip.most = clip.most.cwiseMin(clip.high);
 }
 
+/// Whether some point is inside of all. Each that it is outside of pulls it over its own face
+/// (relaxation; Agmon 1954, Polyak 1969), which ends where they have more than faces in common.
+bool has_inside(const Clip& clip) {
+    constexpr int kRounds = 2000;
+    constexpr double kOver = 1.5;  // of the distance to a face
+    const std::vector<HalfSpace> planes = half_spaces_of(clip);
+    Vec3 p = 0.5 * (clip.least + clip.most);
+    for (int round = 0; round < kRounds; ++round) {
+        bool inside = true;
+        const auto pull = [&](double beyond, const Vec3& outwards) {
+            if (beyond <= 0) return;
+            inside = false;
+            p -= kOver * beyond / outwards.squaredNorm() * outwards;
+        };
+        for (const Ball& ball : clip.balls) {
+            const Vec3 from = ball.from_centre(p);
+            const double far = from.norm();
+            pull(far - 1, ball.to_unit.transpose() * from / far);
+        }
+        for (const HalfSpace& plane : planes) pull(-plane.at(p), -plane.normal);
+        if (inside) return true;
+    }
+    return false;
+}
+
+/// The sum over lines along z, at even distances across them.
+double volume_by_lines(const Clip& clip) {
+    constexpr int kLines = 64;
+    const Vec3 size = clip.most - clip.least;
+    const auto numbers = [](const Vec3& v) { return std::array{v[0], v[1], v[2]}; };
+    double sum = 0;
+    for (int j = 0; j < kLines; ++j)
+        for (int i = 0; i < kLines; ++i) {
+            const Vec3 share((i + 0.5) / kLines, (j + 0.5) / kLines, 0);
+            const Vec3 p = clip.least + share.cwiseProduct(size);
+            double low = 0, high = size.z();
+            for (const HalfSpace& plane : clip.planes)
+                cut_by_plane(plane.at(p), plane.normal.z(), low, high);
+            for (const Ball& ball : clip.balls)
+                cut_by_ball(numbers(ball.from_centre(p)), numbers(ball.to_unit.col(2)), low, high);
+            sum += std::max(0.0, high - low);
+        }
+    return sum / (kLines * kLines) * size.x() * size.y();
+}
+
+void measure(Clip& clip) {
+    measure_planes(clip);
+    if (clip.balls.empty() || clip.volume == 0) return;
+    for (const Ball& ball : clip.balls) {
+        clip.least = clip.least.cwiseMax(ball.centre - ball.reach());
+        clip.most = clip.most.cwiseMin(ball.centre + ball.reach());
+    }
+    if ((clip.least.array() < clip.most.array()).all() && has_inside(clip)) {
+        // Lines may pass by what is thin, which is more than nothing.
+        clip.volume = std::max(volume_by_lines(clip), kNothing * clip.volume);
+        return;
+    }
+    clip.least = clip.low, clip.most = clip.high;
+    clip.volume = 0;
+}
+
 Vec3 last_of(const Extent& input) {
     return Vec3(static_cast<double>(input.x), static_cast<double>(input.y),
                 static_cast<double>(input.z)) -
@@ -113,12 +175,18 @@ Vec3 last_of(const Extent& input) {
 
 }  // namespace
 
-bool Clip::keeps_all(const Extent& input) const noexcept {
-    return planes.empty() && low == Vec3::Constant(-0.5) && high == last_of(input);
+Vec3 Ball::reach() const {
+    // The determinant of a very large or small ball would be no number.
+    const double scale = to_unit.cwiseAbs().maxCoeff();
+    return Eigen::Matrix3d(to_unit / scale).inverse().rowwise().norm() / scale;
 }
 
-Clip clip_of(const Extent& input, std::span<const HalfSpace> planes) {
-    Clip clip{Vec3::Constant(-0.5), last_of(input), {}, {}, {}};
+bool Clip::keeps_all(const Extent& input) const noexcept {
+    return planes.empty() && balls.empty() && low == Vec3::Constant(-0.5) && high == last_of(input);
+}
+
+Clip clip_of(const Extent& input, std::span<const HalfSpace> planes, std::span<const Ball> balls) {
+    Clip clip{Vec3::Constant(-0.5), last_of(input), {}, {}, {}, {}};
     for (const HalfSpace& plane : planes)
         for (int axis = 0; axis < 3; ++axis) {
             if (plane.normal[axis] == 1) clip.low[axis] = std::max(clip.low[axis], -plane.offset);
@@ -132,6 +200,10 @@ Clip clip_of(const Extent& input, std::span<const HalfSpace> planes) {
         });
         if (!is_face && cuts) clip.planes.push_back(plane);
     }
+    for (const Ball& ball : balls)
+        if (!std::all_of(corners.begin(), corners.end(),
+                         [&](const Vec3& corner) { return ball.has(corner); }))
+            clip.balls.push_back(ball);
     measure(clip);
     return clip;
 }

@@ -17,7 +17,7 @@ class Job {
     const JobTraits* operator->() const noexcept { return traits_; }
     friend bool operator==(Job a, Job b) noexcept { return a.traits_ == b.traits_; }
 
-    static const Job warp, render, mesh;
+    static const Job warp, render, mesh, filter;
 
  private:
     const JobTraits* traits_;
@@ -31,6 +31,8 @@ struct JobTraits {
     /// neither. Of neither the reference knows nothing: such results are not measured or verified.
     enum class Values { points, rays, other };
     Values values = Values::other;
+    /// Its result is samples as the input's are: written in its type, with its channels.
+    bool samples = false;
 
     bool of_points() const noexcept { return values == Values::points; }
     bool of_rays() const noexcept { return values == Values::rays; }

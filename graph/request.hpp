@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,20 +22,26 @@ enum class Minimize { time, error, memory };
 
 std::string_view name_of(Minimize what) noexcept;
 
+struct TransferTable;  // graph/transfer_table.hpp
+
 /// Opacity and colour as piecewise linear functions of the value, constant beyond the end points.
 struct Transfer {
     struct Point {
         double value = 0, opacity = 0;         // opacity per `unit` of length, 0..1
         std::array<double, 3> color{0, 0, 0};  // 0..1, not premultiplied
     };
-    std::vector<Point> points;  // ascending values, at least one
+    std::vector<Point> points;  // ascending values, at least one; with a table see completed()
     double unit = 1;            // length that the opacities refer to [file unit]
     /// What opacities are times, by the length of the gradient; none: 1 (Levoy 1988).
     struct Edge {
         double magnitude = 0, opacity = 1;  // [value per file unit], 0..1
     };
     std::vector<Edge> edges = {};  // ascending magnitudes
+    /// Opacity and colour by value and gradient, in place of points and edges; null: none.
+    std::shared_ptr<const TransferTable> table = {};
 
+    /// Whether gradients of the samples decide about opacities.
+    bool needs_gradients() const noexcept { return table || !edges.empty(); }
     /// Opacity (in [3]) and colour at a value.
     std::array<double, 4> at(double value) const noexcept;
     /// The factor at a magnitude.
@@ -68,7 +75,11 @@ struct Budget {
     std::optional<double> bytes = {};    // peak resident memory of the process
     std::optional<Like> like = {};       // where no plan has it, the most accurate one does
     bool copied = false;                 // samples are moved and never computed (Error::copies)
+    /// `error` is nobody's demand: where no plan keeps it, the most accurate one does.
+    bool error_yields = false;
 };
+
+struct Filtering;  // graph/filtering.hpp
 
 /// Which surface a job or a mode makes of the samples.
 struct SurfaceOf {
@@ -96,9 +107,10 @@ struct Request {
     Shading shading;    // of modes that take light
     /// Width and height of a picture's pixel, in steps along screen z.
     std::array<double, 2> pixel{1, 1};
-    std::optional<SurfaceOf> surface = {};  // absent: none is asked for
-    std::optional<DepthCue> cue = {};       // of modes that take one
-    double zero = 0;                        // of xray: the value that adds nothing
+    std::optional<SurfaceOf> surface = {};            // absent: none is asked for
+    std::shared_ptr<const Filtering> filtering = {};  // of filter jobs; else null
+    std::optional<DepthCue> cue = {};                 // of modes that take one
+    double zero = 0;                                  // of xray: the value that adds nothing
     std::array<double, 3> background{0, 0, 0};
     bool keeps_alpha = false;  // of composite: no background, and alpha is part of the result
     double outside = 0;        // warp: value beyond the input; surfaces of labels: what is no label
@@ -122,7 +134,7 @@ struct Request {
     bool projective() const noexcept;  // some view has a last row other than 0 0 0 1
     /// Whether gradients of the samples tell anything.
     bool needs_gradients() const noexcept {
-        return shading.has_normals() || !transfer.edges.empty();
+        return shading.has_normals() || transfer.needs_gradients();
     }
     /// The value at which a surface lies, of those that have one.
     double level() const noexcept { return surface && surface->isovalue ? *surface->isovalue : 0; }

@@ -28,7 +28,8 @@ struct Material {
 /// go to the eye.
 struct Lit {
     double diffuse = 1, specular = 0;
-    double opacity = 1;  // times the sample's own
+    double opacity = 1;    // times the sample's own
+    double gradient = -1;  // its length [value per file unit]; below 0: nobody knows
 };
 
 /// Light of a sample falls off with its distance from the plane through the volume's nearest

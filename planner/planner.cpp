@@ -153,6 +153,17 @@ void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<P
                     ? fmt::format(", with an error of {:.3g}", chosen->predicted.error)
                     : ""));
     }
+    if (!chosen && budget.error_yields) {
+        budget.error.reset();
+        chosen = pick(budget, Minimize::error);
+        if (chosen)
+            answer.warnings.push_back(
+                chosen->predicted.known
+                    ? fmt::format("no path that may be taken is equal but for rounding; taking the "
+                                  "most accurate one, with an error of {:.3g}",
+                                  chosen->predicted.error)
+                    : "the error of the only paths that may be taken is not known");
+    }
     if (chosen) {
         answer.plan = *chosen;
         return;

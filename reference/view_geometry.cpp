@@ -44,6 +44,10 @@ bool RaySpan::clip(const Clip& part) noexcept {
     for (int axis = 0; axis < 3; ++axis) cut(*this, axis, part.low[axis], part.high[axis]);
     for (const HalfSpace& plane : part.planes)
         cut_by_plane(plane.at(origin), plane.normal.dot(direction), low, high);
+    for (const Ball& ball : part.balls) {
+        const Vec3 from = ball.from_centre(origin), along = ball.to_unit * direction;
+        cut_by_ball({from[0], from[1], from[2]}, {along[0], along[1], along[2]}, low, high);
+    }
     return low < high;
 }
 
@@ -96,7 +100,7 @@ std::optional<RaySpan> ViewGeometry::ray(int view, double x, double y) const {
 }
 
 bool needs_frame(const Request& want) noexcept {
-    return want.shading.on() || want.cue || want.mode->first_hit || !want.transfer.edges.empty();
+    return want.shading.on() || want.cue || want.mode->first_hit || want.transfer.needs_gradients();
 }
 
 LitFrame ViewGeometry::frame(const OutputSample& at) const {

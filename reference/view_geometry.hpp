@@ -43,7 +43,8 @@ struct LitFrame {
         const double left = this->left(t, want);
         lit.diffuse *= left;
         lit.specular *= left;
-        lit.opacity = want.transfer.edge_at(gradient.cwiseProduct(per_length).norm());
+        lit.gradient = gradient.cwiseProduct(per_length).norm();
+        lit.opacity = want.transfer.edge_at(lit.gradient);
         return lit;
     }
     /// The share of light that the depth leaves; 1 without a cue.

@@ -110,7 +110,11 @@ Request request_of(const Request& want, const Tile& tile) {
         for (HalfSpace& plane : planes)
             for (int axis = 0; axis < 3; ++axis)
                 plane.offset += plane.normal[axis] * static_cast<double>(tile.input.begin[axis]);
-        part.clips = {clip_of(part.input, planes)};
+        std::vector<Ball> balls = clip->balls;
+        for (Ball& ball : balls)
+            for (int axis = 0; axis < 3; ++axis)
+                ball.centre[axis] -= static_cast<double>(tile.input.begin[axis]);
+        part.clips = {clip_of(part.input, planes, balls)};
     }
     const Extent output = tile.output.extent();
     part.screen = {output.x, output.y, want.job->of_rays() ? want.screen.z : output.z};

@@ -101,10 +101,10 @@ void add_chosen(const Request& want, const ReferenceField& field, const Statisti
 struct Tallies {
     explicit Tallies(std::size_t facts) {
         among.fill(std::vector<ErrorTally>(facts));
-        measured.resize(facts);
+        measured.fill(std::vector<bool>(facts));
     }
     std::array<std::vector<ErrorTally>, kAmong> among;
-    std::vector<bool> measured;  // by fact, of what was drawn at random
+    std::array<std::vector<bool>, kAmong> measured;  // by fact
     std::int64_t draws = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
@@ -131,7 +131,7 @@ void tally(const Bundle& bundle, const Draw& draw, const RaySetting& setting, bo
                 tallies.among[draw.among][fact].add(
                     *traced.squares[fact], weight * rays,
                     like < RayLook::kCasts ? traced.look.squares[like] : 0);
-                if (draw.among == kDrawn) tallies.measured[fact] = true;
+                tallies.measured[draw.among][fact] = true;
             }
         }
     }
@@ -142,7 +142,7 @@ void tally(const Bundle& bundle, const Draw& draw, const RaySetting& setting, bo
         const auto& [squares, points] = bundle.points[fact];
         if (points > 0) {
             errors.add(squares / points, draw.weight * points);
-            if (draw.among == kDrawn) tallies.measured[fact] = true;
+            tallies.measured[draw.among][fact] = true;
         }
         errors.close(draw.chance);
     }
@@ -206,12 +206,16 @@ Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Req
     const Tallies tallies = tally_all(drawn, setting, geometry, memory);
     FactMaps facts;
     const std::array<double, kAmong> shares = shares_of(drawn);
+    const auto most =
+        static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) - shares.begin());
     std::array<std::array<Auxiliary, RayLook::kCasts>, kAmong> auxiliaries;
     for (std::size_t among = 0; among < kAmong; ++among)
         auxiliaries[among] = drawn.from[among].auxiliaries();
     for (std::size_t fact = 0; fact < setting.facts.size(); ++fact) {
-        if (!tallies.measured[fact]) continue;
         const auto& [name, like, like_point, of_points, promised] = setting.facts[fact];
+        // In a thin slab all rays are short, and none was drawn at random.
+        if (!tallies.measured[kDrawn][fact] && (of_points || !tallies.measured[most][fact]))
+            continue;
         // Points of the field are weighed by the length of rays, of which short ones have nothing.
         std::vector<Stratum> strata;
         for (std::size_t among = 0; among < (of_points ? kShort : kAmong); ++among)

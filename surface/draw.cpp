@@ -297,7 +297,9 @@ class Drawer {
         for (int axis = 0; axis < 3; ++axis)
             if (p[axis] < clip_->low[axis] || p[axis] > clip_->high[axis]) return false;
         return std::all_of(clip_->planes.begin(), clip_->planes.end(),
-                           [&](const HalfSpace& plane) { return plane.at(p) >= 0; });
+                           [&](const HalfSpace& plane) { return plane.at(p) >= 0; }) &&
+               std::all_of(clip_->balls.begin(), clip_->balls.end(),
+                           [&](const Ball& ball) { return ball.has(p); });
     }
 
     double light_of(const Pixel& pixel, std::int64_t x, std::int64_t y) const {

@@ -6,19 +6,36 @@
 #include "transitions/composite/binary_tree_front_to_back.hpp"
 #include "transitions/composite/classify.hpp"
 #include "transitions/composite/front_to_back.hpp"
+#include "transitions/filter/backward.hpp"
+#include "transitions/filter/forward.hpp"
+#include "transitions/filter/fourier.hpp"
+#include "transitions/filter/fourier_levels.hpp"
+#include "transitions/filter/median.hpp"
 #include "transitions/filter/prefilter.hpp"
+#include "transitions/filter/recursive.hpp"
+#include "transitions/filter/running.hpp"
+#include "transitions/filter/runs.hpp"
+#include "transitions/filter/separable.hpp"
+#include "transitions/filter/van_herk.hpp"
 #include "transitions/net/spread.hpp"
 #include "transitions/project/adaptive_cast.hpp"
 #include "transitions/project/combine.hpp"
 #include "transitions/project/depth.hpp"
+#include "transitions/project/distance_cast.hpp"
+#include "transitions/project/importance_cast.hpp"
+#include "transitions/project/octree_cast.hpp"
 #include "transitions/project/parallel_product.hpp"
+#include "transitions/project/preintegrated_quadratic_cast.hpp"
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
+#include "transitions/project/shear_warp_perspective.hpp"
 #include "transitions/project/shear_warp_runs.hpp"
 #include "transitions/project/sorted_bricks.hpp"
 #include "transitions/project/sorted_mip.hpp"
 #include "transitions/project/splat.hpp"
+#include "transitions/project/splat_ewa.hpp"
 #include "transitions/project/splat_sheets.hpp"
+#include "transitions/project/trapezoid_cast.hpp"
 #include "transitions/shade/classify.hpp"
 #include "transitions/shade/gradient.hpp"
 #include "transitions/shade/runs.hpp"
@@ -26,6 +43,7 @@
 #include "transitions/spectrum/inverse.hpp"
 #include "transitions/spectrum/slice.hpp"
 #include "transitions/store/crop.hpp"
+#include "transitions/store/octree.hpp"
 #include "transitions/store/precision.hpp"
 #include "transitions/store/reduce.hpp"
 #include "transitions/surface/draw.hpp"
@@ -52,6 +70,7 @@ Catalogue catalogue() {
         gradient_facet(),
         visible_runs(),
         sorted_bricks(),
+        octree(),
         shade_classify(),
         shade_materials(),
         reduce(),
@@ -69,14 +88,21 @@ Catalogue catalogue() {
         ray_cast(),
         gradient_cast(),
         preintegrated_cast(),
+        preintegrated_quadratic_cast(),
+        trapezoid_cast(),
         sorted_mip(),
         adaptive_cast(),
+        octree_cast(),
+        distance_cast(),
+        importance_cast(),
         level_cast(),
         depth_cast(),
         depth_light(),
         shear_warp(),
+        shear_warp_perspective(),
         shear_warp_runs(),
         splat(),
+        splat_ewa(),
         splat_sheets(),
         // Appendix B: what project.combine does in one pass, in two.
         classify(),
@@ -87,6 +113,18 @@ Catalogue catalogue() {
         attenuated_sum(),
         spectrum_slice(),
         spectrum_inverse(),
+        // Filters.
+        filter_backward(),
+        filter_forward(),
+        filter_separable(),
+        filter_running(),
+        filter_recursive(),
+        filter_fourier(),
+        filter_fourier_levels(),
+        filter_runs(),
+        filter_van_herk(),
+        filter_median(),
+        filter_median_histogram(),
         // To surfaces.
         flying_edges_edge(),
         surface_nets_edge(),

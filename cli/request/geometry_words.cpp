@@ -205,6 +205,8 @@ ClipSpec clip_spec(const GeometryWords& words) {
     if (words.clip) clip.box = exactly<6>("--clip", *words.clip, "X0,Y0,Z0,X1,Y1,Z1");
     for (const std::string& text : words.clip_planes)
         clip.planes.push_back(exactly<4>("--clip-plane", text, "A,B,C,D"));
+    for (const std::string& text : words.clip_balls)
+        clip.balls.push_back(exactly<4>("--clip-ball", text, "X,Y,Z,R"));
     if (words.slab) clip.slab = number_of("--slab", *words.slab);
     return clip;
 }

@@ -13,13 +13,13 @@ namespace edgewise::cli {
 struct GeometryWords {
     std::optional<std::string> view, about, perspective, spacing, size, zoom, move;
     std::optional<std::string> clip, slab;
-    std::vector<std::string> clip_planes;
+    std::vector<std::string> clip_planes, clip_balls;
     /// rotate, matrix, scale, translate, shear, turntable, path with their values, in the order
     /// given.
     std::vector<std::pair<std::string, std::string>> steps;
 };
 
-/// --clip, --clip-plane and --slab. @throws RequestError
+/// --clip, --clip-plane, --clip-ball and --slab. @throws RequestError
 ClipSpec clip_spec(const GeometryWords& words);
 
 /// Reads the numbers, and the files of --matrix and --path.

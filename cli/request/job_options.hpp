@@ -17,6 +17,7 @@ struct JobOptions {
     GeometryWords geometry;
     SelectionWords selection;
     std::optional<std::string> mode, zero, background, transfer, preset, window, outside, isovalue;
+    std::optional<std::string> op, kernel, border;  // of filter
     std::optional<std::string> shade, material, phase, cue, occlusion;
     std::vector<std::string> lights;
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
@@ -31,6 +32,9 @@ struct JobOptions {
 
 /// Reads all texts that say what is asked for. @throws RequestError
 RequestSpec spec_of(const JobOptions& options, const Catalogue& edges);
+
+/// "convolve, correlate, ...": what --op takes.
+std::string filter_op_words();
 
 /// --window LO,HI: "0,255", "1%,99.5%". @throws RequestError
 Window window_of(const std::string& text);

@@ -70,6 +70,11 @@ void add_clip(CLI::App& app, GeometryWords& words) {
              "keeps Ax+By+Cz+D >= 0, in samples of FILE; several add up")
         ->type_name("A,B,C,D")
         ->group(group);
+    add_list(app, "--clip-ball", words.clip_balls,
+             "keeps the ball around sample X,Y,Z of FILE, its radius in the file's unit; of several "
+             "what they share")
+        ->type_name("X,Y,Z,R")
+        ->group(group);
     add_text(app, "--slab", words.slab,
              "keeps so much of each view about its middle plane, in the file's unit")
         ->type_name("T")
@@ -145,6 +150,19 @@ void add_surface(CLI::App& app, JobOptions& o) {
     app.add_flag("--labels", o.labels, "a closed surface around each label but 0");
 }
 
+void add_filter(CLI::App& app, JobOptions& o) {
+    add_text(app, "--op", o.op, filter_op_words())->type_name("OP");
+    add_text(
+        app, "--kernel", o.kernel,
+        "box:R, gauss:S, sphere:R, cross:R (in samples), sobel:x, laplace, or a file of weights")
+        ->type_name("KERNEL");
+    add_text(app, "--border", o.border,
+             "what stands beyond the samples: zero, clamp, mirror (c b a b c; default) or wrap")
+        ->type_name("BORDER");
+    add_text(app, "--window", o.window, "what is black and white, values or percentiles")
+        ->type_name("LO,HI");
+}
+
 void add_budgets(CLI::App& app, JobOptions& o) {
     const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
                           const char* help) {
@@ -152,12 +170,15 @@ void add_budgets(CLI::App& app, JobOptions& o) {
     };
     const bool surface = o.job == Job::mesh;
     if (!surface) {
+        const bool filter = o.job == Job::filter;
         text("--max-error", o.max_error, "E",
-             "NRMSE as 0.01 or 1%, or PSNR as 40dB; default linear: as good as linear "
-             "interpolation");
+             filter ? "NRMSE as 0.01 or 1%, or PSNR as 40dB; default: equal but for rounding"
+                    : "NRMSE as 0.01 or 1%, or PSNR as 40dB; default linear: as good as linear "
+                      "interpolation");
         text("--range", o.range, "R", "the difference in values that counts as an error of 1");
-        text("--reference", o.reference, "FIELD",
-             "what the samples mean: spline, linear or nearest");
+        if (!filter)
+            text("--reference", o.reference, "FIELD",
+                 "what the samples mean: spline, linear or nearest");
     }
     text("--max-time", o.max_time, "T", "50ms, 2s, 1min");
     text("--max-memory", o.max_memory, "M", "512MiB, 2GB: peak of the process");
@@ -218,9 +239,9 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
              "pictures a second of a .gif, .apng or .mp4 of several; default 15");
     text("--json", o.json, "FILE|-", "report");
     app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
-    if (!surface) add_verify(app, o);
+    if (o.job->values != JobTraits::Values::other) add_verify(app, o);
     text("--repeat", o.repeat, "N", "run N times");
-    if (out == OutNeeded::yes && !surface)
+    if (out == OutNeeded::yes && o.job->values != JobTraits::Values::other)
         text("--report", o.report, "FILE.html", "a page of the run: plan, pictures, error map");
     text("--trace", o.trace, "FILE.json", "what ran when, for Chrome's trace viewer");
     text("--flow", o.flow, "FILE.dot", "the nodes that run");
@@ -262,6 +283,8 @@ void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out) {
     add_input(app, options);
     if (options.job == Job::mesh) {
         add_surface(app, options);
+    } else if (options.job == Job::filter) {
+        add_filter(app, options);
     } else {
         add_geometry(app, options);
         if (options.job == Job::render) add_clip(app, options.geometry);

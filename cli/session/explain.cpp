@@ -137,7 +137,10 @@ double median(std::vector<double> values) {
 std::string budget_text(const Request& want) {
     const Budget& budget = want.budget;
     std::vector<std::string> parts;
-    if (budget.error) parts.push_back(fmt::format("error {:.3g}", *budget.error));
+    if (budget.error && budget.error_yields)
+        parts.push_back("equal but for rounding (default)");
+    else if (budget.error)
+        parts.push_back(fmt::format("error {:.3g}", *budget.error));
     if (budget.like) parts.push_back(fmt::format("as good as {} (default)", budget.like->name));
     if (budget.seconds) parts.push_back("time " + seconds_text(*budget.seconds));
     if (budget.bytes) parts.push_back("memory " + bytes_text(*budget.bytes));

@@ -5,6 +5,7 @@
 
 #include "cli/session/margin_report.hpp"
 #include "engine/session.hpp"
+#include "graph/filtering.hpp"
 #include "graph/version.hpp"
 
 namespace edgewise::cli {
@@ -145,10 +146,19 @@ Json request_json(const Session& session) {
     const Request& want = session.want();
     Json json = {{"job", name_of(want.job)}, {"input", session.spec.input}};
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
+    if (want.filtering) {
+        json["op"] = name_of(want.filtering->op);
+        json["kernel"] = want.filtering->stencil.name;
+        json["border"] = name_of(want.filtering->border);
+    }
     if (want.surface) json["isovalue"] = or_null(want.surface->isovalue);  // null: labels
     const Budget& budget = want.budget;
-    json["budget"] = {{"error", or_null(budget.error)},
-                      {"default", budget.like ? Json(budget.like->name) : Json()},
+    // What nobody asked for is no budget.
+    const bool asked = budget.error && !budget.error_yields;
+    json["budget"] = {{"error", asked ? Json(*budget.error) : Json()},
+                      {"default", budget.like           ? Json(budget.like->name)
+                                  : budget.error_yields ? Json("rounding")
+                                                        : Json()},
                       {"seconds", or_null(budget.seconds)},
                       {"bytes", session.spec.max_memory ? or_null(budget.bytes) : Json()}};
     json["minimize"] = name_of(want.minimize);

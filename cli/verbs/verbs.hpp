@@ -19,6 +19,7 @@ struct Verb {
 Verb add_warp(CLI::App& main);
 Verb add_render(CLI::App& main);
 Verb add_mesh(CLI::App& main);
+Verb add_filter(CLI::App& main);
 Verb add_plan(CLI::App& main);
 Verb add_graph(CLI::App& main);
 Verb add_info(CLI::App& main);

@@ -107,6 +107,23 @@ std::vector<Trial> trials(bool quick) {
                        .turn = {20, -15, 10},
                        .mode = "composite",
                        .lit = true});
+    // Neighbourhoods: small and large sums, extremes and medians.
+    using Kind = KernelSpec::Kind;
+    const auto filter = [&](FilterOp op, Kind kind, double size) {
+        FilterSpec spec;
+        spec.op = op;
+        spec.kernel.kind = kind;
+        spec.kernel.size = size;
+        for (const char* input : {"phantom:zone-plate:900", "phantom:gaussians:80"})
+            for (const Type type : {Type::u8, Type::f32})
+                all.push_back({.job = Job::filter, .input = input, .type = type, .filter = spec});
+    };
+    filter(FilterOp::convolve, Kind::gauss, 1);
+    filter(FilterOp::convolve, Kind::sphere, 4);
+    filter(FilterOp::convolve, Kind::box, 3);
+    filter(FilterOp::dilate, Kind::sphere, 4);
+    filter(FilterOp::dilate, Kind::box, 4);
+    filter(FilterOp::median, Kind::sphere, 2);
     // Many frames: threads have more to share.
     for (const Type type : {Type::u8, Type::f32})
         all.push_back({Job::render, "phantom:gaussians:112", type, {20, -15, 10}, "xray", 0, 12});
@@ -169,7 +186,8 @@ RequestSpec spec_of(const Trial& trial) {
     RequestSpec spec;
     spec.job = trial.job;
     spec.input = trial.input;
-    spec.geometry.steps = {{Kind::rotate, trial.turn}};
+    spec.filter = trial.filter;
+    if (!trial.turn.empty()) spec.geometry.steps = {{Kind::rotate, trial.turn}};
     if (trial.mode) spec.mode = mode_named(trial.mode);
     if (trial.size) spec.geometry.size = OutputSize{.sides = {trial.size, trial.size}};
     if (trial.frames) spec.geometry.steps.push_back({Kind::turntable, {double(trial.frames)}});

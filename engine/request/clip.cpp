@@ -11,7 +11,7 @@
 namespace edgewise {
 namespace {
 
-constexpr std::size_t kMostPlanes = 64;  // each costs every ray an intersection
+constexpr std::size_t kMostPlanes = 64, kMostBalls = 64;  // each costs every ray an intersection
 
 /// A plane with a normal of length one. One along an axis is exactly so.
 HalfSpace half_space(const Vec3& normal, double offset) {
@@ -48,6 +48,27 @@ void add_plane(const std::array<double, 4>& plane, std::vector<HalfSpace>& plane
     planes.push_back(half_space(normal, plane[3]));
 }
 
+/// @param axes  columns: one sample along x, y and z [file unit]
+Ball ball_of(const std::array<double, 4>& ball, const Mat3& axes) {
+    const Vec3 centre(ball[0], ball[1], ball[2]);
+    if (!centre.allFinite() || !std::isfinite(ball[3]))
+        throw RequestError(
+            fmt::format("--clip-ball {}: expected finite numbers", fmt::join(ball, ",")));
+    if (!(ball[3] > 0))
+        throw RequestError(fmt::format("--clip-ball {}: the radius is {}; expected more than 0",
+                                       fmt::join(ball, ","), ball[3]));
+    // Beyond, rounding would decide about rays.
+    constexpr double kFar = 1e9, kSmall = 1e-6;
+    const Vec3 steps = axes.colwise().norm();
+    if (centre.cwiseAbs().maxCoeff() > kFar || ball[3] < kSmall * steps.minCoeff() ||
+        ball[3] > kFar * steps.minCoeff())
+        throw RequestError(fmt::format(
+            "--clip-ball {}: expected a centre within {:g} samples and a radius of {:g} to {:g} of "
+            "the smallest spacing",
+            fmt::join(ball, ","), kFar, kSmall, kFar));
+    return {centre, axes / ball[3]};
+}
+
 /// What is no farther than half the thickness from the middle plane: where the middle of the turn
 /// is, parallel to the picture.
 void add_slab(double thickness, const Mat4& view, const Geometry& geometry,
@@ -62,16 +83,24 @@ void add_slab(double thickness, const Mat4& view, const Geometry& geometry,
 
 }  // namespace
 
-void take_clip(Request& want, const ClipSpec& spec, const Geometry& geometry) {
+void take_clip(Request& want, const ClipSpec& spec, const InputGrid& grid,
+               const Geometry& geometry) {
     want.clips.clear();
     if (spec.empty()) return;
     if (!want.job->of_rays())
         throw RequestError(
-            "--clip, --clip-plane and --slab: of render; they cut rays, which a warp has none of");
+            "--clip, --clip-plane, --clip-ball and --slab: of render; they cut rays, which a warp "
+            "has none of");
     if (spec.planes.size() > kMostPlanes)
         throw RequestError(
             fmt::format("--clip-plane: {} are given; at most {}", spec.planes.size(), kMostPlanes));
+    if (spec.balls.size() > kMostBalls)
+        throw RequestError(
+            fmt::format("--clip-ball: {} are given; at most {}", spec.balls.size(), kMostBalls));
     std::vector<HalfSpace> planes;
+    std::vector<Ball> balls;
+    const Mat3 axes = grid.lean * grid.spacing.asDiagonal();
+    for (const auto& ball : spec.balls) balls.push_back(ball_of(ball, axes));
     if (spec.box) add_box(*spec.box, planes);
     for (const auto& plane : spec.planes) add_plane(plane, planes);
     if (spec.slab && !(*spec.slab > 0 && std::isfinite(*spec.slab)))
@@ -81,7 +110,7 @@ void take_clip(Request& want, const ClipSpec& spec, const Geometry& geometry) {
     for (std::size_t view = 0; view < views; ++view) {
         std::vector<HalfSpace> all = planes;
         if (spec.slab) add_slab(*spec.slab, geometry.views[view], geometry, all);
-        want.clips.push_back(clip_of(want.input, all));
+        want.clips.push_back(clip_of(want.input, all, balls));
     }
     const auto is_empty = [](const Clip& clip) { return clip.volume == 0; };
     if (std::all_of(want.clips.begin(), want.clips.end(), is_empty))

@@ -8,11 +8,13 @@
 
 #include "engine/measure/machine.hpp"
 #include "engine/request/clip.hpp"
+#include "engine/request/filtering.hpp"
 #include "engine/request/percentile.hpp"
 #include "engine/transfer/presets.hpp"
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
 #include "graph/range.hpp"
+#include "graph/transfer_table.hpp"
 #include "transitions/filters/like_linear.hpp"
 
 namespace edgewise {
@@ -119,6 +121,17 @@ void take_surface(Request& want, const RequestSpec& spec) {
     want.budget.copied = true;
 }
 
+/// Equal but for rounding: what f32 makes of a sum of some thousand products.
+void take_filter_budget(Request& want, const RequestSpec& spec) {
+    if (want.job != Job::filter) return;
+    if (!spec.filter) throw RequestError("filter: which one? Expected --op OP and --kernel KERNEL");
+    if (!want.budget.like) return;
+    constexpr double kRounding = 1e-5;
+    want.budget.like.reset();
+    want.budget.error = kRounding;
+    want.budget.error_yields = true;
+}
+
 }  // namespace
 
 namespace {
@@ -134,8 +147,9 @@ void expect_material(const std::string& option, const Material& material) {
 void expect_transfer(const TransferSpec& spec) {
     const auto is_share = [](double part) { return part >= 0 && part <= 1; };
     const std::vector<Transfer::Point>& points = spec.transfer.points;
+    const TransferTable* const table = spec.transfer.table.get();
     bool sensible =
-        !points.empty() &&
+        (table || !points.empty()) &&
         (!spec.unit_given || (spec.transfer.unit > 0 && std::isfinite(spec.transfer.unit)));
     for (std::size_t i = 0; i < points.size(); ++i) {
         sensible = sensible && std::isfinite(points[i].value) && is_share(points[i].opacity) &&
@@ -147,6 +161,13 @@ void expect_transfer(const TransferSpec& spec) {
                            ": expected points of ascending finite values, opacities and colours "
                            "from 0 to 1, and a length above 0");
     if (spec.material) expect_material(spec.from, *spec.material);
+    if (!table) return;
+    if (const std::string reason = no_table(*table, points.size()); !reason.empty())
+        throw RequestError(fmt::format("{}: table: {}", spec.from, reason));
+    if (!spec.transfer.edges.empty())
+        throw RequestError(spec.from + ": a table tells opacities by gradient; leave out gradient");
+    if (spec.values == TransferValues::labels)
+        throw RequestError(spec.from + ": labels have no gradients; leave out the table");
 }
 
 /// What the command line cannot say, a program can.
@@ -181,7 +202,12 @@ void expect_sensible(const RequestSpec& spec) {
     expect(finite(spec.range), "--range", "a finite number");
     for (const double step : spec.geometry.spacing.value_or(std::vector<double>{}))
         expect(std::isfinite(step), "--spacing", "finite numbers");
-    if (spec.transfer && spec.mode->takes_transfer) expect_transfer(*spec.transfer);
+    if (spec.transfer && spec.mode->takes_transfer) {
+        expect_transfer(*spec.transfer);
+        expect(!spec.transfer->transfer.table || (!spec.shadows && !spec.occlusion),
+               spec.shadows ? "--shadows" : "--ambient-occlusion",
+               "opacities by value alone, which the transfer function's table does not have");
+    }
     for (const double part : spec.background.value_or(std::array<double, 3>{}))
         expect(part >= 0 && part <= 1, "--background", "three numbers from 0 to 1");
     for (const Light& light : spec.lights)
@@ -213,6 +239,7 @@ Request request_of(const RequestSpec& spec) {
     take_mode(want, spec);
     take_budgets(want, spec);
     take_surface(want, spec);
+    take_filter_budget(want, spec);
     return want;
 }
 
@@ -230,6 +257,21 @@ store::Selection selection_of(const RequestSpec& spec) {
 }
 
 namespace {
+
+/// The result of a filter lies where its input does.
+Geometry take_filter(Request& want, const RequestSpec& spec, const Input& input) {
+    const InputGrid grid = grid_of(input);
+    const Geometry geometry = geometry_of({}, grid, Job::warp);
+    want.axes = grid.axes;
+    want.input = grid.extent;
+    want.spacing = grid.spacing;
+    want.frames = 1;
+    want.views = Placement(Mat4::Identity());
+    want.screen = grid.extent;
+    want.field = Field::linear;
+    want.filtering = filtering_of(*spec.filter, grid.axes);
+    return geometry;
+}
 
 /// A mesh has one view: from indices to where the file says that samples lie.
 Geometry take_place(Request& want, const RequestSpec& spec, const Input& input) {
@@ -263,6 +305,7 @@ Geometry take_place(Request& want, const RequestSpec& spec, const Input& input) 
 Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
                        const std::optional<Outputs>& outputs) {
     if (want.job == Job::mesh) return take_place(want, spec, input);
+    if (want.job == Job::filter) return take_filter(want, spec, input);
     const InputGrid grid = grid_of(input);
     if (want.job == Job::render && grid.axes == 2)
         throw RequestError(fmt::format(
@@ -292,7 +335,7 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
         want.pixel = {geometry.grid.spacing.x() / geometry.unit,
                       geometry.grid.spacing.y() / geometry.unit};
     want.eye = geometry.eye;
-    take_clip(want, spec.clip, geometry);
+    take_clip(want, spec.clip, grid, geometry);
     if (spec.labels && spec.reference && *spec.reference != Field::nearest)
         throw RequestError(
             "--labels: of labels the reference is nearest; leave out --reference, or --labels");
@@ -365,6 +408,14 @@ std::vector<std::string> take_level(Request& want, const Statistics& statistics)
                         high, so)};
 }
 
+/// What a mode makes of no sample at all.
+double of_no_sample(const Request& want) {
+    if (want.mode->channels != 1) return 0;
+    double value = 0;
+    Stretch::empty(want.mode).result(want, &value);
+    return value;
+}
+
 }  // namespace
 
 std::vector<std::string> take_values(Request& want, std::optional<Window>& window,
@@ -372,7 +423,7 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
                                      const Statistics& statistics, const std::string& modality) {
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
-                                                               : 0;
+                                                               : of_no_sample(want);
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
     std::vector<std::string> warnings = take_level(want, statistics);

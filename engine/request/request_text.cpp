@@ -1,8 +1,28 @@
 #include "engine/request/request_text.hpp"
 
 #include <fmt/format.h>
+#include <string>
+#include <vector>
+
+#include "graph/hash.hpp"
+#include "graph/filtering.hpp"
+#include "graph/transfer_table.hpp"
 
 namespace edgewise {
+namespace {
+
+/// A table may have many numbers.
+std::string text_of(const TransferTable& table) {
+    Hash hash;
+    const auto add = [&](const auto& numbers) {
+        hash.add(numbers.data(), numbers.size() * sizeof(numbers[0]));
+    };
+    add(table.values), add(table.gradients), add(table.opacity), add(table.color);
+    return fmt::format("table {} {} {:x}", table.values.size(), table.gradients.size(),
+                       hash.value());
+}
+
+}  // namespace
 
 std::string request_text(const Request& want) {
     std::string text =
@@ -24,6 +44,11 @@ std::string request_text(const Request& want) {
         for (const HalfSpace& plane : half_spaces_of(clip))
             text += fmt::format(" {:a} {:a} {:a} {:a}", plane.normal[0], plane.normal[1],
                                 plane.normal[2], plane.offset);
+        for (const Ball& ball : clip.balls) {
+            text +=
+                fmt::format(" ball {:a} {:a} {:a}", ball.centre[0], ball.centre[1], ball.centre[2]);
+            for (int i = 0; i < 9; ++i) text += fmt::format(" {:a}", ball.to_unit(i / 3, i % 3));
+        }
     }
     if (want.written)
         text += fmt::format("written {} {:a} {:a} {} {:a}", name_of(want.written->type),
@@ -36,9 +61,17 @@ std::string request_text(const Request& want) {
                             point.color[1], point.color[2]);
     for (const Transfer::Edge& edge : want.transfer.edges)
         text += fmt::format("edge {:a} {:a};", edge.magnitude, edge.opacity);
+    if (want.transfer.table) text += text_of(*want.transfer.table);
     if (want.surface)
         text += want.surface->isovalue ? fmt::format("surface {:a}", *want.surface->isovalue)
                                        : "surface of labels";
+    if (want.filtering) {
+        const Stencil& stencil = want.filtering->stencil;
+        text += fmt::format("filter {} {} {}", name_of(want.filtering->op),
+                            name_of(want.filtering->border), text_of(stencil.extent, 3));
+        text.append(reinterpret_cast<const char*>(stencil.weights.data()),
+                    stencil.weights.size() * sizeof(double));
+    }
     if (want.cue) text += fmt::format("cue {:a} {}", want.cue->per_length, want.cue->linear);
     const Shading& shading = want.shading;
     if (!shading.on()) return text;

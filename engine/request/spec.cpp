@@ -23,6 +23,7 @@ std::string ClipSpec::options() const {
     std::vector<const char*> given;
     if (box) given.push_back("--clip");
     if (!planes.empty()) given.push_back("--clip-plane");
+    if (!balls.empty()) given.push_back("--clip-ball");
     if (slab) given.push_back("--slab");
     return fmt::format("{}", fmt::join(given, " and "));
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/transfer/transfer_spec.hpp"
+#include "graph/filtering.hpp"
 #include "graph/request.hpp"
 #include "graph/transform_graph.hpp"
 #include "io/store.hpp"
@@ -70,11 +71,29 @@ struct ClipSpec {
     /// First and last sample along x, y and z (x0, y0, z0, x1, y1, z1), with half a voxel around.
     std::optional<std::array<double, 6>> box;
     std::vector<std::array<double, 4>> planes;  // A, B, C, D: A x + B y + C z + D >= 0 [sample]
+    std::vector<std::array<double, 4>> balls;   // X, Y, Z [sample], radius [file unit]
     std::optional<double> slab;                 // about the middle plane of each view [file unit]
 
-    bool empty() const noexcept { return !box && planes.empty() && !slab; }
+    bool empty() const noexcept { return !box && planes.empty() && balls.empty() && !slab; }
     /// Those that are given, as the command line calls them.
     std::string options() const;
+};
+
+/// A kernel: of a shape and size, of a file, or a program's own.
+struct KernelSpec {
+    enum class Kind { box, gauss, sphere, cross, sobel, laplace, file, given };
+    Kind kind = Kind::box;
+    double size = 1;     // radius, or standard deviation of gauss [sample]
+    int axis = 0;        // of sobel
+    std::string file;    // of file
+    Stencil given = {};  // of given
+};
+
+/// What a filter job does.
+struct FilterSpec {
+    FilterOp op = FilterOp::convolve;
+    KernelSpec kernel;
+    Border border = Border::mirror;
 };
 
 /// How costs are found: from models alone, by running the contenders, or all paths.
@@ -90,7 +109,8 @@ struct RequestSpec {
     store::Selection selection;
     std::optional<std::string> out;  // file, %d is the frame; "-": standard output; "null:": none
     GeometrySpec geometry;
-    ClipSpec clip;  // render
+    ClipSpec clip;                     // render
+    std::optional<FilterSpec> filter;  // of filter jobs, which need it
     Mode mode = Mode::mip;
     std::optional<double> isovalue;       // mesh (absent: of labels), and modes with a level
     std::optional<double> zero, outside;  // value that adds nothing (X-ray); beyond the input

@@ -1,5 +1,6 @@
 #include "engine/transfer/load.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -15,7 +16,7 @@ namespace {
 using transfer::refuse;
 
 std::string text_in(const std::string& file, const std::string& where) {
-    constexpr std::size_t kLargest = 4 << 20;
+    constexpr std::size_t kLargest = 32 << 20;
     std::error_code none;
     std::ifstream stream(file, std::ios::binary);
     // A device or a pipe may never end.
@@ -23,7 +24,7 @@ std::string text_in(const std::string& file, const std::string& where) {
     std::string text(kLargest + 1, '\0');
     stream.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(stream.gcount()));
-    if (text.size() > kLargest) refuse(where, "is larger than any transfer function (4 MiB)");
+    if (text.size() > kLargest) refuse(where, "is larger than any transfer function (32 MiB)");
     return text;
 }
 
@@ -31,8 +32,12 @@ std::string text_in(const std::string& file, const std::string& where) {
 
 nlohmann::json transfer::parsed(std::string_view text, const std::string& where) {
     // A parser that descends would overflow the stack on a million brackets; formats take 8 levels.
+    // Empty lists take ten times as much memory as text; tables have the most parts.
+    constexpr std::int64_t kMostParts = 8 << 20;
+    std::int64_t parts = 0;
     const auto shallow = [&](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
         if (depth > 16) refuse(where, "is nested too deeply");
+        if (++parts > kMostParts) refuse(where, "has more parts than any transfer function");
         return true;
     };
     try {

@@ -1,12 +1,17 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <fmt/format.h>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/transfer/curves.hpp"
 #include "engine/transfer/fields.hpp"
 #include "engine/transfer/formats.hpp"
+#include "graph/transfer_table.hpp"
 
 namespace edgewise::transfer {
 namespace {
@@ -66,6 +71,86 @@ std::vector<Transfer::Edge> edges_of(const nlohmann::json& json, const std::stri
     return edges;
 }
 
+constexpr const char* kTable =
+    "{\"values\": [0, 100], \"gradients\": [0, 20], \"opacity\": [[0, 0], [0, 0.5]]}: a row for "
+    "each "
+    "gradient, a number for each value";
+
+// Parts of a table, of which there are many: they get names where something is wrong with them.
+
+double number_at(const nlohmann::json& row, std::size_t i, const std::string& where,
+                 const std::string& field, double low, double high) {
+    if (row[i].is_number())
+        if (const auto number = row[i].get<double>(); number >= low && number <= high)
+            return number;
+    return number_in(row[i], where, fmt::format("{}[{}]", field, i), low, high);
+}
+
+std::array<double, 3> color_at(const nlohmann::json& row, std::size_t i, const std::string& where,
+                               const std::string& field) {
+    std::array<double, 3> color{};
+    bool sensible = row[i].is_array() && row[i].size() == 3;
+    for (std::size_t c = 0; sensible && c < 3; ++c) {
+        color[c] = row[i][c].is_number() ? row[i][c].get<double>() : NAN;
+        sensible = color[c] >= 0 && color[c] <= 1;
+    }
+    return sensible ? color : color_in(row[i], where, fmt::format("{}[{}]", field, i));
+}
+
+std::vector<double> places_of(const nlohmann::json& table, const char* key,
+                              const std::string& where, double low) {
+    const std::string field = fmt::format("table.{}", key);
+    const nlohmann::json& json = member_of(table, key, where, "table", kTable);
+    if (!json.is_array() || json.empty() || json.size() > TransferTable::kMostPlaces)
+        refuse(where, fmt::format("{}: expected 1 to {} ascending numbers", field,
+                                  TransferTable::kMostPlaces));
+    std::vector<double> places;
+    for (std::size_t i = 0; i < json.size(); ++i)
+        places.push_back(number_at(json, i, where, field, low, 1e300));
+    return places;
+}
+
+/// Calls each(row, its name) for the rows of a table: one a gradient, of one part a value.
+template <class Each>
+void for_rows(const nlohmann::json& json, const TransferTable& table, const std::string& where,
+              const std::string& field, Each&& each) {
+    const auto expect = [&](const nlohmann::json& list, std::size_t count, const std::string& name,
+                            const char* what) {
+        if (!list.is_array() || list.size() != count)
+            refuse(where, fmt::format("{} has {}; expected {}, one for each {}", name,
+                                      list.is_array() ? fmt::format("{}", list.size()) : "no list",
+                                      count, what));
+    };
+    expect(json, table.gradients.size(), field, "gradient");
+    for (std::size_t row = 0; row < json.size(); ++row) {
+        const std::string name = fmt::format("{}[{}]", field, row);
+        expect(json[row], table.values.size(), name, "value");
+        each(json[row], name);
+    }
+}
+
+TransferTable table_of(const nlohmann::json& json, const std::string& where, std::size_t points) {
+    if (!json.is_object()) refuse(where, fmt::format("table: expected {}", kTable));
+    expect_known(json, where, "table.", {"values", "gradients", "opacity", "color"});
+    TransferTable table{.values = places_of(json, "values", where, -1e300),
+                        .gradients = places_of(json, "gradients", where, 0),
+                        .opacity = {}};
+    for_rows(member_of(json, "opacity", where, "table", kTable), table, where, "table.opacity",
+             [&](const nlohmann::json& row, const std::string& name) {
+                 for (std::size_t i = 0; i < row.size(); ++i)
+                     table.opacity.push_back(number_at(row, i, where, name, 0, 1));
+             });
+    if (json.contains("color"))
+        for_rows(json["color"], table, where, "table.color",
+                 [&](const nlohmann::json& row, const std::string& name) {
+                     for (std::size_t i = 0; i < row.size(); ++i)
+                         table.color.push_back(color_at(row, i, where, name));
+                 });
+    if (const std::string reason = no_table(table, points); !reason.empty())
+        refuse(where, "table." + reason);
+    return table;
+}
+
 TransferValues values_of(const nlohmann::json& json, const std::string& where) {
     for (const TransferValues values :
          {TransferValues::data, TransferValues::hounsfield, TransferValues::window,
@@ -80,12 +165,13 @@ TransferValues values_of(const nlohmann::json& json, const std::string& where) {
 }  // namespace
 
 TransferSpec own_transfer(const nlohmann::json& json, const std::string& where) {
-    if (!json.is_object() || !json.contains("points") || !json["points"].is_array() ||
-        json["points"].empty())
+    const bool has_table = json.is_object() && json.contains("table");
+    if (!json.is_object() || (!json.contains("points") && !has_table) ||
+        (json.contains("points") && (!json["points"].is_array() || json["points"].empty())))
         refuse(where, fmt::format("points is missing; expected {{\"points\": [{}]}}, a preset of "
                                   "ParaView or a volume property of Slicer",
                                   kPoint));
-    expect_known(json, where, "", {"points", "unit", "values", "material", "gradient"});
+    expect_known(json, where, "", {"points", "unit", "values", "material", "gradient", "table"});
     TransferSpec read;
     Transfer& transfer = read.transfer;
     read.unit_given = json.contains("unit");
@@ -93,14 +179,22 @@ TransferSpec own_transfer(const nlohmann::json& json, const std::string& where) 
     if (json.contains("values")) read.values = values_of(json["values"], where);
     if (json.contains("material")) read.material = material_of(json["material"], where);
     if (json.contains("gradient")) transfer.edges = edges_of(json["gradient"], where);
-    for (std::size_t i = 0; i < json["points"].size(); ++i) {
+    const nlohmann::json points = json.value("points", nlohmann::json::array());
+    for (std::size_t i = 0; i < points.size(); ++i) {
         const std::string field = fmt::format("points[{}]", i);
-        transfer.points.push_back(point_of(json["points"][i], where, field));
+        transfer.points.push_back(point_of(points[i], where, field));
         if (i > 0 && transfer.points[i].value < transfer.points[i - 1].value)
             refuse(where,
                    fmt::format("{}.value is {}, less than {} before it; values must ascend", field,
                                transfer.points[i].value, transfer.points[i - 1].value));
     }
+    if (!has_table) return read;
+    if (!transfer.edges.empty())
+        refuse(where, "a table tells opacities by gradient; leave out gradient, or table");
+    if (read.values == TransferValues::labels)
+        refuse(where, "labels have no gradients; leave out table");
+    transfer.table = std::make_shared<const TransferTable>(
+        table_of(json["table"], where, transfer.points.size()));
     return read;
 }
 

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <set>
+#include <utility>
 
 #include "engine/transfer/robust_window.hpp"
 #include "graph/errors.hpp"
+#include "graph/transfer_table.hpp"
 #include "reference/stored.hpp"
 
 namespace edgewise {
@@ -20,15 +22,6 @@ bool shows_any(const Transfer& transfer, double low, double high) {
            std::any_of(points.begin(), points.end(), [&](const Transfer::Point& point) {
                return point.opacity > 0 && point.value >= low && point.value <= high;
            });
-}
-
-void shift(Transfer& transfer, double by) {
-    for (Transfer::Point& point : transfer.points) point.value += by;
-}
-
-void stretch(Transfer& transfer, double low, double high) {
-    for (Transfer::Point& point : transfer.points) point.value = low + point.value * (high - low);
-    for (Transfer::Edge& edge : transfer.edges) edge.magnitude *= high - low;
 }
 
 /// A colour of its own for each, as far from those before it as hues go.
@@ -100,7 +93,7 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
         case TransferValues::hounsfield: {
             if (!samples) break;
             const std::optional<double> shifted = hounsfield_shift(data, statistics);
-            if (shifted) shift(out.transfer, -*shifted);
+            if (shifted) rescale(out.transfer, -*shifted, 1);
             if (shifted && *shifted != 0)
                 out.warnings.push_back(
                     fmt::format("{}: the values look like Hounsfield units plus {:g}, and are "
@@ -115,16 +108,17 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
         }
         case TransferValues::window: {
             const ValueWindow window = robust_window(data, statistics);
-            stretch(out.transfer, window.low, window.high);
+            rescale(out.transfer, window.low, window.high - window.low);
             break;
         }
         case TransferValues::labels:
             if (samples) take_labels(out.transfer, data, statistics, spec.from);
             break;
         case TransferValues::range:
-            stretch(out.transfer, statistics.low, statistics.high);
+            rescale(out.transfer, statistics.low, statistics.high - statistics.low);
             break;
     }
+    out.transfer = completed(std::move(out.transfer));
     if (samples && !shows_any(out.transfer, statistics.low, statistics.high))
         out.warnings.push_back(
             fmt::format("{}: shows nothing: no value from {:.6g} to {:.6g} has an opacity",

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "graph/request.hpp"
+#include "graph/transfer_table.hpp"
 
 namespace edgewise {
 namespace {
@@ -27,12 +28,14 @@ template <class LitAt>
 void add_one(Stretch& stretch, double value, double piece, const Request& want, LitAt&& lit_at) {
     auto& light = stretch.state;
     double& transparency = light[3];
-    const std::array<double, 4> optics = want.transfer.at(value);
+    std::array<double, 4> optics = want.transfer.at(value);
     if (optics[3] <= 0) return;
     // EQ 63: the transparency of a length is that of the unit length to its power.
     // Behind so much that nothing is seen nobody asks for light.
     constexpr double kNothing = 1e-9;
     const Lit lit = transparency > kNothing ? lit_at() : Lit{};
+    if (want.transfer.table && lit.gradient >= 0)
+        optics = want.transfer.table->at(value, lit.gradient);
     const double kept = raised(1 - optics[3] * lit.opacity, piece * want.unit / want.transfer.unit);
     for (int c = 0; c < 3; ++c)
         light[c] += transparency * (1 - kept) * (optics[c] * lit.diffuse + lit.specular);
@@ -61,6 +64,7 @@ std::string needs(const Request& want, double common, double, double) {
 
 /// Where the transfer function is steep, values' rounding shows.
 double cancelled(const Request& want) {
+    if (want.transfer.table) return want.transfer.table->steepest * want.magnitude;
     double steepest = 0;
     const std::vector<Transfer::Point>& points = want.transfer.points;
     for (std::size_t i = 1; i < points.size(); ++i)

@@ -6,6 +6,7 @@
 #include "graph/mode.hpp"
 #include "graph/modes/binary.hpp"
 #include "graph/modes/composite.hpp"
+#include "graph/modes/drr.hpp"
 #include "graph/modes/mean.hpp"
 #include "graph/modes/minip.hpp"
 #include "graph/modes/mip.hpp"
@@ -20,9 +21,9 @@ namespace edgewise {
 
 const std::vector<Mode>& modes() {
     static const std::vector<Mode> all = {
-        Mode(mip_mode),       Mode(xray_mode),    Mode(mean_mode),
-        Mode(composite_mode), Mode(minip_mode),   Mode(stddev_mode),
-        Mode(top2_mode),      Mode(surface_mode), Mode(binary_mode),
+        Mode(mip_mode),    Mode(xray_mode),   Mode(mean_mode), Mode(composite_mode),
+        Mode(minip_mode),  Mode(stddev_mode), Mode(top2_mode), Mode(surface_mode),
+        Mode(binary_mode), Mode(drr_mode),
     };
     return all;
 }

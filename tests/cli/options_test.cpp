@@ -58,7 +58,7 @@ TEST(Numbers, AreFiniteAndWhole) {
 }
 
 std::string transfer_file(const std::string& text) {
-    const std::string file = testing::TempDir() + "edgewise_transfer.json";
+    const std::string file = testing::TempDir() + "edgewise_options_transfer.json";
     std::ofstream(file) << text;
     return file;
 }

@@ -32,7 +32,7 @@ struct Case {
         want.eye = geometry.eye;
     }
     const std::vector<Clip>& clipped(const ClipSpec& by) {
-        take_clip(want, by, geometry);
+        take_clip(want, by, grid, geometry);
         return want.clips;
     }
 };
@@ -127,6 +127,61 @@ TEST(TakeClip, PerspectiveRaysEndInTheSlab) {
         EXPECT_NEAR(std::abs((ray->origin + t * ray->direction).z() - 5.5), 2, 1e-9);
 }
 
+ClipSpec balls(std::vector<std::array<double, 4>> keep) {
+    ClipSpec by;
+    by.balls = std::move(keep);
+    return by;
+}
+
+TEST(TakeClip, ABallsRadiusIsInTheFilesUnit) {
+    GeometrySpec spec;
+    spec.steps = {{GeometryStep::Kind::rotate, {25, 10, 5}}, {GeometryStep::Kind::turntable, {3}}};
+    for (const double perspective : {0.0, 40.0}) {
+        GeometrySpec seen = spec;
+        if (perspective > 0) seen.perspective = perspective;
+        Case c(seen, {0.5, 0.8, 2});
+        const auto& clips = c.clipped(balls({{9.5, 7.5, 5.5, 3.5}}));
+        ASSERT_EQ(clips.size(), 1u);
+        const ViewGeometry rays(c.want);
+        for (int view = 0; view < 3; ++view) {
+            const double x = static_cast<double>(c.want.screen.x - 1) / 2,
+                         y = static_cast<double>(c.want.screen.y - 1) / 2;
+            const auto ray = rays.ray(view, x, y);
+            ASSERT_TRUE(ray);
+            EXPECT_NEAR((ray->high - ray->low) * c.want.unit, 7, 1e-9);
+            for (const double t : {ray->low, ray->high}) {
+                const Vec3 away = ray->origin + t * ray->direction - Vec3(9.5, 7.5, 5.5);
+                EXPECT_NEAR(away.cwiseProduct(c.want.spacing).norm(), 3.5, 1e-9);
+            }
+        }
+    }
+}
+
+TEST(TakeClip, ABallIsRoundInAGridThatLeans) {
+    Case c;
+    c.grid.lean.col(2) = Vec3(0, 0.6, 0.8);
+    c.grid.spacing = {1, 1.5, 2};
+    const Clip clip = c.clipped(balls({{9.5, 7.5, 5.5, 4}}))[0];
+    ASSERT_EQ(clip.balls.size(), 1u);
+    for (const Vec3& away : {Vec3(4, 0, 0), Vec3(0, 0, 2), Vec3(1, -0.5, 1)}) {
+        const Vec3 there = c.grid.lean * away.cwiseProduct(c.grid.spacing);
+        EXPECT_NEAR(clip.balls[0].from_centre(Vec3(9.5, 7.5, 5.5) + away).norm(), there.norm() / 4,
+                    1e-12);
+    }
+}
+
+TEST(TakeClip, BallsAddUpWithAllOthers) {
+    Case c;
+    ClipSpec by = box_and_plane({3, 0, 0, 19, 15, 11}, {1, 1, 0, -9});
+    by.balls = {{9, 8, 6, 5}, {11, 8, 6, 5}, {10, 8, 6, 1000}};
+    by.slab = 4;
+    const Clip clip = c.clipped(by)[0];
+    EXPECT_EQ(clip.balls.size(), 2u);  // the third keeps all
+    EXPECT_EQ(clip.planes.size(), 1u);
+    EXPECT_EQ(by.options(), "--clip and --clip-plane and --clip-ball and --slab");
+    EXPECT_TRUE(c.clipped(balls({{10, 8, 6, 1000}})).empty());
+}
+
 TEST(TakeClip, RefusesWhatMakesNoSense) {
     const auto why = [](const ClipSpec& by) {
         Case c;
@@ -148,6 +203,17 @@ TEST(TakeClip, RefusesWhatMakesNoSense) {
     for (const double thickness : {0.0, -2.0, double(NAN), double(INFINITY)})
         EXPECT_NE(why(slab(thickness)).find("--slab"), std::string::npos);
     EXPECT_NE(why(planes(std::vector<std::array<double, 4>>(65, {1, 0, 0, 0}))), "");
+    EXPECT_NE(why(balls({{0, 0, 0, 0}})).find("radius is 0"), std::string::npos);
+    EXPECT_NE(why(balls({{0, 0, 0, -2}})).find("--clip-ball 0,0,0,-2"), std::string::npos);
+    EXPECT_NE(why(balls({{0, NAN, 0, 2}})).find("finite"), std::string::npos);
+    EXPECT_NE(why(balls({{0, 0, 0, INFINITY}})).find("finite"), std::string::npos);
+    for (const std::array<double, 4>& odd :
+         {std::array{1e300, 0.0, 0.0, 1.0}, {5, 8, 6, 1e300}, {5, 8, 6, 1e-300}})
+        EXPECT_NE(why(balls({odd})).find("smallest spacing"), std::string::npos);
+    EXPECT_NE(why(balls({{50, 8, 6, 4}})).find("--clip-ball: keeps nothing"), std::string::npos);
+    EXPECT_NE(why(balls({{5, 8, 6, 2}, {15, 8, 6, 2}})).find("keeps nothing"), std::string::npos);
+    EXPECT_NE(why(balls(std::vector<std::array<double, 4>>(65, {5, 8, 6, 2}))).find("at most"),
+              std::string::npos);
     Case warp;
     warp.want.job = Job::warp;
     EXPECT_THROW(warp.clipped(slab(2)), RequestError);

@@ -212,7 +212,10 @@ TEST(SlicerProperties, OfJsonRefuseWithTheField) {
 }
 
 TEST(TransferFiles, AreBounded) {
-    expect_refused(std::string(5 << 20, ' '), {"larger"});
+    expect_refused(std::string(33 << 20, ' '), {"larger"});
+    std::string many = "[";
+    for (int i = 0; i < 9 << 20; ++i) many += "0,";
+    expect_refused(many + "0]", {"parts"});
     expect_refused(std::string(1 << 20, '['), {"deep"});
     expect_refused("", {"JSON"});
     EXPECT_THROW(load_transfer("/dev/zero"), RequestError);

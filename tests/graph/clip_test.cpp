@@ -1,5 +1,6 @@
 #include "graph/clip.hpp"
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -59,6 +60,67 @@ TEST(Clip, WhatIsOutsideOrOnlyTouchedIsEmpty) {
     }
     const std::vector<HalfSpace> apart{plane({1, 1, 1}, -10), plane({-1, -1, -1}, 9)};
     EXPECT_EQ(clip_of(kInput, apart).volume, 0);
+}
+
+Ball ball(const Vec3& centre, double radius, const Vec3& spacing = Vec3::Ones()) {
+    return {centre, Eigen::Matrix3d(spacing.asDiagonal()) / radius};
+}
+
+TEST(Clip, ABallHasItsVolumeAndItsBox) {
+    const std::vector<Ball> one{ball({4, 3, 2.5}, 2)};
+    const Clip clip = clip_of(kInput, {}, one);
+    ASSERT_EQ(clip.balls.size(), 1u);
+    EXPECT_FALSE(clip.keeps_all(kInput));
+    // 64 x 64 lines: about a thousandth.
+    EXPECT_NEAR(clip.volume / (4.0 / 3 * EIGEN_PI * 8), 1, 2e-3);
+    EXPECT_TRUE(clip.least.isApprox(Vec3(2, 1, 0.5)));
+    EXPECT_TRUE(clip.most.isApprox(Vec3(6, 5, 4.5)));
+    // In a file whose samples are half a unit apart along x.
+    const std::vector<Ball> oblong{ball({4, 3, 2.5}, 2, {0.5, 1, 2})};
+    const Clip other = clip_of(kInput, {}, oblong);
+    EXPECT_TRUE(other.least.isApprox(Vec3(0, 1, 1.5)));
+    EXPECT_TRUE(other.most.isApprox(Vec3(8, 5, 3.5)));
+    EXPECT_NEAR(other.volume / clip.volume, 1, 4e-3);
+}
+
+TEST(Clip, ABallThatKeepsTheWholeBoxIsLeftOut) {
+    const std::vector<Ball> large{ball({4, 3, 2}, 10), ball({0, 0, 0}, 1e300)};
+    EXPECT_TRUE(clip_of(kInput, {}, large).keeps_all(kInput));
+}
+
+TEST(Clip, BallsApartKeepNothing) {
+    for (const std::vector<Ball>& balls :
+         {std::vector<Ball>{ball({30, 3, 2}, 4)}, std::vector<Ball>{ball({-4.5, 3, 2}, 4)},
+          std::vector<Ball>{ball({2, 2, 2}, 1), ball({4.1, 2, 2}, 1)},
+          std::vector<Ball>{ball({12, 9.9, 7}, 3)}, std::vector<Ball>{ball({1e300, 0, 0}, 2)},
+          std::vector<Ball>{ball({1e300, 0, 0}, 1e299)}})
+        EXPECT_EQ(clip_of(kInput, {}, balls).volume, 0);
+    // A plane that passes by, and one that leaves a cap.
+    const std::vector<Ball> one{ball({4, 3, 2}, 1)};
+    const std::vector<HalfSpace> by{plane({1, 1, 0}, -7 - 1.42)}, cap{plane({1, 1, 0}, -7 - 0.7)};
+    EXPECT_EQ(clip_of(kInput, by, one).volume, 0);
+    const double height = 1 - 0.7 / std::sqrt(2);
+    EXPECT_NEAR(clip_of(kInput, cap, one).volume, EIGEN_PI * height * height * (3 - height) / 3,
+                2e-3 * 4);
+    // Thin, but something.
+    const std::vector<Ball> thin{ball({2, 2, 2}, 1), ball({3.99999, 2, 2}, 1)};
+    EXPECT_GT(clip_of(kInput, {}, thin).volume, 0);
+}
+
+TEST(Clip, LinesAreCutToABall) {
+    const auto cut = [](std::array<double, 3> from, std::array<double, 3> along, double low = -99,
+                        double high = 99) {
+        cut_by_ball(from, along, low, high);
+        return std::array{low, high};
+    };
+    EXPECT_EQ(cut({0, 0, -5}, {0, 0, 1}), (std::array{4.0, 6.0}));
+    EXPECT_EQ(cut({0, 0, -5}, {0, 0, 1}, 5, 99), (std::array{5.0, 6.0}));
+    EXPECT_EQ(cut({0, 1, 0}, {0, 0, 1}), (std::array{-99.0, -99.0}));  // touches it
+    EXPECT_EQ(cut({0, 2, 0}, {0, 0, 1}), (std::array{-99.0, -99.0}));
+    // From far away: the nearest place is known to 1e9 x 2^-52.
+    const auto [low, high] = cut({0.6, 0, -1e9}, {0, 0, 1}, -kInfinity, kInfinity);
+    EXPECT_NEAR(high - low, 1.6, 1e-6);
+    EXPECT_NEAR(0.5 * (low + high), 1e9, 1e-6);
 }
 
 TEST(Clip, VolumesAndBoundsAreThoseOfPointsCounted) {

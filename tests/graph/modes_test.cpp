@@ -131,13 +131,16 @@ TEST(Modes, OfAConstantAreKnown) {
             EXPECT_NEAR(got, (value - want.zero) * length * want.unit, 1e-14);
         else if (mode->name == "stddev")
             EXPECT_NEAR(got, 0, 1e-14);
+        else if (mode->name == "drr")
+            EXPECT_NEAR(got, std::exp(-0.0206 * length * want.unit * (1 + value / 1000)), 1e-14);
         else
             EXPECT_NEAR(got, value, 1e-14);
         // A ray that meets nothing.
         const double miss = result_of(Ray{}, want)[0];
-        EXPECT_EQ(miss, mode->miss == ModeTraits::Miss::zero ? 0
-                        : mode->sampled_every > 0            ? 2 * want.miss
-                                                             : want.miss);
+        EXPECT_EQ(miss, mode->name == "drr"                    ? 1
+                        : mode->miss == ModeTraits::Miss::zero ? 0
+                        : mode->sampled_every > 0              ? 2 * want.miss
+                                                               : want.miss);
     }
 }
 

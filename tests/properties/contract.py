@@ -213,9 +213,11 @@ def eye_distance(volume, frames, angle, aspect):
 
 @dataclasses.dataclass
 class Clip:
-    """What rays see of the volume: half spaces a x + b y + c z + d >= 0 of samples, and so much about the screen's z = 0 [mm]."""
+    """What rays see of the volume: half spaces a x + b y + c z + d >= 0 of samples, so much about the screen's z = 0 [mm], and
+    balls about samples (x, y, z) of a radius [mm]."""
     planes: tuple = ()
     slab: object = None
+    balls: tuple = ()
 
     def half_spaces(self, volume, placed):
         yield from (np.array(plane, float) for plane in self.planes)
@@ -226,7 +228,7 @@ class Clip:
                 yield np.append(sign * normal, sign * depth + self.slab / 2)
 
 
-def clipped(start, along, extent, grow, half_spaces=()):
+def clipped(start, along, extent, grow, half_spaces=(), balls=(), spacing=None):
     """First and last parameter of each ray within the volume, or within a part of it, grown by `grow` samples."""
     low, high = -0.5 - grow, extent - 0.5 + grow
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -243,6 +245,13 @@ def clipped(start, along, extent, grow, half_spaces=()):
         still = np.abs(slope) < 1e-12
         near = np.where(still, np.where(base > 0, near, np.inf), np.where(slope > 0, np.maximum(near, at), near))
         far = np.where(still, np.where(base > 0, far, -np.inf), np.where(slope < 0, np.minimum(far, at), far))
+    for *centre, radius in balls:
+        away, step = (start - centre) * spacing, along * spacing
+        a, b = (step * step).sum(-1), (away * step).sum(-1)
+        root = b * b - a * ((away * away).sum(-1) - (radius + grow * spacing.min()) ** 2)
+        half = np.sqrt(np.maximum(0, root))
+        near = np.where(root > 0, np.maximum(near, (-b - half) / a), np.inf)
+        far = np.where(root > 0, np.minimum(far, (-b + half) / a), -np.inf)
     return near, far
 
 
@@ -354,8 +363,8 @@ def render(volume, frames, size, spacing, look, reference, eye=None, finer=1, ph
         linear, shift = to_object(volume, placed)
         start, along = origin @ linear.T + shift, heading @ linear.T
         planes = list(clip.half_spaces(volume, placed))
-        near, far = clipped(start, along, volume.extent, 0, planes)
-        least, most = (clipped(start, along, volume.extent, grow, planes) for grow in (-NEAR, NEAR))
+        near, far = clipped(start, along, volume.extent, 0, planes, clip.balls, volume.spacing)
+        least, most = (clipped(start, along, volume.extent, grow, planes, clip.balls, volume.spacing) for grow in (-NEAR, NEAR))
         hit = least[1] > least[0]
         missing = most[1] <= most[0]
         result = np.empty((len(pixels),) + np.shape(miss))

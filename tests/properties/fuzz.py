@@ -297,7 +297,14 @@ def random_clip(rng, volume, frames):
         apart = max(abs(placed[2, 3]) for placed in frames)
         slab = rounded(2 * apart + rng.uniform(.5, 1.2) * float((volume.extent * volume.spacing).min()), 4)
         words += ["--slab", number(slab)]
-    return words, contract.Clip(tuple(planes), slab)
+    balls = []
+    for _ in range(rng.integers(1, 3) if rng.random() < .3 else 0):
+        size = volume.extent * volume.spacing
+        away = rng.uniform(-.3, .3, 3) * size
+        balls.append((*(rounded(x, 3) for x in middle + away / volume.spacing),
+                      rounded(np.linalg.norm(away) + rng.uniform(.1, .6) * size.max(), 4)))
+        words += ["--clip-ball", listed(balls[-1])]
+    return words, contract.Clip(tuple(planes), slab, tuple(balls))
 
 
 def ray_samples(volume, frames, size):

@@ -86,8 +86,10 @@ std::set<std::string> expect_kept(const Request& want, const std::shared_ptr<con
             }))
             continue;
         const double error = expected.error_of(results_of(path, ask, input, 2, memory));
-        // Draws leave a tenth to chance; f32 rounds by 1e-6 of the range.
-        EXPECT_LE(error, 1.1 * path.predicted.error + 1e-6) << fmt::format(
+        // Draws leave a tenth to chance; f32 rounds by 1e-6 of the range. Radiographs of values
+        // from 0 to 1 are shares of light near 1 that differ by little.
+        const double rounding = want.mode->name == "drr" ? 0x1p-24 / expected.range() : 0;
+        EXPECT_LE(error, 1.1 * path.predicted.error + 1e-6 + 2 * rounding) << fmt::format(
             "{} {}: {}", name_of(want.job), name_of(want.mode), fmt::join(path.texts(), " "));
         for (const Step& step : path.steps) run.insert(step.by->name);
     }

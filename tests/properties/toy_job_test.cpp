@@ -77,10 +77,11 @@ TEST(ToyJob, IsPlannedAndRun) {
 }
 
 TEST(ToyJob, ThoseOfTheLibraryHaveNamesOfTheirOwn) {
-    ASSERT_EQ(jobs().size(), 3u);
+    ASSERT_EQ(jobs().size(), 4u);
     EXPECT_EQ(name_of(jobs()[0]), "warp");
     EXPECT_EQ(name_of(jobs()[1]), "render");
     EXPECT_EQ(name_of(jobs()[2]), "mesh");
+    EXPECT_EQ(name_of(jobs()[3]), "filter");
 }
 
 }  // namespace

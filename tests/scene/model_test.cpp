@@ -64,7 +64,7 @@ TEST(Models, KnowWhichCastsGoWithAFact) {
 TEST(Models, OfFiltersThatNobodyTriesAreMeasuredWhereTheyAreAskedFor) {
     EXPECT_FALSE(facts_of(Job::warp, Mode::mip).contains("field/keys"));
     const Catalogue edges = catalogue();
-    const Demands asked = untried({.via = {demand_of("backward/filter=keys", edges),
+    const Demands asked = untried({.via = {demand_of("warp.backward/filter=keys", edges),
                                            demand_of("ray_cast/filter=foh/step=1", edges)}},
                                   edges);
     ASSERT_EQ(asked.via.size(), 1u);

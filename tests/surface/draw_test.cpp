@@ -162,6 +162,30 @@ TEST(Draw, LooksThroughWhatIsClipped) {
     EXPECT_GT(changed, 100);
 }
 
+TEST(Draw, ABallLooksThroughWhatIsOutsideOfIt) {
+    const Mesh mesh = soup(300, 4, 10, 28);
+    Request want = request_of(false);
+    const std::vector<float> whole = drawn(mesh, want);
+    const auto shown = [&](double radius) {
+        const std::vector<Ball> one = {{Vec3(19, 19, 19), Eigen::Matrix3d::Identity() / radius}};
+        want.clips = {clip_of(want.input, {}, one)};
+        const std::vector<float> pixels = drawn(mesh, want);
+        int count = 0;
+        for (std::size_t i = 0; i < pixels.size(); i += 4) {
+            EXPECT_LE(pixels[i + 3], whole[i + 3]);
+            count += pixels[i + 3] > 0;
+        }
+        return count;
+    };
+    int all = 0;
+    for (std::size_t i = 0; i < whole.size(); i += 4) all += whole[i + 3] > 0;
+    const int few = shown(6), more = shown(12);
+    EXPECT_GT(few, 0);
+    EXPECT_LT(few, more);
+    EXPECT_LT(more, all);
+    EXPECT_EQ(shown(100), all);
+}
+
 TEST(Draw, BytesDoNotDependOnThreads) {
     const Mesh mesh = soup(9000, 5, 4);
     const Request want = request_of(true);

@@ -42,6 +42,11 @@ bool is_kept(const Medium& medium, const Index& p) {
     if (medium.kept)
         for (const auto& [normal, offset] : medium.kept->planes)
             if (normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2] + offset < 0) return false;
+    if (medium.kept)
+        for (const Kept::Ball& ball : medium.kept->balls) {
+            const Index from = ball.from_centre(p);
+            if (from[0] * from[0] + from[1] * from[1] + from[2] * from[2] > 1) return false;
+        }
     return true;
 }
 

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "transitions/kernels/brick_rows.hpp"
+#include "transitions/kernels/largest_opacity.hpp"
 #include "transitions/kernels/ray_cast.hpp"
+#include "transitions/kernels/ray_table.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 
 namespace edgewise::kernels {
@@ -18,31 +20,7 @@ static_assert(kSide == 1 << Bricks::kShift);
 constexpr std::size_t kRows = kSide * kSide;  // of samples in a line of bricks
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-struct Levels {
-    float low = kInfinity, high = -kInfinity;
-
-    bool operator==(const Levels&) const = default;
-};
-
-/// The largest opacity that a value between two stored numbers has.
-float largest_opacity(const Optics& optics, const Levels& span) {
-    if (span.low > span.high) return 0;  // nothing finite
-    const auto at = [&](float value) {
-        float opacity = optics.opacity;
-        for (const OpticsRamp& ramp : optics.ramps)
-            opacity +=
-                ramp.opacity * std::clamp((value - ramp.start) * ramp.inverse_width, 0.0f, 1.0f);
-        return opacity;
-    };
-    float largest = std::max(at(span.low), at(span.high));
-    for (const OpticsRamp& ramp : optics.ramps) {
-        const float end = ramp.start + 1 / ramp.inverse_width;
-        for (const float knot : {ramp.start, end})
-            if (knot > span.low && knot < span.high) largest = std::max(largest, at(knot));
-    }
-    // Interpolated samples round: what is transparent by less than that is not skipped.
-    return largest > 0 ? largest : 0;
-}
+using Levels = StoredSpan;
 
 /// The values that are made of samples in a span.
 Levels widened(const Levels& span, const Overshoot& by) {
@@ -59,17 +37,18 @@ Levels widened(const Levels& span, const Overshoot& by) {
 /// The same of one brick after the other: most are like the one before where data are empty.
 class LargestOpacity {
  public:
-    explicit LargestOpacity(const Optics& optics) : optics_(optics) {}
+    explicit LargestOpacity(const LevelsOf& of) : of_(of) {}
     float operator()(const Levels& span) {
         if (span != last_) {
             last_ = span;
-            largest_ = largest_opacity(optics_, span);
+            largest_ = of_.table ? of_.table->largest(span.low, span.high)
+                                 : largest_opacity(*of_.optics, span);
         }
         return largest_;
     }
 
  private:
-    const Optics& optics_;
+    const LevelsOf& of_;
     Levels last_;  // nothing finite
     float largest_ = 0;
 };
@@ -190,7 +169,7 @@ void join_layers(const Grid& volume, const LevelsOf& of, std::int64_t begin, std
     if (!of.ranges()) return;
     join(bricks.least);
     std::optional<LargestOpacity> opacity;
-    if (of.optics) opacity.emplace(*of.optics);
+    if (of.optics || of.table) opacity.emplace(of);
     const bool falls = volume.values.slope < 0;
     for (std::int64_t k = 0; k < n.z; ++k)
         for (std::int64_t i = (k * n.y + begin) * n.x, last = i + length; i < last; ++i) {

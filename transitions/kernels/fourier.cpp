@@ -79,6 +79,23 @@ Fourier Fourier::to_real_row(std::int64_t n) {
     return Fourier(fftwf_plan_dft_c2r_1d(static_cast<int>(n), in.data, out.data, FFTW_ESTIMATE));
 }
 
+Fourier Fourier::real_box(const Extent& n) {
+    const int lengths[] = {static_cast<int>(n.z), static_cast<int>(n.y), static_cast<int>(n.x)};
+    const std::lock_guard lock(planner_lock());
+    const Blank<float> in(n.samples());
+    const Blank<fftwf_complex> out((n.x / 2 + 1) * n.y * n.z);
+    return Fourier(
+        fftwf_plan_dft_r2c(3, lengths, in.data, out.data, FFTW_ESTIMATE | FFTW_PRESERVE_INPUT));
+}
+
+Fourier Fourier::to_real_box(const Extent& n) {
+    const int lengths[] = {static_cast<int>(n.z), static_cast<int>(n.y), static_cast<int>(n.x)};
+    const std::lock_guard lock(planner_lock());
+    const Blank<fftwf_complex> in((n.x / 2 + 1) * n.y * n.z);
+    const Blank<float> out(n.samples());
+    return Fourier(fftwf_plan_dft_c2r(3, lengths, in.data, out.data, FFTW_ESTIMATE));
+}
+
 void Fourier::run(Complex* tile) const { fftwf_execute_dft(plan_.get(), fftw(tile), fftw(tile)); }
 
 void Fourier::run(const float* in, Complex* out) const {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "graph/samples.hpp"
+
 struct fftwf_plan_s;
 
 namespace edgewise::kernels {
@@ -30,6 +32,11 @@ class Fourier {
     static Fourier real_row(std::int64_t n);
     /// n / 2 + 1 complex samples -> n real ones; the input is overwritten. Both aligned.
     static Fourier to_real_row(std::int64_t n);
+
+    /// Real samples of a box, x fastest -> n.x / 2 + 1 complex ones a row. Both aligned.
+    static Fourier real_box(const Extent& n);
+    /// The way back; the input is overwritten. Both aligned.
+    static Fourier to_real_box(const Extent& n);
 
     void run(Complex* tile) const;
     void run(const float* in, Complex* out) const;

@@ -64,6 +64,25 @@ struct Spans {
         low = hn::IfThenElse(enters, hn::Max(low, at), low);
         high = hn::IfThenElse(out, low, high);
     }
+    /// As cut_by_ball().
+    HWY_INLINE void cut_ball(const VD (&from)[3], const VD (&along)[3]) {
+        const DD tag;
+        const VD zero = hn::Zero(tag);
+        VD square = zero, across = zero, left = hn::Set(tag, 1.0);
+        for (int axis = 0; axis < 3; ++axis) {
+            square = hn::Add(square, hn::Mul(along[axis], along[axis]));
+            across = hn::Add(across, hn::Mul(from[axis], along[axis]));
+        }
+        const VD middle = hn::Div(hn::Neg(across), square);
+        for (int axis = 0; axis < 3; ++axis) {
+            const VD nearest = hn::Add(from[axis], hn::Mul(middle, along[axis]));
+            left = hn::Sub(left, hn::Mul(nearest, nearest));
+        }
+        const auto meets = hn::Gt(left, zero);
+        const VD half = hn::Sqrt(hn::Div(hn::IfThenElseZero(meets, left), square));
+        high = hn::IfThenElse(meets, hn::Min(high, hn::Add(middle, half)), low);
+        low = hn::IfThenElse(meets, hn::Max(low, hn::Sub(middle, half)), low);
+    }
 };
 
 /// The rays of one packet. Lanes without a hit walk along the first one that has one, unmasked.
@@ -147,6 +166,23 @@ void Packet::reckon(const RayCast& cast, const ParallelRays& shared, std::size_t
                 slope = hn::Add(slope, hn::Mul(across, along[axis]));
             }
             box.cut(inside, slope);
+        }
+    if (cast.kept)
+        for (const Kept::Ball& ball : cast.kept->balls) {
+            const auto turned = [&](const VD(&v)[3], std::size_t row) {
+                const double* m = ball.to_unit.data() + 3 * row;
+                const VD two =
+                    hn::Add(hn::Mul(hn::Set(d, m[0]), v[0]), hn::Mul(hn::Set(d, m[1]), v[1]));
+                return hn::Add(two, hn::Mul(hn::Set(d, m[2]), v[2]));
+            };
+            VD away[3], from[3], step[3];
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                away[axis] = hn::Sub(origin[axis], hn::Set(d, ball.centre[axis]));
+            for (std::size_t row = 0; row < 3; ++row) {
+                from[row] = turned(away, row);
+                step[row] = turned(along, row);
+            }
+            box.cut_ball(from, step);
         }
     const VD one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
     const VD far = hn::Set(d, std::numeric_limits<double>::max());

@@ -21,7 +21,7 @@ void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t 
                 break;
         }
         if (cast.integrals) return ray_cast_integrated;
-        if (cast.light || cast.cue || cast.edges) return ray_cast_lit;
+        if (cast.light || cast.cue || cast.edges || cast.table) return ray_cast_lit;
         return cast.optics->grey ? ray_cast_over_grey : ray_cast_over_color;
     }();
     by_rule(cast, x, y, width, height, out, row_floats);

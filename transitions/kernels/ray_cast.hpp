@@ -59,24 +59,43 @@ struct Bricks {
     std::pmr::vector<float> least;
 };
 
-/// The part of a volume that rays see: a box and half spaces [input index].
+/// The part of a volume that rays see: what a box, half spaces and balls have in common [input
+/// index].
 struct Kept {
     struct Plane {
         std::array<double, 3> normal;
         double offset;  // normal . p + offset >= 0 is inside
     };
+    struct Ball {
+        std::array<double, 3> centre;
+        std::array<double, 9> to_unit;  // row by row: makes a ball of radius 1 of it
+
+        std::array<double, 3> turned(const std::array<double, 3>& d) const noexcept {
+            const auto& m = to_unit;
+            return {m[0] * d[0] + m[1] * d[1] + m[2] * d[2],
+                    m[3] * d[0] + m[4] * d[1] + m[5] * d[2],
+                    m[6] * d[0] + m[7] * d[1] + m[8] * d[2]};
+        }
+        std::array<double, 3> from_centre(const std::array<double, 3>& p) const noexcept {
+            return turned({p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]});
+        }
+    };
     std::array<double, 3> low, high;  // faces of the box, within those of the volume
     std::vector<Plane> planes;
+    std::vector<Ball> balls = {};
 };
+
+struct RayTable;
 
 /// What levels of bricks are of.
 struct LevelsOf {
-    const Optics* optics = nullptr;  // of over, else null
-    Overshoot overshoot = {};        // of the filter that reads
+    const Optics* optics = nullptr;   // of over, else null
+    Overshoot overshoot = {};         // of the filter that reads
+    const RayTable* table = nullptr;  // of over, in place of optics
 
     /// Opacities between two samples may be larger than at both, and how far values lie beyond
     /// samples hangs on their range: then it takes both ends.
-    bool ranges() const noexcept { return optics || overshoot.range > 0; }
+    bool ranges() const noexcept { return optics || table || overshoot.range > 0; }
 };
 
 /// What rays take, counted while they are cast. Rays of a packet go together: what one of them
@@ -126,6 +145,7 @@ struct RayCast {
     const TransferIntegrals* integrals = nullptr;  // of over without light: pieces between samples
     const RayLight* light = nullptr;               // of over and hit; null: all of the light
     const RayEdges* edges = nullptr;               // of over; null: opacities are by value alone
+    const RayTable* table = nullptr;               // of over, in place of optics but for their unit
     const RayArriving* arriving = nullptr;         // null: all of the light
     const RayCue* cue = nullptr;  // of all but max and other; null: light does not fall off
     const Gradients* gradients = nullptr;  // of all samples; null: light takes the filter's own

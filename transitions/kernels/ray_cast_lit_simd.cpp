@@ -6,6 +6,7 @@
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
 #include "transitions/kernels/ray_cast-inl.hpp"
+#include "transitions/kernels/ray_table-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace edgewise::kernels::HWY_NAMESPACE {
@@ -35,15 +36,18 @@ class LitSum : public OverState<3> {
 
     template <class At>
     HWY_INLINE void add(VF value, int, const At& spot) {
+        if (cast_.table)
+            return add_tabled(value, hn::FirstN(DF(), 0), exact_ ? nullptr : &power_, spot);
         VF color[3], opacity = look_up<3>(optics_, value, color);
         if (!needs(opacity)) return;
         add_lit(value, color, opacity, exact_ ? nullptr : &power_, spot);
     }
     template <class At>
     HWY_INLINE void add_part(VF value, VF weight, MF outside, int, const At& spot) {
+        const VF power = hn::Mul(weight, power_);
+        if (cast_.table) return add_tabled(value, outside, &power, spot);
         VF color[3], opacity = look_up<3>(optics_, value, color);
         if (!needs(opacity)) return;
-        const VF power = hn::Mul(weight, power_);
         add_lit(value, color, hn::IfThenZeroElse(outside, opacity), &power, spot);
     }
 
@@ -56,6 +60,27 @@ class LitSum : public OverState<3> {
         VF slope[3] = {hn::Zero(DF()), hn::Zero(DF()), hn::Zero(DF())};
         if (cast_.edges || (by_ && !by_->particles)) spot.gradient_at(spot.offset, value, slope);
         if (cast_.edges) opacity = hn::Mul(opacity, edge_of(*cast_.edges, slope));
+        shine(color, opacity, power, slope, spot);
+    }
+    /// The same of what a table has at a value and its gradient.
+    template <class At>
+    HWY_NOINLINE void add_tabled(VF value, MF outside, const VF* power, const At& spot) {
+        const RayTable& table = *cast_.table;
+        const TablePlace place = place_in(table.values, value);
+        VF most = hn::IfThenZeroElse(outside, most_at(table, place));
+        if constexpr (!kFinite) most = hn::IfThenElseZero(is_finite(value), most);
+        if (!needs(most)) return;
+        VF slope[3], color[3];
+        spot.gradient_at(spot.offset, value, slope);
+        const VF found = table_at(table, place, slope, color);
+        // A ray's light must not hang on whether one beside it needs this sample.
+        const VF opacity = hn::IfThenElseZero(hn::Gt(most, hn::Zero(DF())), found);
+        shine(color, opacity, power, slope, spot);
+    }
+    /// @param slope  the gradient, where light or opacities need one
+    template <class At>
+    HWY_INLINE void shine(const VF (&color)[3], VF opacity, const VF* power, const VF3& slope,
+                          const At& spot) {
         if (power) opacity = corrected(opacity, *power);
         VF diffuse = hn::Set(DF(), 1.0f), specular = hn::Zero(DF());
         if (by_) {

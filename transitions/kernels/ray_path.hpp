@@ -58,7 +58,8 @@ struct ParallelRays {
 
 /// The pixels whose parallel rays meet the box: a convex polygon. Intervals of a line have a point
 /// in common where each two of them have, so each slab has to begin before any other ends, which is
-/// a half-plane of pixels. Half spaces are slabs with one end.
+/// a half-plane of pixels. Half spaces are slabs with one end. What balls leave of the box is
+/// within it, so that they need no side.
 class Shadow {
  public:
     /// Of pixels [x, x + width) x [y, y + height); elsewhere it may be too small. Of rays from an
@@ -234,6 +235,9 @@ inline RayPath ray_path(const RayCast& cast, double px, double py) noexcept {
             }
             cut_by_plane(at, slope, low, high);
         }
+    if (cast.kept)
+        for (const Kept::Ball& ball : cast.kept->balls)
+            cut_by_ball(ball.from_centre(origin), ball.turned(path.stride), low, high);
     if (!(low < high) || !std::isfinite(low) || !std::isfinite(high)) return path;
     path.first = static_cast<std::int64_t>(std::floor(low + kSliver));
     path.last = std::max(path.first, static_cast<std::int64_t>(std::ceil(high - kSliver)) - 1);

@@ -44,7 +44,7 @@ std::string no_slices(const Request& want) {
     if (want.shading.on())
         return "light needs gradients across slices, which are combined one by one";
     if (want.cue) return "light falls off along rays, and slices are combined alike";
-    if (!want.transfer.edges.empty())
+    if (want.transfer.needs_gradients())
         return "opacities need gradients across slices, which are combined one by one";
     return {};
 }
@@ -149,6 +149,22 @@ std::optional<kernels::Kept> kept_of(const Representation& from, const Request& 
         }
         if (!is_face) kept.planes.push_back({array_of(normal), offset});
     }
+    for (const Ball& ball : clip->balls) {
+        const Ball moved{placed.topLeftCorner<3, 3>() * ball.centre + placed.topRightCorner<3, 1>(),
+                         ball.to_unit * back.transpose()};
+        kernels::Kept::Ball ours{array_of(moved.centre), {}};
+        for (std::size_t i = 0; i < 9; ++i)
+            ours.to_unit[i] = moved.to_unit(static_cast<int>(i) / 3, static_cast<int>(i) % 3);
+        kept.balls.push_back(ours);
+        // Rays that miss the ball are told by its box, which is a little larger and cuts no other.
+        constexpr double kBeyond = 1e-6;
+        const Vec3 reach = moved.reach() * (1 + kBeyond) + Vec3::Constant(kBeyond);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto a = static_cast<int>(axis);
+            kept.low[axis] = std::max(kept.low[axis], moved.centre[a] - reach[a]);
+            kept.high[axis] = std::min(kept.high[axis], moved.centre[a] + reach[a]);
+        }
+    }
     return kept;
 }
 
@@ -161,12 +177,28 @@ std::optional<kernels::RayLight> light_of(const Representation& from, const Requ
         want.shading, steps.cwiseInverse().asDiagonal() * to_input.transpose(), from.values);
 }
 
+namespace {
+
+/// Samples in a file unit, along each axis.
+Vec3 per_length_of(const Representation& from, const Request& want, int view) {
+    const Eigen::Matrix3d to_input = from.placed.at(view).inverse().matrix().topLeftCorner<3, 3>();
+    const Vec3 steps = (want.spacing.asDiagonal() * to_input).colwise().norm().transpose();
+    return steps.cwiseInverse();
+}
+
+}  // namespace
+
 std::optional<kernels::RayEdges> edges_of(const Representation& from, const Request& want,
                                           int view) {
     if (want.transfer.edges.empty()) return {};
-    const Eigen::Matrix3d to_input = from.placed.at(view).inverse().matrix().topLeftCorner<3, 3>();
-    const Vec3 steps = (want.spacing.asDiagonal() * to_input).colwise().norm().transpose();
-    return kernels::ray_edges_of(want.transfer.edges, steps.cwiseInverse(), from.values);
+    return kernels::ray_edges_of(want.transfer.edges, per_length_of(from, want, view), from.values);
+}
+
+std::optional<kernels::RayTable> table_of(const Representation& from, const Request& want,
+                                          int view) {
+    if (!want.mode->takes_transfer || !want.transfer.table) return {};
+    return kernels::ray_table_of(*want.transfer.table, per_length_of(from, want, view),
+                                 from.values);
 }
 
 std::optional<kernels::RayCue> cue_of(const Request& want, int view, double front) {

@@ -10,6 +10,7 @@
 #include "transitions/kernels/combine.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_light.hpp"
+#include "transitions/kernels/ray_table.hpp"
 
 namespace edgewise {
 
@@ -89,6 +90,9 @@ std::optional<kernels::RayLight> light_of(const Representation& from, const Requ
                                           int view);
 /// Opacities by the length of gradients of `from`; nothing where they are by value alone.
 std::optional<kernels::RayEdges> edges_of(const Representation& from, const Request& want,
+                                          int view);
+/// Opacities and colours by values and gradients of `from`; nothing where there is no table.
+std::optional<kernels::RayTable> table_of(const Representation& from, const Request& want,
                                           int view);
 /// How light falls off along the rays that rays_of() gives for `front`.
 std::optional<kernels::RayCue> cue_of(const Request& want, int view, double front);

@@ -137,7 +137,7 @@ std::string integrated_fact(const Filter& filter, double step) {
 std::shared_ptr<const Model> preintegrated_model(const ModelSetting& setting) {
     const Request& want = setting.want;
     if (!want.job->of_rays() || !want.mode->takes_transfer || want.shading.on() || want.cue ||
-        !want.transfer.edges.empty())
+        want.transfer.needs_gradients())
         return nullptr;
     return std::make_shared<PreintegratedModel>(setting);
 }

@@ -15,6 +15,7 @@
 #include "transitions/kernels/transfer_integrals.hpp"
 #include "transitions/project/arriving.hpp"
 #include "transitions/project/bricks_of.hpp"
+#include "transitions/project/cast_by.hpp"
 #include "transitions/project/casting.hpp"
 #include "transitions/project/level_model.hpp"
 #include "transitions/project/parallel_product.hpp"
@@ -68,6 +69,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
             return Offer::no("more than 2^28 samples with shadows");
         if (is_spread(from)) return Offer::no("over ranks: shadows fall from one box on another");
     }
+    if (ask.want.transfer.table && ask.want.shading.has_shade())
+        return Offer::no("shadows need opacities by value alone, and the table has gradients");
     if (is_spread(from) && ask.want.mode->first_hit)
         return Offer::no("over ranks: the surface may lie between the samples of two boxes");
     if (is_spread(from) && !ask.want.clips.empty())
@@ -86,10 +89,12 @@ double brick_operations(const Representation& from) {
     return (4 + 6 * static_cast<double>(bytes_of(from.type))) * static_cast<double>(from.samples());
 }
 
-kernels::LevelsOf levels_of(const Offer& offer, const Ask& ask, const kernels::Optics& optics) {
+kernels::LevelsOf levels_of(const Offer& offer, const Ask& ask, const kernels::Optics& optics,
+                            const kernels::RayTable* table = nullptr) {
     const bool opacities = ask.want.mode->skips == ModeTraits::Levels::opacities;
     return {.optics = opacities ? &optics : nullptr,
-            .overshoot = kernels::overshoot_of(filter_of(offer.with), 3)};
+            .overshoot = kernels::overshoot_of(filter_of(offer.with), 3),
+            .table = table};
 }
 
 double brick_bytes(const Representation& from, bool ranges) {
@@ -102,7 +107,9 @@ double brick_bytes(const Representation& from, bool ranges) {
 double combining(const Ask& ask, const kernels::Optics& optics) {
     if (!ask.want.mode->takes_transfer) return ask.want.mode->operations;
     const double colors = optics.grey ? 1 : 3;
-    return static_cast<double>(optics.ramps.size()) * (6 + 2 * colors) + 2 * colors + 4;
+    // A table is read in place of ramps, see work().
+    const double ramps = ask.want.transfer.table ? 0 : static_cast<double>(optics.ramps.size());
+    return ramps * (6 + 2 * colors) + 2 * colors + 4;
 }
 
 /// The samples that rays take: what is empty or hidden is left out, as counted on the preview.
@@ -263,7 +270,18 @@ Work work(const Offer& offer, const Ask& ask, int view) {
         .variant = hold == Hold::weighted ? "weighted"
                                           : variant_of(bricks, sparse, ask.want.eye.has_value(),
                                                        ask.want.shading.on() || ask.want.cue ||
-                                                           !ask.want.transfer.edges.empty())};
+                                                           ask.want.transfer.needs_gradients())};
+    if (ask.want.mode->takes_transfer && ask.want.transfer.table) {
+        // Of values what is most, of those that are seen four corners of four numbers.
+        const TransferTable& table = *ask.want.transfer.table;
+        const auto search = [](const std::vector<double>& places) {
+            return std::ceil(std::log2(static_cast<double>(places.size() + 1)));
+        };
+        const double by_value = search(table.values), by_gradient = search(table.gradients);
+        work.operations += all * (3 * by_value + 12) + lit * (3 * by_gradient + 60);
+        work.gathers += all * (by_value + 4) + lit * (by_gradient + 18);
+        work.workspace += kernels::bytes_of_ray_table(table);
+    }
     if (spread) add_subframes(work, offer, ask, view);
     if (ask.want.shading.has_shade()) {
         const ArrivingGrids grids(
@@ -342,7 +360,8 @@ Partition parts(const Offer& offer, const Ask& ask) {
 
 /// @param integrated  pieces between samples are integrated
 void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
-                  const Region& region, Context& context, bool integrated) {
+                  const Region& region, Context& context, bool integrated,
+                  const CastBy& by = {.tile = kernels::ray_cast}) {
     const Request& want = ask.want;
     const kernels::Optics optics = optics_of(want, in.what.values);
     std::optional<kernels::TransferIntegrals> integrals;
@@ -370,6 +389,8 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
     if (light) cast.light = &*light;
     const std::optional<kernels::RayEdges> edges = edges_of(in.what, want, context.view);
     if (edges) cast.edges = &*edges;
+    const std::optional<kernels::RayTable> table = table_of(in.what, want, context.view);
+    if (table) cast.table = &*table;
     const std::optional<kernels::RayCue> cue = cue_of(want, context.view, -0.5);
     if (cue) cast.cue = &*cue;
     const std::optional<kernels::Kept> kept = kept_of(in.what, want, context.view);
@@ -389,9 +410,11 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
         cast.arriving = &arriving->lanes();
     }
     std::unique_ptr<kernels::Bricks> bricks;
-    if (cast.volume.whole() && with_bricks(offer, ask, context.view))
-        bricks = bricks_of(cast.volume, levels_of(offer, ask, optics), context.memory,
-                           [&] { return context.stopped(); });
+    if (cast.volume.whole() && with_bricks(offer, ask, context.view)) {
+        kernels::LevelsOf levels = levels_of(offer, ask, optics, cast.table);
+        if (by.beyond) levels.overshoot = by.beyond(levels.overshoot);
+        bricks = bricks_of(cast.volume, levels, context.memory, [&] { return context.stopped(); });
+    }
     context.poll();
     cast.bricks = bricks.get();
     const std::int64_t row = out.row();
@@ -399,7 +422,7 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
     for_tiles(region, side, side, context, [&](const Region& tile) {
         const Extent size = tile.extent();
         float* first = out.at<float>(tile.begin[0], tile.begin[1], 0);
-        kernels::ray_cast(cast, tile.begin[0], tile.begin[1], size.x, size.y, first, row);
+        by.tile(cast, tile.begin[0], tile.begin[1], size.x, size.y, first, row);
         give_sign(want, first, size.x, size.y, row);
     });
 }
@@ -420,7 +443,7 @@ Offer offer_integrated(const Representation& from, const Ask& ask, const Paramet
         return Offer::no("only a transfer function is integrated between samples");
     if (want.shading.on()) return Offer::no("light differs between two samples");
     if (want.cue) return Offer::no("light falls off between two samples");
-    if (!want.transfer.edges.empty()) return Offer::no("gradients differ between two samples");
+    if (want.transfer.needs_gradients()) return Offer::no("gradients differ between two samples");
     if (is_spread(from)) return Offer::no("over ranks: a piece may lie between two boxes");
     return offer(from, ask, with);
 }
@@ -458,6 +481,8 @@ Offer offer_level(const Representation& from, const Ask& ask, const Parameters& 
     if (ask.want.mode->sampled_every > 0)
         return Offer::no("the mode asks for the samples themselves, not for means");
     if (ask.want.shading.has_shade()) return Offer::no("shadows are worked out of all samples");
+    if (ask.want.transfer.table)
+        return Offer::no("the table is for gradients of the samples, not for those of their means");
     // A preview has looked, and not at this.
     const bool seen = ask.scene.fact("picture/" + filter_of(with).name + "/1").has_value();
     if (seen && !ask.scene.fact(fact_of_level(from, with)))
@@ -481,6 +506,15 @@ Error error_of_gradients(const Offer& offer, const Ask& ask) {
 }
 
 }  // namespace
+
+void cast_by(const CastBy& by, const Offer& offer, const Ask& ask, const Data& in, Data& out,
+             const Region& region, Context& context) {
+    cast_picture(offer, ask, in, out, region, context, false, by);
+}
+
+double samples_taken(const Offer& offer, const Ask& ask, int view) {
+    return taken_of(offer, ask, samples_of(offer, ask, view), with_bricks(offer, ask, view));
+}
 
 Transition gradient_cast() {
     Transition edge = ray_cast();

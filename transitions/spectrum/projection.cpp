@@ -73,7 +73,7 @@ kernels::KaiserBessel window_of(const Representation& spectrum) {
 
 std::string no_projection(const Ask& ask) {
     const Request& want = ask.want;
-    if (!want.job->of_rays()) return "a warp wants samples; a slice of a spectrum is a projection";
+    if (!want.job->of_rays()) return "samples are asked for; a slice of a spectrum is a projection";
     if (want.mode->slices == ModeTraits::Slices::none)
         return fmt::format("{} does not commute with the Fourier slice theorem",
                            name_of(want.mode));

@@ -29,7 +29,7 @@ ReducedGrid grid_of(const Offer& offer, const Request& want) {
 /// Why no means are made of the samples; empty: they are.
 std::string refusal(const Representation& from, const Ask& ask) {
     const Request& want = ask.want;
-    if (!want.job->of_rays()) return "a warp asks for the values at points, which no mean is";
+    if (!want.job->of_rays()) return "values at points are asked for, which no mean is";
     if (from.axes != 3) return "an image has no depth to look through";
     if (want.field == Field::nearest) return "labels have no mean";
     if (!is_whole(from)) return "needs all samples in memory, row by row";

@@ -174,6 +174,22 @@ inline Interval chord(const RayCast& cast, const Vector& origin, const Vector& d
         if (slope < 0) in.high = std::min(in.high, -at / slope);
         if (slope == 0 && at < 0) in.high = -kInfinity;
     }
+    for (const Kept::Ball& ball : cast.kept->balls) {
+        // The roots of |M (o + t d - centre)|^2 = 1.
+        double a = 0, b = 0, c = -1;
+        for (int row = 0; row < 3; ++row) {
+            double at = 0, slope = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                at += ball.to_unit[3 * row + axis] * (origin[axis] - ball.centre[axis]);
+                slope += ball.to_unit[3 * row + axis] * direction[axis];
+            }
+            a += slope * slope, b += at * slope, c += at * at;
+        }
+        const double root = b * b - a * c;
+        if (root <= 0) return {1, 0};
+        in.low = std::max(in.low, (-b - std::sqrt(root)) / a);
+        in.high = std::min(in.high, (-b + std::sqrt(root)) / a);
+    }
     return in;
 }
 

@@ -101,7 +101,8 @@ TEST(RayCast, PerspectiveEqualsTheReference) {
     }
 }
 
-/// A part of a volume: a box, and what two oblique planes leave of it.
+/// A part of a volume: a box, what two oblique planes leave of it, and what balls leave, of which
+/// the second is an ellipsoid that leans.
 std::vector<Kept> parts_of(const Extent& n) {
     const double x = static_cast<double>(n.x), y = static_cast<double>(n.y),
                  z = static_cast<double>(n.z);
@@ -110,7 +111,12 @@ std::vector<Kept> parts_of(const Extent& n) {
     cut.planes = {{{0.6, 0, 0.8}, -12.3}, {{0.36, -0.8, -0.48}, 9.1}};
     Kept corner{{-0.5, -0.5, -0.5}, {x - 0.5, y - 0.5, z - 0.5}, {}};
     corner.planes = {{{-0.48, -0.6, -0.64}, 7.77}};
-    return {box, cut, corner};
+    Kept ball{{-0.5, -0.5, -0.5}, {x - 0.5, y - 0.5, z - 0.5}, {}};
+    ball.balls = {{{0.4 * x, 0.5 * y, 0.6 * z}, {0.12, 0, 0, 0, 0.12, 0, 0, 0, 0.12}}};
+    Kept lens = cut;
+    lens.balls = ball.balls;
+    lens.balls.push_back({{0.6 * x, 0.6 * y, 0.5 * z}, {0.1, 0.02, 0, 0, 0.15, -0.03, 0, 0, 0.08}});
+    return {box, cut, corner, ball, lens};
 }
 
 TEST(RayCast, PartsOfAVolumeEqualTheReference) {

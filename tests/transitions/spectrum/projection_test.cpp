@@ -42,7 +42,7 @@ TEST(SpectrumForward, RefusesWhatIsNoProjection) {
     EXPECT_EQ(c.refusal(), "labels have edges everywhere: their field is far from band-limited");
     c.want.field = Field::spline;
     c.want.job = Job::warp;
-    EXPECT_EQ(c.refusal(), "a warp wants samples; a slice of a spectrum is a projection");
+    EXPECT_EQ(c.refusal(), "samples are asked for; a slice of a spectrum is a projection");
 }
 
 TEST(SpectrumForward, RefusesUnknownWindowsAndSeveralChannels) {

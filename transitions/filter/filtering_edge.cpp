@@ -1,0 +1,228 @@
+#include "transitions/filter/filtering_edge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "graph/with_type.hpp"
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/scalar_load.hpp"
+
+namespace edgewise {
+namespace {
+
+double largest_of(const Scene& scene) {
+    return std::max(std::abs(scene.low), std::abs(scene.high));
+}
+
+bool is_whole(double number) { return number == std::round(number); }
+
+/// Whether f32 holds every sum of the pass, and all on the way to it.
+bool exact_in_f32(const Neighbourhood& pass, const Representation& from, const Scene& scene) {
+    constexpr double kWhole = 0x1p24;
+    return is_integer(from.type) && is_whole(from.values.slope) && is_whole(from.values.offset) &&
+           pass.whole() && pass.sum_of_magnitudes() * largest_of(scene) < kWhole;
+}
+
+/// Whether the stored numbers may be ordered as they are.
+bool ordered_as_stored(const Neighbourhood& pass, const Representation& from) {
+    const bool no_zero = pass.border == Border::zero && from.values.offset != 0;
+    return pass.flat() && from.type != Type::f16 && from.values.slope > 0 && !no_zero;
+}
+
+/// The type in which a pass computes and stores.
+Type type_of_pass(const Neighbourhood& pass, const Representation& from, const Scene& scene) {
+    const bool wide = bytes_of(from.type) >= 4 && from.type != Type::f32;
+    if (!pass.of_sum()) {
+        const bool moves = pass.rule == Neighbourhood::Rule::median || pass.flat();
+        if (moves && ordered_as_stored(pass, from)) return from.type;
+        return wide ? Type::f64 : Type::f32;
+    }
+    if (exact_in_f32(pass, from, scene)) return Type::f32;
+    return wide || is_integer(from.type) ? Type::f64 : Type::f32;
+}
+
+/// What a pass makes of samples; of a median the weights say nothing.
+Representation made_of(const Neighbourhood& pass, const Representation& from, const Scene& scene) {
+    Representation to = from;
+    to.content = "filtered";
+    to.drop_facets();
+    to.type = type_of_pass(pass, from, scene);
+    if (pass.of_sum() || !ordered_as_stored(pass, from)) to.values = {};
+    return to;
+}
+
+/// What the passes make, one after another.
+std::vector<Representation> stages(const std::vector<Neighbourhood>& passes,
+                                   const Representation& from, const Scene& scene) {
+    std::vector<Representation> all{from};
+    for (const Neighbourhood& pass : passes) all.push_back(made_of(pass, all.back(), scene));
+    return all;
+}
+
+std::string not_as_read(const Representation& from, const Request& want) {
+    if (!want.filtering) return "the request names no kernel";
+    if (from.extent != want.input || from.placed.one_a_view() ||
+        from.placed.at(0).matrix() != Mat4::Identity())
+        return "the samples no longer lie where the input has them";
+    if (from.layout != Layout::linear || from.place != Place::memory)
+        return "needs samples in memory, row by row";
+    if (from.type == Type::c64) return "complex samples are not filtered";
+    return {};
+}
+
+/// The difference of a top hat.
+Representation difference_of(const Representation& opened) {
+    Representation to = opened;
+    const bool wide = bytes_of(opened.type) >= 4 && opened.type != Type::f32;
+    to.type = wide ? Type::f64 : Type::f32;
+    to.values = {};
+    return to;
+}
+
+Offer offer(const FilterAlgorithm& algorithm, const Representation& from, const Ask& ask,
+            const Parameters& with) {
+    if (std::string reason = not_as_read(from, ask.want); !reason.empty())
+        return Offer::no(std::move(reason));
+    const Filtering& filtering = *ask.want.filtering;
+    const std::vector<Neighbourhood> passes = passes_of(filtering);
+    const std::vector<Representation> made = stages(passes, from, ask.scene);
+    for (std::size_t i = 0; i < passes.size(); ++i)
+        if (std::string reason =
+                algorithm.refused({passes[i], made[i], ask.scene, with, made[i + 1].type});
+            !reason.empty())
+            return Offer::no(std::move(reason));
+    Offer offer{.from = from, .to = made.back(), .with = with};
+    if (filtering.op == FilterOp::tophat) offer.to = difference_of(offer.to);
+    return offer;
+}
+
+Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
+    const std::vector<Neighbourhood> passes = passes_of(*ask.want.filtering);
+    const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
+    const double n = static_cast<double>(offer.from.samples()) * offer.from.channels;
+    Work work;
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+        // Samples into tiles and out of them.
+        constexpr double kCopied = 4;
+        const PassAsk pass{passes[i], made[i], ask.scene, offer.with, made[i + 1].type};
+        // Vectors hold half as many f64, and twice or four times as many narrow integers.
+        const double width = double(bytes_of(pass.type)) / sizeof(float);
+        work.operations += n * (algorithm.operations(pass) * width + kCopied);
+        work.streamed += made[i].bytes() + made[i + 1].bytes();
+        const TileShape shape(passes[i],
+                              tile_for(passes[i], offer.from.extent, bytes_of(pass.type)));
+        if (algorithm.scratch)
+            work.scratch = std::max(work.scratch, algorithm.scratch(pass));
+        else
+            work.scratch = std::max(work.scratch, 3 * static_cast<double>(shape.values()) *
+                                                      double(bytes_of(pass.type)));
+        if (i > 0) work.workspace = made[i].bytes();
+    }
+    if (ask.want.filtering->op == FilterOp::tophat) {
+        work.operations += n;
+        work.workspace += made.back().bytes();
+    }
+    return work;
+}
+
+Error error(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
+    const std::vector<Neighbourhood> passes = passes_of(*ask.want.filtering);
+    const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
+    Error error;
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+        const Neighbourhood& pass = passes[i];
+        const Type type = made[i + 1].type;
+        const PassAsk about{pass, made[i], ask.scene, offer.with, type};
+        if (pass.of_sum() && !exact_in_f32(pass, made[i], ask.scene)) {
+            const double unit = type == Type::f64 ? 0x1p-53 : 0x1p-24;
+            error.noise =
+                std::hypot(error.noise, unit * std::abs(pass.scale) * pass.sum_of_magnitudes() *
+                                            largest_of(ask.scene));
+        }
+        if (!algorithm.error) continue;
+        const Error added = algorithm.error(about);
+        error.known = error.known && added.known;
+        error.bias += added.bias;
+        error.noise = std::hypot(error.noise, added.noise);
+    }
+    return error;
+}
+
+/// from - opened.
+void subtract(const Data& from, const Data& opened, Data& out, const Context& context) {
+    const std::int64_t n = out.what.samples() * out.what.channels;
+    constexpr std::int64_t kGrain = 1 << 16;
+    const auto numbers = [](const Data& data) {
+        return [&data](std::int64_t i) {
+            if (data.what.type == Type::f16)
+                return data.what.values(
+                    double(kernels::float_of_half(data.as<std::uint16_t>()[i])));
+            return with_type(data.what.type, [&](auto type) {
+                return data.what.values(static_cast<double>(data.as<decltype(type)>()[i]));
+            });
+        };
+    };
+    const auto minuend = numbers(from), subtrahend = numbers(opened);
+    tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, kGrain), [&](const auto& part) {
+        if (context.stopped()) return;
+        for (std::int64_t i = part.begin(); i < part.end(); ++i) {
+            const double difference = minuend(i) - subtrahend(i);
+            if (out.what.type == Type::f64)
+                out.as<double>()[i] = difference;
+            else
+                out.as<float>()[i] = static_cast<float>(difference);
+        }
+    });
+    context.poll();
+}
+
+void run(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask, const Data& in,
+         Data& out, Context& context) {
+    const Filtering& filtering = *ask.want.filtering;
+    const std::vector<Neighbourhood> passes = passes_of(filtering);
+    const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
+    const bool differs = filtering.op == FilterOp::tophat;
+    std::vector<Data> between;
+    between.reserve(passes.size());
+    const Data* from = &in;
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+        const bool last = i + 1 == passes.size() && !differs;
+        if (!last) between.push_back(Data::make(made[i + 1], context.memory));
+        Data& to = last ? out : between.back();
+        kernels::Grid grid = kernels::grid_of(*from);
+        // Stored numbers are ordered as they are.
+        if (to.what.values == from->what.values && !passes[i].of_sum()) grid.values = {};
+        algorithm.run({passes[i], grid, to, offer.with, context}, made[i + 1].type);
+        from = &to;
+    }
+    if (differs) subtract(in, between.back(), out, context);
+}
+
+}  // namespace
+
+Transition filtering_edge(const FilterAlgorithm& algorithm) {
+    Transition edge;
+    edge.name = algorithm.name;
+    edge.source = algorithm.source;
+    edge.joins = {{"object/scalar", "object/filtered"}};
+    edge.parameters = algorithm.parameters;
+    edge.on_demand = algorithm.on_demand;
+    edge.offer = [algorithm](const Representation& from, const Ask& ask, const Parameters& with) {
+        return offer(algorithm, from, ask, with);
+    };
+    edge.work = [algorithm](const Offer& made, const Ask& ask, int /*view*/) {
+        return work(algorithm, made, ask);
+    };
+    edge.error = [algorithm](const Offer& made, const Ask& ask) {
+        return error(algorithm, made, ask);
+    };
+    edge.run = [algorithm](const Offer& made, const Ask& ask, const Data& in, Data& out,
+                           const Region& /*all*/,
+                           Context& context) { run(algorithm, made, ask, in, out, context); };
+    return edge;
+}
+
+}  // namespace edgewise

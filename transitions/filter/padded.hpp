@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+
+#include "graph/data.hpp"
+#include "graph/transition.hpp"
+#include "transitions/filter/neighbourhood.hpp"
+#include "transitions/kernels/grid.hpp"
+
+namespace edgewise {
+
+/// How tiles of a pass lie in memory: so many samples, with those that the pass reads around them.
+struct TileShape {
+    Extent tile;              // of the largest
+    Extent padded;            // with the samples around it
+    std::int64_t row, slice;  // values from one row and slice of the padded tile to the next
+
+    TileShape(const Neighbourhood& of, const Extent& largest);
+    std::int64_t values() const noexcept { return slice * padded.z; }
+    /// From a sample of the tile to the one that place k of the neighbourhood reads.
+    std::ptrdiff_t place(std::int64_t kx, std::int64_t ky, std::int64_t kz) const noexcept {
+        return kx + ky * row + kz * slice;
+    }
+};
+
+/// One tile of one channel: what a pass reads and writes.
+template <class T>
+struct Tile {
+    const TileShape& shape;
+    Extent extent;  // of this one, at most shape.tile
+    const T* in;    // sample (0, 0, 0) of the tile; samples around it are at places below and above
+    T* out;         // likewise; rows may be written to their end, kernels::kRowStep rounded up
+    std::int64_t row, slice;  // of out
+    std::pmr::memory_resource* memory;
+
+    const T* in_row(std::int64_t y, std::int64_t z) const noexcept {
+        return in + y * shape.row + z * shape.slice;
+    }
+    T* out_row(std::int64_t y, std::int64_t z) const noexcept { return out + y * row + z * slice; }
+    /// The first value of the padded tile.
+    const T* first(const Neighbourhood& of) const noexcept {
+        return in + shape.place(of.low[0], of.low[1], of.low[2]);
+    }
+};
+
+/// A pass over samples.
+struct PassRun {
+    const Neighbourhood& of;
+    kernels::Grid in;  // its value map is applied when samples are read
+    Data& out;         // of in's extent and channels
+    const Parameters& with;
+    Context& context;
+};
+
+template <class T>
+using TilePass = std::function<void(const Tile<T>&)>;
+
+/// Works off all tiles of all channels, in parallel, and scales and stores what comes of them.
+/// T: the type in which samples are read; that of `out`, or a floating type
+template <class T>
+void run_tiles(const PassRun& run, const TileShape& shape, const TilePass<T>& pass);
+
+/// A tile that suits caches: `bytes` a value.
+Extent tile_for(const Neighbourhood& of, const Extent& whole, std::size_t bytes);
+
+}  // namespace edgewise
