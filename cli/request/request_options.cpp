@@ -71,7 +71,7 @@ void add_clip(CLI::App& app, GeometryWords& words) {
         ->type_name("A,B,C,D")
         ->group(group);
     add_list(app, "--clip-ball", words.clip_balls,
-             "keeps the ball around sample X,Y,Z of FILE, its radius in the file's unit; of several "
+             "keeps the ball around sample X,Y,Z of FILE, radius in the file's unit; of several "
              "what they share")
         ->type_name("X,Y,Z,R")
         ->group(group);

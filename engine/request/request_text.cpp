@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "graph/hash.hpp"
 #include "graph/filtering.hpp"
+#include "graph/hash.hpp"
 #include "graph/transfer_table.hpp"
 
 namespace edgewise {

@@ -82,7 +82,7 @@ class Basics(Command):
         self.assertLess(min(seconds), 0.1)
 
     def test_unknown_words_are_answered(self):
-        self.assertIn(b"render", self.run_it("filter", "x", code=2).stderr)
+        self.assertIn(b"render", self.run_it("sharpen", "x", code=2).stderr)
         done = self.run_it("warp", "phantom:cube:8", "-o", "null:", "--antialias", code=2)
         self.assertIn(b"--antialias", done.stderr)
         self.assertIn(b"warp --help", done.stderr)
