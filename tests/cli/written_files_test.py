@@ -10,7 +10,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from running import Running  # noqa: E402
 
 DOCS = pathlib.Path(__file__).parents[2] / "docs/files.md"
-TRANSFER, MACHINE = (json.loads(text) for text in re.findall(r"```json\n(.*?)```", DOCS.read_text(), re.S))
+TRANSFER, TABLE, MACHINE = (json.loads(text) for text in re.findall(r"```json\n(.*?)```", DOCS.read_text(), re.S))
 
 
 def changed(value, *path, to):

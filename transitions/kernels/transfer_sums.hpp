@@ -20,7 +20,7 @@ namespace edgewise::kernels {
 ///
 /// Error of an integral between two numbers: at each end width^2 / 8 times the slope of the
 /// function in that end's cell, and width / 4 times its jumps there. To this the rounding adds
-/// 2^-30 of the whole, and beyond the knots 2^-24 of what lies there.
+/// 2^-30 of the whole, and beyond the knots 2^-23 of what lies there.
 struct TransferSums {
     static constexpr int kCells = 8192;      // of which points span half or more
     static constexpr double kOne = 1 << 30;  // the optical depth over all cells, as an integer

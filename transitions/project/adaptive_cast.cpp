@@ -147,6 +147,17 @@ class Casts {
     Casts& operator=(const Casts&) = delete;
 
     const kernels::RayCast& all() const { return all_; }
+    /// Whether rays through the corners of a square meet the data. Then all of the square do: what
+    /// rays see of the data is convex.
+    bool sees_square(std::int64_t i, std::int64_t j) const {
+        for (const std::int64_t y : {j, j + 1})
+            for (const std::int64_t x : {i, i + 1})
+                if (!ray_path(all_, static_cast<double>(x * kEvery),
+                              static_cast<double>(y * kEvery))
+                         .hit())
+                    return false;
+        return true;
+    }
     const kernels::RayCast& corners() const { return corners_; }
 
  private:
@@ -278,7 +289,8 @@ Drawn drawn_square(const Casts& casts, int channels, std::int64_t i, std::int64_
     kernels::ray_cast(casts.all(), i * kEvery, j * kEvery, kEvery, kEvery, exact.data(), row);
     const Around around{corners.data(), row, channels};
     interpolate(around, {}, between.data(), row);
-    Drawn drawn{.difference = difference_of(around)};
+    Drawn drawn{.difference = casts.sees_square(i, j) ? difference_of(around)
+                                                      : std::numeric_limits<float>::infinity()};
     for (int p = 0; p < kEvery * kEvery; ++p) {
         const double x = static_cast<double>(i * kEvery + p % kEvery),
                      y = static_cast<double>(j * kEvery + p / kEvery);
@@ -406,7 +418,7 @@ void run_adaptive(const Offer& offer, const Ask& ask, const Data& in, Data& out,
             std::int64_t waiting = tile.begin[0];
             for (std::int64_t i = tile.begin[0] / kEvery; i * kEvery < tile.end[0]; ++i) {
                 const Around around = corners.around(i, j);
-                if (!(difference_of(around) < tolerance)) continue;
+                if (!(difference_of(around) < tolerance) || !casts.sees_square(i, j)) continue;
                 const std::int64_t left = std::max(i * kEvery, tile.begin[0]),
                                    right = std::min((i + 1) * kEvery, tile.end[0]);
                 cast(waiting, left, top, bottom);

@@ -9,7 +9,8 @@ namespace edgewise {
 ///
 /// Smooth is a square whose four corners have second differences, along x and along y, of which an
 /// eighth of the largest is below `tolerance`: so much linear interpolation errs by. It is then
-/// interpolated by cubics (Keys 1981), which err by less; at a kink by up to three times that.
+/// interpolated by cubics (Keys 1981), which err by less; at a kink by up to three times that. A
+/// square is cast too where a corner's ray meets nothing.
 /// Edge    object/scalar or object/coefficients -> screen/picture
 /// Shape   as project.ray_cast
 /// Needs   a mode that takes all samples of a ray, without light; a filter that interpolates; one

@@ -1,8 +1,10 @@
 #include "transitions/project/octree_cast.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <vector>
 
 #include "graph/range.hpp"
 #include "transitions/filters/field_filter.hpp"
@@ -36,6 +38,28 @@ Work work_through_octree(const Offer& offer, const Ask& ask, int view) {
     return work;
 }
 
+/// How fast opacity and colours change with the value, where leaves are crossed at once.
+struct Steepest {
+    double opacity = 0, color = 0;
+
+    Steepest(const Transfer& transfer, double range) {
+        const std::vector<Transfer::Point>& points = transfer.points;
+        for (std::size_t i = 1; i < points.size(); ++i) {
+            const double width = points[i].value - points[i - 1].value;
+            const double of_opacity = std::abs(points[i].opacity - points[i - 1].opacity);
+            double of_color = 0;
+            for (std::size_t c = 0; c < 3; ++c)
+                of_color =
+                    std::max(of_color, std::abs(points[i].color[c] - points[i - 1].color[c]));
+            if (std::max(of_opacity, of_color) * range > kernels::kSteepestCrossed * width)
+                continue;  // sampled
+            if (!(width > 0)) continue;
+            opacity = std::max(opacity, of_opacity / width);
+            color = std::max(color, of_color / width);
+        }
+    }
+};
+
 /// How far pictures are off where samples are off by 1 (RMS), and by 4 at most.
 double gain_of_octree(const Offer& offer, const Ask& ask) {
     const Request& want = ask.want;
@@ -54,9 +78,8 @@ double gain_of_octree(const Offer& offer, const Ask& ask) {
     }
     // A change of opacity changes what is seen by no more than that, a change of colour likewise,
     // weighed by opacities whose sum is at most 1.
-    const double steepest =
-        kernels::kSteepestCrossed / range_between(ask.scene.low, ask.scene.high);
-    return steepest * (longest * want.unit / want.transfer.unit + 1);
+    const Steepest steepest(want.transfer, range_between(ask.scene.low, ask.scene.high));
+    return steepest.opacity * longest * want.unit / want.transfer.unit + steepest.color;
 }
 
 Error error_through_octree(const Offer& offer, const Ask& ask) {

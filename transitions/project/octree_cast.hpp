@@ -15,9 +15,10 @@ namespace edgewise {
 /// Shape   [nz, ny, nx], x fastest, any real type; one f32 a pixel, four of composite
 /// Needs   mip, minip, xray, mean or composite without light; one memory
 /// Work    a ray 60; a look at the tree 40, for about 8 cells; a sample outside of leaves 30
-/// Error   that of project.ray_cast, and with a tolerance e of the octree [value], of rays that
-///         are at most L long [t]: mip 4 e; mean e; xray e L; composite 4 e / range (L / unit + 1).
-///         Upper estimates: RMS of a sum is no more than the sum of RMS
+/// Error   that of project.ray_cast, and with samples that the octree leaves off by e [value], of
+///         rays that are at most L long [t]: mip 4 e; mean e; xray e L; composite e times the
+///         steepest opacity that is crossed times L / unit, and e times the steepest colour. Upper
+///         estimates: the RMS of a sum is no more than the sum of RMS
 /// Bytes   with a tolerance of 0 a MIP is that of project.ray_cast, bit for bit; others differ by
 ///         the rounding of sums
 /// Source  [W93] FIGURE 60; Levoy, "Efficient ray tracing of volume data", ACM Trans. Graphics

@@ -86,7 +86,8 @@ kernels::Combining combining_of(const Request& want, const ValueMap& values,
 }
 
 double rule_miss(const Request& want) noexcept {
-    if (want.mode->miss == ModeTraits::Miss::zero) return 0;
+    // Of modes with a rule of their own no sample may mean something else than 0.
+    if (want.mode->miss == ModeTraits::Miss::zero && !want.mode->rule) return 0;
     return want.mode->negated ? -want.miss : want.miss;
 }
 

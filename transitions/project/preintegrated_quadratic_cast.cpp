@@ -11,7 +11,7 @@ namespace {
 Work work_quadratic(const Offer& offer, const Ask& ask, int view) {
     // Each piece reaches for four numbers, and has six chords and two exponentials. Some chords are
     // as short as two cells of the table: of these the function is worked out, by a logarithm.
-    constexpr double kPiece = 250, kShort = 60, kGathers = 40;
+    constexpr double kPiece = 500, kShort = 100, kGathers = 40;
     constexpr double kTable = 8 * 60.0 * kernels::TransferSums::kCells;
     Work work = ray_cast().work(offer, ask, view);
     const double samples = samples_taken(offer, ask, view);

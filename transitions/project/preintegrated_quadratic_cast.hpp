@@ -16,7 +16,7 @@ namespace edgewise {
 /// Shape   as project.ray_cast
 /// Needs   a mode with a transfer function of the value alone, no light, one memory
 /// Work    that of project.ray_cast with twice the samples; of each piece 40 gathers, two
-///         exponentials and some 250 operations; a table a view
+///         exponentials and some 600 operations; a table a view
 /// Error   measured by running it
 /// Source  El Hajjar, Marchesin, Dischler, Mongenet, "Second order pre-integrated volume
 ///         rendering", PacificVis 2008; here with sums in one variable in place of their tables

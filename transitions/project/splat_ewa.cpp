@@ -170,6 +170,8 @@ Error error(const Offer& offer, const Ask& ask) {
     const double length = divides ? 1 : mean_length(offer.from, ask.want, 0) * ask.want.unit;
     const double value = ask.scene.mean - (divides ? 0 : ask.want.zero);
     error.noise = std::hypot(error.noise, ripple * value * length);
+    // A cast's error says little of the blur where the field is as smooth as the cast: a guess.
+    error.known = false;
     return error;
 }
 

@@ -21,7 +21,9 @@ namespace edgewise {
 /// Shape   [nz, ny, nx], x fastest, any real type; nodes of 16 bytes, finest nodes of 4^3 places
 /// Needs   all samples in memory; at most 2^31 nodes
 /// Work    a sample: extremes 3 and sums 5, those on faces of nodes once more for each
-/// Error   at most the tolerance: so far the field lies from what rays take for it (RMS)
+/// Error   so far the field lies from what rays take for it (RMS): the tolerance, times the root of
+///         the share of places in leaves that differ, counted on 512 finest nodes. Of a maximum
+///         the tolerance
 /// Source  [W93] FIGURE 60; Levoy 1990; Laur and Hanrahan 1991 (variance)
 Transition octree();
 

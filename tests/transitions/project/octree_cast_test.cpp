@@ -315,7 +315,7 @@ std::optional<Data> head() {
 /// No pixel of an extreme or a mean is off by more than the farthest sample of a leaf, and what is
 /// predicted holds for all modes. A sum's bound is proved: its square is no more than the length
 /// times the integral of squares, which over all rays is the variance of the leaves.
-void expect_predicted(const Data& in, const Scene& scene, const Vec3& spacing, double opacity) {
+void expect_predicted(const Data& in, const Scene& bare, const Vec3& spacing, double opacity) {
     for (const double tolerance : {0.002, 0.01, 0.04})
         for (const char* name : {"mip", "minip", "xray", "mean", "composite"})
             for (const double degrees : {0.0, 33.0, 110.0}) {
@@ -323,10 +323,12 @@ void expect_predicted(const Data& in, const Scene& scene, const Vec3& spacing, d
                 const Mode mode = mode_named(name);
                 Request want =
                     seen(mode, in.what.extent, {110, 120, 200}, turn(degrees, {3, -2, 1}), spacing);
+                Scene scene = bare;
                 const double low = scene.low, high = scene.high;
                 want.transfer.points = {{low, 0, {0.1, 0, 0}},
                                         {0.7 * low + 0.3 * high, 0, {0.4, 0.2, 0.1}},
                                         {high, opacity, {1, 0.9, 0.8}}};
+                octree().count(in, want, scene.facts, std::pmr::new_delete_resource());
                 const Ask ask{want, scene};
                 const Data beside = with_octree(in, ask, tolerance);
                 const Transition cast = octree_cast();
@@ -334,6 +336,7 @@ void expect_predicted(const Data& in, const Scene& scene, const Vec3& spacing, d
                 const Offer before = octree().offer(in.what, ask, {{"tolerance", tolerance}});
                 const double gain = cast.error(offer, ask).gain;
                 const double predicted = gain * octree().error(before, ask).bias;
+                EXPECT_LE(predicted, gain * octree().error(before, {want, bare}).bias);
                 const Off off(looking::made(cast, beside, ask, {{"step", 1.0}}), by_rays(in, ask),
                               want, in);
                 EXPECT_LE(off.rms, predicted);

@@ -296,6 +296,33 @@ TEST(Octree, SaysHowFarLeavesAreOff) {
     EXPECT_TRUE(error(0).copies);
     EXPECT_EQ(error(0).bias, 0);
     EXPECT_DOUBLE_EQ(error(0.02).bias, 0.16);
+    // What the mode sees of 512 finest nodes: all differ, and are leaves from some tolerance on.
+    std::mt19937 bits(3);
+    const Data noise = [&] {
+        Data data = hill<float>(Type::f32, {64, 64, 64}, 0);
+        for (std::int64_t i = 0; i < data.what.samples() / 2; ++i)
+            data.as<float>()[i] = float(bits() % 1000) * 8e-4f;
+        return data;
+    }();
+    octree().count(noise, want, scene.facts, std::pmr::new_delete_resource());
+    EXPECT_NEAR(*scene.fact("octree/varied"), 0.5, 0.05);
+    // Even noise of 0.8 has a deviation of 0.8 / sqrt(12).
+    EXPECT_NEAR(*scene.fact("octree/differs/8"), 0.8 / std::sqrt(12), 0.01);
+    EXPECT_DOUBLE_EQ(error(0.01).bias, 0.08 * std::sqrt(3.0 / 512));
+    EXPECT_NEAR(error(0.1).bias, 0.8 * std::sqrt(0.5), 0.03);
+    Request largest = want;
+    largest.mode = Mode::mip;
+    EXPECT_DOUBLE_EQ(octree()
+                         .error(octree().offer(in.what, {largest, scene}, {{"tolerance", 0.01}}),
+                                {largest, scene})
+                         .bias,
+                     0.08);
+    // What a transfer function leaves clear is off by nothing.
+    largest.mode = Mode::composite;
+    largest.transfer.points = {{0.9, 0, {1, 1, 1}}, {5, 1, {1, 1, 1}}};
+    scene.facts.clear();
+    octree().count(noise, largest, scene.facts, std::pmr::new_delete_resource());
+    EXPECT_EQ(*scene.fact("octree/varied"), 0);
 }
 
 TEST(Octree, Refuses) {
