@@ -64,9 +64,12 @@ std::string problem_of(const CLI::App& main, const CLI::ParseError& error) {
     const std::vector<std::string> extra = app.remaining();
     if (extra.empty()) return where + error.what();
     if (extra[0].starts_with("-")) return where + no_option(app, extra[0]);
-    if (!app.get_subcommands({}).empty())
-        return fmt::format("{}there is no verb '{}'; {}", where, extra[0],
-                           instead_of(extra[0], verb_names(app)));
+    if (!app.get_subcommands({}).empty()) {
+        const std::vector<std::string> verbs = verb_names(app);
+        return fmt::format(
+            "{}there is no verb '{}'; {}", where, extra[0],
+            instead_of(extra[0], verbs, fmt::format("expected one of {}", fmt::join(verbs, ", "))));
+    }
     return fmt::format("{}'{}' is one argument too many", where, extra[0]);
 }
 

@@ -159,7 +159,7 @@ class EveryPath(Running):
         are no cubes bring."""
         for mode in self.modes:
             met = self.sweep("formula", "--mode", mode)
-            self.sweep("artery", "--mode", mode, also=met)
+            self.sweep("artery", "--mode", mode, limit=16, also=met)
             self.sweep("head", "--mode", mode, limit=8, also=set())
             self.sweep("vessels", "--mode", mode, limit=8, also=set())
         self.try_elsewhere()
@@ -194,7 +194,8 @@ class EveryPath(Running):
                  ("--mode", "composite", "--perspective", "40"), ("--mode", "composite", "--depth-cue", "0.02"),
                  ("--mode", "mip", "--clip", "3,3,3,15,14,16"), ("--mode", "mean", "--clip-plane", "1,2,1,-40")]
         for words in ways:
-            self.sweep("artery", *words, limit=16, also=self.sweep("formula", *words))
+            self.sweep("formula", *words, limit=24)
+            self.sweep("artery", *words, limit=8, also=set())
 
     def test_pictures_of_which_a_part_is_drawn(self):
         for mode in self.modes:

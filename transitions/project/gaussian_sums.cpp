@@ -86,15 +86,17 @@ double GaussianSums::along(double px, double py) const {
     const std::array<double, 3> m = rays_.measure.at(px, py);
     const double length = std::hypot(m[0], m[1], m[2]);
     constexpr double kAny = std::numeric_limits<double>::infinity();
-    // Where anything reaches, and where all do that would in a whole lattice.
-    double low = parallel_ ? -kAny : 0, high = kAny, inner_low = low, inner_high = high;
+    // Where anything reaches; inside; and where all kernels are that a whole lattice would have.
+    double low = parallel_ ? -kAny : 0, high = kAny;
+    double enters = low, leaves = high, inner_low = low, inner_high = high;
     double steepest = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double inverse = kernels::inverse_stride(ray.direction[axis]);
         const double last = static_cast<double>(volume_[static_cast<int>(axis)] - 1);
-        const double reach = kReach * greatest_[axis];
-        kernels::clip(ray.origin[axis], inverse, -reach, last + reach, low, high);
-        kernels::clip(ray.origin[axis], inverse, reach, last - reach, inner_low, inner_high);
+        const double reach = kReach * greatest_[axis], origin = ray.origin[axis];
+        kernels::clip(origin, inverse, -reach, last + reach, low, high);
+        kernels::clip(origin, inverse, -0.5, last + 0.5, enters, leaves);
+        kernels::clip(origin, inverse, reach, last - reach, inner_low, inner_high);
         steepest = std::max(steepest, std::abs(ray.direction[axis]));
     }
     if (!(low < high) || !std::isfinite(high - low)) return 0;
@@ -109,8 +111,26 @@ double GaussianSums::along(double px, double py) const {
         return count > 0 ? sum * (to - from) / static_cast<double>(count) : 0;
     };
     if (!(inner_low < inner_high)) return integral(low, high) * length;
-    return (integral(low, inner_low) + (inner_high - inner_low) + integral(inner_high, high)) *
-           length;
+    // Through a face, far from all others, kernels lose on one side what they have on the other.
+    const auto by_one_face = [&](double from, double to) {
+        int near = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double last = static_cast<double>(volume_[static_cast<int>(axis)] - 1);
+            bool inside = true;
+            for (const double part : {from, to}) {
+                const double at = ray.origin[axis] + part * ray.direction[axis];
+                const double reach = kReach * greatest_[axis] * (1 - 1e-9);
+                inside = inside && at >= reach && at <= last - reach;
+            }
+            near += !inside;
+        }
+        return near == 1;
+    };
+    const double begin =
+        by_one_face(low, inner_low) ? inner_low - enters : integral(low, inner_low);
+    const double end =
+        by_one_face(inner_high, high) ? leaves - inner_high : integral(inner_high, high);
+    return (begin + (inner_high - inner_low) + end) * length;
 }
 
 }  // namespace edgewise

@@ -86,9 +86,12 @@ kernels::Combining combining_of(const Request& want, const ValueMap& values,
 }
 
 double rule_miss(const Request& want) noexcept {
-    // Of modes with a rule of their own no sample may mean something else than 0.
-    if (want.mode->miss == ModeTraits::Miss::zero && !want.mode->rule) return 0;
-    return want.mode->negated ? -want.miss : want.miss;
+    if (want.mode->miss != ModeTraits::Miss::zero)
+        return want.mode->negated ? -want.miss : want.miss;
+    // Mostly 0; behind no sample all light is left.
+    double value = 0;
+    if (want.mode->channels == 1) Stretch::empty(want.mode).result(want, &value);
+    return value;
 }
 
 void give_sign(const Request& want, float* first, std::int64_t width, std::int64_t height,

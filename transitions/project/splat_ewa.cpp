@@ -130,7 +130,7 @@ bool needs_lengths(const EmptySample& empty, const Request& want) {
 }
 
 Work work(const Offer& offer, const Ask& ask, int view) {
-    constexpr double kVoxel = 90, kPixel = 30, kPixelSums = 4000;
+    constexpr double kVoxel = 90, kPixel = 30, kPixelSums = 1000;
     const EwaSplat splat = view_of(offer.from, ask.want, view, offer.with);
     std::array<double, 2> reach = spread_of(splat, offer.from.extent);
     for (double& side : reach)

@@ -19,13 +19,13 @@ namespace edgewise {
 /// Needs   integrals or means, finite samples, all in one memory; an eye, where there is one, at
 ///         least 8 spacings of depth before the nearest sample
 /// Work    an operation a voxel; of those that are not empty 90, and 30 for each pixel of the
-///         rectangle around a footprint; 4000 for each pixel that has any
-/// Error   not known; a guess is blur: that of casting with first-order hold, times the variance of
-/// kernel and pixel over
-///         that of the trilinear kernel (1/6), an upper estimate. An ellipse is that of parallel
-///         rays: at a ray that is r standard deviations away, a kernel of depth Z whose deviation
-///         in depth is s errs by at most a share of s / Z r (r^2 + 2) to first order, so by 2.1 s /
-///         Z of its peak. Errors to either side cancel where voxels are alike.
+///         rectangle around a footprint; 4000 for each pixel that has any beside an edge of the
+///         data, 200 for others
+/// Error   not known to plans. Blur is at most about that of casting with first-order hold, times
+///         the variance of kernel and pixel over that of the trilinear kernel (1/6). An ellipse is
+///         that of parallel rays: at a ray that is r standard deviations away, a kernel of depth Z
+///         whose deviation in depth is s errs by at most a share of s / Z r (r^2 + 2) to first
+///         order, so by 2.1 s / Z of its peak. Errors to either side cancel where voxels are alike.
 /// Source  Zwicker, Pfister, van Baar, Gross, "EWA volume splatting", IEEE Visualization 2001;
 ///         Mueller and Yagel, "Fast perspective volume rendering with splatting", 1996
 Transition splat_ewa();

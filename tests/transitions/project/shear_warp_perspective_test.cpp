@@ -77,6 +77,7 @@ class Expected {
         if (!own.hits()) {
             if (!sure_) return {};
             std::array<double, 4> missed{};
+            Stretch::empty(want_.mode).result(want_, missed.data());
             if (want_.mode->miss != ModeTraits::Miss::zero) missed[0] = want_.miss;
             return missed;
         }
