@@ -14,10 +14,10 @@ namespace edgewise {
 /// = loss for two and more. So:
 ///  - with any data a picture differs from that of equal steps by at most `loss` in each channel
 ///    (of 0 to 1): that is all that is left to see where the first step grows;
-///  - let opacity a be that of a depth s = -log(1 - a) a unit of length, at most M, which changes by
-///    at most S a unit along rays, and colours by at most C. Then a picture differs from the exact
-///    one by at most (S / 4 + M C / 2) step^2 (n + 4 loss m) + kTerminated, of rays with n samples
-///    that stand for one step and m that stand for more.
+///  - let opacity a be that of a depth s = -log(1 - a) a unit of length, of at most M, that changes
+///    by at most S a unit along rays, and colours by at most C. Then a picture differs from the
+///    exact one by at most (S / 4 + M C / 2) step^2 (n + 4 loss m) + kTerminated, of rays with n
+///    samples that stand for one step and m that stand for more.
 /// Edge    object/scalar (foh) or object/coefficients (bspline3) -> screen/picture
 /// Shape   as project.ray_cast
 /// Needs   a mode that composites, without light; one memory
