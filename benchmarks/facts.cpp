@@ -14,9 +14,9 @@
 #include <tbb/parallel_for.h>
 
 #include "engine/facts_json.hpp"
-#include "graph/hash.hpp"
 #include "engine/known_facts.hpp"
 #include "engine/request/input.hpp"
+#include "graph/hash.hpp"
 
 namespace {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <fmt/format.h>
+#include <iterator>
 #include <set>
 #include <string_view>
 #include <unordered_map>
@@ -258,9 +259,29 @@ bool Demand::fits(const Transition& edge, const Parameters& chosen) const {
 
 namespace {
 
+/// The edges that may lead to a kind, by the kinds that they join.
+std::set<std::string> edges_towards(std::string_view target, const Catalogue& catalogue) {
+    std::set<std::string> wanted{std::string(target)}, found;
+    const auto leads = [&](const auto& join) {
+        return std::any_of(wanted.begin(), wanted.end(),
+                           [&](const std::string& kind) { return takes_kind(kind, join.second); });
+    };
+    for (bool grows = true; grows;) {
+        grows = false;
+        for (const Transition& edge : catalogue)
+            for (const auto& join : edge.joins) {
+                if (!leads(join)) continue;
+                found.insert(edge.name);
+                grows = wanted.insert(join.first).second || grows;
+            }
+    }
+    return found;
+}
+
 /// The edge or family that a word means: its name in any case, or the end of it behind the family
-/// where only one edge ends so. @throws RequestError
-std::string full_name(const std::string& typed, const Catalogue& catalogue) {
+/// where only one edge ends so, or only one of `preferred`. @throws RequestError
+std::string full_name(const std::string& typed, const Catalogue& catalogue,
+                      const std::set<std::string>& preferred) {
     std::vector<std::string> names, ends;
     std::set<std::string> alike;
     for (const Transition& edge : catalogue) {
@@ -271,6 +292,10 @@ std::string full_name(const std::string& typed, const Catalogue& catalogue) {
         if (same_word(typed, ends.back())) alike.insert(edge.name);
     }
     if (alike.size() == 1) return *alike.begin();
+    std::set<std::string> both;
+    std::set_intersection(alike.begin(), alike.end(), preferred.begin(), preferred.end(),
+                          std::inserter(both, both.end()));
+    if (both.size() == 1) return *both.begin();
     if (!alike.empty())
         throw RequestError(
             fmt::format("'{}' may be {}; say which", typed, fmt::join(alike, " or ")));
@@ -281,11 +306,10 @@ std::string full_name(const std::string& typed, const Catalogue& catalogue) {
                                    instead_of(typed, whole ? names : ends, all)));
 }
 
-}  // namespace
-
-Demand demand_of(const std::string& text, const Catalogue& catalogue) {
+Demand demand_in(const std::string& text, const Catalogue& catalogue,
+                 const std::set<std::string>& preferred) {
     const std::string typed = text.substr(0, text.find('/'));
-    Demand demand{.name = full_name(typed, catalogue)};
+    Demand demand{.name = full_name(typed, catalogue, preferred)};
     const auto named = std::find_if(catalogue.begin(), catalogue.end(),
                                     [&](const Transition& edge) { return demand.names(edge); });
     for (std::size_t slash = text.find('/'); slash != std::string::npos;) {
@@ -310,6 +334,16 @@ Demand demand_of(const std::string& text, const Catalogue& catalogue) {
         demand.with.set(key, domain->second.parse(demand.name, key, pair.substr(equals + 1)));
     }
     return demand;
+}
+
+}  // namespace
+
+Demand demand_of(const std::string& text, const Catalogue& catalogue) {
+    return demand_in(text, catalogue, {});
+}
+
+Demand demand_of(const std::string& text, const Catalogue& catalogue, Job job) {
+    return demand_in(text, catalogue, edges_towards(job->target, catalogue));
 }
 
 Demands untried(const Demands& demands, const Catalogue& catalogue) {

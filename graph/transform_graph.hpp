@@ -22,6 +22,9 @@ struct Demand {
 /// Reads "NAME[/key=value]...", in any case; of a name its end will do ("ray_cast") where only one
 /// edge ends so. @throws RequestError for what the catalogue does not know, with what is nearest
 Demand demand_of(const std::string& text, const Catalogue& catalogue);
+/// The same for a job: a name that several edges end with means the one that may lead to its
+/// target.
+Demand demand_of(const std::string& text, const Catalogue& catalogue, Job job);
 
 /// Which paths count.
 struct Demands {

@@ -4,7 +4,6 @@
 #include <cstdlib>
 #include <fmt/format.h>
 #include <limits>
-#include <set>
 
 #include "cli/request/channel_words.hpp"
 #include "engine/request/geometry.hpp"
@@ -260,45 +259,6 @@ store::Selection selection_of(const SelectionWords& words) {
     return selection;
 }
 
-namespace {
-
-/// The edges that may lead to what a job asks for, by the kinds that they join.
-Catalogue edges_towards(Job job, const Catalogue& edges) {
-    std::set<std::string> wanted{std::string(job->target)};
-    for (bool grows = true; grows;) {
-        grows = false;
-        for (const Transition& edge : edges)
-            for (const auto& [from, to] : edge.joins)
-                if (std::any_of(wanted.begin(), wanted.end(),
-                                [&](const std::string& kind) { return takes_kind(kind, to); }))
-                    grows = wanted.insert(from).second || grows;
-    }
-    Catalogue found;
-    for (const Transition& edge : edges)
-        if (std::any_of(edge.joins.begin(), edge.joins.end(), [&](const auto& join) {
-                return std::any_of(wanted.begin(), wanted.end(), [&](const std::string& kind) {
-                    return takes_kind(kind, join.second);
-                });
-            }))
-            found.push_back(edge);
-    return found;
-}
-
-/// A word that edges of several jobs end with means that of this one.
-Demand demand_for(Job job, const std::string& text, const Catalogue& edges) {
-    try {
-        return demand_of(text, edges);
-    } catch (const RequestError&) {
-        try {
-            return demand_of(text, edges_towards(job, edges));
-        } catch (const RequestError&) {
-        }
-        throw;
-    }
-}
-
-}  // namespace
-
 RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     RequestSpec spec;
     spec.job = o.job;
@@ -309,10 +269,9 @@ RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     read_output(spec, o);
     spec.selection = selection_of(o.selection);
     read_transfer(spec, o);
-    for (const std::string& text : o.via)
-        spec.demands.via.push_back(demand_for(o.job, text, edges));
+    for (const std::string& text : o.via) spec.demands.via.push_back(demand_of(text, edges, o.job));
     for (const std::string& text : o.without)
-        spec.demands.without.push_back(demand_for(o.job, text, edges));
+        spec.demands.without.push_back(demand_of(text, edges, o.job));
     spec.geometry = geometry_spec(o.geometry);
     spec.clip = clip_spec(o.geometry);
     return spec;

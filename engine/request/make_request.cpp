@@ -408,14 +408,6 @@ std::vector<std::string> take_level(Request& want, const Statistics& statistics)
                         high, so)};
 }
 
-/// What a mode makes of no sample at all.
-double of_no_sample(const Request& want) {
-    if (want.mode->channels != 1) return 0;
-    double value = 0;
-    Stretch::empty(want.mode).result(want, &value);
-    return value;
-}
-
 }  // namespace
 
 std::vector<std::string> take_values(Request& want, std::optional<Window>& window,
@@ -423,7 +415,7 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
                                      const Statistics& statistics, const std::string& modality) {
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
-                                                               : of_no_sample(want);
+                                                               : 0;
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
     std::vector<std::string> warnings = take_level(want, statistics);

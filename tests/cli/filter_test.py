@@ -127,6 +127,11 @@ class Filter(Running):
                 self.assertLessEqual(off, 2 * error + 1e-6, (edge, op, kernel))
             self.assertGreaterEqual(served, 2, (op, kernel))
 
+    def test_a_name_of_several_jobs_means_that_of_this_one(self):
+        a = self.data((9, 11), "<f4")
+        words = ["--op", "convolve", "--kernel", "sphere:2"]
+        np.testing.assert_array_equal(self.filter(a, *words, "--via", "backward"), self.filter(a, *words, "--via", "filter.backward"))
+
     def test_colour_and_type_stay(self):
         rgb = self.random.integers(0, 255, (20, 30, 3)).astype("u1")
         source, out = self.folder / "a.png", self.folder / "b.png"

@@ -76,8 +76,6 @@ Request request_of(Job job, Mode mode, const Representation& input,
         maps.push_back(shift(centre(want.screen)) * turn * shift(-centre(input.extent)));
     want.views = Placement::each(maps);
     want.transfer.points = {{0, 0, {0, 0, 0}}, {1, 0.1, {1, 1, 1}}};
-    // Of a ray that meets nothing.
-    if (mode->channels == 1) Stretch::empty(mode).result(want, &want.miss);
     return want;
 }
 

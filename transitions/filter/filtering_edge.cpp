@@ -17,13 +17,11 @@ double largest_of(const Scene& scene) {
     return std::max(std::abs(scene.low), std::abs(scene.high));
 }
 
-bool is_whole(double number) { return number == std::round(number); }
-
 /// Whether f32 holds every sum of the pass, and all on the way to it.
 bool exact_in_f32(const Neighbourhood& pass, const Representation& from, const Scene& scene) {
     constexpr double kWhole = 0x1p24;
-    return is_integer(from.type) && is_whole(from.values.slope) && is_whole(from.values.offset) &&
-           pass.whole() && pass.sum_of_magnitudes() * largest_of(scene) < kWhole;
+    return pass.sums_integers(from.type, from.values) &&
+           pass.sum_of_magnitudes() * largest_of(scene) < kWhole;
 }
 
 /// Whether the stored numbers may be ordered as they are.

@@ -17,11 +17,8 @@ double fourier_noise(const PassAsk& ask) {
            ask.of.sum_of_magnitudes() * largest;
 }
 
-/// Whether sums are integers, before they are scaled.
 bool of_integers(const PassAsk& ask) {
-    const auto whole = [](double number) { return number == std::round(number); };
-    return is_integer(ask.from.type) && whole(ask.from.values.slope) &&
-           whole(ask.from.values.offset) && ask.of.whole();
+    return ask.of.sums_integers(ask.from.type, ask.from.values);
 }
 
 std::string not_by_fourier(const PassAsk& ask) {
@@ -44,9 +41,7 @@ void run_fourier(const PassRun& run) {
     const Transformed kernel(run.of, blocks.transform, false);
     const TileShape shape(run.of, blocks.tile);
     const Extent size = blocks.transform;
-    const bool rounds = is_integer(run.in.type) && run.of.whole() &&
-                        run.in.values.slope == std::round(run.in.values.slope) &&
-                        run.in.values.offset == std::round(run.in.values.offset);
+    const bool rounds = run.of.sums_integers(run.in.type, run.in.values);
     run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
         const Extent n = tile.extent;
         kernels::Block<float> real(kernel.values(), tile.memory);

@@ -79,10 +79,10 @@ std::optional<std::vector<Term>> terms_of(Matrix matrix, std::size_t most) {
     }
 }
 
-/// Whole numbers of a product that are whole, as sobel's: rounding then leaves nothing.
+/// Makes weights whole that differ from whole numbers by rounding alone, as those of Sobel's
+/// kernel.
 void tidy(Product& product) {
-    // All factors but the last are scaled so that their largest weight is 1 or, where that makes
-    // all of them whole, their least.
+    // All factors but the last are scaled so that their least weight is 1.
     for (std::size_t axis = 0; axis < 2; ++axis) {
         auto& factor = product.along[axis];
         auto& last = product.along[2];
@@ -118,6 +118,11 @@ bool Neighbourhood::flat() const noexcept {
 bool Neighbourhood::whole() const noexcept {
     return std::all_of(weights.begin(), weights.end(),
                        [](double w) { return std::isnan(w) || w == std::round(w); });
+}
+
+bool Neighbourhood::sums_integers(Type type, const ValueMap& values) const noexcept {
+    return is_integer(type) && values.slope == std::round(values.slope) &&
+           values.offset == std::round(values.offset) && whole();
 }
 
 double Neighbourhood::sum_of_magnitudes() const noexcept {

@@ -40,6 +40,8 @@ struct Neighbourhood {
     /// Whether all weights are whole numbers.
     bool whole() const noexcept;
     double sum_of_magnitudes() const noexcept;
+    /// Whether sums of such stored numbers are integers, before they are scaled.
+    bool sums_integers(Type type, const ValueMap& values) const noexcept;
 };
 
 /// The passes of a filter, each of which reads what the one before it wrote. Of a top hat they make
