@@ -54,11 +54,12 @@ Kind kind_of(const std::vector<SetTimes>& sets, std::vector<double> SetTimes::*r
     return kind;
 }
 
-/// The mean of some neighbours, and at least how far they are from it.
+/// The mean of some neighbours, whose costs never fall, and at least how far they are from it.
 Settled joined(const Kind& kind, std::size_t begin, std::size_t end) {
     const std::vector<double> costs(kind.cost.begin() + static_cast<std::ptrdiff_t>(begin),
                                     kind.cost.begin() + static_cast<std::ptrdiff_t>(end));
-    Settled mean{.value = geometric_mean(costs)};
+    // Rounding may put the mean of equal costs beside them, and below the level before.
+    Settled mean{.value = std::clamp(geometric_mean(costs), costs.front(), costs.back())};
     for (std::size_t i = begin; i < end; ++i)
         mean.spread =
             std::max({mean.spread, kind.spread[i], std::abs(std::log(kind.cost[i] / mean.value))});

@@ -80,6 +80,23 @@ TEST(ProbeFit, CostsNeverFallWhereMeasuredOnesDo) {
     EXPECT_GT(levels[2].spread, 0.5);  // not sure of it
 }
 
+TEST(ProbeFit, CostsNeverFallByRounding) {
+    // Costs of lines are pooled over sets that other costs put into levels of 1, 2 and 4 sets.
+    for (int i = 0; i < 200; ++i) {
+        const double line = 1e-9 * (1 + 0.0137 * i);
+        std::vector<SetTimes> all;
+        for (const double gather : {1e-10, 2e-10, 2e-10, 4e-10, 4e-10, 4e-10, 4e-10})
+            all.push_back({.bytes = 16384.0 * std::exp2(all.size()),
+                           .streamed = {1e-11},
+                           .gather = {gather},
+                           .line = {line * (all.size() % 2 == 0 ? 1.25 : 1)}});
+        const Levels levels = levels_from(all);
+        ASSERT_EQ(levels.size(), 3u);
+        EXPECT_LE(levels[0].line, levels[1].line) << line;
+        EXPECT_LE(levels[1].line, levels[2].line) << line;
+    }
+}
+
 TEST(ProbeFit, SpreadIsThatOfTheMedian) {
     std::vector<double> rounds;
     std::mt19937 random(5);
