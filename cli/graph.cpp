@@ -20,7 +20,7 @@ namespace {
 
 struct GraphOptions {
     std::optional<std::string> out;
-    JobOptions warp, render;
+    std::vector<JobOptions> jobs;
 };
 
 enum class Form { dot, json, svg };
@@ -109,21 +109,25 @@ Verb add_graph(CLI::App& main) {
     CLI::App* app =
         main.add_subcommand("graph", "the transform graph, of a request with its costs");
     auto options = std::make_shared<GraphOptions>();
-    options->warp.job = Job::warp;
     add_text(*app, "-o", options->out, "default: DOT to standard output")
         ->type_name("FILE.dot|.json|.svg");
     app->require_subcommand(0, 1);
-    CLI::App* warp = app->add_subcommand("warp", "of a warp");
-    CLI::App* render = app->add_subcommand("render", "of a render");
-    add_job_options(*warp, options->warp, OutNeeded::absent);
-    add_job_options(*render, options->render, OutNeeded::absent);
-    for (CLI::App* sub : {warp, render}) sub->fallthrough();
-    return {app, [options, warp, render] {
-                JobOptions* job = warp->parsed()     ? &options->warp
-                                  : render->parsed() ? &options->render
-                                                     : nullptr;
-                if (job) order_geometry(warp->parsed() ? *warp : *render, *job);
-                return do_graph(*options, job);
+    options->jobs.resize(jobs().size());
+    std::vector<CLI::App*> subs;
+    for (std::size_t i = 0; i < jobs().size(); ++i) {
+        const Job job = jobs()[i];
+        subs.push_back(app->add_subcommand(std::string(name_of(job)), std::string(job->help)));
+        options->jobs[i].job = job;
+        add_job_options(*subs.back(), options->jobs[i], OutNeeded::absent);
+        subs.back()->fallthrough();
+    }
+    return {app, [options, subs] {
+                for (std::size_t i = 0; i < subs.size(); ++i) {
+                    if (!subs[i]->parsed()) continue;
+                    order_geometry(*subs[i], options->jobs[i]);
+                    return do_graph(*options, &options->jobs[i]);
+                }
+                return do_graph(*options, nullptr);
             }};
 }
 

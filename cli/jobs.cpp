@@ -1,9 +1,11 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "cli/job_words.hpp"
 #include "cli/merge.hpp"
@@ -115,11 +117,7 @@ int do_job(const JobOptions& options, bool runs) {
 }
 
 Verb add_job(CLI::App& parent, Job job, bool runs) {
-    const char* help = job == Job::warp     ? "resample an image (2D) or a volume (3D)"
-                       : job == Job::mesh   ? "make a surface of triangles"
-                       : job == Job::filter ? "convolve, correlate, dilate, erode, ... by a kernel"
-                                            : "make pictures of a volume";
-    CLI::App* app = parent.add_subcommand(std::string(name_of(job)), help);
+    CLI::App* app = parent.add_subcommand(std::string(name_of(job)), std::string(job->help));
     auto options = std::make_shared<JobOptions>();
     options->job = job;
     add_job_options(*app, *options, runs ? OutNeeded::yes : OutNeeded::no);
@@ -132,21 +130,23 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
             }};
 }
 
+std::vector<Verb> add_all(CLI::App& parent, bool runs) {
+    std::vector<Verb> all;
+    for (const Job job : jobs()) all.push_back(add_job(parent, job, runs));
+    return all;
+}
+
 }  // namespace
 
-Verb add_warp(CLI::App& main) { return add_job(main, Job::warp, true); }
-Verb add_render(CLI::App& main) { return add_job(main, Job::render, true); }
-
-Verb add_mesh(CLI::App& main) { return add_job(main, Job::mesh, true); }
-Verb add_filter(CLI::App& main) { return add_job(main, Job::filter, true); }
+std::vector<Verb> add_jobs(CLI::App& main) { return add_all(main, true); }
 
 Verb add_plan(CLI::App& main) {
     CLI::App* app = main.add_subcommand("plan", "a request, planned and explained but not run");
     app->require_subcommand(1);
-    const Verb warp = add_job(*app, Job::warp, false), render = add_job(*app, Job::render, false),
-               filter = add_job(*app, Job::filter, false);
-    return {app, [warp, render, filter] {
-                return (warp.app->parsed() ? warp : filter.app->parsed() ? filter : render).run();
+    return {app, [all = add_all(*app, false)] {
+                return std::ranges::find_if(all,
+                                            [](const Verb& verb) { return verb.app->parsed(); })
+                    ->run();
             }};
 }
 

@@ -51,7 +51,8 @@ Json edges() {
         list.push_back({{"name", edge.name},
                         {"source", edge.source},
                         {"joins", joins},
-                        {"parameters", parameters}});
+                        {"parameters", parameters},
+                        {"on_demand", edge.on_demand}});
     }
     return list;
 }
@@ -207,6 +208,7 @@ std::string line_of(const Json& entry) {
     if (entry.contains("meaning") && !entry["meaning"].get<std::string>().empty())
         text += ": " + entry["meaning"].get<std::string>();
     if (entry.contains("source")) text += ": " + entry["source"].get<std::string>();
+    if (entry.value("on_demand", false)) text += " (only by --via)";
     text += "\n";
     if (entry.contains("levels")) text += numbers_text(entry);
     if (entry.contains("joins"))

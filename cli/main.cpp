@@ -95,10 +95,11 @@ int run(int count, char** words) {
     main.set_version_flag("--version", "edgewise " + version());
     main.require_subcommand(1);
     main.ignore_case();  // of verbs
-    const Verb verbs[] = {
-        add_info(main),  add_warp(main),   add_render(main), add_mesh(main),      add_filter(main),
-        add_plan(main),  add_graph(main),  add_list(main),   add_calibrate(main), add_compare(main),
-        add_audit(main), add_advise(main), add_chart(main)};
+    std::vector<Verb> verbs{add_info(main)};
+    for (const Verb& job : add_jobs(main)) verbs.push_back(job);
+    for (const auto add : {add_plan, add_graph, add_list, add_calibrate, add_compare, add_audit,
+                           add_advise, add_chart})
+        verbs.push_back(add(main));
     if (count < 2) {
         std::fputs(main.help().c_str(), stderr);
         return kBadRequest;

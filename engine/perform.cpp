@@ -199,7 +199,7 @@ class Performance {
         const Tail& tail = session_.written.tail;
         if (!tail.view) return {};
         const store::Header& header = session_.input->header;
-        const bool photograph = !header.volume && !is_integer(header.type);
+        const bool photograph = want_.job->samples && !header.volume && !is_integer(header.type);
         if (photograph && !session_.window) return {0, 1};
         return shades_of(frames_, session_.window, tail);
     }

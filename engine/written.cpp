@@ -65,6 +65,11 @@ store::Header described(const Request& want, const Geometry& geometry, const Inp
         header.times = 1;
     }
     header.extent = want.output();
+    if (want.setting.as<RadonSetting>()) {
+        header.volume = want.axes == 3;
+        header.origin[0] =
+            -0.5 * static_cast<double>(header.extent.x - 1) * geometry.grid.spacing[0];
+    }
     for (int k = 0; k < 3; ++k)
         header.spacing[static_cast<std::size_t>(k)] = geometry.grid.spacing[k];
     if (want.job->samples) take_place(header, input.header, geometry);
@@ -204,10 +209,10 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     store::Header& header = written.header;
     const bool over_background =
         want.job == Job::render && want.mode->over_background && !keeps_alpha(want);
-    const int channels = over_background           ? 3
-                         : keeps_alpha(want)       ? 4
-                         : want.job == Job::render ? 1
-                                                   : input.channels();
+    const int channels = over_background      ? 3
+                         : keeps_alpha(want)  ? 4
+                         : !want.job->samples ? 1
+                                              : input.channels();
     const auto finish = [&]() -> Written& {
         written.tail.over_background = over_background;
         written.tail.background = want.background;
@@ -233,7 +238,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     }
     header.values = {};
     header.channels = channels;
-    if ((!spec.bits && want.job == Job::render) || spec.bits == 32) {
+    if ((!spec.bits && !want.job->samples) || spec.bits == 32) {
         header.type = Type::f32;
         if (files.fit(header)) {
             written.tail = values_tail(header, input, want);

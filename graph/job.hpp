@@ -25,6 +25,7 @@ class Job {
 
 struct JobTraits {
     std::string_view name = {};
+    std::string_view help = {};  // what it does, in a few words
     /// The kind of data that its paths end in ("screen/picture"), in memory or on ranks.
     std::string_view target = {};
     /// What one value of its result is: the field at a point, what a mode makes of a view ray, or

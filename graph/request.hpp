@@ -9,6 +9,7 @@
 
 #include "graph/clip.hpp"
 #include "graph/job.hpp"
+#include "graph/job_setting.hpp"
 #include "graph/mode.hpp"
 #include "graph/representation.hpp"
 #include "graph/written.hpp"
@@ -79,8 +80,6 @@ struct Budget {
     bool error_yields = false;
 };
 
-struct Filtering;  // graph/filtering.hpp
-
 /// Which surface a job or a mode makes of the samples.
 struct SurfaceOf {
     std::optional<double> isovalue = {};  // absent: one around each label
@@ -107,10 +106,10 @@ struct Request {
     Shading shading;    // of modes that take light
     /// Width and height of a picture's pixel, in steps along screen z.
     std::array<double, 2> pixel{1, 1};
-    std::optional<SurfaceOf> surface = {};            // absent: none is asked for
-    std::shared_ptr<const Filtering> filtering = {};  // of filter jobs; else null
-    std::optional<DepthCue> cue = {};                 // of modes that take one
-    double zero = 0;                                  // of xray: the value that adds nothing
+    std::optional<SurfaceOf> surface = {};  // absent: none is asked for
+    JobSetting setting = {};                // of jobs that have one: of filter a Filtering
+    std::optional<DepthCue> cue = {};       // of modes that take one
+    double zero = 0;                        // of xray: the value that adds nothing
     std::array<double, 3> background{0, 0, 0};
     bool keeps_alpha = false;  // of composite: no background, and alpha is part of the result
     double outside = 0;        // warp: value beyond the input; surfaces of labels: what is no label

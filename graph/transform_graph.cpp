@@ -34,6 +34,25 @@ std::vector<Parameters> combinations(const Transition& edge, const Demand* deman
     return all;
 }
 
+/// The edges that may lead to a kind, by the kinds that they join.
+std::set<std::string> edges_towards(std::string_view target, const Catalogue& catalogue) {
+    std::set<std::string> wanted{std::string(target)}, found;
+    const auto leads = [&](const auto& join) {
+        return std::any_of(wanted.begin(), wanted.end(),
+                           [&](const std::string& kind) { return takes_kind(kind, join.second); });
+    };
+    for (bool grows = true; grows;) {
+        grows = false;
+        for (const Transition& edge : catalogue)
+            for (const auto& join : edge.joins) {
+                if (!leads(join)) continue;
+                found.insert(edge.name);
+                grows = wanted.insert(join.first).second || grows;
+            }
+    }
+    return found;
+}
+
 class Expansion {
  public:
     Expansion(const Catalogue& catalogue, const Ask& ask, const Demands& demands)
@@ -162,7 +181,9 @@ class Expansion {
         accepted_[place] = true;
         const Demand* next = next_demand(edge, graph_[at]);
         const int demanded = graph_[at].demanded + (next && next->fits(edge, with));
-        const bool prepared = offer.from.space == "object" && offer.to.space == "object";
+        // All that leads to the result leads to one vertex.
+        const bool prepared = offer.from.space == "object" && offer.to.space == "object" &&
+                              !is_target(offer.to, ask_.want);
         if (prepared && out_of_order(graph_[at], place)) return;  // not what its joins declare
         const At to = find_or_add(offer.to, demanded, prepared ? place : -1);
         boost::add_edge(at, to, Arc{place, 0, std::move(offer)}, graph_);
@@ -200,9 +221,15 @@ class Expansion {
                 boost::add_edge(renamed[from], renamed[to], graph_[arc], spanned.graph);
             spanned.graph[added.first].index = boost::num_edges(spanned.graph) - 1;
         }
-        for (std::size_t i = 0; i < catalogue_.size(); ++i)
-            if (!accepted_[i])
-                spanned.refused.push_back({catalogue_[i].name, reason(i), !reasons_[i].empty()});
+        // Edges of other jobs have nothing to say, unless they are asked for.
+        const std::set<std::string> towards = edges_towards(ask_.want.job->target, catalogue_);
+        for (std::size_t i = 0; i < catalogue_.size(); ++i) {
+            const Transition& edge = catalogue_[i];
+            const auto names = [&](const Demand& demand) { return demand.names(edge); };
+            if (!accepted_[i] &&
+                (towards.contains(edge.name) || std::ranges::any_of(demands_.via, names)))
+                spanned.refused.push_back({edge.name, reason(i), !reasons_[i].empty()});
+        }
         return spanned;
     }
 
@@ -258,25 +285,6 @@ bool Demand::fits(const Transition& edge, const Parameters& chosen) const {
 }
 
 namespace {
-
-/// The edges that may lead to a kind, by the kinds that they join.
-std::set<std::string> edges_towards(std::string_view target, const Catalogue& catalogue) {
-    std::set<std::string> wanted{std::string(target)}, found;
-    const auto leads = [&](const auto& join) {
-        return std::any_of(wanted.begin(), wanted.end(),
-                           [&](const std::string& kind) { return takes_kind(kind, join.second); });
-    };
-    for (bool grows = true; grows;) {
-        grows = false;
-        for (const Transition& edge : catalogue)
-            for (const auto& join : edge.joins) {
-                if (!leads(join)) continue;
-                found.insert(edge.name);
-                grows = wanted.insert(join.first).second || grows;
-            }
-    }
-    return found;
-}
 
 /// The edge or family that a word means: its name in any case, or the end of it behind the family
 /// where only one edge ends so, or only one of `preferred`. @throws RequestError

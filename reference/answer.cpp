@@ -6,6 +6,8 @@
 #include <memory_resource>
 #include <tbb/parallel_for.h>
 
+#include "reference/filtered.hpp"
+
 namespace edgewise {
 namespace {
 
@@ -52,8 +54,19 @@ Cells cells_along(const RaySpan& ray) {
 
 }  // namespace
 
+Reference::Reference(const Request& want, const ReferenceField& field,
+                     std::pmr::memory_resource* memory)
+    : want_(want), field_(field), geometry_(want), arriving_(want, field), memory_(memory) {
+    if (const auto* filtering = want.setting.as<Filtering>())
+        filtered_ = std::make_shared<const FilteredReference>(*filtering, field);
+}
+
+void Reference::expect_affordable(double samples) const {
+    if (filtered_) filtered_->expect_affordable(samples);
+}
+
 int Reference::channels() const noexcept {
-    if (want_.job->of_points()) return field_.channels();
+    if (!want_.job->of_rays()) return field_.channels();
     return want_.mode->channels;
 }
 
@@ -86,6 +99,7 @@ Region Reference::cells_of(std::int64_t tile) const {
 }
 
 double Reference::bytes(double samples, int threads) const noexcept {
+    if (filtered_) return filtered_->bytes(samples);
     const bool tiled = field_.kind() == Field::spline;
     const std::int64_t side = tile_side();
     double visits = samples;
@@ -108,6 +122,7 @@ double Reference::bytes(double samples, int threads) const noexcept {
 }
 
 std::vector<double> Reference::values(std::span<const OutputSample> samples) const {
+    if (filtered_) return filtered_->values(samples);
     if (want_.job->of_points()) return warped(samples);
     std::vector<double> values(samples.size() * static_cast<std::size_t>(channels()), kNone);
     for (std::size_t begin = 0; begin < samples.size(); begin += kRaysAtOnce)

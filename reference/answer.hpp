@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,18 +10,20 @@
 
 namespace edgewise {
 
+class FilteredReference;
+
 /// The answer without shortcuts, in f64, one output sample at a time.
 ///
 /// Warp: the field at the sample's place. Render: cells of RaySpan::step of each ray, cut at the
 /// faces of the input, each sampled at the middle of what is left of it and weighed by its
-/// length; no early end; where the field is absent, nothing. Result values are those that edges
+/// length; no early end; where the field is absent, nothing. Filter: the kernel's sum or extreme at
+/// the sample (FilteredReference). Result values are those that edges
 /// deliver: for composite premultiplied red, green, blue and opacity, before the background.
 /// Written without the kernels that it judges.
 class Reference {
  public:
     /// All must stay alive.
-    Reference(const Request& want, const ReferenceField& field, std::pmr::memory_resource* memory)
-        : want_(want), field_(field), geometry_(want), arriving_(want, field), memory_(memory) {}
+    Reference(const Request& want, const ReferenceField& field, std::pmr::memory_resource* memory);
 
     /// Values of one output sample.
     int channels() const noexcept;
@@ -32,6 +35,8 @@ class Reference {
     std::vector<double> values(std::span<const OutputSample> samples) const;
     /// Bytes that values() takes at most beside what it returns.
     double bytes(double samples, int threads) const noexcept;
+    /// @throws RequestError where so many samples would take hours
+    void expect_affordable(double samples) const;
 
     const ReferenceField& field() const noexcept { return field_; }
     const ViewGeometry& geometry() const noexcept { return geometry_; }
@@ -47,6 +52,7 @@ class Reference {
     const ReferenceField& field_;
     ViewGeometry geometry_;
     ArrivingLight arriving_;
+    std::shared_ptr<const FilteredReference> filtered_;  // of filter jobs; else null
     std::pmr::memory_resource* memory_;
 };
 

@@ -96,6 +96,8 @@ Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_
       wanted_(samples),
       labels_(want.job->of_points() && field.kind() == Field::nearest) {
     const std::int64_t there = want.output().samples() * want.frames;
+    reference_.expect_affordable(
+        static_cast<double>(samples <= 0 ? there : std::min(there, kWorthAll * samples)));
     all_ = samples <= 0 || is_worth_all(want, there, samples);
     remembers_ = !all_ || there <= most_remembered(want);
     if (!remembers_) return;
@@ -117,7 +119,7 @@ Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_
 
 bool Verifier::counts(const OutputSample& at) const {
     if (!reference_.sees_input(at)) return false;
-    if (want_.job->of_rays()) return true;
+    if (!want_.job->of_points()) return true;
     const ReferenceField& field = reference_.field();
     const Vec3 point = *reference_.geometry().point(at);
     if (field.kind() == Field::nearest && field.has_no_nearest(point)) return false;

@@ -11,8 +11,9 @@
 namespace edgewise {
 namespace {
 
-constexpr std::size_t kMapped = std::size_t{1}
-                                << 20;  // from here on blocks are mapped, not malloced
+/// From here on blocks are mapped and kept, not malloced: malloc gives scratch of this size back to
+/// the system at once, and each tile would touch all of its pages anew.
+constexpr std::size_t kMapped = std::size_t{1} << 16;
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
 constexpr std::size_t kPage = 4096;
 

@@ -36,11 +36,22 @@
 #include "transitions/project/splat_ewa.hpp"
 #include "transitions/project/splat_sheets.hpp"
 #include "transitions/project/trapezoid_cast.hpp"
+#include "transitions/radon/backward.hpp"
+#include "transitions/radon/forward.hpp"
+#include "transitions/radon/fourier.hpp"
+#include "transitions/radon/hough_backward.hpp"
+#include "transitions/radon/hough_forward.hpp"
 #include "transitions/shade/classify.hpp"
 #include "transitions/shade/gradient.hpp"
 #include "transitions/shade/runs.hpp"
+#include "transitions/spectrum/faded_picture.hpp"
 #include "transitions/spectrum/forward.hpp"
+#include "transitions/spectrum/from_kspace.hpp"
+#include "transitions/spectrum/hartley.hpp"
 #include "transitions/spectrum/inverse.hpp"
+#include "transitions/spectrum/moment_slice.hpp"
+#include "transitions/spectrum/moments.hpp"
+#include "transitions/spectrum/polar.hpp"
 #include "transitions/spectrum/slice.hpp"
 #include "transitions/store/crop.hpp"
 #include "transitions/store/octree.hpp"
@@ -52,8 +63,11 @@
 #include "transitions/warp/axis_permutation.hpp"
 #include "transitions/warp/backward.hpp"
 #include "transitions/warp/permutation.hpp"
+#include "transitions/warp/phase_shears.hpp"
+#include "transitions/warp/phase_shift.hpp"
 #include "transitions/warp/scale.hpp"
 #include "transitions/warp/shear.hpp"
+#include "transitions/warp/spectrum_resample.hpp"
 
 namespace edgewise {
 
@@ -62,10 +76,15 @@ Catalogue catalogue() {
         // Preparations, in the order in which they apply: what is cropped away need not be
         // converted,
         // and no transform gains from samples that were made coarser before it.
+        spectrum_from_kspace(),
         spread_over_ranks(),
         crop(),
         spline_prefilter_edge(),
         spectrum_forward(),
+        spectrum_wide(),
+        spectrum_hartley(),
+        spectrum_moments(),
+        spectrum_polar(),
         precision(),
         gradient_facet(),
         visible_runs(),
@@ -82,6 +101,9 @@ Catalogue catalogue() {
         scaling(),
         permutation_warp(),
         shear_warp_passes(),
+        phase_shift(),
+        phase_shears(),
+        spectrum_resample(),
         combine(),
         parallel_product(),
         composite_colored(),
@@ -113,6 +135,9 @@ Catalogue catalogue() {
         attenuated_sum(),
         spectrum_slice(),
         spectrum_inverse(),
+        spectrum_polar_slice(),
+        spectrum_moment_slice(),
+        spectrum_faded_picture(),
         // Filters.
         filter_backward(),
         filter_forward(),
@@ -125,6 +150,12 @@ Catalogue catalogue() {
         filter_van_herk(),
         filter_median(),
         filter_median_histogram(),
+        // To lines.
+        radon_backward(),
+        radon_forward(),
+        radon_fourier(),
+        hough_forward(),
+        hough_backward(),
         // To surfaces.
         flying_edges_edge(),
         surface_nets_edge(),

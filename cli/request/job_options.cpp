@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "cli/request/channel_words.hpp"
+#include "cli/request/radon_words.hpp"
 #include "engine/request/geometry.hpp"
 #include "engine/request/numbers.hpp"
 #include "engine/request/quantities.hpp"
@@ -265,6 +266,7 @@ RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     spec.input = o.input;
     read_mode(spec, o);
     read_filter(spec, o);
+    if (o.job == radon_job()) spec.radon = radon_of(o);
     read_budgets(spec, o);
     read_output(spec, o);
     spec.selection = selection_of(o.selection);

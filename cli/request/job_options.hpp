@@ -17,7 +17,8 @@ struct JobOptions {
     GeometryWords geometry;
     SelectionWords selection;
     std::optional<std::string> mode, zero, background, transfer, preset, window, outside, isovalue;
-    std::optional<std::string> op, kernel, border;  // of filter
+    std::optional<std::string> op, kernel, border;     // of filter
+    std::optional<std::string> angles, to, threshold;  // of radon
     std::optional<std::string> shade, material, phase, cue, occlusion;
     std::vector<std::string> lights;
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;

@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
+#include "cli/request/radon_words.hpp"
+
 namespace edgewise::cli {
 namespace {
 
@@ -170,7 +172,7 @@ void add_budgets(CLI::App& app, JobOptions& o) {
     };
     const bool surface = o.job == Job::mesh;
     if (!surface) {
-        const bool filter = o.job == Job::filter;
+        const bool filter = o.job == Job::filter || o.job == radon_job();
         text("--max-error", o.max_error, "E",
              filter ? "NRMSE as 0.01 or 1%, or PSNR as 40dB; default: equal but for rounding"
                     : "NRMSE as 0.01 or 1%, or PSNR as 40dB; default linear: as good as linear "
@@ -239,9 +241,10 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
              "pictures a second of a .gif, .apng or .mp4 of several; default 15");
     text("--json", o.json, "FILE|-", "report");
     app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
-    if (o.job->values != JobTraits::Values::other) add_verify(app, o);
+    const bool has_reference = o.job->values != JobTraits::Values::other || o.job->samples;
+    if (has_reference) add_verify(app, o);
     text("--repeat", o.repeat, "N", "run N times");
-    if (out == OutNeeded::yes && o.job->values != JobTraits::Values::other)
+    if (out == OutNeeded::yes && has_reference)
         text("--report", o.report, "FILE.html", "a page of the run: plan, pictures, error map");
     text("--trace", o.trace, "FILE.json", "what ran when, for Chrome's trace viewer");
     text("--flow", o.flow, "FILE.dot", "the nodes that run");
@@ -285,6 +288,8 @@ void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out) {
         add_surface(app, options);
     } else if (options.job == Job::filter) {
         add_filter(app, options);
+    } else if (options.job == radon_job()) {
+        add_radon(app, options);
     } else {
         add_geometry(app, options);
         if (options.job == Job::render) add_clip(app, options.geometry);

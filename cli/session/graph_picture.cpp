@@ -55,7 +55,8 @@ std::string vertex_label(const Vertex& vertex) {
 }
 
 /// The arcs of the chosen path.
-std::set<std::size_t> arcs_of(const Plan& plan, const TransformGraph& spanned) {
+std::set<std::size_t> arcs_of(const Plan& plan, const TransformGraph& spanned,
+                              const Catalogue& catalogue) {
     const Graph& graph = spanned.graph;
     std::set<std::size_t> chosen;
     for (At at : spanned.sources) {
@@ -64,7 +65,8 @@ std::set<std::size_t> arcs_of(const Plan& plan, const TransformGraph& spanned) {
             const auto out = boost::make_iterator_range(boost::out_edges(at, graph));
             const auto next = std::find_if(out.begin(), out.end(), [&](const Way& way) {
                 const Offer& offer = graph[way].offer;
-                return offer.to.key() == step.offer.to.key() &&
+                return catalogue[static_cast<std::size_t>(graph[way].edge)].name == step.by->name &&
+                       offer.to.key() == step.offer.to.key() &&
                        offer.with.text() == step.offer.with.text() &&
                        offer.from.key() == step.offer.from.key();
             });
@@ -82,7 +84,7 @@ class Drawing {
     Drawing(const TransformGraph& spanned, const Catalogue& catalogue, const CostWords& cost,
             const Plan* chosen)
         : spanned_(spanned), graph_(spanned.graph), catalogue_(catalogue), cost_(cost) {
-        if (chosen) chosen_ = arcs_of(*chosen, spanned);
+        if (chosen) chosen_ = arcs_of(*chosen, spanned, catalogue);
     }
 
     std::string dot() const {
@@ -141,41 +143,59 @@ class Drawing {
         return "<tr>" + cells + "</tr>";
     }
 
-    /// A refused edge leads from what it would have read; what nothing made has no such place.
+    /// A refused edge leads from what it would have read; what nothing made has no such place, and
+    /// what nobody asked for needs none.
     std::string refusals() const {
-        std::string dot, unreached;
+        std::string dot, unreached, unasked;
         std::size_t number = 0;
         for (const Refusal& refusal : spanned_.refused) {
+            const std::string name =
+                fmt::format("<b>{}</b><br align=\"left\"/>", html_text(refusal.transition));
+            const std::string reason = wrapped(refusal.reason, "<br align=\"left\"/>");
             if (!refusal.asked) {
-                unreached += "<b>" + html_text(refusal.transition) + "</b><br align=\"left\"/>" +
-                             wrapped(refusal.reason, "<br align=\"left\"/>");
+                unreached += name + reason;
                 continue;
             }
-            dot += fmt::format(
-                "  r{} [shape=plaintext, style=\"\", fontsize=9, label=<<b>{}</b><br "
-                "align=\"left\"/>{}>];\n",
-                number, html_text(refusal.transition),
-                wrapped(refusal.reason, "<br align=\"left\"/>"));
+            if (waits_for_via(refusal)) {
+                unasked += name;
+                continue;
+            }
+            dot += fmt::format("  r{} [shape=plaintext, style=\"\", fontsize=9, label=<{}{}>];\n",
+                               number, name, reason);
             if (const auto from = reader_of(refusal.transition))
                 dot +=
                     fmt::format("  v{} -> r{} [style=dashed, color=\"#c04040\", arrowhead=tee];\n",
                                 *from, number);
             ++number;
         }
-        if (unreached.empty()) return dot;
-        return dot +
-               fmt::format(
-                   "  subgraph cluster_unreached {{ label=\"nothing makes what these read\"; "
-                   "fontsize=10; color=\"#bbbbbb\"; style=dashed;\n"
-                   "    unreached [shape=plaintext, style=\"\", fontsize=9, label=<{}>]; }}\n",
-                   unreached);
+        return dot + box("unreached", "nothing makes what these read", unreached) +
+               box("unasked", "taken only where --via names them", unasked);
+    }
+
+    static std::string box(const char* id, const char* label, const std::string& lines) {
+        if (lines.empty()) return {};
+        return fmt::format(
+            "  subgraph cluster_{0} {{ label=\"{1}\"; fontsize=10; color=\"#bbbbbb\"; "
+            "style=dashed;\n"
+            "    {0} [shape=plaintext, style=\"\", fontsize=9, label=<{2}>]; }}\n",
+            id, label, lines);
+    }
+
+    const Transition* edge_named(const std::string& name) const {
+        const auto edge = std::find_if(catalogue_.begin(), catalogue_.end(),
+                                       [&](const Transition& each) { return each.name == name; });
+        return edge == catalogue_.end() ? nullptr : &*edge;
+    }
+
+    bool waits_for_via(const Refusal& refusal) const {
+        const Transition* edge = edge_named(refusal.transition);
+        return edge && edge->on_demand && refusal.reason.find("--via") != std::string::npos;
     }
 
     /// The first vertex of a kind that an edge reads.
     std::optional<At> reader_of(const std::string& name) const {
-        const auto edge = std::find_if(catalogue_.begin(), catalogue_.end(),
-                                       [&](const Transition& each) { return each.name == name; });
-        if (edge == catalogue_.end()) return std::nullopt;
+        const Transition* edge = edge_named(name);
+        if (!edge) return std::nullopt;
         for (const At at : boost::make_iterator_range(boost::vertices(graph_)))
             for (const auto& [from, to] : edge->joins)
                 if (takes_kind(from, graph_[at].what.kind())) return at;

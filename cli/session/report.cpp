@@ -6,6 +6,7 @@
 #include "cli/session/margin_report.hpp"
 #include "engine/session.hpp"
 #include "graph/filtering.hpp"
+#include "graph/radon.hpp"
 #include "graph/version.hpp"
 
 namespace edgewise::cli {
@@ -146,10 +147,16 @@ Json request_json(const Session& session) {
     const Request& want = session.want();
     Json json = {{"job", name_of(want.job)}, {"input", session.spec.input}};
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
-    if (want.filtering) {
-        json["op"] = name_of(want.filtering->op);
-        json["kernel"] = want.filtering->stencil.name;
-        json["border"] = name_of(want.filtering->border);
+    if (const Filtering* filtering = want.setting.as<Filtering>()) {
+        json["op"] = name_of(filtering->op);
+        json["kernel"] = filtering->stencil.name;
+        json["border"] = name_of(filtering->border);
+    }
+    if (const RadonSetting* radon = want.setting.as<RadonSetting>()) {
+        const bool votes = radon->to == RadonSetting::To::hough;
+        json["angles"] = radon->angles;
+        json["to"] = votes ? "hough" : "sinogram";
+        if (votes) json["threshold"] = radon->threshold;
     }
     if (want.surface) json["isovalue"] = or_null(want.surface->isovalue);  // null: labels
     const Budget& budget = want.budget;

@@ -73,8 +73,9 @@ std::vector<Fact> input_facts(const Session& session) {
     return facts;
 }
 
-const char* field_text(Field field) {
-    switch (field) {
+const char* reference_text(const Request& want) {
+    if (want.job == Job::filter) return "the kernel written out, place by place, in f64";
+    switch (want.field) {
         case Field::linear:
             return "the linear interpolation of the samples";
         case Field::nearest:
@@ -104,7 +105,7 @@ std::vector<Fact> request_facts(const Session& session) {
     Request asked = want;
     if (!session.spec.max_memory) asked.budget.bytes.reset();  // what is free is no demand
     facts.emplace_back("budget", budget_text(asked));
-    facts.emplace_back("errors are against", field_text(want.field));
+    facts.emplace_back("errors are against", reference_text(want));
     return facts;
 }
 

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -16,10 +17,8 @@ struct Verb {
     std::function<int()> run;  // exit code
 };
 
-Verb add_warp(CLI::App& main);
-Verb add_render(CLI::App& main);
-Verb add_mesh(CLI::App& main);
-Verb add_filter(CLI::App& main);
+/// One for each job that comes with the library.
+std::vector<Verb> add_jobs(CLI::App& main);
 Verb add_plan(CLI::App& main);
 Verb add_graph(CLI::App& main);
 Verb add_info(CLI::App& main);

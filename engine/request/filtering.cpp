@@ -76,7 +76,7 @@ Stencil stencil_in(const std::string& file, int axes, bool of_sum) {
 
 }  // namespace
 
-std::shared_ptr<const Filtering> filtering_of(const FilterSpec& spec, int axes) {
+Filtering filtering_of(const FilterSpec& spec, int axes) {
     using Kind = KernelSpec::Kind;
     const KernelSpec& kernel = spec.kernel;
     const bool of_sum = is_linear(spec.op);
@@ -85,9 +85,9 @@ std::shared_ptr<const Filtering> filtering_of(const FilterSpec& spec, int axes) 
             throw RequestError(
                 fmt::format("--kernel {}:{:g}: expected {}", name, kernel.size, expected));
     };
-    auto made = std::make_shared<Filtering>();
-    made->op = spec.op;
-    made->border = spec.border;
+    Filtering made;
+    made.op = spec.op;
+    made.border = spec.border;
     const auto radius = [&](const char* name) {
         expect(kernel.size >= 0 && std::isfinite(kernel.size), name, "a radius of at least 0");
         expect_places(2 * std::floor(kernel.size) + 1, axes,
@@ -102,37 +102,37 @@ std::shared_ptr<const Filtering> filtering_of(const FilterSpec& spec, int axes) 
     };
     switch (kernel.kind) {
         case Kind::box:
-            made->stencil = Stencil::box(radius("box"), axes, of_sum);
+            made.stencil = Stencil::box(radius("box"), axes, of_sum);
             break;
         case Kind::sphere:
-            made->stencil = Stencil::ball(radius("sphere"), axes, of_sum);
+            made.stencil = Stencil::ball(radius("sphere"), axes, of_sum);
             break;
         case Kind::cross:
-            made->stencil = Stencil::cross(radius("cross"), axes, of_sum);
+            made.stencil = Stencil::cross(radius("cross"), axes, of_sum);
             break;
         case Kind::gauss:
             only_sums("gauss");
             expect(kernel.size > 0 && std::isfinite(kernel.size), "gauss",
                    "a standard deviation above 0");
             expect_places(8 * kernel.size + 2, axes, fmt::format("gauss:{:g}", kernel.size));
-            made->stencil = Stencil::gauss(kernel.size, axes);
+            made.stencil = Stencil::gauss(kernel.size, axes);
             break;
         case Kind::sobel:
             only_sums("sobel");
             if (kernel.axis < 0 || kernel.axis >= axes)
                 throw RequestError(fmt::format("--kernel sobel:{}: the input has only {} axes",
                                                "xyz"[std::clamp(kernel.axis, 0, 2)], axes));
-            made->stencil = Stencil::sobel(kernel.axis, axes);
+            made.stencil = Stencil::sobel(kernel.axis, axes);
             break;
         case Kind::laplace:
             only_sums("laplace");
-            made->stencil = Stencil::laplace(axes);
+            made.stencil = Stencil::laplace(axes);
             break;
         case Kind::file:
-            made->stencil = stencil_in(kernel.file, axes, of_sum);
+            made.stencil = stencil_in(kernel.file, axes, of_sum);
             break;
         case Kind::given:
-            made->stencil = kernel.given;
+            made.stencil = kernel.given;
             break;
     }
     return made;

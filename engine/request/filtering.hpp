@@ -1,7 +1,5 @@
 #pragma once
 
-#include <memory>
-
 #include "engine/request/spec.hpp"
 #include "graph/filtering.hpp"
 
@@ -12,6 +10,6 @@ namespace edgewise {
 /// that are 1. NaN is a hole.
 /// @throws RequestError sizes that make no sense, kernels of more than 2^22 places
 /// @throws InputError   of the file
-std::shared_ptr<const Filtering> filtering_of(const FilterSpec& spec, int axes);
+Filtering filtering_of(const FilterSpec& spec, int axes);
 
 }  // namespace edgewise

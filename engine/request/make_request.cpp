@@ -10,6 +10,7 @@
 #include "engine/request/clip.hpp"
 #include "engine/request/filtering.hpp"
 #include "engine/request/percentile.hpp"
+#include "engine/request/radon.hpp"
 #include "engine/transfer/presets.hpp"
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
@@ -123,8 +124,11 @@ void take_surface(Request& want, const RequestSpec& spec) {
 
 /// Equal but for rounding: what f32 makes of a sum of some thousand products.
 void take_filter_budget(Request& want, const RequestSpec& spec) {
-    if (want.job != Job::filter) return;
-    if (!spec.filter) throw RequestError("filter: which one? Expected --op OP and --kernel KERNEL");
+    if (want.job == radon_job() && !spec.radon)
+        throw RequestError("radon: which lines? Expected --angles N");
+    if (want.job != Job::filter && want.job != radon_job()) return;
+    if (want.job == Job::filter && !spec.filter)
+        throw RequestError("filter: which one? Expected --op OP and --kernel KERNEL");
     if (!want.budget.like) return;
     constexpr double kRounding = 1e-5;
     want.budget.like.reset();
@@ -269,7 +273,7 @@ Geometry take_filter(Request& want, const RequestSpec& spec, const Input& input)
     want.views = Placement(Mat4::Identity());
     want.screen = grid.extent;
     want.field = Field::linear;
-    want.filtering = filtering_of(*spec.filter, grid.axes);
+    want.setting = JobSetting::of(filtering_of(*spec.filter, grid.axes));
     return geometry;
 }
 
@@ -306,6 +310,7 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
                        const std::optional<Outputs>& outputs) {
     if (want.job == Job::mesh) return take_place(want, spec, input);
     if (want.job == Job::filter) return take_filter(want, spec, input);
+    if (want.job == radon_job()) return take_radon(want, *spec.radon, input);
     const InputGrid grid = grid_of(input);
     if (want.job == Job::render && grid.axes == 2)
         throw RequestError(fmt::format(

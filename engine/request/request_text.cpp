@@ -6,6 +6,7 @@
 
 #include "graph/filtering.hpp"
 #include "graph/hash.hpp"
+#include "graph/radon.hpp"
 #include "graph/transfer_table.hpp"
 
 namespace edgewise {
@@ -65,13 +66,16 @@ std::string request_text(const Request& want) {
     if (want.surface)
         text += want.surface->isovalue ? fmt::format("surface {:a}", *want.surface->isovalue)
                                        : "surface of labels";
-    if (want.filtering) {
-        const Stencil& stencil = want.filtering->stencil;
-        text += fmt::format("filter {} {} {}", name_of(want.filtering->op),
-                            name_of(want.filtering->border), text_of(stencil.extent, 3));
+    if (const Filtering* filtering = want.setting.as<Filtering>()) {
+        const Stencil& stencil = filtering->stencil;
+        text += fmt::format("filter {} {} {}", name_of(filtering->op), name_of(filtering->border),
+                            text_of(stencil.extent, 3));
         text.append(reinterpret_cast<const char*>(stencil.weights.data()),
                     stencil.weights.size() * sizeof(double));
     }
+    if (const RadonSetting* radon = want.setting.as<RadonSetting>())
+        text += fmt::format("radon {} {} {:a}", radon->angles, static_cast<int>(radon->to),
+                            radon->threshold);
     if (want.cue) text += fmt::format("cue {:a} {}", want.cue->per_length, want.cue->linear);
     const Shading& shading = want.shading;
     if (!shading.on()) return text;

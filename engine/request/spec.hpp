@@ -9,6 +9,7 @@
 
 #include "engine/transfer/transfer_spec.hpp"
 #include "graph/filtering.hpp"
+#include "graph/radon.hpp"
 #include "graph/request.hpp"
 #include "graph/transform_graph.hpp"
 #include "io/store.hpp"
@@ -109,8 +110,9 @@ struct RequestSpec {
     store::Selection selection;
     std::optional<std::string> out;  // file, %d is the frame; "-": standard output; "null:": none
     GeometrySpec geometry;
-    ClipSpec clip;                     // render
-    std::optional<FilterSpec> filter;  // of filter jobs, which need it
+    ClipSpec clip;                      // render
+    std::optional<FilterSpec> filter;   // of filter jobs, which need it
+    std::optional<RadonSetting> radon;  // of radon jobs, likewise
     Mode mode = Mode::mip;
     std::optional<double> isovalue;       // mesh (absent: of labels), and modes with a level
     std::optional<double> zero, outside;  // value that adds nothing (X-ray); beyond the input

@@ -424,6 +424,18 @@ class Pages(Chart):
                 if key:
                     self.assertEqual(report["request"][key], values[0])
 
+    def test_of_edges_between_the_same_vertices_the_chosen_one_is_bold(self):
+        """A filter's edges all lead from the samples to the result."""
+        request = ("filter", "phantom:noise:16", "--op", "convolve", "--kernel", "gauss:2")
+        plan = json.loads(self.run_it("plan", *request, "--json", "-", "--quiet").stdout)
+        chosen = plan["plan"]["steps"][0]["transition"]
+        file = self.folder / "f.svg"
+        self.run_it("graph", *request, "-o", file)
+        text = file.read_text()
+        arcs = [arc for arc in text.split('class="edge"')[1:] if 'stroke-width="3.2"' in arc]
+        self.assertEqual(len(arcs), 1)
+        self.assertIn(f">{chosen}<", arcs[0].split("</g>")[0])
+
     def test_the_graph_as_a_picture(self):
         file = self.folder / "g.svg"
         self.run_it("graph", *REQUEST, "-o", file)

@@ -180,8 +180,9 @@ class EveryPath(Running):
         for edge in (edge for edge in self.edges if edge["name"] not in self.run_by):
             reads = {join["from"] for join in edge["joins"]}
             before = [[other["name"]] for other in self.edges if other["name"] in self.run_by and reads & {join["to"] for join in other["joins"]}]
-            views = [("vessels", []), ("large", []), ("artery", ["--perspective", "30"])]
-            for scene, view, mode, via in [(*view, mode, via) for via in ([], *before[:2]) for view in views for mode in self.modes[:4:3]]:
+            views = [("vessels", [], self.modes[:4:3]), ("large", [], self.modes[:4:3]), ("artery", ["--perspective", "30"], self.modes[:4:3]),
+                     ("formula", ["--depth-cue", "0.01,linear"], self.modes[1:2])]
+            for scene, view, mode, via in [(scene, view, mode, via) for via in ([], *before[:2]) for scene, view, modes in views for mode in modes]:
                 request = [*self.request(scene, "--mode", mode), *view]
                 points = self.measured(request, 2, [*via, edge["name"]])
                 if points:

@@ -146,6 +146,50 @@ class Filter(Running):
             self.assertEqual(got.dtype, np.dtype(dtype))
             np.testing.assert_array_equal(got, ndimage.grey_dilation(a, size=3, mode="mirror"))
 
+    def verified(self, a, *words):
+        """The measured error, and the predicted one."""
+        source = self.folder / "in.nrrd"
+        files.write_nrrd(source, a[None] if a.ndim == 2 else a, image=a.ndim == 2)
+        done = self.run_it("filter", source, "-o", "null:", "--quiet", "--json", "-", "--verify=all", *words)
+        report = json.loads(done.stdout)
+        return report["measured"]["error"], report["plan"]["predicted"]["error"]
+
+    def test_verified_by_what_shares_no_code(self):
+        for axes, shape in ((2, (33, 41)), (3, (12, 13, 17))):
+            a = self.data(shape, "<f4")
+            for op in ("convolve", "correlate", "dilate", "erode", "open", "close", "tophat", "median"):
+                for border in BORDERS:
+                    kernel = "box:2" if border in ("zero", "wrap") else "sphere:2.3"
+                    measured, predicted = self.verified(a, "--op", op, "--kernel", kernel, "--border", border)
+                    self.assertEqual(measured["samples"], a.size)
+                    self.assertLess(measured["nrmse"], 2e-7, (op, border, axes))
+                    self.assertLess(predicted, 1e-5)
+
+    def test_verifying_sees_what_is_approximate(self):
+        """Deriche's waves are no Gaussian. What is predicted is a bound for any image: of noise, whose errors average, much is left."""
+        a = self.random.random((60, 70)).astype("<f4")
+        measured, predicted = self.verified(a, "--op", "convolve", "--kernel", "gauss:2", "--via", "recursive", "--max-error", "0.01")
+        self.assertGreater(measured["nrmse"], 1e-5)
+        self.assertLess(measured["nrmse"], predicted)
+        self.assertLess(predicted, 0.01)
+
+    def test_a_page_of_the_run(self):
+        a = self.data((40, 50), "u1")
+        files.write_nrrd(self.folder / "in.nrrd", a[None], image=True)
+        page = self.folder / "r.html"
+        self.run_it("filter", self.folder / "in.nrrd", "-o", "null:", "--op", "convolve", "--kernel", "gauss:2", "--via", "recursive",
+                    "--max-error", "0.01", "--report", page, "--quiet")
+        text = page.read_text()
+        for words in ("place by place", "Error map", "filter.recursive"):
+            self.assertIn(words, text)
+
+    def test_verifying_that_would_take_hours_is_refused(self):
+        a = self.data((60, 400, 400), "u1")
+        source = self.folder / "in.nrrd"
+        files.write_nrrd(source, a)
+        done = self.run_it("filter", source, "-o", "null:", "--op", "close", "--kernel", "sphere:45", "--verify", code=2)
+        self.assertIn("takes hours", done.stderr.decode())
+
     def test_hostile_words(self):
         a = self.data((8, 9), "u1")
         for words, said in ((["--op", "blur", "--kernel", "box:1"], "blur"), (["--op", "convolve", "--kernel", "box:-1"], "radius"), (["--op", "convolve", "--kernel", "box:1e9"], "places"),

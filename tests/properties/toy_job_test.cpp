@@ -77,11 +77,12 @@ TEST(ToyJob, IsPlannedAndRun) {
 }
 
 TEST(ToyJob, ThoseOfTheLibraryHaveNamesOfTheirOwn) {
-    ASSERT_EQ(jobs().size(), 4u);
+    ASSERT_EQ(jobs().size(), 5u);
     EXPECT_EQ(name_of(jobs()[0]), "warp");
     EXPECT_EQ(name_of(jobs()[1]), "render");
     EXPECT_EQ(name_of(jobs()[2]), "mesh");
     EXPECT_EQ(name_of(jobs()[3]), "filter");
+    EXPECT_EQ(name_of(jobs()[4]), "radon");
 }
 
 }  // namespace

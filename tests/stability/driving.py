@@ -83,11 +83,11 @@ class Driven(unittest.TestCase):
         return json.loads(self.run_it("list", "edges", "--json", "-").stdout)["edges"]
 
     def paths(self, target):
-        """--via words of every edge that ends in a target and of every value of its words, so that
-        an edge that is added later is swept as well."""
+        """--via words of every edge that competes for a target and of every value of its words, so
+        that an edge that is added later is swept as well. Those on demand have tests of their own."""
         found = []
         for edge in self.edges():
-            if not any(join["to"] == target for join in edge["joins"]):
+            if edge["on_demand"] or not any(join["to"] == target for join in edge["joins"]):
                 continue
             # Edges to several vertices have the space's name as a parameter.
             words = {key: [word for word in domain["words"]

@@ -123,8 +123,8 @@ class Prices(Driven):
 class Absent(Driven):
     """What does not exist is not accepted: a request for it ends before any work."""
 
-    def test_S19_S36_edges_that_do_not_exist(self):
-        for name in ("warp.ewa", "spectrum.hartley"):
+    def test_S19_edges_that_do_not_exist(self):
+        for name in ("warp.ewa", "warp.antialias"):
             done = self.run_it("render", "phantom:sphere:8", "-o", "null:", "--via", name, code=2)
             self.assertIn(name, done.stderr)
 

@@ -61,7 +61,7 @@ std::vector<Representation> stages(const std::vector<Neighbourhood>& passes,
 }
 
 std::string not_as_read(const Representation& from, const Request& want) {
-    if (!want.filtering) return "the request names no kernel";
+    if (!want.setting.as<Filtering>()) return "the request names no kernel";
     if (from.extent != want.input || from.placed.one_a_view() ||
         from.placed.at(0).matrix() != Mat4::Identity())
         return "the samples no longer lie where the input has them";
@@ -84,7 +84,7 @@ Offer offer(const FilterAlgorithm& algorithm, const Representation& from, const 
             const Parameters& with) {
     if (std::string reason = not_as_read(from, ask.want); !reason.empty())
         return Offer::no(std::move(reason));
-    const Filtering& filtering = *ask.want.filtering;
+    const Filtering& filtering = *ask.want.setting.as<Filtering>();
     const std::vector<Neighbourhood> passes = passes_of(filtering);
     const std::vector<Representation> made = stages(passes, from, ask.scene);
     for (std::size_t i = 0; i < passes.size(); ++i)
@@ -98,7 +98,7 @@ Offer offer(const FilterAlgorithm& algorithm, const Representation& from, const 
 }
 
 Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
-    const std::vector<Neighbourhood> passes = passes_of(*ask.want.filtering);
+    const std::vector<Neighbourhood> passes = passes_of(*ask.want.setting.as<Filtering>());
     const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
     const double n = static_cast<double>(offer.from.samples()) * offer.from.channels;
     Work work;
@@ -119,7 +119,7 @@ Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) 
                                                       double(bytes_of(pass.type)));
         if (i > 0) work.workspace = made[i].bytes();
     }
-    if (ask.want.filtering->op == FilterOp::tophat) {
+    if (ask.want.setting.as<Filtering>()->op == FilterOp::tophat) {
         work.operations += n;
         work.workspace += made.back().bytes();
     }
@@ -127,7 +127,7 @@ Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) 
 }
 
 Error error(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
-    const std::vector<Neighbourhood> passes = passes_of(*ask.want.filtering);
+    const std::vector<Neighbourhood> passes = passes_of(*ask.want.setting.as<Filtering>());
     const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
     Error error;
     for (std::size_t i = 0; i < passes.size(); ++i) {
@@ -179,7 +179,7 @@ void subtract(const Data& from, const Data& opened, Data& out, const Context& co
 
 void run(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask, const Data& in,
          Data& out, Context& context) {
-    const Filtering& filtering = *ask.want.filtering;
+    const Filtering& filtering = *ask.want.setting.as<Filtering>();
     const std::vector<Neighbourhood> passes = passes_of(filtering);
     const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
     const bool differs = filtering.op == FilterOp::tophat;

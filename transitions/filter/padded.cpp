@@ -19,16 +19,40 @@ constexpr std::int64_t rounded(std::int64_t n) {
     return (n + kernels::kRowStep - 1) / kernels::kRowStep * kernels::kRowStep;
 }
 
+/// Samples of a row that follow one another in memory.
+struct Span {
+    std::int64_t at;    // in the padded row
+    std::int64_t from;  // where the first is read; -1: nowhere, they are 0
+    std::int64_t count;
+};
+
+/// Where n samples of a padded row come from. Most follow one another: only those beyond the
+/// samples jump.
+std::vector<Span> spans_of(const std::vector<std::int64_t>& places) {
+    std::vector<Span> spans;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const std::int64_t at = places[i];
+        if (!spans.empty()) {
+            Span& last = spans.back();
+            if (at == (last.from < 0 ? -1 : last.from + last.count)) {
+                ++last.count;
+                continue;
+            }
+        }
+        spans.push_back({static_cast<std::int64_t>(i), at, 1});
+    }
+    return spans;
+}
+
 /// What a row of the padded tile is read by.
 template <class T>
 class Reader {
  public:
     Reader(const kernels::Grid& grid, int channel) : grid_(grid), channel_(channel) {}
 
-    void row(std::int64_t y, std::int64_t z, const std::vector<std::int64_t>& places, T* to) const {
-        const auto n = static_cast<std::int64_t>(places.size());
+    void row(std::int64_t y, std::int64_t z, const std::vector<Span>& spans, T* to) const {
         if (y < 0 || z < 0) {
-            std::fill_n(to, n, T{});
+            for (const Span& span : spans) std::fill_n(to + span.at, span.count, T{});
             return;
         }
         const std::int64_t first =
@@ -36,48 +60,44 @@ class Reader {
         if (grid_.type == Type::f16) {
             const auto* from = grid_.as<std::uint16_t>() + first;
             read(
-                from, [](std::uint16_t half) { return kernels::float_of_half(half); }, places, to);
+                from, [](std::uint16_t half) { return kernels::float_of_half(half); }, spans, to);
             return;
         }
         with_type(grid_.type, [&](auto type) {
             using Stored = decltype(type);
             read(
-                grid_.as<Stored>() + first, [](Stored stored) { return stored; }, places, to);
+                grid_.as<Stored>() + first, [](Stored stored) { return stored; }, spans, to);
         });
     }
 
  private:
     template <class Stored, class Read>
-    void read(const Stored* from, const Read& value_of, const std::vector<std::int64_t>& places,
-              T* to) const {
+    void read(const Stored* row, const Read& value_of, const std::vector<Span>& spans,
+              T* out) const {
         const int channels = grid_.channels;
-        const auto n = static_cast<std::int64_t>(places.size());
-        const auto convert = [&](std::int64_t i, std::int64_t place) {
-            const auto stored = value_of(from[place * channels]);
-            if constexpr (std::is_floating_point_v<T>) {
-                to[i] = plain_ ? static_cast<T>(stored)
-                               : static_cast<T>(grid_.values(static_cast<double>(stored)));
-            } else {
-                to[i] = static_cast<T>(stored);
-            }
-        };
-        // Most places follow one another: only those beyond the samples jump.
-        std::int64_t begin = 0;
-        while (begin < n) {
-            if (places[static_cast<std::size_t>(begin)] < 0) {
-                to[begin++] = T{};
+        for (const Span& span : spans) {
+            T* __restrict to = out + span.at;
+            if (span.from < 0) {
+                std::fill_n(to, span.count, T{});
                 continue;
             }
-            const std::int64_t place = places[static_cast<std::size_t>(begin)];
-            std::int64_t end = begin + 1;
-            while (end < n && places[static_cast<std::size_t>(end)] == place + (end - begin)) ++end;
-            if (channels == 1 && plain_) {
-                for (std::int64_t i = begin; i < end; ++i)
-                    to[i] = static_cast<T>(value_of(from[place + (i - begin)]));
+            const Stored* __restrict from = row + span.from * channels;
+            if (channels > 1 || !plain_) {
+                for (std::int64_t i = 0; i < span.count; ++i) {
+                    const auto stored = value_of(from[i * channels]);
+                    if constexpr (std::is_floating_point_v<T>) {
+                        to[i] = plain_ ? static_cast<T>(stored)
+                                       : static_cast<T>(grid_.values(static_cast<double>(stored)));
+                    } else {
+                        to[i] = static_cast<T>(stored);
+                    }
+                }
+            } else if constexpr (std::is_same_v<T, Stored>) {
+                std::memcpy(to, from, static_cast<std::size_t>(span.count) * sizeof(T));
             } else {
-                for (std::int64_t i = begin; i < end; ++i) convert(i, place + (i - begin));
+                for (std::int64_t i = 0; i < span.count; ++i)
+                    to[i] = static_cast<T>(value_of(from[i]));
             }
-            begin = end;
         }
     }
 
@@ -162,11 +182,12 @@ void run_tiles(const PassRun& run, const TileShape& shape, const TilePass<T>& pa
                                   n[axis] + reach[axis] - 1, whole[axis]);
         }
         const Reader<T> reader(run.in, channel);
+        const std::vector<Span> spans = spans_of(places[0]);
         for (std::size_t z = 0; z < places[2].size(); ++z)
             for (std::size_t y = 0; y < places[1].size(); ++y) {
                 T* to = in.data() + static_cast<std::int64_t>(y) * shape.row +
                         static_cast<std::int64_t>(z) * shape.slice;
-                reader.row(places[1][y], places[2][z], places[0], to);
+                reader.row(places[1][y], places[2][z], spans, to);
                 // What vectors read behind a row is defined, so that nothing hangs on it.
                 const auto used = static_cast<std::int64_t>(places[0].size());
                 std::fill(to + used, to + shape.row, T{});

@@ -9,45 +9,59 @@
 
 #include "transitions/filter/filtering_edge.hpp"
 #include "transitions/kernels/pmr_block.hpp"
+#include "transitions/kernels/waves.hpp"
 
 namespace edgewise {
 namespace {
 
-constexpr int kWaves = 2;
-constexpr std::int64_t kLines = 16;  // that go side by side
+using kernels::kWaveLines;
 
 /// Responses amplitude x pole^n to an impulse n samples ago, of which the real parts are added.
-struct Waves {
-    std::array<std::complex<double>, kWaves> pole, amplitude;
+struct GaussWaves {
+    std::array<std::complex<double>, kernels::kWaves> pole, amplitude;
 
     /// Deriche's fit of fourth order, scaled so that all weights sum to 1.
-    explicit Waves(double sigma) {
+    explicit GaussWaves(double sigma) {
         using namespace std::complex_literals;
-        constexpr std::array<std::array<double, 4>, kWaves> kFit = {
+        constexpr std::array<std::array<double, 4>, kernels::kWaves> kFit = {
             {{1.6800, 3.7350, 1.7830, 0.6318}, {-0.6803, -0.2598, 1.7230, 1.9970}}};
-        for (std::size_t w = 0; w < kWaves; ++w) {
+        for (std::size_t w = 0; w < pole.size(); ++w) {
             const auto [cosine, sine, decay, turn] = kFit[w];
             // cosine x cos + sine x sin of an angle: the real part of this times exp(i angle).
             amplitude[w] = cosine - sine * 1.0i;
             pole[w] = std::exp((-decay + turn * 1.0i) / sigma);
         }
         double sum = -at(0);
-        for (std::size_t w = 0; w < kWaves; ++w) sum += 2 * (amplitude[w] / (1.0 - pole[w])).real();
+        for (std::size_t w = 0; w < pole.size(); ++w)
+            sum += 2 * (amplitude[w] / (1.0 - pole[w])).real();
         for (auto& each : amplitude) each /= sum;
     }
     /// The weight of a sample n places away.
     double at(std::int64_t n) const {
         double weight = 0;
-        for (std::size_t w = 0; w < kWaves; ++w)
+        for (std::size_t w = 0; w < pole.size(); ++w)
             weight += (amplitude[w] * std::pow(pole[w], static_cast<double>(n))).real();
         return weight;
+    }
+    kernels::Waves in_f32() const {
+        kernels::Waves waves;
+        for (std::size_t w = 0; w < pole.size(); ++w) {
+            const std::complex<double> settled = amplitude[w] / (1.0 - pole[w]);
+            waves.pole_real[w] = static_cast<float>(pole[w].real());
+            waves.pole_imaginary[w] = static_cast<float>(pole[w].imag());
+            waves.real[w] = static_cast<float>(amplitude[w].real());
+            waves.imaginary[w] = static_cast<float>(amplitude[w].imag());
+            waves.settled_real[w] = static_cast<float>(settled.real());
+            waves.settled_imaginary[w] = static_cast<float>(settled.imag());
+        }
+        return waves;
     }
 };
 
 /// The sum of |difference| of the two kernels along one axis.
 double difference_of(double sigma) {
     const Stencil exact = Stencil::gauss(sigma, 1);
-    const Waves waves(sigma);
+    const GaussWaves waves(sigma);
     const std::int64_t radius = exact.centre()[0];
     double all = 0;
     // Far out the waves are below all that f64 tells.
@@ -67,44 +81,6 @@ std::string not_recursive(const PassAsk& ask) {
     return {};
 }
 
-/// Lines side by side: values [i * kLines + l] of line l.
-class Recursion {
- public:
-    explicit Recursion(const Waves& waves) : waves_(waves) {}
-
-    /// out += what comes from before, the sample itself included, or (`backward`) from behind.
-    void add(const double* in, double* out, std::int64_t n, bool backward) const {
-        for (std::size_t w = 0; w < kWaves; ++w) {
-            const double pr = waves_.pole[w].real(), pi = waves_.pole[w].imag();
-            const double ar = waves_.amplitude[w].real(), ai = waves_.amplitude[w].imag();
-            const std::complex<double> settled = waves_.amplitude[w] / (1.0 - waves_.pole[w]);
-            const std::int64_t first = backward ? n - 1 : 0, step = backward ? -1 : 1;
-            double real[kLines], imaginary[kLines];
-            // As if the first sample had always been there.
-            for (std::int64_t l = 0; l < kLines; ++l) {
-                real[l] = settled.real() * in[first * kLines + l];
-                imaginary[l] = settled.imag() * in[first * kLines + l];
-            }
-            for (std::int64_t k = 0, i = first; k < n; ++k, i += step) {
-                const double* from = in + i * kLines;
-                double* to = out + i * kLines;
-                for (std::int64_t l = 0; l < kLines; ++l) {
-                    const double r = pr * real[l] - pi * imaginary[l];
-                    const double m = pr * imaginary[l] + pi * real[l];
-                    // Backward the sample itself is left out: it has been counted.
-                    if (backward) to[l] += r;
-                    real[l] = r + ar * from[l];
-                    imaginary[l] = m + ai * from[l];
-                    if (!backward) to[l] += real[l];
-                }
-            }
-        }
-    }
-
- private:
-    const Waves& waves_;
-};
-
 /// A box of values, which is filtered along one axis after another, in place.
 struct Values {
     float* first;
@@ -112,36 +88,36 @@ struct Values {
     std::array<std::int64_t, 3> step;
 };
 
-void filter_along(int axis, const Values& values, const Recursion& recursion,
+void filter_along(int axis, const Values& values, const kernels::Waves& waves,
                   std::pmr::memory_resource* memory) {
     const auto k = static_cast<std::size_t>(axis);
-    const std::int64_t n = values.n[axis];
-    kernels::Block<double> in(static_cast<std::size_t>(n * kLines), memory),
-        out(static_cast<std::size_t>(n * kLines), memory);
+    const std::int64_t n = values.n[axis], step = values.step[k];
+    kernels::Block<float> in(static_cast<std::size_t>(n * kWaveLines), memory),
+        out(static_cast<std::size_t>(n * kWaveLines), memory);
     const std::size_t side = axis == 0 ? 1 : 0, other = axis == 2 ? 1 : 2;
+    const std::int64_t apart = values.step[side];
     for (std::int64_t b = 0; b < values.n[static_cast<int>(other)]; ++b)
-        for (std::int64_t a = 0; a < values.n[static_cast<int>(side)]; a += kLines) {
-            float* at = values.first + a * values.step[side] + b * values.step[other];
-            const std::int64_t lines = std::min(kLines, values.n[static_cast<int>(side)] - a);
-            for (std::int64_t i = 0; i < n; ++i)
-                for (std::int64_t l = 0; l < kLines; ++l)
-                    in[static_cast<std::size_t>(i * kLines + l)] = static_cast<double>(
-                        at[i * values.step[k] + std::min(l, lines - 1) * values.step[side]]);
-            std::fill_n(out.data(), n * kLines, 0.0);
-            recursion.add(in.data(), out.data(), n, false);
-            recursion.add(in.data(), out.data(), n, true);
-            for (std::int64_t i = 0; i < n; ++i)
-                for (std::int64_t l = 0; l < lines; ++l)
-                    at[i * values.step[k] + l * values.step[side]] =
-                        static_cast<float>(out[static_cast<std::size_t>(i * kLines + l)]);
+        for (std::int64_t a = 0; a < values.n[static_cast<int>(side)]; a += kWaveLines) {
+            float* at = values.first + a * apart + b * values.step[other];
+            const std::int64_t lines = std::min(kWaveLines, values.n[static_cast<int>(side)] - a);
+            for (std::int64_t i = 0; i < n; ++i) {
+                float* to = in.data() + i * kWaveLines;
+                for (std::int64_t l = 0; l < lines; ++l) to[l] = at[i * step + l * apart];
+                for (std::int64_t l = lines; l < kWaveLines; ++l) to[l] = to[lines - 1];
+            }
+            kernels::waves_forward(waves, in.data(), out.data(), n);
+            kernels::waves_backward(waves, in.data(), out.data(), n);
+            for (std::int64_t i = 0; i < n; ++i) {
+                const float* from = out.data() + i * kWaveLines;
+                for (std::int64_t l = 0; l < lines; ++l) at[i * step + l * apart] = from[l];
+            }
         }
 }
 
 template <class T>
 void run_recursive(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
-    const Waves waves(run.of.size);
-    const Recursion recursion(waves);
+    const kernels::Waves waves = GaussWaves(run.of.size).in_f32();
     const Extent reach = run.of.extent();
     run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
         const Extent n{tile.extent.x + reach.x - 1, tile.extent.y + reach.y - 1,
@@ -155,7 +131,7 @@ void run_recursive(const PassRun& run) {
                         static_cast<float>(first[x + y * shape.row + z * shape.slice]);
         for (int axis = 0; axis < 3; ++axis)
             if (reach[axis] > 1)
-                filter_along(axis, {values.data(), n, {1, n.x, n.x * n.y}}, recursion, tile.memory);
+                filter_along(axis, {values.data(), n, {1, n.x, n.x * n.y}}, waves, tile.memory);
         for (std::int64_t z = 0; z < tile.extent.z; ++z)
             for (std::int64_t y = 0; y < tile.extent.y; ++y)
                 for (std::int64_t x = 0; x < tile.extent.x; ++x)
@@ -181,16 +157,20 @@ Transition filter_recursive() {
                     axes += reach[axis] > 1;
                     margin *= 1 + double(reach[axis] - 1) / double(tile[axis]);
                 }
-                // Waves are in f64, whatever the samples are.
-                const double wide = 8 / double(bytes_of(ask.type));
+                // Waves are in f32, whatever the samples are.
+                const double wide = 4 / double(bytes_of(ask.type));
                 return 36 * wide * axes * margin;
             },
         .error = [](const PassAsk& ask) -> Error {
             int axes = 0;
             for (int axis = 0; axis < 3; ++axis) axes += ask.of.extent()[axis] > 1;
-            // Both kernels sum to 1: only what differs from the middle of the range counts.
-            return {.bias =
-                        0.5 * axes * difference_of(ask.of.size) * (ask.scene.high - ask.scene.low)};
+            const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
+            // Both kernels sum to 1: only what differs from the middle of the range counts. A wave
+            // remembers the rounding of some sigma samples; f32, with the tenfold of what a sum of
+            // their squares has, since amplitudes cancel.
+            return {
+                .bias = 0.5 * axes * difference_of(ask.of.size) * (ask.scene.high - ask.scene.low),
+                .noise = 10 * 0x1p-24 * largest * std::sqrt(axes * std::max(1.0, ask.of.size))};
         },
         .run =
             [](const PassRun& run, Type type) {

@@ -9,8 +9,9 @@ namespace edgewise {
 ///
 /// Edge    object/scalar -> object/filtered, see filtering_edge()
 /// Needs   a Gaussian; samples that are finite
-/// Work    36 operations in f64 an axis, also for samples around tiles
-/// Error   at most the sum of |difference of the two kernels| times half the range of the values
+/// Work    36 operations in f32 an axis, also for samples around tiles
+/// Error   at most the sum of |difference of the two kernels| times half the range of the values;
+///         rounding of f32
 /// Source  Deriche, "Recursively implementing the Gaussian and its derivatives", INRIA 1893, 1993
 Transition filter_recursive();
 

@@ -22,12 +22,14 @@ struct Tap {
     float part;            // way to the next row
 };
 
+template <int kWidth>
 HWY_INLINE Tap tap_at(std::uint64_t frequency, std::uint64_t period, const float* table,
                       std::size_t row) {
-    const Wide at = static_cast<Wide>(frequency) * period;
+    constexpr int kRest = 24 - tap_bits(kWidth);
+    const Wide at = static_cast<Wide>(frequency) * period + tap_shift(kWidth);
     const auto fraction = static_cast<std::uint64_t>(at) >> 40;  // 24 bits
-    return {static_cast<std::int64_t>(at >> 64), table + (fraction >> 16) * row,
-            static_cast<float>(fraction & 0xffff) * (1.f / 65536)};
+    return {static_cast<std::int64_t>(at >> 64), table + (fraction >> kRest) * row,
+            static_cast<float>(fraction & ((1u << kRest) - 1)) * (1.f / (1 << kRest))};
 }
 
 template <class D>
@@ -48,9 +50,9 @@ HWY_INLINE void spread_weights(const Tap& tap, float* HWY_RESTRICT out) {
 template <int kWidth>
 void sample(const SpectrumView& s, std::array<std::uint64_t, 3> f,
             const std::array<std::uint64_t, 3>& step, std::int64_t n, Complex* out) {
-    // Six taps are read as eight: the last two weights are 0, and the columns behind the half
-    // spectrum are wide enough.
-    constexpr std::size_t kSpan = kWidth == 4 ? 8 : 16;
+    // Fewer taps than four are read as four, others as eight: the last weights are 0, and the
+    // columns behind the half spectrum are wide enough.
+    constexpr std::size_t kSpan = 2 * columns_read(kWidth);
     constexpr std::size_t kPairs = 2 * TapTable::kMostTaps;
     const hn::CappedTag<float, kSpan> d;
     HWY_ALIGN float wy[8], wz[8], sums[16];
@@ -58,13 +60,14 @@ void sample(const SpectrumView& s, std::array<std::uint64_t, 3> f,
     for (std::int64_t i = 0; i < n; ++i) {
         // F(-f) is the conjugate of F(f): only kx >= 0 is stored.
         const std::uint64_t sign = std::uint64_t{0} - (f[0] >> 63);
-        const Tap x = tap_at(mirror(f[0], sign), s.period[0], s.pairs, kPairs);
-        const Tap y = tap_at(mirror(f[1], sign), s.period[1], s.taps, TapTable::kMostTaps);
-        const Tap z = tap_at(mirror(f[2], sign), s.period[2], s.taps, TapTable::kMostTaps);
+        const Tap x = tap_at<kWidth>(mirror(f[0], sign), s.period[0], s.pairs, kPairs);
+        const Tap y = tap_at<kWidth>(mirror(f[1], sign), s.period[1], s.taps, TapTable::kMostTaps);
+        const Tap z = tap_at<kWidth>(mirror(f[2], sign), s.period[2], s.taps, TapTable::kMostTaps);
         for (int axis = 0; axis < 3; ++axis) f[axis] += step[axis];
         spread_weights<kWidth>(y, wy);
         spread_weights<kWidth>(z, wz);
-        const auto* first = reinterpret_cast<const float*>(s.samples + x.index - (kWidth / 2 - 1));
+        const auto* first =
+            reinterpret_cast<const float*>(s.samples + x.index - taps_before(kWidth));
         const std::ptrdiff_t* rows = s.rows + y.index;
         const std::ptrdiff_t* planes = s.planes + z.index;
         for (std::size_t part = 0; part < kSpan; part += hn::Lanes(d)) {
@@ -86,10 +89,22 @@ void sample(const SpectrumView& s, std::array<std::uint64_t, 3> f,
 
 void SampleRow(const SpectrumView& spectrum, std::array<std::uint64_t, 3> frequency,
                std::array<std::uint64_t, 3> step, std::int64_t n, Complex* out) {
-    if (spectrum.width == 4)
-        sample<4>(spectrum, frequency, step, n, out);
-    else
-        sample<6>(spectrum, frequency, step, n, out);
+    switch (spectrum.width) {
+        case 2:
+            return sample<2>(spectrum, frequency, step, n, out);
+        case 3:
+            return sample<3>(spectrum, frequency, step, n, out);
+        case 4:
+            return sample<4>(spectrum, frequency, step, n, out);
+        case 5:
+            return sample<5>(spectrum, frequency, step, n, out);
+        case 6:
+            return sample<6>(spectrum, frequency, step, n, out);
+        case 7:
+            return sample<7>(spectrum, frequency, step, n, out);
+        default:
+            return sample<8>(spectrum, frequency, step, n, out);
+    }
 }
 
 }  // namespace HWY_NAMESPACE

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <tbb/parallel_for.h>
 
+#include "transitions/kernels/hartley.hpp"
 #include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/spectrum_row.hpp"
 
@@ -241,7 +242,8 @@ struct Slicer {
 void Slicer::interpolate(const Stretch& stretch, Complex* samples) const {
     const SliceView& view = target.view;
     const Line line(plane, stretch);
-    sample_row(spectrum, line.frequency, line.step, stretch.size(), samples);
+    const auto sample = spectrum.hartley ? sample_hartley_row : sample_row;
+    sample(spectrum, line.frequency, line.step, stretch.size(), samples);
     const bool edge = !view.folded && 2 * std::abs(stretch.ky) == view.height;
     const Complex factor = turn(stretch.ky, plane.at_y, view.height) *
                            static_cast<float>(plane.scale * (edge ? 0.5 : 1));
@@ -277,7 +279,12 @@ void Slicer::fold(const Stretch& stretch, const Complex* samples) const {
 
 void fill_offsets(std::int64_t period, int width, std::int64_t stride, std::ptrdiff_t* out) {
     for (std::int64_t i = 0; i < period + width; ++i)
-        out[i] = modulo(i - (width / 2 - 1), period) * stride;
+        out[i] = modulo(i - taps_before(width), period) * stride;
+}
+/// The same of the samples at -k.
+void fill_offsets_back(std::int64_t period, int width, std::int64_t stride, std::ptrdiff_t* out) {
+    for (std::int64_t i = 0; i < period + width; ++i)
+        out[i] = modulo(taps_before(width) - i, period) * stride;
 }
 
 }  // namespace
@@ -303,15 +310,24 @@ void slice_of_spectrum(const Grid& spectrum, const Extent& period, const KaiserB
     fill_offsets(period.y, width, spectrum.row_step(), rows.data());
     fill_offsets(period.z, width, spectrum.slice_step(), planes.data());
     const TapTable& table = TapTable::of(window);
-    const SpectrumView source{
-        spectrum.as<Complex>() + SpectrumShape::kColumnsBefore,
-        {static_cast<std::uint64_t>(period.x), static_cast<std::uint64_t>(period.y),
-         static_cast<std::uint64_t>(period.z)},
-        rows.data(),
-        planes.data(),
-        width,
-        table.taps.data(),
-        table.pairs.data()};
+    SpectrumView source{spectrum.as<Complex>() + SpectrumShape::kColumnsBefore,
+                        {static_cast<std::uint64_t>(period.x), static_cast<std::uint64_t>(period.y),
+                         static_cast<std::uint64_t>(period.z)},
+                        rows.data(),
+                        planes.data(),
+                        width,
+                        table.taps.data(),
+                        table.pairs.data()};
+    const bool hartley = spectrum.type == Type::f32;
+    Block<std::ptrdiff_t> rows_back(hartley ? period.y + width : 1, memory),
+        planes_back(hartley ? period.z + width : 1, memory);
+    if (hartley) {
+        fill_offsets_back(period.y, width, spectrum.row_step(), rows_back.data());
+        fill_offsets_back(period.z, width, spectrum.slice_step(), planes_back.data());
+        source.hartley = spectrum.as<float>() + HartleyShape::kColumnsBefore;
+        source.rows_back = rows_back.data();
+        source.planes_back = planes_back.data();
+    }
 
     const Plane plane = plane_of(view);
     const std::int64_t longest = longest_run(view), last = last_row(view);
@@ -336,7 +352,8 @@ Region spectrum_read(const Extent& period, const KaiserBessel& window, const Sli
                      const Region& part) {
     const Plane plane = plane_of(view);
     const Target target{view, part};
-    const std::int64_t last = last_row(view), width = window.width(), before = width / 2 - 1;
+    const std::int64_t last = last_row(view), width = window.width(),
+                       before = taps_before(window.width());
     const std::array periods{static_cast<std::uint64_t>(period.x),
                              static_cast<std::uint64_t>(period.y),
                              static_cast<std::uint64_t>(period.z)};
@@ -350,7 +367,7 @@ Region spectrum_read(const Extent& period, const KaiserBessel& window, const Sli
         each_stretch(target, b, last, [&](const Stretch& stretch) {
             Line line(plane, stretch);
             for (std::int64_t i = 0; i < stretch.size(); ++i) {
-                const auto at = cells_at(line.frequency, periods);
+                const auto at = cells_at(line.frequency, periods, window.width());
                 for (std::size_t axis = 0; axis < 3; ++axis) {
                     add(axis, at[axis]);
                     line.frequency[axis] += line.step[axis];
@@ -385,8 +402,9 @@ double slice_scratch(const SliceView& view) noexcept {
 }
 
 double slice_workspace(const SliceView& view, const Extent& period) noexcept {
+    // Offsets, also those of -k, which only a Hartley transform has.
     return slice_scratch(view) +
-           static_cast<double>(period.y + period.z + 16) * sizeof(std::ptrdiff_t);
+           2. * static_cast<double>(period.y + period.z + 16) * sizeof(std::ptrdiff_t);
 }
 
 }  // namespace edgewise::kernels

@@ -41,7 +41,8 @@ struct SliceView {
 /// phase puts the origin voxel where it falls on the picture. By the slice theorem this is the
 /// spectrum of the integral along screen z [value x pixel], whatever the affine map.
 ///
-/// @param spectrum  of spectrum_of_volume, with this period and window; what spectrum_read says
+/// @param spectrum  of spectrum_of_volume, with this period and window; what spectrum_read says.
+///                  Of type f32: whole, of hartley_of_spectrum
 /// @param out       complex samples of the box `held` of view.stored()
 /// @param part      the box of `held` that is made, the same to the bit whatever is left out
 /// @param stop      true: returns soon, with `out` unfinished

@@ -1,8 +1,13 @@
 #include "transitions/spectrum/forward.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <vector>
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum.hpp"
@@ -24,11 +29,17 @@ constexpr Ghosts kGhosts[] = {{4, 1.25, 1.4e-3}, {6, 1.25, 9e-5}, {4, 1.5, 4e-4}
 // For the mean: rays that meet little of the volume divide their ghosts by a short length.
 constexpr double kShortRays = 12;
 
+// Of these windows the errors are 0.18 to 0.51 of the mean ghost.
+constexpr double kOfMeanGhost = 0.5;
+/// Rounding of f32 where a window does not amplify it, over the range of the picture.
+constexpr double kRounding = 2e-7;
+
 double ghosts_of(const kernels::KaiserBessel& window) {
+    const double rounding = kRounding * std::pow(std::max(1., window.amplified()), 3);
     for (const Ghosts& ghosts : kGhosts)
         if (ghosts.width == window.width() && ghosts.padding == window.padding())
             return ghosts.error;
-    return 1;
+    return kOfMeanGhost * window.mean_ghost() + rounding;
 }
 
 kernels::KaiserBessel window_of(const Parameters& with) {
@@ -50,20 +61,18 @@ double inside_of(const Ask& ask) {
     return error * ask.scene.range;
 }
 
-Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (std::string reason = no_projection(ask); !reason.empty())
-        return Offer::no(std::move(reason));
-    const double width = with.number("width"), padding = with.number("padding");
-    if (width != std::floor(width) ||
-        !kernels::KaiserBessel::known(static_cast<int>(width), padding))
-        return Offer::no(fmt::format(
-            "no window of width {} for padding {}: widths are 4 and 6, paddings 1.25, 1.5 and 2",
-            width, padding));
+/// Why no spectrum is made of this; empty: one is.
+std::string no_spectrum(const Representation& from, const Ask& ask) {
+    if (std::string reason = no_projection(ask); !reason.empty()) return reason;
     if (from.axes != 3 || from.channels != 1 || from.layout != Layout::linear ||
         from.place != Place::memory || from.placed.one_a_view())
-        return Offer::no("a spectrum is made of a volume of one channel, whole in memory");
+        return "a spectrum is made of a volume of one channel, whole in memory";
+    return {};
+}
 
-    const kernels::SpectrumShape shape(from.extent, window_of(with));
+Offer spectrum_by(const kernels::KaiserBessel& window, const Representation& from, const Ask& ask,
+                  const Parameters& with) {
+    const kernels::SpectrumShape shape(from.extent, window);
     Offer offer{.from = from, .to = from, .with = with};
     offer.to.content = "spectrum";
     offer.to.facets = {window_facet(shape.window)};
@@ -76,6 +85,19 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     for (int axis = 0; axis < 3; ++axis) shift(axis, 3) = -static_cast<double>(origin[axis]);
     offer.to.placed = Placement(shift * from.placed.at(0).matrix());
     return offer;
+}
+
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    const double width = with.number("width"), padding = with.number("padding");
+    if (width != std::floor(width) ||
+        !kernels::KaiserBessel::known(static_cast<int>(width), padding))
+        return Offer::no(
+            fmt::format("no window of width {} for padding {}: widths are 2 to 8, "
+                        "paddings 1.25, 1.5 and 2, and 1 for width 2",
+                        width, padding));
+    if (std::string reason = no_spectrum(from, ask); !reason.empty())
+        return Offer::no(std::move(reason));
+    return spectrum_by(window_of(with), from, ask, with);
 }
 
 Work work(const Offer& offer, const Ask&, int /*view*/) {
@@ -91,21 +113,33 @@ Work work(const Offer& offer, const Ask&, int /*view*/) {
             .workspace = 16. * 1024};
 }
 
-Error error(const Offer& offer, const Ask& ask) {
-    // From here on errors count in values of the picture, to which what came before adds up.
+/// What all windows get wrong [value of the picture].
+double ends_of(const Ask& ask) {
+    return ask.scene.fact("picture/spectrum/ends").value_or(inside_of(ask));
+}
+
+/// What a window's ghosts and what all windows get wrong add up to.
+/// @param ghosts  over the range of the picture
+double with_ghosts(double ghosts, const Ask& ask) {
+    return ends_of(ask) + ghosts * ask.scene.range * (ask.want.mode->divides ? kShortRays : 1);
+}
+
+/// From here on errors count in values of the picture, to which what came before adds up.
+Error error_by(double bias, const Ask& ask) {
     const Request& want = ask.want;
     const double length =
         want.mode->divides ? 1 : std::cbrt(static_cast<double>(want.input.samples())) * want.unit;
     const double samples = std::cbrt(static_cast<double>(want.input.samples()));
-    const kernels::KaiserBessel window = window_of(offer.with);
-    const double ghosts =
-        ghosts_of(window) * ask.scene.range * (want.mode->divides ? kShortRays : 1);
-    // What every window gets wrong is counted here too, as one number with this one's ghosts.
-    const double ends = ask.scene.fact("picture/spectrum/ends").value_or(inside_of(ask));
-    const double measured = measured_error(window, offer.from, ask).value_or(ends + ghosts);
     return {.gain = ask.scene.fact("gain/blur").value_or(length),
             .noise_gain = ask.scene.fact("gain/noise/zoh").value_or(length / std::sqrt(samples)),
-            .bias = measured};
+            .bias = bias};
+}
+
+Error error(const Offer& offer, const Ask& ask) {
+    const kernels::KaiserBessel window = window_of(offer.with);
+    // What every window gets wrong is counted here too, as one number with this one's ghosts.
+    return error_by(
+        measured_error(window, offer.from, ask).value_or(with_ghosts(ghosts_of(window), ask)), ask);
 }
 
 void run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region&,
@@ -118,6 +152,71 @@ void run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region
     out.facets[window_facet(shape.window)] = shape.window;
 }
 
+// ---- windows for small errors ----------------------------------------------------------------
+
+constexpr double kWidths[] = {6, 7, 8}, kPaddings[] = {1.5, 2};
+
+/// What ghosts along all axes add up to at most, over the longest ray; and rounding.
+double bound_of(const kernels::KaiserBessel& window) {
+    return 3 * window.bound() + kRounding * std::pow(std::max(1., window.amplified()), 3);
+}
+
+/// Operations of a spectrum and of all its slices.
+double operations_by(const kernels::KaiserBessel& window, const Extent& extent, const Ask& ask) {
+    const double taps = std::pow(window.width(), 3);
+    // About so many samples has a plane through the frequencies up to 3/4 of a cycle.
+    const double plane = 1.5 * 1.5 * std::pow(static_cast<double>(extent.samples()), 2. / 3);
+    return kernels::spectrum_operations(kernels::SpectrumShape(extent, window)) +
+           4 * taps * plane * ask.want.views.different();
+}
+
+/// Which window keeps an error for the least work; nothing where none does.
+/// @param room  for its ghosts, over the range
+std::optional<kernels::KaiserBessel> window_within(double room, const Extent& extent,
+                                                   const Ask& ask) {
+    std::optional<kernels::KaiserBessel> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const double width : kWidths)
+        for (const double padding : kPaddings) {
+            const kernels::KaiserBessel window(static_cast<int>(width), padding);
+            const double taken = operations_by(window, extent, ask);
+            if (bound_of(window) > room || taken >= least) continue;
+            least = taken;
+            best = window;
+        }
+    return best;
+}
+
+Offer offer_wide(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (!ask.want.budget.error || ask.want.budget.error_yields)
+        return Offer::no("no error is asked for; spectrum.forward takes any width by --via");
+    if (std::string reason = no_spectrum(from, ask); !reason.empty())
+        return Offer::no(std::move(reason));
+    const double most = *ask.want.budget.error * ask.scene.range, ends = ends_of(ask);
+    if (ends >= most)
+        return Offer::no(
+            fmt::format("pictures by any window are wrong by {:.2g}, which is asked "
+                        "to be {:.2g}",
+                        ends / ask.scene.range, *ask.want.budget.error));
+    for (const kernels::KaiserBessel& window : SpectrumRays::tried())
+        if (measured_error(window, from, ask).value_or(most) < most)
+            return Offer::no(fmt::format("a window of {} taps keeps an error of {:.2g}",
+                                         window.width(), *ask.want.budget.error));
+    const double room =
+        (most - ends) / (ask.scene.range * (ask.want.mode->divides ? kShortRays : 1));
+    const auto best = window_within(room, from.extent, ask);
+    if (!best) return Offer::no(fmt::format("no window's bound is below {:.2g}", room));
+    const kernels::KaiserBessel window = window_of(with);
+    if (window.width() != best->width() || window.padding() != best->padding())
+        return Offer::no(fmt::format("a window of {} taps and padding {} keeps the error for less",
+                                     best->width(), best->padding()));
+    return spectrum_by(window, from, ask, with);
+}
+
+Error error_wide(const Offer& offer, const Ask& ask) {
+    return error_by(with_ghosts(bound_of(window_of(offer.with)), ask), ask);
+}
+
 }  // namespace
 
 Transition spectrum_forward() {
@@ -127,14 +226,37 @@ Transition spectrum_forward() {
     for (const kernels::KaiserBessel& window : windows())
         edge.joins.emplace_back("object/scalar", spectrum_kind(window));
     edge.parameters = {
-        {"width", number(4, 6, {4, 6}, "taps of the window along each axis: 4 or 6")},
-        {"padding", number(1.25, 2, {kTriedPadding}, "period over extent: 1.25, 1.5 or 2")}};
+        {"width", number(kernels::KaiserBessel::kNarrowest, kernels::KaiserBessel::kWidest, {4, 6},
+                         "taps of the window along each axis: 2 to 8")},
+        {"padding", number(1, 2, {kTriedPadding},
+                           "period over extent: 1.25, 1.5 or 2; of width 2 also 1, linear")}};
     edge.laws = {Law::linear};
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
     edge.model = spectrum_model;
     edge.run = run;
+    return edge;
+}
+
+Transition spectrum_wide() {
+    Transition edge = spectrum_forward();
+    edge.name = "spectrum.wide";
+    edge.joins.clear();
+    std::vector<double> paddings(std::begin(kPaddings), std::end(kPaddings));
+    std::vector<double> widths(std::begin(kWidths), std::end(kWidths));
+    for (const double width : widths)
+        for (const double padding : paddings)
+            edge.joins.emplace_back("object/scalar", spectrum_kind(kernels::KaiserBessel(
+                                                         static_cast<int>(width), padding)));
+    edge.parameters = {
+        {"width", number(widths.front(), widths.back(), widths, "taps of the window: 6 to 8")},
+        {"padding",
+         number(paddings.front(), paddings.back(), paddings, "period over extent: 1.5 or 2")}};
+    edge.laws = {};  // of requests without a budget, which it is never on the path of
+    edge.offer = offer_wide;
+    edge.error = error_wide;
+    edge.model = {};  // that of spectrum.forward measures what all windows get wrong
     return edge;
 }
 

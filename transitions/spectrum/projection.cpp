@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <map>
 
+#include "transitions/kernels/hartley.hpp"
+#include "transitions/kernels/spectrum.hpp"
 #include "transitions/kernels/spectrum_picture.hpp"
 
 namespace edgewise {
@@ -30,16 +33,7 @@ Shadow shadow_of(const Mat4& view, const Extent& input) {
 
 }  // namespace
 
-const std::vector<kernels::KaiserBessel>& windows() {
-    static const std::vector<kernels::KaiserBessel> all = [] {
-        std::vector<kernels::KaiserBessel> made;
-        for (const int width : {4, 6})
-            for (const double padding : {1.25, 1.5, 2.})
-                if (kernels::KaiserBessel::known(width, padding)) made.emplace_back(width, padding);
-        return made;
-    }();
-    return all;
-}
+const std::vector<kernels::KaiserBessel>& windows() { return kernels::known_windows(); }
 
 std::string window_facet(const kernels::KaiserBessel& window) {
     return fmt::format("window{}x{}", window.width(), window.padding());
@@ -65,9 +59,24 @@ std::string spectrum_kind(const kernels::KaiserBessel& window) {
     return "object/spectrum+" + window_facet(window);
 }
 
+std::string hartley_kind(const kernels::KaiserBessel& window) {
+    return fmt::format("object/{}+{}", kHartley, window_facet(window));
+}
+
+Extent spectrum_period(const Representation& spectrum) {
+    return spectrum.content == kHartley ? kernels::HartleyShape::period_of(spectrum.extent)
+                                        : kernels::SpectrumShape::period_of(spectrum.extent);
+}
+
 kernels::KaiserBessel window_of(const Representation& spectrum) {
-    for (const kernels::KaiserBessel& window : windows())
-        if (spectrum.facets.contains(window_facet(window))) return window;
+    static const std::map<std::string, kernels::KaiserBessel> named = [] {
+        std::map<std::string, kernels::KaiserBessel> all;
+        for (const kernels::KaiserBessel& window : windows())
+            all.emplace(window_facet(window), window);
+        return all;
+    }();
+    for (const std::string& facet : spectrum.facets)
+        if (const auto found = named.find(facet); found != named.end()) return found->second;
     throw RunError("a spectrum does not say which window it was made for");
 }
 

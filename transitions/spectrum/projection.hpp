@@ -27,6 +27,12 @@ kernels::KaiserBessel window_of(const Representation& spectrum);
 const std::vector<kernels::KaiserBessel>& windows();
 /// "object/spectrum+window4x1.25" ...
 std::string spectrum_kind(const kernels::KaiserBessel& window);
+/// The content of a spectrum that is stored as its Hartley transform.
+inline constexpr const char* kHartley = "hartley";
+/// "object/hartley+window4x1.25" ...
+std::string hartley_kind(const kernels::KaiserBessel& window);
+/// Period of the padded volume that a spectrum is of, in either form [voxel].
+Extent spectrum_period(const Representation& spectrum);
 
 /// Why a request's pictures are no projections that a spectrum gives; empty where they are.
 std::string no_projection(const Ask& ask);

@@ -31,6 +31,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     const Extent period = picture_period_of(ask.want);
     Offer offer{.from = from, .to = from, .with = with};
     offer.to.space = "slice";
+    offer.to.content = "spectrum";  // also of a Hartley transform
+    offer.to.type = Type::c64;
     offer.to.drop_facets();
     offer.to.axes = 2;
     offer.to.extent = {period.x / 2 + 1, period.y, 1};
@@ -42,15 +44,17 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const kernels::SliceView slice = view_of(offer, ask.want, view);
     const double samples = kernels::slice_samples(slice);
     const double width = window_of(offer.from).width();
+    const bool hartley = offer.from.content == kHartley;
     return {// Taps along x are pairs of f32; the sums along y and z come first, those along x last.
             .operations = samples * (4 * width * (width * width + width + 1) + 12 * width + 60),
             .streamed = 2 * offer.to.bytes(),
-            .gathers = samples * width * width,
-            // Rows of `width` c64 across the plane, which is one sample thick.
+            // A Hartley transform is read at f and at -f.
+            .gathers = samples * width * width * (hartley ? 2 : 1),
+            // Rows of `width` c64, or twice as many of f32, across the plane, which is one sample
+            // thick.
             .lines = {.count = samples * width * 2 * sizeof(float) / kLineBytes},
             .scratch = kernels::slice_scratch(slice),
-            .workspace = kernels::slice_workspace(
-                slice, kernels::SpectrumShape::period_of(offer.from.extent))};
+            .workspace = kernels::slice_workspace(slice, spectrum_period(offer.from))};
 }
 
 /// spectrum.forward knows what the volume's band loses. What lies beyond the picture's own depends
@@ -61,6 +65,8 @@ Error error(const Offer& offer, const Ask&) {
 }
 
 Partition parts(const Offer& offer, const Ask& ask) {
+    // The two halves of a Hartley transform that a sample is made of are far from each other.
+    if (offer.from.content == kHartley) return {.kind = Partition::output, .leaf = offer.to.extent};
     return {.kind = Partition::output,
             .leaf = offer.to.extent,
             .reads = [offer, want = ask.want](const Region& out, int view) {
@@ -72,10 +78,10 @@ Partition parts(const Offer& offer, const Ask& ask) {
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
-    kernels::slice_of_spectrum(
-        kernels::grid_of(in), kernels::SpectrumShape::period_of(in.what.extent), window_of(in.what),
-        view_of(offer, ask.want, context.view), out.as<kernels::Complex>(), out.held(), region,
-        context.memory, [&] { return context.stopped(); });
+    kernels::slice_of_spectrum(kernels::grid_of(in), spectrum_period(in.what), window_of(in.what),
+                               view_of(offer, ask.want, context.view), out.as<kernels::Complex>(),
+                               out.held(), region, context.memory,
+                               [&] { return context.stopped(); });
     context.poll();
 }
 
@@ -87,6 +93,8 @@ Transition spectrum_slice() {
     edge.source = "Bracewell 1956; Malzbender 1993; Wittenbrink 1993, 5.1";
     for (const kernels::KaiserBessel& window : windows())
         edge.joins.emplace_back(spectrum_kind(window), "slice/spectrum");
+    for (const kernels::KaiserBessel& window : windows())
+        edge.joins.emplace_back(hartley_kind(window), "slice/spectrum");
     edge.parameters = {
         {"band", one_of({"volume", "picture"},
                         "frequencies: all of the volume's, or only the picture's own")}};

@@ -10,6 +10,7 @@
 #include "reference/stored.hpp"
 #include "scene/scene.hpp"
 #include "transitions/kernels/spectrum.hpp"
+#include "transitions/spectrum/forward.hpp"
 #include "transitions/spectrum/projection.hpp"
 
 namespace edgewise {
@@ -19,30 +20,23 @@ constexpr double kPi = std::numbers::pi;
 constexpr int kFine = 64;            // places a sample at which a step is tabulated
 constexpr double kFaceStep = 0.125;  // [sample]: the error changes its sign every sample
 
-/// The window's transform, but for a factor.
-double faded(const kernels::KaiserBessel& window, double x) {
-    const double turn = kPi * window.width() * x;
-    const double square = window.shape() * window.shape() - turn * turn;
-    const double root = std::sqrt(std::abs(square));
-    return root < 1e-6 ? 1 : (square > 0 ? std::sinh(root) : std::sin(root)) / root;
-}
-
-/// Sum of faded() over all x + m, m whole, by Poisson's rule.
+/// Sum of the window's transform over all x + m, m whole, by Poisson's rule: of a window that lies
+/// on samples.
 double faded_everywhere(const kernels::KaiserBessel& window, double x) {
     const int half = window.width() / 2;
     double sum = 0;
     for (int k = -half; k <= half; ++k) {
-        const double s = static_cast<double>(k) / half;
-        // At its ends the window is cut: a jump counts half.
-        sum += std::cyl_bessel_i(0, window.shape() * std::sqrt(1 - s * s)) *
-               (std::abs(k) == half ? 0.5 : 1) * std::cos(2 * kPi * k * x);
+        // At its ends an even window is cut: a jump counts half.
+        const bool end = 2 * std::abs(k) == window.width();
+        sum += window(k) * (end ? 0.5 : 1) * std::cos(2 * kPi * k * x);
     }
-    return sum / window.width();
+    return sum;
 }
 
 /// What the last tap adds that has no other to make it symmetric, where all taps fall on samples.
 double turned(const kernels::KaiserBessel& window, double x) {
-    return std::sin(kPi * window.width() * x) / window.width();
+    if (window.width() % 2 != 0) return 0;
+    return std::sin(kPi * window.width() * x) * window(0.5 * window.width());
 }
 
 /// The field through samples that are 1 at u <= 0 and 0 at u >= 1, as the slice has it.
@@ -118,16 +112,16 @@ std::int64_t size_along(const Region& box, int axis) { return box.end[axis] - bo
 
 }  // namespace
 
-const std::array<kernels::KaiserBessel, SpectrumRays::kWindows>& SpectrumRays::windows() {
-    static const std::array<kernels::KaiserBessel, kWindows> all = {
-        {{4, kTriedPadding}, {6, kTriedPadding}}};
+const std::vector<kernels::KaiserBessel>& SpectrumRays::tried() {
+    static const std::vector<kernels::KaiserBessel> all = {{4, kTriedPadding}, {6, kTriedPadding}};
     return all;
 }
 
 SpectrumRays::SpectrumRays(const Request& want, const Data& input, const Statistics& statistics,
-                           const Region& box)
+                           const Region& box, std::vector<kernels::KaiserBessel> windows)
     : want_(want),
       input_(input),
+      windows_(std::move(windows)),
       empty_(statistics.commonest),
       box_(box),
       // A step's error is 3e-4 there; that of a band-limited step hardly fades.
@@ -151,19 +145,19 @@ SpectrumRays::SpectrumRays(const Request& want, const Data& input, const Statist
 
 SpectrumRays::Weights SpectrumRays::weights_along(int axis) const {
     const std::int64_t n = size_along(box_, axis);
-    const kernels::SpectrumShape shape(box_.extent(), windows().front());  // all pad alike
+    const kernels::SpectrumShape shape(box_.extent(), windows_.front());  // all pad alike
     Weights weights{.period = static_cast<double>(shape.period[axis]), .of = {}, .turned = {}};
     for (int repetition = -kRepetitions; repetition <= kRepetitions; ++repetition)
         for (std::int64_t i = 0; i < n; ++i) {
             const double x = static_cast<double>(i - n / 2) / weights.period;
             auto& of = weights.of.emplace_back();
             if (repetition == 0) weights.turned.emplace_back();
-            for (std::size_t w = 0; w < kWindows; ++w) {
-                const kernels::KaiserBessel& window = windows()[w];
-                const double here = faded(window, x);
+            for (std::size_t w = 0; w < windows_.size(); ++w) {
+                const kernels::KaiserBessel& window = windows_[w];
+                const double here = window.transform(x);
                 // In the middle stands what all repetitions together leave on one line.
                 of[w] = repetition == 0 ? faded_everywhere(window, x) / here - 1
-                                        : faded(window, x + repetition) / here;
+                                        : window.transform(x + repetition) / here;
                 if (repetition == 0) weights.turned.back()[w] = turned(window, x) / here;
             }
         }
@@ -421,13 +415,16 @@ namespace {
 
 /// What lies beyond the cutoff, over the difference of a linear and a spline picture. Both come
 /// from the same frequencies: of the spline response(1 - f) over |response(f) - sinc(f)^2| is
-/// at most 0.06 for f < 1/4, and 0.02 over white noise; of the trilinear field 0.3 to 0.45.
+/// at most 0.06 for f < 1/4, and 0.02 over white noise, less of smooth samples (beyond_of); of the
+/// trilinear field 0.3 to 0.45.
 constexpr double kBeyond = 0.05, kBeyondLinear = 0.4, kBeyondBand = 0.6;
 /// All ghosts over those that are looked at: farther ones, and those along two axes at once.
 constexpr double kAllGhosts = 1.15;
 /// Tables are exact to 4e-6 of the largest value; what one ray has of that, over the values of the
 /// longest ray.
 constexpr double kRounding = 3e-7;
+/// Windows that amplify the spectrum's rounding by less, along one axis, add nothing to that.
+constexpr double kAmplified = 2.55;
 
 /// Cast through the spline and through the trilinear field, as the picture's own frequencies have
 /// it: what lies beyond the cutoff is told from their difference.
@@ -444,6 +441,80 @@ bool are_alike(const Request& want) {
     return true;
 }
 
+/// What lies beyond the cutoff over the difference of a linear and a spline picture, of these
+/// samples: at most kBeyond, and much less of smooth ones. Beyond 3/4 of a cycle the spline has
+/// response(1 - f), f < 1/4, which is at most 0.01027 s^4 + 0.077 s^6 with s = sin(pi f): of fourth
+/// differences, 16 s^4, and sixth ones, -64 s^6. Linear interpolation loses s^2 / 3: a twelfth of
+/// second ones.
+double beyond_of(const Data& samples, const Statistics& statistics) {
+    constexpr std::int64_t kDrawn = 4096, kLeast = 64;
+    constexpr double kMargin = 1.5, kFourth = 0.01027 / 16, kSixth = -0.077 / 64;
+    constexpr std::array<double, 3> kRatio = {0.8191725, 0.6710436, 0.5497005};  // Roberts 2018
+    const Extent& n = samples.what.extent;
+    const Region& box = statistics.occupied;
+    if (box.empty()) return kBeyond;
+    std::int64_t met = 0;
+    double linear = 0, beyond = 0;
+    for (std::int64_t draw = 0; draw < kDrawn; ++draw) {
+        std::array<std::int64_t, 3> at{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double part = std::fmod(0.5 + kRatio[axis] * static_cast<double>(draw + 1), 1.0);
+            at[axis] =
+                box.begin[axis] + static_cast<std::int64_t>(
+                                      part * static_cast<double>(box.end[axis] - box.begin[axis]));
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::int64_t last = n[static_cast<int>(axis)] - 1;
+            const auto value = [&](std::int64_t k) {
+                std::array<std::int64_t, 3> near = at;
+                near[axis] = std::clamp<std::int64_t>(at[axis] + k, 0, last);
+                return value_at(samples, near[0] + n.x * (near[1] + n.y * near[2]));
+            };
+            // Sums of both neighbours at a distance.
+            const double v0 = value(0), v1 = value(-1) + value(1), v2 = value(-2) + value(2),
+                         v3 = value(-3) + value(3);
+            const double bend = v1 - 2 * v0;
+            linear += std::pow(bend / 12, 2);
+            beyond += std::pow(
+                kFourth * (v2 - 4 * v1 + 6 * v0) + kSixth * (v3 - 6 * v2 + 15 * v1 - 20 * v0), 2);
+            met += bend != 0;
+        }
+    }
+    return met < kLeast ? kBeyond : std::min(kBeyond, kMargin * std::sqrt(beyond / linear));
+}
+
+/// Windows of spectra that paths make, of one padding and at most kWindows a group: those that are
+/// tried, and those that are asked for.
+std::vector<std::vector<kernels::KaiserBessel>> measured_windows(const ModelSetting& setting) {
+    std::vector<std::vector<kernels::KaiserBessel>> groups = {SpectrumRays::tried()};
+    const auto has = [&](int width, double padding) {
+        for (const auto& group : groups)
+            for (const kernels::KaiserBessel& window : group)
+                if (window.width() == width && window.padding() == padding) return true;
+        return false;
+    };
+    if (!setting.asked) return groups;
+    const Transition forward = spectrum_forward();
+    for (const Demand& demand : setting.asked->via) {
+        if (!demand.names(forward)) continue;
+        const auto number = [&](const char* key, double tried) {
+            return demand.with.contains(key) ? demand.with.number(key) : tried;
+        };
+        const double padding = number("padding", kTriedPadding);
+        std::vector<kernels::KaiserBessel> group;
+        for (const kernels::KaiserBessel& tried : SpectrumRays::tried()) {
+            const double width = number("width", tried.width());
+            if (width == std::floor(width) &&
+                kernels::KaiserBessel::known(static_cast<int>(width), padding) &&
+                !has(static_cast<int>(width), padding) &&
+                (group.empty() || group.back().width() != width))
+                group.emplace_back(static_cast<int>(width), padding);
+        }
+        if (!group.empty()) groups.push_back(std::move(group));
+    }
+    return groups;
+}
+
 class SpectrumModel final : public Model {
  public:
     explicit SpectrumModel(const ModelSetting& setting)
@@ -453,14 +524,19 @@ class SpectrumModel final : public Model {
           alike_(are_alike(setting.want)) {
         for (int axis = 0; axis < 3; ++axis)
             longest_ = std::max(longest_, static_cast<double>(want_.input[axis]));
+        if (want_.field == Field::spline)
+            beyond_ = beyond_of(setting.field.samples(), setting.statistics);
         facts_.push_back({.name = "picture/spectrum/ends", .like = RayLook::kFoh1});
-        boxes_.reserve(setting.boxes.size());
-        for (const Region& box : setting.boxes) {
-            boxes_.emplace_back(want_, setting.field.samples(), setting.statistics, box);
-            for (const kernels::KaiserBessel& window : SpectrumRays::windows())
-                facts_.push_back({.name = fact_of_spectrum(window, box.extent(), want_),
-                                  .like = RayLook::kFoh1});
-        }
+        const std::vector<std::vector<kernels::KaiserBessel>> groups = measured_windows(setting);
+        boxes_.reserve(setting.boxes.size() * groups.size());
+        for (const Region& box : setting.boxes)
+            for (const auto& windows : groups) {
+                boxes_.emplace_back(want_, setting.field.samples(), setting.statistics, box,
+                                    windows);
+                for (const kernels::KaiserBessel& window : windows)
+                    facts_.push_back({.name = fact_of_spectrum(window, box.extent(), want_),
+                                      .like = RayLook::kFoh1});
+            }
     }
     std::vector<double> steps() const override { return {kKnownStep}; }
     bool stands_for_neighbours() const override { return alike_; }
@@ -480,32 +556,35 @@ class SpectrumModel final : public Model {
         const double beyond =
             lost ? *lost * scale
                  : (known.linear - known.spline) * (want_.field == Field::linear   ? kBeyondLinear
-                                                    : want_.field == Field::spline ? kBeyond
+                                                    : want_.field == Field::spline ? beyond_
                                                                                    : kBeyondBand);
         const double spread = high_ - low_, rounding = kRounding * spread * longest_ * scale;
         const double clean = want_.field == Field::formula ? known.spline : known.expected;
-        const auto square = [&](double wrong, double turned) {
+        const auto square = [&](double wrong, double turned, double amplified) {
             double got = clean + wrong * scale;
             if (mean) got = std::clamp(got, low_, high_);
-            const double noise = std::hypot(beyond, rounding, turned * scale);
+            const double noise = std::hypot(beyond, rounding * amplified, turned * scale);
             return std::pow(got - known.expected, 2) +
                    std::pow(mean ? std::min(noise, spread) : noise, 2);
         };
         const double ends = boxes_.front().faces(ray);
         std::size_t fact = 0;
-        squares.add(fact++, square(ends, 0));
+        squares.add(fact++, square(ends, 0, 1));
         for (const SpectrumRays& box : boxes_) {
             const SpectrumRays::Ghosts ghosts =
                 box.ghosts(at.view, static_cast<double>(at.x), static_cast<double>(at.y));
-            for (std::size_t w = 0; w < SpectrumRays::kWindows; ++w)
+            for (std::size_t w = 0; w < box.windows().size(); ++w) {
+                const double grown = box.windows()[w].amplified() / kAmplified;
                 squares.add(fact++, square(ends + kAllGhosts * ghosts.seen[w],
-                                           kAllGhosts * ghosts.turned[w]));
+                                           kAllGhosts * ghosts.turned[w],
+                                           std::pow(std::max(1., grown), 3)));
+            }
         }
     }
 
  private:
     const Request& want_;
-    double low_, high_, longest_ = 0;
+    double low_, high_, longest_ = 0, beyond_ = kBeyond;
     bool alike_;
     std::vector<SpectrumRays> boxes_;  // the whole first
 };

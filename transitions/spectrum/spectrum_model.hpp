@@ -29,9 +29,11 @@ namespace edgewise {
 /// finite samples. Sources: Malzbender 1993; Jackson et al. 1991.
 class SpectrumRays {
  public:
-    /// Windows that are measured: those that are planned with unless a path asks for others.
+    /// Windows that are always measured: those that are planned with unless a path asks for
+    /// others.
+    static const std::vector<kernels::KaiserBessel>& tried();
+    /// At most so many windows at once.
     static constexpr std::size_t kWindows = 2;
-    static const std::array<kernels::KaiserBessel, kWindows>& windows();
     struct Ghosts {
         std::array<double, kWindows> seen{};
         /// Of rays along an axis, the part that comes turned by a quarter of each wave along the
@@ -39,10 +41,13 @@ class SpectrumRays {
         std::array<double, kWindows> turned{};
     };
 
-    /// @param box  the samples that are transformed; the others have the commonest value
+    /// @param box      the samples that are transformed; the others have the commonest value
+    /// @param windows  of one padding
     /// Request and input must stay alive.
     SpectrumRays(const Request& want, const Data& input, const Statistics& statistics,
-                 const Region& box);
+                 const Region& box, std::vector<kernels::KaiserBessel> windows);
+
+    const std::vector<kernels::KaiserBessel>& windows() const noexcept { return windows_; }
 
     double faces(const RaySpan& ray) const;
     /// Of a ray along an axis: what samples inside lose beyond the frequencies that the slice
@@ -88,6 +93,7 @@ class SpectrumRays {
 
     const Request& want_;
     const Data& input_;
+    std::vector<kernels::KaiserBessel> windows_;
     double empty_;
     Region box_;
     int reach_;                       // samples from a face in which its error counts

@@ -54,7 +54,7 @@ struct Case {
         want.job = Job::filter;
         want.axes = axes;
         want.input = want.screen = extent;
-        want.filtering = std::make_shared<const Filtering>(filtering);
+        want.setting = JobSetting::of(filtering);
         look();
     }
     /// What the statistics say of the samples.
@@ -215,7 +215,8 @@ void expect_right(const Case& of, const std::string& name, int* served) {
         const Data out = run_edge(edge, of, offer);
         const double most = allowed(edge, of, offer);
         for (int channel = 0; channel < of.in.what.channels; ++channel) {
-            const Numbers want = expected(channel_of(of.in, channel), *of.want.filtering);
+            const Numbers want =
+                expected(channel_of(of.in, channel), *of.want.setting.as<Filtering>());
             const Numbers got = channel_of(out, channel);
             for (std::size_t i = 0; i < want.of.size(); ++i)
                 // What is stored as f32 has 24 bits.
@@ -289,7 +290,7 @@ TEST(Filtering, SumsOfIntegersAreExact) {
     for (const Stencil& kernel : {Stencil::gauss(1.3, 2), Stencil::sobel(0, 2), Stencil::laplace(2),
                                   Stencil::box(2, 2, true)}) {
         const Case of({53, 41, 1}, 2, Type::u8, 1, {FilterOp::correlate, kernel, Border::clamp}, 9);
-        const Numbers want = expected(channel_of(of.in, 0), *of.want.filtering);
+        const Numbers want = expected(channel_of(of.in, 0), *of.want.setting.as<Filtering>());
         for (const Transition& edge :
              {filter_backward(), filter_separable(), filter_running(), filter_forward()}) {
             const Offer offer = edge.offer(of.in.what, {of.want, of.scene}, {});
@@ -339,7 +340,7 @@ TEST(Filtering, RecursionIsAsFarOffAsItSays) {
         const Transition edge = filter_recursive();
         const Offer offer = edge.offer(of.in.what, {of.want, of.scene}, {});
         const Numbers got = channel_of(run_edge(edge, of, offer), 0);
-        const Numbers want = expected(channel_of(of.in, 0), *of.want.filtering);
+        const Numbers want = expected(channel_of(of.in, 0), *of.want.setting.as<Filtering>());
         double worst = 0;
         for (std::size_t i = 0; i < want.of.size(); ++i)
             worst = std::max(worst, std::abs(got.of[i] - want.of[i]));

@@ -10,29 +10,6 @@
 namespace edgewise::kernels {
 namespace {
 
-TEST(KaiserBessel, TransformIsTheIntegral) {
-    for (const int width : {4, 6}) {
-        const KaiserBessel window(width, 1.5);
-        for (const double x : {0., 0.1, 0.33, 0.9, 2.2}) {
-            double sum = 0;
-            const int n = 20000;
-            for (int i = 0; i < n; ++i) {
-                const double t = ((i + 0.5) / n - 0.5) * width;
-                sum += window(t) * std::cos(2 * kPi * t * x) * width / n;
-            }
-            // Midpoints of a window that ends with a step of at most 1e-3.
-            EXPECT_NEAR(window.transform(x), sum, 1e-6);
-        }
-    }
-}
-
-TEST(KaiserBessel, KnowsItsCombinations) {
-    EXPECT_TRUE(KaiserBessel::known(4, 1.25));
-    EXPECT_TRUE(KaiserBessel::known(6, 2));
-    EXPECT_FALSE(KaiserBessel::known(5, 2));
-    EXPECT_FALSE(KaiserBessel::known(4, 1));
-}
-
 TEST(KaiserBessel, WiderWindowAndMorePaddingLeaveFainterGhosts) {
     const auto rms = [](int width, double padding) {
         const KaiserBessel window(width, padding);

@@ -48,8 +48,11 @@ TEST(SpectrumForward, RefusesWhatIsNoProjection) {
 TEST(SpectrumForward, RefusesUnknownWindowsAndSeveralChannels) {
     Case c;
     EXPECT_EQ(
-        c.refusal({5, 1.25, "volume"}),
-        "no window of width 5 for padding 1.25: widths are 4 and 6, paddings 1.25, 1.5 and 2");
+        c.refusal({9, 1.25, "volume"}),
+        "no window of width 9 for padding 1.25: widths are 2 to 8, paddings 1.25, 1.5 and 2, and 1 "
+        "for width 2");
+    EXPECT_NE(c.refusal({4, 1, "volume"}), "");
+    EXPECT_NE(c.refusal({4.5, 2, "volume"}), "");
     EXPECT_NE(c.refusal({4, 1.3, "volume"}), "");
     c.data.what.channels = 3;
     EXPECT_EQ(c.refusal(), "a spectrum is made of a volume of one channel, whole in memory");

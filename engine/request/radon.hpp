@@ -1,0 +1,13 @@
+#pragma once
+
+#include "engine/request/geometry.hpp"
+#include "engine/request/input.hpp"
+
+namespace edgewise {
+
+/// Lines of an image, or of each slice of a volume. Their spacing in the file is the offset's step
+/// [file unit] and the angle's [degree]; the file's origin is the first line.
+/// @throws RequestError several channels; angles or a threshold that make no sense
+Geometry take_radon(Request& want, const RadonSetting& setting, const Input& input);
+
+}  // namespace edgewise

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "graph/job.hpp"
+#include "graph/representation.hpp"
+
+namespace edgewise {
+
+/// What a radon job makes of an image, or of each slice of a volume: numbers for lines, one row an
+/// angle, one column an offset.
+struct RadonSetting {
+    enum class To {
+        sinogram,  // integrals of the field along lines [value x file unit]
+        hough      // how many samples that are at least `threshold` lie nearest to each line
+    };
+    int angles = 180;
+    To to = To::sinogram;
+    double threshold = 0;  // of hough
+};
+
+/// Integrals along lines, or votes for them. Its target is Hough space: lines by angle and offset.
+const Job& radon_job() noexcept;
+
+/// Cosine and sine of pi k / angles. Exact along the axes, and equal at 45 degrees.
+std::array<double, 2> radon_direction(int k, int angles) noexcept;
+
+/// The lines of a radon job, counted in steps of the offset.
+///
+/// Frames: x right, y down, origin at the centre of the image (n - 1) / 2 [file unit]. Line m of
+/// angle k holds the points with x cos - y sin = (m - middle) step, angle pi k / angles. So
+/// angles turn counter-clockwise, as one sees the image.
+struct RadonLines {
+    Extent input;  // one slice counts
+    std::array<double, 2> spacing{1, 1};
+    int angles = 180;
+    double step = 1;           // from one offset to the next: the smaller spacing [file unit]
+    std::int64_t offsets = 1;  // odd, so many that no line beyond them meets the field
+    double diagonal = 1;       // of the field, which ends one sample beyond the outermost centres
+
+    RadonLines(const Extent& input, const std::array<double, 2>& spacing, int angles) noexcept;
+
+    std::int64_t middle() const noexcept { return (offsets - 1) / 2; }
+    /// What one sample to the right, and one row down, add to an offset [step].
+    std::array<double, 2> slopes(int k) const noexcept;
+    /// One row an angle; volumes have one such image a slice.
+    Extent extent() const noexcept { return {offsets, angles, input.z}; }
+};
+
+}  // namespace edgewise

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "graph/filtering.hpp"
+#include "reference/field.hpp"
+#include "reference/view_geometry.hpp"
+
+namespace edgewise {
+
+/// What a filter makes of samples, in f64 and as graph/filtering.hpp defines it, place by place of
+/// the kernel. Written without the edges that it judges.
+class FilteredReference {
+ public:
+    /// Both must stay alive.
+    FilteredReference(const Filtering& filtering, const ReferenceField& field);
+
+    /// [samples][channels]; NaN where a value within the kernel's reach is not finite. Runs in
+    /// threads; the bytes do not depend on their number.
+    std::vector<double> values(std::span<const OutputSample> samples) const;
+    /// Bytes that values() takes at most beside what it returns.
+    double bytes(double samples) const noexcept;
+    /// @throws RequestError where so many samples would take hours
+    void expect_affordable(double samples) const;
+
+ private:
+    enum class Rule { sum, most, least, middle };
+    struct Pass {
+        Rule rule;
+        int sign;  // of the place in the kernel
+    };
+    /// A value at each sample of one channel.
+    using Numbers = std::vector<double>;
+
+    static std::vector<Pass> passes_of(FilterOp op);
+    Numbers channel(int channel) const;
+    /// Of a pass at one place of a volume.
+    double made_at(const Pass& pass, const Stencil& stencil, const Numbers& in,
+                   const std::array<std::int64_t, 3>& at) const;
+    Numbers made(const Pass& pass, const Stencil& stencil, const Numbers& in) const;
+    Numbers made_everywhere(const Pass& pass, const Numbers& in) const;
+    bool is_flat_box() const;
+    double steps(double samples) const noexcept;
+
+    const Filtering& filtering_;
+    const ReferenceField& field_;
+    double places_;  // of the kernel that count
+};
+
+}  // namespace edgewise

@@ -1,0 +1,348 @@
+#include "transitions/spectrum/moments.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <tbb/parallel_for.h>
+
+#include "graph/with_type.hpp"
+#include "transitions/kernels/pmr_block.hpp"
+#include "transitions/kernels/scalar_load.hpp"
+#include "transitions/kernels/spectrum.hpp"
+#include "transitions/spectrum/depth_polynomial.hpp"
+#include "transitions/spectrum/forward.hpp"
+#include "transitions/spectrum/projection.hpp"
+
+namespace edgewise {
+namespace {
+
+/// Windows that moments are made for: their spectra are many, and a few windows are enough.
+std::vector<kernels::KaiserBessel> moment_windows() {
+    std::vector<kernels::KaiserBessel> all;
+    for (const kernels::KaiserBessel& window : windows())
+        if ((window.width() == 4 || window.width() == 6) && window.padding() >= kTriedPadding)
+            all.push_back(window);
+    return all;
+}
+
+/// Beyond, light is gone in a fraction of the volume that no cubic follows.
+constexpr double kSteepest = 100;
+constexpr double kPowers = 8;  // operations a voxel: its value, three factors
+
+Parameters forward_parameters(const Parameters& with) {
+    return {{"width", with.number("width")}, {"padding", with.number("padding")}};
+}
+
+Request without_cue(const Request& want) {
+    Request plain = want;
+    plain.cue.reset();
+    return plain;
+}
+
+kernels::SpectrumShape moment_shape(const Offer& offer) {
+    return {offer.from.extent,
+            {static_cast<int>(offer.with.number("width")), offer.with.number("padding")}};
+}
+
+Offer moments_offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (std::string reason = no_faded_projection(ask); !reason.empty())
+        return Offer::no(std::move(reason));
+    const DepthCue& cue = *ask.want.cue;
+    const double number = with.number("degree");
+    const int degree = static_cast<int>(number);
+    if (number != degree) return Offer::no(fmt::format("a degree of {} is no whole one", number));
+    if (cue.linear && degree > 1)
+        return Offer::no("light that falls off linearly needs no moments beyond the first");
+    const double width = with.number("width"), padding = with.number("padding");
+    const std::vector<kernels::KaiserBessel> known = moment_windows();
+    if (std::none_of(known.begin(), known.end(), [&](const kernels::KaiserBessel& window) {
+            return window.width() == width && window.padding() == padding;
+        }))
+        return Offer::no(fmt::format(
+            "no window of width {} for padding {}: moments take 4 and 6, with 1.25, 1.5 and 2",
+            width, padding));
+    const Request plain = without_cue(ask.want);
+    Offer offer = spectrum_forward().offer(from, {plain, ask.scene}, forward_parameters(with));
+    if (!offer.refused.empty()) return offer;
+    offer.with = with;
+    offer.to.content = "moments";
+    offer.to.facets.insert(degree_facet(degree));
+    offer.to.extent.z *= static_cast<std::int64_t>(moments_up_to(degree).size());
+    return offer;
+}
+
+Work moments_work(const Offer& offer, const Ask& ask, int view) {
+    const Request plain = without_cue(ask.want);
+    const double count =
+        static_cast<double>(moments_up_to(static_cast<int>(offer.with.number("degree"))).size());
+    Offer one = offer;
+    one.with = forward_parameters(offer.with);
+    one.to.extent = moment_shape(offer).stored();
+    Work work = spectrum_forward().work(one, {plain, ask.scene}, view);
+    const double voxels = static_cast<double>(offer.from.samples());
+    // The samples times their powers are written, and read in place of the samples.
+    work.operations = count * (work.operations + kPowers * voxels);
+    work.streamed = count * (work.streamed + 8 * voxels);
+    work.workspace += 4 * voxels;
+    return work;
+}
+
+/// The longest way of a ray through the input's box [file unit].
+double longest_ray(const Request& want) {
+    double longest = 0;
+    for (int variant = 0; variant < want.views.different(); ++variant) {
+        const Mat4 back = want.views.at(want.views.first_view(variant)).matrix().inverse();
+        double inside = std::numeric_limits<double>::infinity();
+        for (int axis = 0; axis < 3; ++axis)
+            inside =
+                std::min(inside, static_cast<double>(want.input[axis]) / std::abs(back(axis, 2)));
+        longest = std::max(longest, inside);
+    }
+    return longest * want.unit;
+}
+
+// ---- what rays add up ------------------------------------------------------------------------
+
+constexpr const char* kSquares = "moments/values2";  // of the sum of values, over drawn rays
+constexpr const char* kProducts = "moments/values_length";
+constexpr const char* kLengths = "moments/length2";
+
+/// Sums of values and of lengths along one ray through the box, by the nearest samples.
+struct RaySum {
+    double values = 0, length = 0;  // [value x file unit], [file unit]
+
+    RaySum(const Data& input, const Request& want, const Mat4& back, double x, double y) {
+        double from = -std::numeric_limits<double>::infinity(), to = -from;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double start = back(axis, 0) * x + back(axis, 1) * y + back(axis, 3);
+            const double step = back(axis, 2), high = static_cast<double>(want.input[axis]) - 0.5;
+            if (std::abs(step) < 1e-12) {
+                if (start < -0.5 || start > high) return;
+                continue;
+            }
+            const double a = (-0.5 - start) / step, b = (high - start) / step;
+            from = std::max(from, std::min(a, b));
+            to = std::min(to, std::max(a, b));
+        }
+        if (!(from < to)) return;
+        const kernels::ScalarLoad load = kernels::scalar_load(input.what.type);
+        const Extent& n = want.input;
+        const double pieces = std::ceil(to - from), piece = (to - from) / pieces;
+        for (double k = 0.5; k < pieces; ++k) {
+            std::int64_t at[3];
+            for (int axis = 0; axis < 3; ++axis)
+                at[axis] = std::clamp<std::int64_t>(
+                    std::llround(back(axis, 0) * x + back(axis, 1) * y +
+                                 back(axis, 2) * (from + k * piece) + back(axis, 3)),
+                    0, n[axis] - 1);
+            values +=
+                input.what.values(load(input.samples.data(), at[0] + n.x * (at[1] + n.y * at[2])));
+        }
+        length = (to - from) * want.unit;
+        values *= piece * want.unit;
+    }
+};
+
+/// Adds mean products of what drawn rays add up: of samples that stand above what is commonest, the
+/// root mean square of their sums is known for any such value.
+void count_rays(const Data& input, const Request& want, std::map<std::string, double>& facts,
+                std::pmr::memory_resource* /*memory*/) {
+    if (!want.cue || want.cue->linear || !want.job->of_rays() || want.eye || want.axes != 3 ||
+        want.mode->slices == ModeTraits::Slices::none || input.what.type == Type::c64 ||
+        input.what.channels != 1 || input.what.extent != want.input)
+        return;
+    constexpr int kRays = 1024;
+    constexpr std::array<double, 3> kRatio = {0.8191725, 0.6710436, 0.5497005};  // Roberts 2018
+    std::vector<std::array<double, 2>> drawn(kRays);
+    tbb::parallel_for(0, kRays, [&](int n) {
+        const auto part = [&](std::size_t axis) {
+            return std::fmod(0.5 + kRatio[axis] * (n + 1), 1.0);
+        };
+        const int view = static_cast<int>(part(2) * want.frames);
+        const RaySum ray(input, want, want.views.at(view).matrix().inverse(),
+                         std::floor(part(0) * static_cast<double>(want.screen.x)),
+                         std::floor(part(1) * static_cast<double>(want.screen.y)));
+        const double over = want.mode->divides && ray.length > 0 ? ray.length : 1;
+        drawn[static_cast<std::size_t>(n)] = {ray.values / over, ray.length / over};
+    });
+    double squares = 0, products = 0, lengths = 0, met = 0;
+    for (const auto& [values, length] : drawn) {
+        if (!(length > 0)) continue;
+        squares += values * values;
+        products += values * length;
+        lengths += length * length;
+        ++met;
+    }
+    if (!(met > 0) || !std::isfinite(squares)) return;
+    facts[kSquares] = squares / met;
+    facts[kProducts] = products / met;
+    facts[kLengths] = lengths / met;
+}
+
+/// The root mean square of what a ray adds up, all signs alike, of values less what is commonest;
+/// where rays were not drawn, the most.
+double sum_of_rays(const Request& want, const Scene& scene, double common) {
+    const auto squares = scene.fact(kSquares), products = scene.fact(kProducts),
+               lengths = scene.fact(kLengths);
+    const double above = scene.high - common, below = common - scene.low;
+    if (!squares || !products || !lengths)
+        return std::max(above, below) * (want.mode->divides ? 1 : longest_ray(want));
+    constexpr double kDrawn = 1.2;  // other rays, read by other filters
+    const double sum =
+        std::sqrt(std::max(0., *squares - 2 * common * *products + common * common * *lengths));
+    // Values on the far side count twice: once to undo their sign.
+    return kDrawn * (sum + 2 * std::max(0., std::min(above, below)) * std::sqrt(*lengths));
+}
+
+/// Of the mean, where no preview tells: rays that meet a corner divide by almost nothing. On scans
+/// of a head and its vessels up to 2.3 times what spectrum.forward says without a preview.
+constexpr double kCorners = 4;
+
+Error moments_error(const Offer& offer, const Ask& ask) {
+    const Request& want = ask.want;
+    const Request plain = without_cue(want);
+    Offer forward = offer;
+    forward.with = forward_parameters(offer.with);
+    Error error = spectrum_forward().error(forward, {plain, ask.scene});
+    if (want.mode->divides) error.bias *= kCorners;
+    const DepthPolynomial light(*want.cue, deepest(want),
+                                static_cast<int>(offer.with.number("degree")));
+    if (light.bound > 0)
+        error.bias += light.bound * sum_of_rays(want, ask.scene, offer.to.values.offset);
+    return error;
+}
+
+/// (value - subtract) of n samples.
+void load_row(const Data& in, std::int64_t first, std::int64_t n, double subtract, double* out) {
+    const double slope = in.what.values.slope, offset = in.what.values.offset - subtract;
+    if (in.what.type == Type::f16) {
+        const auto* stored = in.as<std::uint16_t>() + first;
+        for (std::int64_t i = 0; i < n; ++i)
+            out[i] = slope * kernels::float_of_half(stored[i]) + offset;
+        return;
+    }
+    with_type(in.what.type, [&]<class T>(T) {
+        const T* stored = in.as<T>() + first;
+        for (std::int64_t i = 0; i < n; ++i)
+            out[i] = slope * static_cast<double>(stored[i]) + offset;
+    });
+}
+
+/// The coordinate of each voxel along an axis to a power [half periods].
+std::vector<double> powers_along(const kernels::SpectrumShape& shape, int axis, int power) {
+    std::vector<double> powers(static_cast<std::size_t>(shape.volume[axis]));
+    const double half = static_cast<double>(shape.period[axis]) / 2;
+    for (std::size_t i = 0; i < powers.size(); ++i)
+        powers[i] = std::pow((static_cast<double>(i) -
+                              static_cast<double>(shape.origin()[static_cast<std::size_t>(axis)])) /
+                                 half,
+                             power);
+    return powers;
+}
+
+/// The samples, less what is subtracted, times a moment.
+void multiply(const Data& in, double subtract, const kernels::SpectrumShape& shape,
+              const Moment& moment, float* out, Context& context) {
+    const Extent& n = in.what.extent;
+    std::array<std::vector<double>, 3> factors;
+    for (int axis = 0; axis < 3; ++axis)
+        factors[static_cast<std::size_t>(axis)] =
+            powers_along(shape, axis, moment.power[static_cast<std::size_t>(axis)]);
+    tbb::parallel_for(std::int64_t{0}, n.z, [&](std::int64_t z) {
+        if (context.stopped()) return;
+        kernels::Block<double> row(static_cast<std::size_t>(n.x), context.memory);
+        for (std::int64_t y = 0; y < n.y; ++y) {
+            const std::int64_t first = (z * n.y + y) * n.x;
+            load_row(in, first, n.x, subtract, row.data());
+            const double of_row =
+                factors[1][static_cast<std::size_t>(y)] * factors[2][static_cast<std::size_t>(z)];
+            for (std::int64_t x = 0; x < n.x; ++x)
+                out[first + x] = static_cast<float>(row[static_cast<std::size_t>(x)] * of_row *
+                                                    factors[0][static_cast<std::size_t>(x)]);
+        }
+    });
+    context.poll();
+}
+
+void moments_run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region&,
+                 Context& context) {
+    const kernels::SpectrumShape shape = moment_shape(offer);
+    const int degree = static_cast<int>(offer.with.number("degree"));
+    kernels::Block<float> product(static_cast<std::size_t>(in.what.samples()), context.memory);
+    auto* spectrum = out.as<kernels::Complex>();
+    for (const Moment& moment : moments_up_to(degree)) {
+        multiply(in, offer.to.values.offset, shape, moment, product.data(), context);
+        const kernels::Grid grid{product.data(), Type::f32, in.what.extent, 1, {}};
+        kernels::spectrum_of_volume(grid, 0, shape, spectrum, context.memory,
+                                    [&] { return context.stopped(); });
+        context.poll();
+        spectrum += shape.stored().samples();
+    }
+    out.facets[window_facet(shape.window)] = shape.window;
+    out.facets[degree_facet(degree)] = degree;
+}
+
+}  // namespace
+
+std::string no_faded_projection(const Ask& ask) {
+    const Request& want = ask.want;
+    if (!want.cue) return "light does not fall off along rays: one spectrum has it all";
+    const Request plain = without_cue(want);
+    if (std::string reason = no_projection({plain, ask.scene}); !reason.empty()) return reason;
+    const double fall = want.cue->per_length * deepest(want);
+    if (want.cue->linear && fall > 1)
+        return fmt::format(
+            "light ends at a depth of {:.4g}, and the volume is {:.4g} deep: there it is no "
+            "polynomial",
+            1 / want.cue->per_length, deepest(want));
+    if (!want.cue->linear && fall > kSteepest)
+        return fmt::format(
+            "light falls by exp(-{:.4g}) within the volume: no polynomial of degree {} follows it",
+            fall, DepthPolynomial::kMostDegree);
+    return {};
+}
+
+std::string degree_facet(int degree) { return fmt::format("degree{}", degree); }
+
+int degree_of(const Representation& moments) {
+    for (int degree = 1; degree <= DepthPolynomial::kMostDegree; ++degree)
+        if (moments.facets.contains(degree_facet(degree))) return degree;
+    throw RunError("moments do not say of which degree they are");
+}
+
+Extent one_spectrum(const Representation& moments) {
+    Extent one = moments.extent;
+    one.z /= static_cast<std::int64_t>(moments_up_to(degree_of(moments)).size());
+    return one;
+}
+
+std::vector<std::string> moment_kinds() {
+    std::vector<std::string> kinds;
+    for (int degree = 1; degree <= DepthPolynomial::kMostDegree; ++degree)
+        for (const kernels::KaiserBessel& window : moment_windows())
+            kinds.push_back("object/moments+" + degree_facet(degree) + "+" + window_facet(window));
+    return kinds;
+}
+
+Transition spectrum_moments() {
+    Transition edge;
+    edge.name = "spectrum.moments";
+    edge.source = "Totsuka, Levoy 1993; counts of FFTW's manual";
+    for (const std::string& kind : moment_kinds()) edge.joins.emplace_back("object/scalar", kind);
+    edge.parameters = {
+        {"degree", number(1, DepthPolynomial::kMostDegree, {1, 2, 3},
+                          "of the polynomial that light follows with depth")},
+        {"width", number(4, 6, {4, 6}, "taps of the window along each axis: 4 or 6")},
+        {"padding", number(1.25, 2, {kTriedPadding}, "period over extent: 1.25, 1.5 or 2")}};
+    edge.on_demand = true;  // no preview measures its error
+    edge.offer = moments_offer;
+    edge.work = moments_work;
+    edge.error = moments_error;
+    edge.count = count_rays;
+    edge.run = moments_run;
+    return edge;
+}
+
+}  // namespace edgewise

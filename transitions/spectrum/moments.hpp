@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "graph/transition.hpp"
+
+namespace edgewise {
+
+/// Spectra of a volume times powers of its coordinates, made once for all views: the sum of samples
+/// whose light falls off with depth is in every view a sum of slices of these.
+///
+/// Edge    object/scalar -> object/moments+degree...+window..., 3D; c64, one spectrum behind the
+///         other along z: 4, 10 or 20 of degree 1, 2 or 3
+/// Shape   [nz, ny, nx] -> [count pz, py, px / 2 + 12], p as spectrum.forward has it
+/// Needs   X-ray or mean with a depth cue; a linear one that does not end inside the volume, of
+///         degree 1; an exponential one that falls by at most exp(-100) in it; otherwise what
+///         spectrum.forward needs
+/// Values  as spectrum.forward; coordinates count from the origin voxel, in half periods
+/// Work    that of spectrum.forward and 8 a voxel, once a moment
+/// Error   that of spectrum.forward where no preview tells. Of an exponential cue the bound of its
+///         polynomial (DepthPolynomial) times what rays add up: the root mean square over drawn
+///         rays ("moments/..."), or the most that one can. Left out: that light differs within the
+///         width of a sample, K voxels of what lies near half a cycle
+/// Source  Totsuka, Levoy, "Frequency domain volume rendering", SIGGRAPH 1993, section 3
+Transition spectrum_moments();
+
+/// Why a request's pictures are no sums of slices of moments; empty where they are.
+std::string no_faded_projection(const Ask& ask);
+
+/// "degree1" ...
+std::string degree_facet(int degree);
+/// The degree of a vertex of moments.
+int degree_of(const Representation& moments);
+/// The extent of one of its spectra.
+Extent one_spectrum(const Representation& moments);
+/// "object/moments+degree1+window4x1.25" ...
+std::vector<std::string> moment_kinds();
+
+}  // namespace edgewise
