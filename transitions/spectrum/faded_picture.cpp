@@ -8,6 +8,7 @@
 
 #include "transitions/kernels/spectrum_picture.hpp"
 #include "transitions/spectrum/moments.hpp"
+#include "transitions/spectrum/projection.hpp"
 
 namespace edgewise {
 namespace {
@@ -89,7 +90,7 @@ void faded_run(const Offer& offer, const Ask& ask, const Data& in, Data& out, co
     const Inside inside(want, context.view);
     const double constant = offer.from.values.offset;
     const bool mean = want.mode->slices == ModeTraits::Slices::mean;
-    // A short ray divides ringing by almost nothing; no mean of light lies outside these.
+    // No mean of light lies outside these.
     const double low = std::min(0., ask.scene.low), high = std::max(0., ask.scene.high);
     tbb::parallel_for(std::int64_t{0}, picture.y, [&](std::int64_t y) {
         if (context.stopped()) return;
@@ -99,7 +100,9 @@ void faded_run(const Offer& offer, const Ask& ask, const Data& in, Data& out, co
             const double light = light_between(*want.cue, from, to), length = to - from;
             double value = mean ? want.miss : 0;
             if (length > 0)
-                value = mean ? std::clamp((row[x] + constant * light) / length, low, high)
+                value = mean ? std::clamp(row[x] / std::max(length, kShortestRay * want.unit) +
+                                              constant * light / length,
+                                          low, high)
                              : row[x] + (constant - want.zero) * light;
             row[x] = static_cast<float>(value);
         }

@@ -48,9 +48,10 @@ class Constant {
             return length > 0 ? static_cast<float>(integral + (constant_ - want_.zero) * length)
                               : 0.f;
         if (!(length > 0)) return static_cast<float>(want_.miss);
-        // A short ray divides ringing by almost nothing; no mean lies outside the values.
+        // No mean lies outside the values.
         return static_cast<float>(
-            std::clamp(integral / length + constant_, scene_.low, scene_.high));
+            std::clamp(integral / std::max(length, kShortestRay * want_.unit) + constant_,
+                       scene_.low, scene_.high));
     }
 
  private:

@@ -196,17 +196,12 @@ double sum_of_rays(const Request& want, const Scene& scene, double common) {
     return kDrawn * (sum + 2 * std::max(0., std::min(above, below)) * std::sqrt(*lengths));
 }
 
-/// Of the mean, where no preview tells: rays that meet a corner divide by almost nothing. On scans
-/// of a head and its vessels up to 2.3 times what spectrum.forward says without a preview.
-constexpr double kCorners = 4;
-
 Error moments_error(const Offer& offer, const Ask& ask) {
     const Request& want = ask.want;
     const Request plain = without_cue(want);
     Offer forward = offer;
     forward.with = forward_parameters(offer.with);
     Error error = spectrum_forward().error(forward, {plain, ask.scene});
-    if (want.mode->divides) error.bias *= kCorners;
     const DepthPolynomial light(*want.cue, deepest(want),
                                 static_cast<int>(offer.with.number("degree")));
     if (light.bound > 0)

@@ -37,6 +37,12 @@ Extent spectrum_period(const Representation& spectrum);
 /// Why a request's pictures are no projections that a spectrum gives; empty where they are.
 std::string no_projection(const Ask& ask);
 
+/// A ray that meets less of the volume than this [step of screen z] divides ghosts by almost
+/// nothing. What its mean has above the commonest value is divided by this length instead, which
+/// draws it towards that value: at most all of a bright face is lost in such a pixel, and no ghost
+/// blinds it.
+inline constexpr double kShortestRay = 1;
+
 /// Period of the pictures of all views [pixel], x even: in it no repetition of the volume reaches a
 /// picture.
 Extent picture_period_of(const Request& want);

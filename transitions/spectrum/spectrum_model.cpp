@@ -521,6 +521,7 @@ class SpectrumModel final : public Model {
         : want_(setting.want),
           low_(setting.statistics.low),
           high_(setting.statistics.high),
+          empty_(setting.statistics.commonest),
           alike_(are_alike(setting.want)) {
         for (int axis = 0; axis < 3; ++axis)
             longest_ = std::max(longest_, static_cast<double>(want_.input[axis]));
@@ -551,7 +552,8 @@ class SpectrumModel final : public Model {
     void finish(const RaySpan& ray, const OutputSample& at, const Known& known,
                 RaySquares& squares) const {
         const bool mean = want_.mode->slices == ModeTraits::Slices::mean;
-        const double scale = mean ? 1 / (ray.high - ray.low) : want_.unit;
+        const double length = ray.high - ray.low, divisor = std::max(length, kShortestRay);
+        const double scale = mean ? 1 / divisor : want_.unit;
         const std::optional<double> lost = boxes_.front().beyond(ray);
         const double beyond =
             lost ? *lost * scale
@@ -559,7 +561,8 @@ class SpectrumModel final : public Model {
                                                     : want_.field == Field::spline ? beyond_
                                                                                    : kBeyondBand);
         const double spread = high_ - low_, rounding = kRounding * spread * longest_ * scale;
-        const double clean = want_.field == Field::formula ? known.spline : known.expected;
+        double clean = want_.field == Field::formula ? known.spline : known.expected;
+        if (mean) clean = empty_ + (clean - empty_) * length / divisor;
         const auto square = [&](double wrong, double turned, double amplified) {
             double got = clean + wrong * scale;
             if (mean) got = std::clamp(got, low_, high_);
@@ -584,7 +587,7 @@ class SpectrumModel final : public Model {
 
  private:
     const Request& want_;
-    double low_, high_, longest_ = 0, beyond_ = kBeyond;
+    double low_, high_, empty_, longest_ = 0, beyond_ = kBeyond;
     bool alike_;
     std::vector<SpectrumRays> boxes_;  // the whole first
 };
