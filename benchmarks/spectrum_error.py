@@ -13,18 +13,7 @@ import sys
 
 import numpy as np
 from drawing import NAIVE, OTHER, OURS, ROOT, edgewise, panels, save
-
-PADDINGS = (1.25, 1.5, 2)
-WINDOWS = [(2, 1)] + [(width, padding) for padding in PADDINGS for width in range(2, 9)]
-
-
-def faded(width, shape, x):
-    """Transform of the Kaiser-Bessel window at x, but for a factor; of shape 0 that of the triangle."""
-    if shape == 0:
-        return np.sinc(x) ** 2
-    square = shape ** 2 - (np.pi * width * x) ** 2
-    root = np.maximum(np.sqrt(np.abs(square)), 1e-9)
-    return np.where(square > 0, np.sinh(np.where(square > 0, root, 0)), np.sin(root)) / root
+from spectrum_windows_test import PADDINGS, WINDOWS, blobs, faded  # drawing leads to tests/stability
 
 
 def ghosts(width, padding, shape):
@@ -41,16 +30,6 @@ def best_shape(width, padding):
         return 0
     shapes = np.arange(1.4, 2.6, 0.01) * width
     return min(shapes, key=lambda shape: ghosts(width, padding, shape)[0])
-
-
-def blobs(side, width=2.2, count=60):
-    random, at = np.random.default_rng(1), np.arange(side)
-    volume = np.zeros((side,) * 3)
-    for _ in range(count):
-        rows = [np.exp(-(at - random.uniform(5.5 * width, side - 1 - 5.5 * width)) ** 2 / (2 * width ** 2))
-                for _ in range(3)]
-        volume += random.uniform(0.3, 1) * rows[0][:, None, None] * rows[1][:, None] * rows[2]
-    return volume.astype("<f4")
 
 
 def measure(volume, width, padding):
@@ -70,7 +49,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs/spectrum")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
-    volume = blobs(options.side)
+    volume = np.ascontiguousarray(blobs(options.side, 2.2, 60).T)
     rows = {}
     print("| width | padding | mean ghost | bound | predicted | measured |\n|---|---|---|---|---|---|")
     for width, padding in WINDOWS:

@@ -15,6 +15,8 @@ struct RadonSetting {
         sinogram,  // integrals of the field along lines [value x file unit]
         hough      // how many samples that are at least `threshold` lie nearest to each line
     };
+    static constexpr int kMostAngles = 65536;
+
     int angles = 180;
     To to = To::sinogram;
     double threshold = 0;  // of hough

@@ -34,20 +34,18 @@ std::vector<Parameters> combinations(const Transition& edge, const Demand* deman
     return all;
 }
 
-/// The edges that may lead to a kind, by the kinds that they join.
+/// The edges that may lead to a kind, by the kinds that they join, whatever their facets.
 std::set<std::string> edges_towards(std::string_view target, const Catalogue& catalogue) {
-    std::set<std::string> wanted{std::string(target)}, found;
-    const auto leads = [&](const auto& join) {
-        return std::any_of(wanted.begin(), wanted.end(),
-                           [&](const std::string& kind) { return takes_kind(kind, join.second); });
-    };
+    const auto plain = [](std::string_view kind) { return kind.substr(0, kind.find('+')); };
+    std::set<std::string_view> wanted{plain(target)};
+    std::set<std::string> found;
     for (bool grows = true; grows;) {
         grows = false;
         for (const Transition& edge : catalogue)
-            for (const auto& join : edge.joins) {
-                if (!leads(join)) continue;
+            for (const auto& [from, to] : edge.joins) {
+                if (!wanted.contains(plain(to))) continue;
                 found.insert(edge.name);
-                grows = wanted.insert(join.first).second || grows;
+                grows = wanted.insert(plain(from)).second || grows;
             }
     }
     return found;

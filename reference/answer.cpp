@@ -99,7 +99,7 @@ Region Reference::cells_of(std::int64_t tile) const {
 }
 
 double Reference::bytes(double samples, int threads) const noexcept {
-    if (filtered_) return filtered_->bytes(samples);
+    if (filtered_) return filtered_->bytes();
     const bool tiled = field_.kind() == Field::spline;
     const std::int64_t side = tile_side();
     double visits = samples;

@@ -38,13 +38,16 @@ std::vector<FilteredReference::Pass> FilteredReference::passes_of(FilterOp op) {
     return {};
 }
 
-FilteredReference::Numbers FilteredReference::channel(int channel) const {
+FilteredReference::Prepared FilteredReference::prepared(int channel) const {
     const Data& data = field_.samples();
     Numbers numbers(static_cast<std::size_t>(data.what.samples()));
     tbb::parallel_for(std::size_t{0}, numbers.size(), [&](std::size_t i) {
         numbers[i] = value_at(data, static_cast<std::int64_t>(i) * data.what.channels + channel);
     });
-    return numbers;
+    const std::vector<Pass> passes = passes_of(filtering_.op);
+    if (passes.size() == 1) return {.samples = {}, .last = std::move(numbers)};
+    Numbers between = made_everywhere(passes.front(), numbers);
+    return {.samples = std::move(numbers), .last = std::move(between)};
 }
 
 double FilteredReference::made_at(const Pass& pass, const Stencil& stencil, const Numbers& in,
@@ -132,9 +135,11 @@ double FilteredReference::steps(double samples) const noexcept {
     return static_cast<double>(field_.extent().samples()) * each + samples * places_;
 }
 
-double FilteredReference::bytes(double /*samples*/) const noexcept {
-    // One channel, what the first pass makes of it, and of a box what one axis does.
-    return 3.0 * static_cast<double>(field_.extent().samples()) * sizeof(double);
+double FilteredReference::bytes() const noexcept {
+    // What is kept of each channel, and of a box what one axis makes of it.
+    const double kept = passes_of(filtering_.op).size() == 1 ? 1 : 2;
+    return (kept * field_.channels() + 2) * static_cast<double>(field_.extent().samples()) *
+           sizeof(double);
 }
 
 void FilteredReference::expect_affordable(double samples) const {
@@ -150,20 +155,21 @@ void FilteredReference::expect_affordable(double samples) const {
 std::vector<double> FilteredReference::values(std::span<const OutputSample> samples) const {
     const auto channels = static_cast<std::size_t>(field_.channels());
     std::vector<double> values(samples.size() * channels);
-    const std::vector<Pass> passes = passes_of(filtering_.op);
+    for (int channel = static_cast<int>(channels_.size()); channel < field_.channels(); ++channel)
+        channels_.push_back(prepared(channel));
+    const Pass last = passes_of(filtering_.op).back();
     const Extent& n = field_.extent();
-    for (std::size_t channel = 0; channel < channels; ++channel) {
-        const Numbers in = this->channel(static_cast<int>(channel));
-        const Numbers between = passes.size() > 1 ? made_everywhere(passes.front(), in) : Numbers();
-        const Numbers& last = passes.size() > 1 ? between : in;
-        tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
-            const OutputSample& at = samples[i];
-            double value = made_at(passes.back(), filtering_.stencil, last, {at.x, at.y, at.z});
+    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
+        const OutputSample& at = samples[i];
+        for (std::size_t channel = 0; channel < channels; ++channel) {
+            const Prepared& of = channels_[channel];
+            double value = made_at(last, filtering_.stencil, of.last, {at.x, at.y, at.z});
             if (filtering_.op == FilterOp::tophat)
-                value = in[static_cast<std::size_t>(at.x + n.x * (at.y + n.y * at.z))] - value;
+                value =
+                    of.samples[static_cast<std::size_t>(at.x + n.x * (at.y + n.y * at.z))] - value;
             values[i * channels + channel] = value;
-        });
-    }
+        }
+    });
     return values;
 }
 

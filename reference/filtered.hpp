@@ -19,10 +19,10 @@ class FilteredReference {
     FilteredReference(const Filtering& filtering, const ReferenceField& field);
 
     /// [samples][channels]; NaN where a value within the kernel's reach is not finite. Runs in
-    /// threads; the bytes do not depend on their number.
+    /// threads, for one caller at a time; the bytes do not depend on their number.
     std::vector<double> values(std::span<const OutputSample> samples) const;
     /// Bytes that values() takes at most beside what it returns.
-    double bytes(double samples) const noexcept;
+    double bytes() const noexcept;
     /// @throws RequestError where so many samples would take hours
     void expect_affordable(double samples) const;
 
@@ -35,8 +35,13 @@ class FilteredReference {
     /// A value at each sample of one channel.
     using Numbers = std::vector<double>;
 
+    /// Of one channel: the samples, and what the last pass reads of them.
+    struct Prepared {
+        Numbers samples, last;
+    };
+
     static std::vector<Pass> passes_of(FilterOp op);
-    Numbers channel(int channel) const;
+    Prepared prepared(int channel) const;
     /// Of a pass at one place of a volume.
     double made_at(const Pass& pass, const Stencil& stencil, const Numbers& in,
                    const std::array<std::int64_t, 3>& at) const;
@@ -48,6 +53,8 @@ class FilteredReference {
     const Filtering& filtering_;
     const ReferenceField& field_;
     double places_;  // of the kernel that count
+    /// Made with the first values() and kept: a large output is compared box by box.
+    mutable std::vector<Prepared> channels_;
 };
 
 }  // namespace edgewise

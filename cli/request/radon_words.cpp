@@ -23,9 +23,12 @@ void add_radon(CLI::App& app, JobOptions& o) {
 }
 
 RadonSetting radon_of(const JobOptions& o) {
-    if (!o.angles) throw RequestError("--angles: how many? Expected a number from 1 to 65536");
+    constexpr int kMost = RadonSetting::kMostAngles;
+    if (!o.angles)
+        throw RequestError(
+            fmt::format("--angles: how many? Expected a number from 1 to {}", kMost));
     RadonSetting setting;
-    setting.angles = static_cast<int>(whole_of("--angles", *o.angles, 1, 65536));
+    setting.angles = static_cast<int>(whole_of("--angles", *o.angles, 1, kMost));
     if (o.to && same_word(*o.to, "hough"))
         setting.to = RadonSetting::To::hough;
     else if (o.to && !same_word(*o.to, "sinogram"))

@@ -172,13 +172,13 @@ void add_budgets(CLI::App& app, JobOptions& o) {
     };
     const bool surface = o.job == Job::mesh;
     if (!surface) {
-        const bool filter = o.job == Job::filter || o.job == radon_job();
+        const bool is_exact = o.job == Job::filter || o.job == radon_job();
         text("--max-error", o.max_error, "E",
-             filter ? "NRMSE as 0.01 or 1%, or PSNR as 40dB; default: equal but for rounding"
-                    : "NRMSE as 0.01 or 1%, or PSNR as 40dB; default linear: as good as linear "
-                      "interpolation");
+             is_exact ? "NRMSE as 0.01 or 1%, or PSNR as 40dB; default: equal but for rounding"
+                      : "NRMSE as 0.01 or 1%, or PSNR as 40dB; default linear: as good as linear "
+                        "interpolation");
         text("--range", o.range, "R", "the difference in values that counts as an error of 1");
-        if (!filter)
+        if (!is_exact)
             text("--reference", o.reference, "FIELD",
                  "what the samples mean: spline, linear or nearest");
     }

@@ -8,10 +8,9 @@
 namespace edgewise {
 
 Geometry take_radon(Request& want, const RadonSetting& setting, const Input& input) {
-    constexpr int kMostAngles = 65536;
-    if (setting.angles < 1 || setting.angles > kMostAngles)
-        throw RequestError(
-            fmt::format("--angles: {}; expected 1 to {}", setting.angles, kMostAngles));
+    if (setting.angles < 1 || setting.angles > RadonSetting::kMostAngles)
+        throw RequestError(fmt::format("--angles: {}; expected 1 to {}", setting.angles,
+                                       RadonSetting::kMostAngles));
     if (!std::isfinite(setting.threshold))
         throw RequestError("--threshold: expected a finite number");
     if (input.channels() > 1)

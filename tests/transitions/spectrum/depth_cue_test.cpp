@@ -17,32 +17,12 @@ namespace edgewise {
 namespace {
 
 /// The three edges that give pictures whose light falls off.
-struct FadedPath {
-    Transition moments = spectrum_moments(), slice = spectrum_moment_slice(),
-               picture = spectrum_faded_picture();
-    Offer made, cut, seen;
-
+struct FadedPath : SlicePath {
     FadedPath(const Representation& from, const Ask& ask, double degree, double width = 6,
-              double padding = 2) {
-        made =
-            moments.offer(from, ask, {{"degree", degree}, {"width", width}, {"padding", padding}});
-        if (!made.refused.empty()) return;
-        cut = slice.offer(made.to, ask, {{"band", std::string("volume")}});
-        seen = picture.offer(cut.to, ask, {});
-    }
-    Data spectra(const Data& in, const Ask& ask, std::pmr::memory_resource* memory) const {
-        Data out = Data::make(made.to, memory);
-        Context context{.memory = memory};
-        moments.run(made, ask, in, out, Region::all(made.to.extent), context);
-        return out;
-    }
-    Data seen_by(const Data& spectra, const Ask& ask, int view,
-                 std::pmr::memory_resource* memory) const {
-        Context context{.memory = memory, .view = view};
-        Data plane = Data::make(cut.to, memory), out = Data::make(seen.to, memory);
-        slice.run(cut, ask, spectra, plane, Region::all(cut.to.extent), context);
-        picture.run(seen, ask, plane, out, Region::all(seen.to.extent), context);
-        return out;
+              double padding = 2)
+        : SlicePath{
+              spectrum_moments(), spectrum_moment_slice(), spectrum_faded_picture(), {}, {}, {}} {
+        choose(from, ask, {{"degree", degree}, {"width", width}, {"padding", padding}}, "volume");
     }
 };
 
@@ -137,7 +117,7 @@ TEST(SpectrumMoments, VerticesTellDegreeAndWindow) {
         EXPECT_EQ(one_spectrum(path.made.to).samples() *
                       static_cast<std::int64_t>(moments_up_to(degree).size()),
                   path.made.to.samples());
-        const auto& joins = path.moments.joins;
+        const auto& joins = path.forward.joins;
         EXPECT_EQ(
             std::count(joins.begin(), joins.end(),
                        std::pair<std::string, std::string>("object/scalar", path.made.to.kind())),
@@ -156,7 +136,7 @@ TEST(SpectrumMoments, EqualASpectrumOfFadedSamples) {
             Case c(cue);
             const FadedPath path(c.data.what, c.ask(), degree, 6, 1.25);
             ASSERT_EQ(path.made.refused, "");
-            const Data spectra = path.spectra(c.data, c.ask(), &c.memory);
+            const Data spectra = path.spectrum(c.data, c.ask(), &c.memory);
             for (int view = 0; view < 3; ++view) {
                 const double depth = depth_of(c.want, view);
                 const DepthPolynomial light(cue, depth, degree);
@@ -176,7 +156,7 @@ TEST(SpectrumMoments, EqualASpectrumOfFadedSamples) {
                 const Path one(c.data.what, ask, {6, 1.25, "volume"});
                 const Data expected =
                     one.picture(one.spectrum(faded, ask, &c.memory), ask, view, &c.memory);
-                const Data got = path.seen_by(spectra, c.ask(), view, &c.memory);
+                const Data got = path.picture(spectra, c.ask(), view, &c.memory);
                 // f32: some twenty roundings of sums up to 20 x 120; moments of a cubic cancel in
                 // part, by less than 2^3.
                 for (std::int64_t i = 0; i < got.what.extent.samples(); ++i)
@@ -248,10 +228,10 @@ TEST(SpectrumMoments, GiveTheIntegralOfLinearLight) {
         const Ask ask{g.want, g.scene};
         const FadedPath path(g.data.what, ask, 1);
         ASSERT_EQ(path.made.refused, "");
-        const Data spectra = path.spectra(g.data, ask, g.memory);
+        const Data spectra = path.spectrum(g.data, ask, g.memory);
         // Ghosts of the widest window, a few times 4e-6, and roundings of f32.
         for (int view = 0; view < 3; ++view)
-            EXPECT_LT(g.error(path.seen_by(spectra, ask, view, g.memory), view), 1e-5) << view;
+            EXPECT_LT(g.error(path.picture(spectra, ask, view, g.memory), view), 1e-5) << view;
     }
 }
 
@@ -262,17 +242,17 @@ TEST(SpectrumMoments, GiveTheIntegralOfExponentialLightWithinTheirBound) {
     for (int degree = 1; degree <= 3; ++degree) {
         const FadedPath path(g.data.what, ask, degree);
         ASSERT_EQ(path.made.refused, "");
-        const Data spectra = path.spectra(g.data, ask, g.memory);
+        const Data spectra = path.spectrum(g.data, ask, g.memory);
         double worst = 0, bound = 0;
         for (int view = 0; view < 3; ++view) {
-            worst = std::max(worst, g.error(path.seen_by(spectra, ask, view, g.memory), view));
+            worst = std::max(worst, g.error(path.picture(spectra, ask, view, g.memory), view));
             bound =
                 std::max(bound, DepthPolynomial(*g.want.cue, depth_of(g.want, view), degree).bound);
         }
         EXPECT_LT(worst, bound + 1e-5) << degree;
         EXPECT_LT(bound, before / 4);
         // What the edge states holds for a ray that is full all along, and more.
-        EXPECT_GE(path.moments.error(path.made, ask).bias, bound * 36);
+        EXPECT_GE(path.forward.error(path.made, ask).bias, bound * 36);
         before = bound;
     }
 }
@@ -286,13 +266,13 @@ TEST(SpectrumMoments, StateTheBoundTimesWhatRaysAddUp) {
         const Ask ask{g.want, g.scene};
         Scene drawn = g.scene;
         const FadedPath path(g.data.what, ask, 1);
-        path.moments.count(g.data, g.want, drawn.facts, g.memory);
-        const double unseen = path.moments.error(path.made, ask).bias;
-        const double stated = path.moments.error(path.made, {g.want, drawn}).bias;
+        path.forward.count(g.data, g.want, drawn.facts, g.memory);
+        const double unseen = path.forward.error(path.made, ask).bias;
+        const double stated = path.forward.error(path.made, {g.want, drawn}).bias;
         EXPECT_LT(stated, (common > 0 ? 1.25 : 0.2) * unseen);
         if (common > 0) continue;
-        const Data spectra = path.spectra(g.data, ask, g.memory);
-        const double most = g.error(path.seen_by(spectra, ask, 0, g.memory), 0);
+        const Data spectra = path.spectrum(g.data, ask, g.memory);
+        const double most = g.error(path.picture(spectra, ask, 0, g.memory), 0);
         // Of pixels that see the volume a sixtieth is as bright as the middle.
         EXPECT_GT(stated, most * Gaussian::kIntegral / 8);
     }
@@ -319,8 +299,8 @@ TEST(SpectrumMoments, AConstantIsKnown) {
                 const Ask ask{want, scene};
                 const FadedPath path(what, ask, 1);
                 ASSERT_EQ(path.made.refused, "");
-                const Data spectra = path.spectra(data, ask, memory);
-                const Data picture = path.seen_by(spectra, ask, 0, memory);
+                const Data spectra = path.spectrum(data, ask, memory);
+                const Data picture = path.picture(spectra, ask, 0, memory);
                 const auto n = static_cast<double>(extent.z);
                 const double k = cue.per_length;
                 const double light = cue.linear ? n - k * n * n / 2 : (1 - std::exp(-k * n)) / k;
@@ -337,8 +317,8 @@ TEST(SpectrumMoments, BytesDoNotDependOnThreads) {
     for (const std::size_t threads : {1, 3}) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         const FadedPath path(c.data.what, c.ask(), 2);
-        const Data spectra = path.spectra(c.data, c.ask(), &c.memory);
-        const Data picture = path.seen_by(spectra, c.ask(), 2, &c.memory);
+        const Data spectra = path.spectrum(c.data, c.ask(), &c.memory);
+        const Data picture = path.picture(spectra, c.ask(), 2, &c.memory);
         pictures.emplace_back(picture.as<float>(),
                               picture.as<float>() + picture.what.extent.samples());
     }
@@ -359,9 +339,9 @@ TEST(SpectrumMoments, StayWithinTheirCountedBytes) {
         edge.run(offer, c.ask(), in, out, Region::all(out.what.extent), context);
         EXPECT_LE(static_cast<double>(c.memory.peak()), most) << edge.name;
     };
-    expect(path.moments, path.made, c.data, spectra);
+    expect(path.forward, path.made, c.data, spectra);
     expect(path.slice, path.cut, spectra, plane);
-    expect(path.picture, path.seen, plane, picture);
+    expect(path.inverse, path.seen, plane, picture);
 }
 
 TEST(SpectrumMoments, StopWhenAsked) {
@@ -370,7 +350,7 @@ TEST(SpectrumMoments, StopWhenAsked) {
     Data spectra = Data::make(path.made.to, &c.memory), plane = Data::make(path.cut.to, &c.memory);
     const std::atomic<bool> stop{true};
     Context context{.memory = &c.memory, .stop = &stop};
-    EXPECT_THROW(path.moments.run(path.made, c.ask(), c.data, spectra, {}, context), Cancelled);
+    EXPECT_THROW(path.forward.run(path.made, c.ask(), c.data, spectra, {}, context), Cancelled);
     EXPECT_THROW(path.slice.run(path.cut, c.ask(), spectra, plane, {}, context), Cancelled);
 }
 

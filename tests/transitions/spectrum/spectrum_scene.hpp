@@ -122,15 +122,16 @@ struct Chosen {
     const char* band = "volume";
 };
 
-/// The three edges of a path.
-struct Path {
-    Transition forward = spectrum_forward(), slice = spectrum_slice(), inverse = spectrum_inverse();
+/// The three edges of a path through spectra.
+struct SlicePath {
+    Transition forward, slice, inverse;
     Offer made, cut, seen;
 
-    Path(const Representation& from, const Ask& ask, const Chosen& chosen) {
-        made = forward.offer(from, ask, {{"width", chosen.width}, {"padding", chosen.padding}});
+    void choose(const Representation& from, const Ask& ask, const Parameters& with,
+                const char* band) {
+        made = forward.offer(from, ask, with);
         if (!made.refused.empty()) return;
-        cut = slice.offer(made.to, ask, {{"band", std::string(chosen.band)}});
+        cut = slice.offer(made.to, ask, {{"band", std::string(band)}});
         seen = inverse.offer(cut.to, ask, {});
     }
     Data spectrum(const Data& in, const Ask& ask, std::pmr::memory_resource* memory) const {
@@ -146,6 +147,13 @@ struct Path {
         slice.run(cut, ask, spectrum, plane, Region::all(cut.to.extent), context);
         inverse.run(seen, ask, plane, out, Region::all(seen.to.extent), context);
         return out;
+    }
+};
+
+struct Path : SlicePath {
+    Path(const Representation& from, const Ask& ask, const Chosen& chosen)
+        : SlicePath{spectrum_forward(), spectrum_slice(), spectrum_inverse(), {}, {}, {}} {
+        choose(from, ask, {{"width", chosen.width}, {"padding", chosen.padding}}, chosen.band);
     }
     /// What is predicted, in values of the picture.
     double error(const Ask& ask) const {
