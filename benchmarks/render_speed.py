@@ -2,7 +2,8 @@
 """Speed of rendering beside VTK, one thread each, in turns, with the error of both against one f64 reference.
 
 Rows: a maximum, a faint composite and a lit one of 256^3 samples of 8 bits; an opaque composite of the bundled CT head (rays end
-early, air is left out); an isosurface, extracted and drawn by VTK, by the fastest of edgewise's paths; a composite of an almost
+early, air is left out); the same four by the path that the planner takes for an error of at most the peer's, where edgewise runs
+with `--max-error` instead of `--via`; an isosurface, extracted and drawn by VTK, by the fastest of edgewise's paths; a composite of an almost
 empty volume with what is empty left out, and not. In each round the peer and edgewise run one after the other; the table has
 medians over the rounds, and the median of the ratios of each round.
 
@@ -277,17 +278,23 @@ CAST = ["--via", "project.ray_cast/filter=foh/step=1"]
 
 
 class Volume:
-    """A row: vtkFixedPointVolumeRayCastMapper against a path of edgewise."""
+    """A row: vtkFixedPointVolumeRayCastMapper against a cast by edgewise, or against what the planner takes for the peer's error."""
     peer_name = "vtkFixedPointVolumeRayCastMapper"
 
-    def __init__(self, what, scene, points, goal, lit=False):
-        self.what, self.scene, self.points, self.lit, self.goal = what, scene, points, lit, goal
-        self.words = (scene.transfer(points) if points else ["--mode", "mip"]) + (["--shade", "phong"] if lit else []) + CAST
+    def __init__(self, what, scene, points, goal, lit=False, planned=False):
+        self.what, self.scene, self.points, self.lit, self.goal, self.planned = what, scene, points, lit, goal, planned
+        self.words = (scene.transfer(points) if points else ["--mode", "mip"]) + (["--shade", "phong"] if lit else [])
+        self.words += [] if planned else CAST
 
     def prepare(self):
         self.window, self.camera = self.scene.vtk_volume(self.points, self.lit)
         scale = 1 / 255 if self.points else 1
         self.peer_error = nrmse(self.scene.pixels(self.window)[::EVERY] * scale, self.scene.exact(self.points, self.lit, of_vtk=True))
+        if self.planned:
+            self.words += ["--max-error", self.peer_error]
+            steps = self.scene.edgewise(self.words, "-o", "null:")["plan"]["steps"]
+            self.what += " by " + " > ".join(step["transition"] + "".join(f"/{key}={value}" for key, value in step["parameters"].items())
+                                             for step in steps)
         self.error = nrmse(self.scene.picture(self.words)[::EVERY], self.scene.exact(self.points, self.lit))
 
     def peer(self):
@@ -363,11 +370,14 @@ def rows(side, angio):
     else:
         thin = Scene("vessels", vessels(side), (1, 1, 1), (20, 30, 0), side, 1.2)
     size, shape = f"u8 {side}^3 -> {side}^2", "x".join(map(str, thin.samples.shape[::-1]))
+    volumes = {
+        "mip": (f"MIP {size}", cube, None, 10, False),
+        "composite": (f"composite {size}", cube, FAINT, 10, False),
+        "shaded": (f"shaded composite {size}", cube, LIT, 10, True),
+        "opaque": (f"opaque composite, CT head -> {head.size}^2", head, OPAQUE, 6, False)}
     return {
-        "mip": Volume(f"MIP {size}", cube, None, 10),
-        "composite": Volume(f"composite {size}", cube, FAINT, 10),
-        "shaded": Volume(f"shaded composite {size}", cube, LIT, 10, lit=True),
-        "opaque": Volume(f"opaque composite, CT head -> {head.size}^2", head, OPAQUE, 6),
+        **{name: Volume(*row) for name, row in volumes.items()},
+        **{f"{name}_any": Volume(*row, planned=True) for name, row in volumes.items()},
         "surface": Surface(f"isosurface picture {size}, cast", cube, 60.5, 3, CAST),
         "surface_mesh": Surface(f"isosurface picture {size}, mesh drawn", cube, 60.5, 3, ["--via", "surface.flying_edges"]),
         "angio": Skipping(f"composite of {thin.name} {shape}, cast", thin, 10, CAST),

@@ -354,6 +354,11 @@ TEST(CountedWork, CompositesCorrectTheOpacitiesThatPacketsNeed) {
     const double plain = operations(1);
     of.want.transfer.unit = 1.5;
     EXPECT_NEAR(operations(1) - plain, kCorrectionOperations * 0.5 * samples, 1e-3 * samples);
+    // Powers of two take less.
+    of.want.transfer.unit = 2;
+    EXPECT_NEAR(operations(1) - plain, 20 * 0.5 * samples, 1e-3 * samples);
+    of.want.transfer.unit = 0.25;
+    EXPECT_NEAR(operations(1) - plain, 2 * 2 * 0.5 * samples, 1e-3 * samples);
 }
 
 TEST(CountedWork, AWarpFetchesTheLinesThatItWritesAndDrivesThemOut) {

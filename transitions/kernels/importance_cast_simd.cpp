@@ -153,8 +153,8 @@ HWY_NOINLINE void walk(const RayCast& cast, double loss, const Packet& packet,
     const Lanes lanes(packet);
     const Path path(packet, lanes, loss);
     Ahead ahead(cast, packet, lanes);
-    const VF power = hn::Set(d, static_cast<float>(cast.step / cast.optics->unit)),
-             one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+    const WholeCells cells(cast);
+    const VF one = hn::Set(d, 1.0f), zero = hn::Zero(d);
     HWY_ALIGN float hit[kLanes];
     for (std::size_t lane = 0; lane < kLanes; ++lane) hit[lane] = packet.hit[lane] ? 1.0f : 0.0f;
     const MF hits = hn::Gt(hn::Load(d, hit), zero);
@@ -179,9 +179,8 @@ HWY_NOINLINE void walk(const RayCast& cast, double loss, const Packet& packet,
             if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
             pace = hn::IfThenElse(wanted, path.pace(sum.left()), pace);
             if (sum.needs(opacity)) {
-                const VF longer = hn::Mul(piece.length, power);
-                if (!hn::AllTrue(d, hn::Eq(longer, one))) opacity = corrected(opacity, longer);
-                sum.add(color, opacity);
+                const bool whole = hn::AllTrue(d, hn::Eq(piece.length, one));
+                sum.add(color, whole ? cells(opacity) : cells(opacity, piece.length));
             }
             cell = hn::IfThenElse(wanted, hn::Add(cell, piece.cells), cell);
         }

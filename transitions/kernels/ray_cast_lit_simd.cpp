@@ -19,12 +19,7 @@ class LitSum : public OverState<3> {
     static constexpr bool kFinite = kNumbers;
 
     explicit LitSum(const RayCast& cast)
-        : OverState<3>(cast),
-          cast_(cast),
-          optics_(*cast.optics),
-          by_(cast.light),
-          power_(hn::Set(DF(), static_cast<float>(cast.step / cast.optics->unit))),
-          exact_(cast.step == cast.optics->unit) {
+        : OverState<3>(cast), cast_(cast), optics_(*cast.optics), by_(cast.light), cells_(cast) {
         for (VF& axis : eye_) axis = hn::Zero(DF());
     }
     void aim(const Packet& packet, double x, double y) {
@@ -36,35 +31,33 @@ class LitSum : public OverState<3> {
 
     template <class At>
     HWY_INLINE void add(VF value, int, const At& spot) {
-        if (cast_.table)
-            return add_tabled(value, hn::FirstN(DF(), 0), exact_ ? nullptr : &power_, spot);
+        if (cast_.table) return add_tabled(value, hn::FirstN(DF(), 0), nullptr, spot);
         VF color[3], opacity = look_up<3>(optics_, value, color);
         if (!needs(opacity)) return;
-        add_lit(value, color, opacity, exact_ ? nullptr : &power_, spot);
+        add_lit(value, color, opacity, nullptr, spot);
     }
     template <class At>
     HWY_INLINE void add_part(VF value, VF weight, MF outside, int, const At& spot) {
-        const VF power = hn::Mul(weight, power_);
-        if (cast_.table) return add_tabled(value, outside, &power, spot);
+        if (cast_.table) return add_tabled(value, outside, &weight, spot);
         VF color[3], opacity = look_up<3>(optics_, value, color);
         if (!needs(opacity)) return;
-        add_lit(value, color, hn::IfThenZeroElse(outside, opacity), &power, spot);
+        add_lit(value, color, hn::IfThenZeroElse(outside, opacity), &weight, spot);
     }
 
  private:
-    /// @param power  of what the opacity leaves; null: 1
+    /// @param weight  shares of the cell that count; null: all
     template <class At>
-    HWY_INLINE void add_lit(VF value, const VF (&color)[3], VF opacity, const VF* power,
+    HWY_INLINE void add_lit(VF value, const VF (&color)[3], VF opacity, const VF* weight,
                             const At& spot) {
         if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
         VF slope[3] = {hn::Zero(DF()), hn::Zero(DF()), hn::Zero(DF())};
         if (cast_.edges || (by_ && !by_->particles)) spot.gradient_at(spot.offset, value, slope);
         if (cast_.edges) opacity = hn::Mul(opacity, edge_of(*cast_.edges, slope));
-        shine(color, opacity, power, slope, spot);
+        shine(color, opacity, weight, slope, spot);
     }
     /// The same of what a table has at a value and its gradient.
     template <class At>
-    HWY_NOINLINE void add_tabled(VF value, MF outside, const VF* power, const At& spot) {
+    HWY_NOINLINE void add_tabled(VF value, MF outside, const VF* weight, const At& spot) {
         const RayTable& table = *cast_.table;
         const TablePlace place = place_in(table.values, value);
         VF most = hn::IfThenZeroElse(outside, most_at(table, place));
@@ -75,13 +68,13 @@ class LitSum : public OverState<3> {
         const VF found = table_at(table, place, slope, color);
         // A ray's light must not hang on whether one beside it needs this sample.
         const VF opacity = hn::IfThenElseZero(hn::Gt(most, hn::Zero(DF())), found);
-        shine(color, opacity, power, slope, spot);
+        shine(color, opacity, weight, slope, spot);
     }
     /// @param slope  the gradient, where light or opacities need one
     template <class At>
-    HWY_INLINE void shine(const VF (&color)[3], VF opacity, const VF* power, const VF3& slope,
+    HWY_INLINE void shine(const VF (&color)[3], VF opacity, const VF* weight, const VF3& slope,
                           const At& spot) {
-        if (power) opacity = corrected(opacity, *power);
+        opacity = weight ? cells_(opacity, *weight) : cells_(opacity);
         VF diffuse = hn::Set(DF(), 1.0f), specular = hn::Zero(DF());
         if (by_) {
             ArrivingLanes arriving;
@@ -102,9 +95,9 @@ class LitSum : public OverState<3> {
     const RayCast& cast_;
     const Optics& optics_;
     const RayLight* by_;
-    VF power_, eye_[3];
+    WholeCells cells_;
+    VF eye_[3];
     Fading fading_ = {};
-    bool exact_;
 };
 
 void cast_tile_lit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,

@@ -179,23 +179,58 @@ class OverState {
     VF light_[kColors], left_, bound_;
 };
 
+/// What opacities become in whole cells, all of one length: 1 - (1 - a)^power. Steps are mostly
+/// powers of two: then each doubling is a (2 - a), and each halving a / (1 + sqrt(1 - a)), without
+/// cancellation.
+class WholeCells {
+ public:
+    explicit WholeCells(const RayCast& cast)
+        : power_(static_cast<float>(cast.step / cast.optics->unit)) {
+        constexpr int kMost = 4;  // beyond, it takes no less than any other power
+        int exponent = 0;
+        const bool is_power_of_two = std::frexp(power_, &exponent) == 0.5f;
+        doublings_ = exponent - 1;
+        are_few_ = is_power_of_two && std::abs(doublings_) <= kMost;
+    }
+
+    /// Opacities stay as they are.
+    bool are_units() const { return power_ == 1; }
+    HWY_INLINE VF operator()(VF opacity) const {
+        const DF d;
+        if (!are_few_) return corrected(opacity, hn::Set(d, power_));
+        const VF one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
+        for (int i = 0; i < doublings_; ++i) opacity = hn::Mul(opacity, hn::Sub(two, opacity));
+        for (int i = doublings_; i < 0; ++i)
+            opacity = hn::Div(opacity, hn::Add(one, hn::Sqrt(hn::Sub(one, opacity))));
+        return opacity;
+    }
+    /// In parts of cells; a part that is all of a cell gives what a whole one does, to the last
+    /// bit: which of them it is hangs on the rays beside it.
+    HWY_INLINE VF operator()(VF opacity, VF weight) const {
+        const DF d;
+        const VF part = corrected(opacity, hn::Mul(weight, hn::Set(d, power_)));
+        return hn::IfThenElse(hn::Eq(weight, hn::Set(d, 1.0f)), (*this)(opacity), part);
+    }
+
+ private:
+    float power_;
+    int doublings_ = 0;
+    bool are_few_ = false;
+};
+
 /// Front-to-back compositing.
 template <bool kFinite, int kColors>
 class OverSum : public OverState<kColors> {
  public:
     explicit OverSum(const RayCast& cast)
-        : OverState<kColors>(cast),
-          optics_(*cast.optics),
-          power_(static_cast<float>(cast.step / cast.optics->unit)),
-          exact_(cast.step == cast.optics->unit),
-          taken_(cast.taken) {}
+        : OverState<kColors>(cast), optics_(*cast.optics), cells_(cast), taken_(cast.taken) {}
 
     HWY_INLINE void add(VF value, int) {
         VF color[kColors], opacity = look_up<kColors>(optics_, value, color);
-        if (!exact_) {
+        if (!cells_.are_units()) {
             if (!this->needs(opacity)) return;
             if (taken_) taken_->corrected += kLanes;
-            opacity = corrected(opacity, hn::Set(DF(), power_));
+            opacity = cells_(opacity);
         }
         this->composite(color, finite(value, opacity));
     }
@@ -204,7 +239,7 @@ class OverSum : public OverState<kColors> {
         if (taken_) taken_->ends += kLanes;
         if (!this->needs(opacity)) return;
         if (taken_) taken_->corrected_ends += kLanes;
-        opacity = corrected(opacity, hn::Mul(weight, hn::Set(DF(), power_)));
+        opacity = cells_(opacity, weight);
         this->composite(color, finite(value, hn::IfThenZeroElse(outside, opacity)));
     }
 
@@ -215,8 +250,7 @@ class OverSum : public OverState<kColors> {
     }
 
     const Optics& optics_;
-    float power_;
-    bool exact_;
+    WholeCells cells_;
     Taken* taken_;
 };
 

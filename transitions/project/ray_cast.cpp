@@ -188,14 +188,25 @@ std::string_view variant_of(bool bricks, bool sparse, bool from_eye, bool lit) {
     return from_eye ? "perspective" : "";
 }
 
-/// Samples whose opacities are corrected for their lengths: at the ends of rays; where the step is
-/// not the length that opacities refer to, all. Of these, as counted, those that a packet needs.
-double corrected_of(const Offer& offer, const Ask& ask, const kernels::Optics& optics,
-                    double samples, double ends) {
+/// Of a whole cell's opacity, corrected for its length: see WholeCells of the kernel. A square root
+/// and a quotient take as long as 20 products.
+double whole_cell_operations(double power) {
+    constexpr double kDoubling = 2, kHalving = 20, kMost = 4;
+    const double doublings = std::log2(power);
+    if (doublings != std::round(doublings) || std::abs(doublings) > kMost)
+        return kCorrectionOperations;
+    return doublings > 0 ? kDoubling * doublings : -kHalving * doublings;
+}
+
+/// To correct opacities for lengths of samples: at the ends of rays; where the step is not the
+/// length that opacities refer to, of all. Of these, as counted, those that a packet needs.
+double correction_operations(const Offer& offer, const Ask& ask, const kernels::Optics& optics,
+                             double samples, double ends) {
     if (!ask.want.mode->takes_transfer) return 0;
     const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
-    const bool exact = offer.with.number("step") == optics.unit;
-    return share("cast/corrected/ends") * ends + (exact ? 0 : share("cast/corrected") * samples);
+    return kCorrectionOperations * share("cast/corrected/ends") * ends +
+           whole_cell_operations(offer.with.number("step") / optics.unit) *
+               share("cast/corrected") * samples;
 }
 
 /// Samples that light is worked out for: those that a packet needs, as counted.
@@ -255,7 +266,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
         .operations = all * (9 + filter + combining(ask, optics)) +
                       lit * (gradient + 35 + 40 * sources) +
                       (spread ? 60 * pixels : 120 * met.packets) +
-                      kCorrectionOperations * corrected_of(offer, ask, optics, samples, ends) +
+                      correction_operations(offer, ask, optics, samples, ends) +
                       (bricks ? brick_operations(offer.from) + 2 * samples : 0),
         .masked = (50 + 5 * filter) * ends,
         .streamed = offer.to.bytes() + 128 * met.packets + (bricks ? offer.from.bytes() : 0),
