@@ -279,6 +279,47 @@ TEST(Boxes, OfAPictureAreTheBytesOfTheWhole) {
         EXPECT_GT(tried.edges[edge], 0) << edge;
 }
 
+/// Every kind of light, each with something else that a sample's light depends on.
+std::vector<Shading> shadings() {
+    constexpr double kLeast = 1e-3;
+    const Light aside{.towards = Vec3(0.6, 0, -0.8), .intensity = 0.5};
+    return {{.by = Shade::phong, .least = kLeast},
+            {.by = Shade::torrance_sparrow, .lights = {{}, aside}, .least = kLeast},
+            {.by = Shade::particles, .lights = {aside}, .phase = 0.5},
+            {.by = Shade::phong, .lights = {aside}, .shadows = true, .least = kLeast},
+            {.by = Shade::phong, .occlusion = 4, .least = kLeast}};
+}
+
+TEST(Boxes, OfALitPictureAreTheBytesOfTheWhole) {
+    Tried tried{.stride = 14};
+    int lit = 0;
+    for (const Mode mode : modes()) {
+        if (!mode->takes_light) continue;
+        SCOPED_TRACE(mode->name);
+        for (const Shading& shading : shadings()) {
+            if (shading.has_shade() && !mode->takes_transfer) continue;
+            for (const bool cued : {false, true}) {
+                Request want =
+                    request_of(Job::render, mode, volume(Type::u8), {rotation(25, -40, 10)});
+                want.transfer = transfer();
+                if (mode->takes_level) want.surface = SurfaceOf{100};
+                SCOPED_TRACE(fmt::format("shade {}, shadows {}, occlusion {}, cue {}",
+                                         static_cast<int>(shading.by), shading.shadows,
+                                         shading.occlusion, cued));
+                want.shading = shading;
+                if (cued) want.cue = DepthCue{.per_length = 0.02};
+                std::vector<Representation> from = {volume(Type::u8), volume(Type::f32),
+                                                    volume(Type::f32)};
+                from.back().content = "coefficients";
+                sweep(want, from, tried);
+                ++lit;
+            }
+        }
+    }
+    EXPECT_GE(lit, 4);
+    EXPECT_GT(tried.edges["project.ray_cast"], 0);
+}
+
 TEST(Boxes, OfASliceOfASpectrumAreTheBytesOfTheWhole) {
     Tried tried;
     const Representation what = volume(Type::u8);

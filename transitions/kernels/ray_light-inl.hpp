@@ -216,20 +216,25 @@ template <bool kFinite, class Sampler>
 HWY_NOINLINE void central(const Bounds& bounds, const Sampler& sampler, VF x, VF y, VF z, VF value,
                           VF3& gradient) {
     const VF one = hn::Set(DF(), 1.0f);
+    MF known = hn::FirstN(DF(), 0);
     if constexpr (requires { sampler.differences(x, y, z, gradient); }) {
+        known = sampler.differences(x, y, z, gradient);
         // Samples that are not finite spoil what is worked out at once.
-        if (sampler.differences(x, y, z, gradient) &&
-            (kFinite ||
-             hn::AllTrue(DF(), is_finite(hn::Add(gradient[0], hn::Add(gradient[1], gradient[2]))))))
-            return;
+        if constexpr (!kFinite)
+            known =
+                hn::And(known, is_finite(hn::Add(gradient[0], hn::Add(gradient[1], gradient[2]))));
+        if (hn::AllTrue(DF(), known)) return;
     }
     x = bounds.clamped(x, 0);
     y = bounds.clamped(y, 1);
     z = bounds.clamped(z, 2);
     const auto at = [&](VF i, VF j, VF k) HWY_ATTR { return sampler.template at<false>(i, j, k); };
-    gradient[0] = difference<kFinite>(at(hn::Sub(x, one), y, z), value, at(hn::Add(x, one), y, z));
-    gradient[1] = difference<kFinite>(at(x, hn::Sub(y, one), z), value, at(x, hn::Add(y, one), z));
-    gradient[2] = difference<kFinite>(at(x, y, hn::Sub(z, one)), value, at(x, y, hn::Add(z, one)));
+    const VF each[3] = {
+        difference<kFinite>(at(hn::Sub(x, one), y, z), value, at(hn::Add(x, one), y, z)),
+        difference<kFinite>(at(x, hn::Sub(y, one), z), value, at(x, hn::Add(y, one), z)),
+        difference<kFinite>(at(x, y, hn::Sub(z, one)), value, at(x, y, hn::Add(z, one)))};
+    for (int axis = 0; axis < 3; ++axis)
+        gradient[axis] = hn::IfThenElse(known, gradient[axis], each[axis]);
 }
 
 /// The factor of opacities by the length of a gradient of stored numbers.

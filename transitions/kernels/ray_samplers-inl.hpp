@@ -286,15 +286,27 @@ class LinearSampler {
         return value;
     }
     /// Half of what the value differs by between one sample before and one behind a place, along
-    /// each axis, from 12 rows instead of the 24 of six values. @return false: a neighbour lies
-    /// outside for some lane, and nothing was worked out
-    HWY_INLINE bool differences(VF x, VF y, VF z, VF (&slopes)[3]) const {
+    /// each axis, from 12 rows instead of the 24 of six values. @return lanes whose neighbours all
+    /// lie inside; of the others nothing is worked out, since what one gets must not hang on those
+    /// beside it
+    HWY_INLINE MF differences(VF x, VF y, VF z, VF (&slopes)[3]) const {
+        for (VF& slope : slopes) slope = hn::Zero(DF());
         if constexpr (std::is_same_v<Read, Walked>) {
-            return false;
+            return hn::FirstN(DF(), 0);
         } else {
             const DF d;
-            const VI i = truncated(x), j = truncated(y), k = truncated(z);
-            if (!is_inner(i, 0) || !is_inner(j, 1) || !is_inner(k, 2)) return false;
+            VI i = truncated(x), j = truncated(y), k = truncated(z);
+            const auto between_two =
+                hn::And(is_inner(i, 0), hn::And(is_inner(j, 1), is_inner(k, 2)));
+            if (hn::AllFalse(DI(), between_two)) return hn::FirstN(d, 0);
+            if (!hn::AllTrue(DI(), between_two)) {
+                // The others read what one of these reads.
+                const auto one =
+                    static_cast<std::size_t>(hn::FindKnownFirstTrue(DI(), between_two));
+                for (VI* cell : {&i, &j, &k})
+                    *cell = hn::IfThenElse(between_two, *cell,
+                                           hn::Set(DI(), hn::ExtractLane(*cell, one)));
+            }
             const VF f = hn::Sub(x, hn::ConvertTo(d, i)), g = hn::Sub(y, hn::ConvertTo(d, j)),
                      h = hn::Sub(z, hn::ConvertTo(d, k));
             const VI offset = read_.offset(i, j, k);
@@ -319,7 +331,7 @@ class LinearSampler {
                                              hn::Sub(own[3], ys[2]), hn::Sub(ys[3], own[2])));
             slopes[2] = hn::Mul(half, across(hn::Sub(own[2], zs[0]), hn::Sub(own[3], zs[1]),
                                              hn::Sub(zs[2], own[0]), hn::Sub(zs[3], own[1])));
-            return true;
+            return hn::RebindMask(d, between_two);
         }
     }
     /// Asks for the lines that at() will read, but those of the next slice: where it comes to
@@ -333,10 +345,10 @@ class LinearSampler {
     static constexpr bool kClampsCells = Read::kPairs;
 
     /// Whether cells have samples on both sides of them.
-    HWY_INLINE bool is_inner(VI i, int axis) const {
+    HWY_INLINE hn::Mask<DI> is_inner(VI i, int axis) const {
         const DI d;
-        return hn::AllTrue(d, hn::And(hn::Gt(i, hn::Zero(d)),
-                                      hn::Lt(i, hn::Sub(bounds_.last[axis], hn::Set(d, 1)))));
+        return hn::And(hn::Gt(i, hn::Zero(d)),
+                       hn::Lt(i, hn::Sub(bounds_.last[axis], hn::Set(d, 1))));
     }
     HWY_INLINE VI clamped_cell(VI i, int axis) const {
         const DI d;
