@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
@@ -152,6 +153,9 @@ std::string request_text(const JobOptions& options) {
     for (const auto& [step, value] : options.geometry.steps)
         text += fmt::format(" --{} {}", step, value);
     if (options.mode) text += " --mode " + *options.mode;
+    if (options.op) text += " --op " + *options.op;
+    if (options.kernel) text += " --kernel " + *options.kernel;
+    if (options.border) text += " --border " + *options.border;
     return text;
 }
 
@@ -174,9 +178,10 @@ int do_advise(const JobOptions* job, const std::optional<std::string>& json) {
     });
 }
 
+/// Advice on one job.
 struct AdviseOptions {
-    JobOptions warp, render;
-    std::optional<std::string> json;
+    CLI::App* app;
+    JobOptions job;
 };
 
 }  // namespace
@@ -184,20 +189,26 @@ struct AdviseOptions {
 Verb add_advise(CLI::App& main) {
     CLI::App* app = main.add_subcommand(
         "advise", "costs worth measuring and edges worth having, for a request or the usual ones");
-    auto options = std::make_shared<AdviseOptions>();
-    options->warp.job = Job::warp;
-    add_text(*app, "--json", options->json, "report")->type_name("FILE|-");
+    auto json = std::make_shared<std::optional<std::string>>();
+    add_text(*app, "--json", *json, "report")->type_name("FILE|-");
     app->require_subcommand(0, 1);
-    CLI::App* warp = app->add_subcommand("warp", "for a warp");
-    CLI::App* render = app->add_subcommand("render", "for a render");
-    add_job_options(*warp, options->warp, OutNeeded::absent);
-    add_job_options(*render, options->render, OutNeeded::absent);
-    return {app, [options, warp, render] {
-                JobOptions* job = warp->parsed()     ? &options->warp
-                                  : render->parsed() ? &options->render
-                                                     : nullptr;
-                if (job) order_geometry(warp->parsed() ? *warp : *render, *job);
-                return do_advise(job, job && job->json ? job->json : options->json);
+    std::vector<std::shared_ptr<AdviseOptions>> all;
+    for (const Job job : {Job::warp, Job::render, Job::filter}) {
+        const std::string name(name_of(job));
+        const auto options = std::make_shared<AdviseOptions>();
+        options->app = app->add_subcommand(name, "for a " + name);
+        options->job.job = job;
+        add_job_options(*options->app, options->job, OutNeeded::absent);
+        all.push_back(options);
+    }
+    return {app, [all, json] {
+                for (const auto& options : all) {
+                    if (!options->app->parsed()) continue;
+                    JobOptions& job = options->job;
+                    order_geometry(*options->app, job);
+                    return do_advise(&job, job.json ? job.json : *json);
+                }
+                return do_advise(nullptr, *json);
             }};
 }
 

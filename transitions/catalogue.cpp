@@ -7,6 +7,7 @@
 #include "transitions/composite/classify.hpp"
 #include "transitions/composite/front_to_back.hpp"
 #include "transitions/filter/backward.hpp"
+#include "transitions/filter/ball_sequence.hpp"
 #include "transitions/filter/forward.hpp"
 #include "transitions/filter/fourier.hpp"
 #include "transitions/filter/fourier_levels.hpp"
@@ -148,6 +149,7 @@ Catalogue catalogue() {
         filter_fourier_levels(),
         filter_runs(),
         filter_van_herk(),
+        filter_ball_sequence(),
         filter_median(),
         filter_median_histogram(),
         // To lines.

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <map>
 #include <memory>
+#include <set>
+#include <vector>
 
 #include "charts/csv.hpp"
 #include "charts/gnuplot.hpp"
@@ -39,6 +41,7 @@ constexpr std::size_t kLimit = 100, kSweepLimit = 16;  // paths
 
 struct ChartOptions {
     JobOptions job;
+    bool turns = true;  // the job has options of the geometry
     Words out, peers;
     std::optional<std::string> limit, sweep;
 };
@@ -243,6 +246,15 @@ void expect_results(const std::vector<ChartedRequest>& requests) {
     throw RunError("there is no path");
 }
 
+/// What is swept is an option of the job: else all values would give the same paths.
+void expect_swept(const ChartOptions& options, const Sweep& sweep) {
+    static const std::set<std::string> of_any = {"threads",    "max-error", "max-time",
+                                                 "max-memory", "time",      "channel"};
+    if (options.turns || of_any.contains(sweep.option)) return;
+    throw RequestError(fmt::format("--sweep {}: {} has no such option; expected {}", sweep.option,
+                                   name_of(options.job.job), fmt::join(of_any, ", ")));
+}
+
 int do_chart(const ChartOptions& options, const std::string& title) {
     return guarded_with_json(options.job.json, [&] {
         const JobOptions& job = options.job;
@@ -256,6 +268,7 @@ int do_chart(const ChartOptions& options, const std::string& title) {
         std::string swept;
         if (options.sweep) {
             const Sweep sweep = sweep_of(*options.sweep);
+            expect_swept(options, sweep);
             swept = sweep.option;
             requests = run_sweep(sweep, request, settings, serving, messages);
         } else {
@@ -301,11 +314,12 @@ void add_words(CLI::App& app, const char* name, Words& into, const char* type, c
 }
 
 Verb add_chart_of(CLI::App& parent, Job job) {
-    CLI::App* app = parent.add_subcommand(job == Job::warp ? "warp" : "render",
-                                          job == Job::warp ? "of a warp" : "of a render");
+    const std::string name(name_of(job));
+    CLI::App* app = parent.add_subcommand(name, "of a " + name);
     auto options = std::make_shared<ChartOptions>();
     options->job.job = job;
     add_job_options(*app, options->job, OutNeeded::absent);
+    options->turns = app->get_option_no_throw("--rotate") != nullptr;
     add_words(*app, "-o", options->out, "FILE",
               "chart, by its ending: .html .svg .png .csv .json; may be repeated");
     app->get_option("-o")->required();
@@ -330,8 +344,14 @@ Verb add_chart(CLI::App& main) {
     CLI::App* app =
         main.add_subcommand("chart", "every path of a request, run and drawn: speed against error");
     app->require_subcommand(1);
-    const Verb warp = add_chart_of(*app, Job::warp), render = add_chart_of(*app, Job::render);
-    return {app, [warp, render] { return warp.app->parsed() ? warp.run() : render.run(); }};
+    std::vector<Verb> all;
+    for (const Job job : {Job::warp, Job::render, Job::filter})
+        all.push_back(add_chart_of(*app, job));
+    return {app, [all] {
+                return std::ranges::find_if(all,
+                                            [](const Verb& verb) { return verb.app->parsed(); })
+                    ->run();
+            }};
 }
 
 }  // namespace edgewise::cli

@@ -246,7 +246,7 @@ Transition filter_forward() {
                 constexpr double kAlone = 8, kLooked = 4;
                 const double share = scattered_share(ask);
                 if (ask.of.of_sum()) return kLooked + 2 * kAlone * share * double(ask.of.places());
-                // A run of the kernel takes as long whatever the type; benchmarks/filters.py.
+                // A run of the kernel takes as long whatever the type.
                 constexpr double kRun = 180, kSeen = 12;
                 const double width = double(bytes_of(ask.type)) / sizeof(float);
                 const double runs = double(height_runs<double>(ask.of).size());

@@ -325,6 +325,31 @@ TEST(Filtering, NaNReachesAsFarAsTheKernel) {
     }
 }
 
+TEST(Filtering, ScatteredExtremesAreThoseGathered) {
+    // Sparse, with whole tiles of one value, infinite samples and heights of all signs.
+    std::mt19937 random(31);
+    for (const FilterOp op : {FilterOp::dilate, FilterOp::erode, FilterOp::open})
+        for (const bool flat : {true, false})
+            for (const bool infinite : {false, true}) {
+                const Filtering by{op, random_stencil(random, 2, false, flat), Border::clamp};
+                Case of({600, 70, 1}, 2, Type::f32, 1, by, 4);
+                for (std::int64_t i = 0; i < of.in.what.samples(); ++i) {
+                    float& sample = of.in.as<float>()[i];
+                    if (random() % 50) sample = -3;
+                    if (infinite && random() % 400 == 0)
+                        sample = random() % 2 ? INFINITY : -INFINITY;
+                }
+                of.look();
+                const Transition forward = filter_forward(), backward = filter_backward();
+                const Offer offer = forward.offer(of.in.what, {of.want, of.scene}, {});
+                ASSERT_EQ(offer.refused, "");
+                const Data got = run_edge(forward, of, offer), want = run_edge(backward, of, offer);
+                for (std::int64_t i = 0; i < of.in.what.samples(); ++i)
+                    ASSERT_EQ(Case::number(got, i), Case::number(want, i))
+                        << name_of(op) << ' ' << i;
+            }
+}
+
 TEST(Filtering, TransformsAndRecursionsRefuseWhatTheyWouldSpread) {
     Case of({60, 40, 1}, 2, Type::f32, 1, {FilterOp::convolve, Stencil::gauss(3, 2)}, 4);
     *of.in.at<float>(20, 17, 0) = std::numeric_limits<float>::infinity();
