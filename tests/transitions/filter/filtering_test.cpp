@@ -251,7 +251,7 @@ TEST(Filtering, EveryEdgeIsTheDefinition) {
                          filtering.stencil.name + ' ' + std::string(name_of(filtering.border)),
                      &served);
     }
-    EXPECT_GT(served, 320);
+    EXPECT_GT(served, 420);
 }
 
 TEST(Filtering, LargeKernelsCrossManyTiles) {
