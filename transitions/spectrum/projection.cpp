@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <map>
 
 #include "transitions/kernels/hartley.hpp"
 #include "transitions/kernels/spectrum.hpp"
@@ -69,14 +68,9 @@ Extent spectrum_period(const Representation& spectrum) {
 }
 
 kernels::KaiserBessel window_of(const Representation& spectrum) {
-    static const std::map<std::string, kernels::KaiserBessel> named = [] {
-        std::map<std::string, kernels::KaiserBessel> all;
-        for (const kernels::KaiserBessel& window : windows())
-            all.emplace(window_facet(window), window);
-        return all;
-    }();
     for (const std::string& facet : spectrum.facets)
-        if (const auto found = named.find(facet); found != named.end()) return found->second;
+        for (const kernels::KaiserBessel& window : windows())
+            if (facet == window_facet(window)) return window;
     throw RunError("a spectrum does not say which window it was made for");
 }
 
