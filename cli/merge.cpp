@@ -26,11 +26,16 @@ namespace {
 void expect_no_files_of_one_plan(const JobOptions& options) {
     for (const auto& [option, file] : {std::pair{"--trace", &options.trace},
                                        {"--flow", &options.flow},
-                                       {"--report", &options.report}})
+                                       {"--report", &options.report},
+                                       {"--stop-after", &options.stop_after}})
         if (*file)
             throw RequestError(fmt::format(
                 "{}: is about one plan, and each of several channels has its own; name one channel",
                 option));
+    if (options.progressive)
+        throw RequestError(
+            "--progressive: shows one picture, and each of several channels has "
+            "its own; name one channel");
 }
 
 RequestSpec merged_spec(const JobOptions& options, Messages& messages) {

@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <chrono>
 #include <fmt/format.h>
+#include <map>
+#include <mutex>
 #include <tbb/task_arena.h>
 
 #include "engine/measure/machine.hpp"
 #include "engine/measure/since.hpp"
+#include "engine/refinement.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/result_writer.hpp"
 #include "engine/session.hpp"
@@ -17,6 +20,22 @@ namespace edgewise {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// Takes the pictures on the way for as long as it lives.
+class Watching {
+ public:
+    Watching(Refinement* refinement, FrontWatch taker) : refinement_(refinement) {
+        if (refinement_) refinement_->give_to(std::move(taker));
+    }
+    ~Watching() {
+        if (refinement_) refinement_->give_to({});
+    }
+    Watching(const Watching&) = delete;
+    Watching& operator=(const Watching&) = delete;
+
+ private:
+    Refinement* refinement_;
+};
 
 /// Everything after the planner: runs, keeps or passes on frames, verifies, writes.
 class Performance {
@@ -52,7 +71,9 @@ class Performance {
 
     void run_once() {
         frames_.resize(static_cast<std::size_t>(want_.frames));
-        delivering_ = 0;
+        delivering_ = showing_ = 0;
+        refined_ = {};
+        began_ = Clock::now();
         RunOptions options;
         options.threads = want_.threads;
         options.memory = session_.memory.get();
@@ -71,6 +92,8 @@ class Performance {
             tbb::this_task_arena::isolate([&] { take(frame, std::move(result)); });
             delivering_ += since(begin);
         };
+        const Watching watching(session_.refinement.get(),
+                                [this](const FrontPicture& front) { return see(front); });
         const Outcome outcome =
             run(*session_.answer->plan, session_.ask(), session_.input->data, deliver, options);
         session_.messages.end_progress();
@@ -80,12 +103,64 @@ class Performance {
     void note(const Outcome& outcome) {
         Measured& measured = *session_.measured;
         // Writing and verifying are no part of the path; other threads went on with it meanwhile.
-        const double passing = delivering_ / std::max(1, std::min(want_.threads, want_.frames));
+        const double passing =
+            (delivering_ + showing_) / std::max(1, std::min(want_.threads, want_.frames));
         measured.seconds.push_back(std::max(0.0, outcome.seconds - passing));
         measured.steps = outcome.steps;
         measured.step_seconds = outcome.step_seconds;
         for (const std::string& warning : outcome.warnings) session_.messages.warning(warning);
         if (last_) measured.trace = outcome.trace;
+        if (session_.refinement) note_pictures();
+    }
+
+    void note_pictures() {
+        if (refined_.pictures.empty())
+            throw RunError(
+                "pictures on the way: the path makes none; its last edge has to show them, as "
+                "watched() asks of it");
+        std::map<int, FrontSeen> last;  // by view
+        for (const FrontSeen& seen : refined_.pictures) last[seen.view] = seen;
+        for (const auto& [view, seen] : last) {
+            if (seen.slices == seen.depth) continue;
+            refined_.stopped = true;
+            session_.messages.warning(fmt::format(
+                "{}stopped after {:.3g} s at {} of {} slices: what lies behind changes a pixel by "
+                "{:.3g} at most, by {:.3g} on average, of light of 1",
+                want_.frames > 1 ? fmt::format("view {}: ", view) : "", seen.seconds, seen.slices,
+                seen.depth, seen.bound.most, seen.bound.mean));
+        }
+        session_.measured->refined = std::move(refined_);
+    }
+
+    /// A picture on the way. Views that run side by side wait for each other.
+    bool see(const FrontPicture& front) {
+        const std::lock_guard lock(seeing_);
+        const auto begin = Clock::now();
+        FrontSeen seen{front.view, front.slices, front.depth, since(began_), {}};
+        const bool whole = front.slices == front.depth;
+        if (!whole) seen.bound = front_bound_of(front.picture);
+        refined_.pictures.push_back(seen);
+        if (whole) return true;
+        const std::optional<double> limit = session_.refinement->stop_after();
+        const bool stops = limit && seen.seconds >= *limit;
+        // Waiting for its own tiles, this thread must not begin another view's step, which would
+        // come here again.
+        if (!stops && last_ && writes_ && session_.refinement->writes())
+            tbb::this_task_arena::isolate([&] { write_front(front); });
+        showing_ += since(begin);
+        return !stops;
+    }
+
+    /// As if it were the result.
+    void write_front(const FrontPicture& front) {
+        // Nothing but a view of the samples: they are the edge's.
+        const std::shared_ptr<const Data> one[] = {
+            std::shared_ptr<const Data>(&front.picture, [](const Data*) {})};
+        const Tail& tail = session_.written.tail;
+        const Shades levels = tail.view ? shades_of(one, session_.window, tail) : Shades{};
+        const Array samples = finished(front.picture, tail, levels, session_.memory.get());
+        store::write(session_.outputs->file(front.view), session_.written.header, samples.data(),
+                     {session_.spec.quality});
     }
 
     std::optional<Plan> other_plan(const std::string& failed,
@@ -253,7 +328,10 @@ class Performance {
     const Request& want_;
     const bool writes_;
     bool last_ = true;
-    double delivering_ = 0;
+    double delivering_ = 0, showing_ = 0;
+    Clock::time_point began_{};
+    std::mutex seeing_;
+    Refined refined_;
     std::vector<std::shared_ptr<const Data>> frames_;
     std::vector<Demand> without_;
     std::optional<ReferenceField> field_;

@@ -381,6 +381,20 @@ void say_what_is_squeezed(Session& session) {
         spacing.x(), spacing.y(), session.input->header.unit, std::min(spacing.x(), spacing.y())));
 }
 
+/// Pictures on the way need files that one picture can take the place of.
+void expect_place_for_pictures(const Session& session) {
+    if (session.spec.strict)
+        throw RequestError(
+            "--strict: writes nothing that breaks a budget, and pictures on the way are written "
+            "before that is known; leave out one");
+    if (!session.refinement->writes() || !session.outputs || session.outputs->none()) return;
+    if (session.outputs->file(0) == "-" || session.outputs->animates(session.want().frames))
+        throw RequestError(fmt::format(
+            "-o {}: pictures on the way replace one another in a file; name one, with %d for "
+            "several views",
+            session.spec.out.value_or("-")));
+}
+
 }  // namespace
 
 namespace {
@@ -478,6 +492,7 @@ void take_request(Session& session) {
     say_what_is_cut_off(session);
     say_what_is_squeezed(session);
     expect_frames(o, session.outputs, session.want().frames);
+    if (session.refinement) expect_place_for_pictures(session);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
     take_exactness(session);
     expect_room(session);

@@ -7,6 +7,7 @@
 #include "charts/pictures.hpp"
 #include "engine/announced.hpp"
 #include "engine/listener.hpp"
+#include "engine/refinement.hpp"
 #include "engine/request/errors.hpp"
 #include "engine/request/input.hpp"
 #include "engine/request/make_request.hpp"
@@ -30,6 +31,7 @@ struct Measured {
     double bytes = 0, write_seconds = 0;
     std::optional<bool> kept = true;  // the budgets; absent: it is open whether the error is
     std::optional<Verified> error;
+    std::optional<Refined> refined;  // of the last repetition, where pictures on the way are seen
 };
 
 /// What the page of a run shows of its first result.
@@ -81,6 +83,8 @@ struct Session {
     /// Samples in place of the input's: then none are read. Where the input has no name they are
     /// all that is known of it: samples one unit apart, or as the spec's selection says.
     std::shared_ptr<const Data> given;
+    /// Takes pictures on the way, of edges that have its watch.
+    std::shared_ptr<Refinement> refinement;
     std::optional<Input> input;
     Geometry geometry;
     Statistics statistics;  // of the input's samples, where there are any

@@ -93,7 +93,7 @@ void read_budgets(RequestSpec& spec, const JobOptions& o) {
     if (o.planner)
         spec.planner = static_cast<Planner>(
             chosen("--planner", *o.planner, {"estimate", "pilot", "exhaustive"}));
-    if (o.planning_time) spec.planning_time = time_budget(*o.planning_time);
+    if (o.planning_time) spec.planning_time = time_budget(*o.planning_time, "--planning-time");
     spec.strict = o.strict;
 }
 

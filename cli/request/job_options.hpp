@@ -26,9 +26,10 @@ struct JobOptions {
     std::vector<std::string> via, without;
     std::optional<std::string> bits, quality, fps, json, verify, seed, repeat, trace, flow;
     std::optional<std::string> progress, log;
-    std::optional<std::string> report;
+    std::optional<std::string> report, stop_after;
     std::vector<std::string> words;  // of the command line, as it was typed
-    bool explain = false, quiet = false, strict = false, labels = false, shadows = false;
+    bool explain = false, quiet = false, strict = false, labels = false, shadows = false,
+         progressive = false;
 };
 
 /// Reads all texts that say what is asked for. @throws RequestError

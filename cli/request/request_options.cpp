@@ -239,6 +239,13 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
     if (o.job == Job::render)
         text("--fps", o.fps, "F",
              "pictures a second of a .gif, .apng or .mp4 of several; default 15");
+    if (o.job == Job::render && out != OutNeeded::absent) {
+        app.add_flag("--progressive", o.progressive,
+                     "composite: writes OUT again and again on the way, from the front")
+            ->group("Output");
+        text("--stop-after", o.stop_after, "T",
+             "composite: what is done from the front by then is the picture");
+    }
     text("--json", o.json, "FILE|-", "report");
     app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
     const bool has_reference = o.job->values != JobTraits::Values::other || o.job->samples;

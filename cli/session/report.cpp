@@ -49,6 +49,17 @@ Json work_json(const Work& work) {
             {"way", work.variant}};
 }
 
+Json refined_json(const Refined& refined) {
+    Json pictures = Json::array();
+    for (const FrontSeen& seen : refined.pictures)
+        pictures.push_back({{"view", seen.view},
+                            {"slices", seen.slices},
+                            {"depth", seen.depth},
+                            {"seconds", seen.seconds},
+                            {"bound", {{"most", seen.bound.most}, {"mean", seen.bound.mean}}}});
+    return {{"stopped", refined.stopped}, {"pictures", pictures}};
+}
+
 Json measured_json(const Session& session) {
     if (!session.measured) return nullptr;
     const Measured& measured = *session.measured;
@@ -65,6 +76,7 @@ Json measured_json(const Session& session) {
             {"write_seconds", measured.write_seconds},
             {"kept", measured.kept ? Json(*measured.kept) : Json()},
             {"error", to_json(measured.error)},
+            {"refined", measured.refined ? refined_json(*measured.refined) : Json()},
             {"steps", steps}};
 }
 

@@ -73,8 +73,8 @@ double error_budget(const std::string& text) {
     return error;
 }
 
-double time_budget(const std::string& text) {
-    return with_unit("--max-time", text, kTimes, "a time as 50ms, 2s or 1min");
+double time_budget(const std::string& text, const char* option) {
+    return with_unit(option, text, kTimes, "a time as 50ms, 2s or 1min");
 }
 
 double memory_budget(const std::string& text) {

@@ -136,7 +136,8 @@ void run_at_once(const Slices& slices, Data& out, const Region& region, Context&
     });
 }
 
-/// Stops at each depth: then `out` is the picture of the slices in front of it.
+/// Stops at each depth: then `out` is the picture of the slices in front of it, and stays so where
+/// the watch does not go on.
 void run_by_depths(const Slices& slices, const std::vector<std::int64_t>& depths, Data& out,
                    const FrontWatch& watch, Context& context) {
     // Transparency, which is exact, cannot be had back from opacity.
@@ -160,7 +161,9 @@ void run_by_depths(const Slices& slices, const std::vector<std::int64_t>& depths
                           finish_row(front, width, out.at<float>(x, y, 0));
                       }
                   });
-        if (watch) watch({context.view, end, slices.depth, out});
+        // Tiles end early where the run is cancelled: then this is no picture.
+        if (context.stopped()) return;
+        if (watch && !watch({context.view, end, slices.depth, out})) return;
         begin = end;
     }
 }

@@ -2,20 +2,11 @@
 
 #include <functional>
 
+#include "graph/front_watch.hpp"
 #include "graph/transition.hpp"
 #include "transitions/project/counts.hpp"
 
 namespace edgewise {
-
-/// A picture of what lies in front, while a picture is made ([W93] Appendix B, 2.2 and 2.5).
-struct FrontPicture {
-    int view;
-    std::int64_t slices;  // of them it is made,
-    std::int64_t depth;   // of so many
-    const Data& picture;  // all of it; while the call lasts
-};
-/// Is called from front pictures to the last one, in the thread that runs the edge.
-using FrontWatch = std::function<void(const FrontPicture&)>;
 
 /// Depths of the pictures that are made on the way, in ascending order; the last is `depth`.
 /// Empty: the last picture alone, tile by tile.

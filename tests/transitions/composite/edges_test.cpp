@@ -445,12 +445,14 @@ Data front_of(const Data& samples, std::int64_t slices) {
 struct Seen {
     std::vector<std::int64_t> slices;
     std::vector<std::vector<float>> pictures;
+    int most = 1000;  // of them, then it stops
 
     FrontWatch watch() {
         return [this](const FrontPicture& front) {
             slices.push_back(front.slices);
             const float* first = front.picture.as<float>();
             pictures.emplace_back(first, first + front.picture.what.samples() * 4);
+            return static_cast<int>(pictures.size()) < most;
         };
     }
 };
@@ -487,6 +489,29 @@ TEST(Refinement, TreesInFrontDouble) {
         expect_fronts(binary_tree_front_to_back_over(seen.watch()), {{"first", first}},
                       binary_tree_front_to_back_over(), request_of({301, 9, 21}), seen, expected);
     }
+}
+
+TEST(Refinement, AWatchSeesSixteenPicturesOrAllTrees) {
+    const Request want = request_of({301, 9, 21});
+    Seen seen;
+    std::vector<std::int64_t> by_two;
+    for (std::int64_t at = 2; at < 21; at += 2) by_two.push_back(at);
+    by_two.push_back(21);
+    expect_fronts(front_to_back_over(seen.watch()), {{"every", 0.0}}, front_to_back_over(), want,
+                  seen, by_two);
+    Seen trees;
+    expect_fronts(binary_tree_front_to_back_over(trees.watch()), {{"first", 0.0}},
+                  binary_tree_front_to_back_over(), want, trees, {1, 2, 4, 8, 16, 21});
+}
+
+TEST(Refinement, StopsAtThePictureThatTheWatchIsContentWith) {
+    const Request want = request_of({301, 9, 21});
+    const Data samples = classified(want, 14);
+    Seen seen;
+    seen.most = 2;
+    const Data picture = run_on(front_to_back_over(seen.watch()), {{"every", 4.0}}, want, samples);
+    EXPECT_EQ(seen.slices, (std::vector<std::int64_t>{4, 8}));
+    EXPECT_TRUE(same_bytes(picture, run_on(front_to_back_over(), want, front_of(samples, 8))));
 }
 
 TEST(Refinement, IsPricedAboveOnePicture) {

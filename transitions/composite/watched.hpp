@@ -1,0 +1,15 @@
+#pragma once
+
+#include "graph/front_watch.hpp"
+#include "graph/transform_graph.hpp"
+
+namespace edgewise {
+
+/// The catalogue in which edges that can stop on the way show their pictures to a watch.
+Catalogue watched(Catalogue edges, const FrontWatch& watch);
+
+/// The demands of a request whose pictures on the way are watched: those that are asked for, and
+/// composite.front_to_back where none of them names an edge that shows any.
+Demands watched(Demands asked);
+
+}  // namespace edgewise
