@@ -133,6 +133,9 @@ Json json_of(const Facts& facts) {
     const auto range = there ? facts.measured->dynamic_range : std::nullopt;
     json["dynamic_range"] = range ? Json(*range) : Json();
     json["format"] = header.format;
+    json["level"] = header.level;
+    json["levels"] = Json::array();
+    for (const Extent& level : header.levels) json["levels"].push_back(extent_of(level, axes));
     json["warnings"] = facts.warnings;
     json["series"] = Json::array();
     for (const store::Series& series : facts.series)
@@ -158,6 +161,9 @@ std::string text_of_facts(const Facts& facts) {
     line("extent", text_of(h.extent, axes) + fmt::format(", {} channel{}, {} time{}", h.channels,
                                                          h.channels > 1 ? "s" : "", h.times,
                                                          h.times > 1 ? "s" : ""));
+    for (std::size_t i = 0; i < h.levels.size() && h.levels.size() > 1; ++i)
+        line("level", fmt::format("{}: {}{}", i, text_of(h.levels[i], axes),
+                                  static_cast<int>(i) == h.level ? " (this)" : ""));
     line("spacing", numbers(h.spacing) + " " + h.unit);
     line("orientation", h.orientation.empty() ? "not said" : h.orientation);
     line("type", std::string(name_of(h.type)) +

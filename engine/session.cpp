@@ -381,6 +381,33 @@ void say_what_is_squeezed(Session& session) {
         spacing.x(), spacing.y(), session.input->header.unit, std::min(spacing.x(), spacing.y())));
 }
 
+/// A coarser resolution of the file may hold all that the result can show.
+void say_what_is_finer(Session& session) {
+    const store::Header& header = session.input->header;
+    const Job job = session.want().job;
+    if (header.levels.size() < 2 || (job != Job::render && job != Job::warp)) return;
+    const Vec3& seen = session.geometry.grid.spacing;
+    const double pixel = std::min(seen.x(), seen.y());
+    const Extent& here = header.extent;
+    const int axes = header.volume ? 3 : 2;
+    int coarsest = header.level;
+    for (std::size_t i = 0; i < header.levels.size(); ++i) {
+        bool fine = true;
+        for (int axis = 0; axis < axes; ++axis)
+            fine = fine && header.spacing[static_cast<std::size_t>(axis)] *
+                                   static_cast<double>(here[axis]) <=
+                               pixel * static_cast<double>(header.levels[i][axis]);
+        if (fine) coarsest = std::max(coarsest, static_cast<int>(i));
+    }
+    if (coarsest == header.level) return;
+    const double share =
+        static_cast<double>(header.levels[static_cast<std::size_t>(coarsest)].samples()) /
+        static_cast<double>(here.samples());
+    session.messages.notice(fmt::format(
+        "{}: --level {} is as fine as the result's samples, and reads {:.3g} % of what is read now",
+        session.input->name, coarsest, 100 * share));
+}
+
 /// Pictures on the way need files that one picture can take the place of.
 void expect_place_for_pictures(const Session& session) {
     if (session.spec.strict)
@@ -491,6 +518,7 @@ void take_request(Session& session) {
             session.geometry.condition));
     say_what_is_cut_off(session);
     say_what_is_squeezed(session);
+    say_what_is_finer(session);
     expect_frames(o, session.outputs, session.want().frames);
     if (session.refinement) expect_place_for_pictures(session);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read

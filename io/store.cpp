@@ -9,6 +9,7 @@
 #include "io/reader.hpp"
 #include "io/text.hpp"
 #include "io/tiff_directory.hpp"
+#include "io/zarr.hpp"
 
 namespace edgewise::store {
 namespace {
@@ -25,6 +26,7 @@ bool is_picture(const std::string& path) {
 }
 
 Header inspect_folder(const std::string& path, const Selection& pick) {
+    if (is_zarr(path)) return inspect_zarr(path, pick);
     std::vector<std::string> pictures;
     bool dicom = false;
     for (const auto& entry : fs::directory_iterator(path)) {
@@ -36,7 +38,7 @@ Header inspect_folder(const std::string& path, const Selection& pick) {
             dicom = dicom || is_dicom(file);
     }
     if (dicom) return inspect_dicom(path, pick);
-    if (pictures.empty()) refuse(path, "is a folder with neither DICOM files nor pictures");
+    if (pictures.empty()) refuse(path, "is a folder with neither DICOM files, pictures nor Zarr");
     std::sort(pictures.begin(), pictures.end(), numeric_less);
     return inspect_stack(path, pictures);
 }
@@ -108,6 +110,9 @@ Header inspect(const std::string& source, const Selection& pick) {
     } else {
         header = inspect_file(source, pick);
     }
+    if (pick.level.value_or(0) != header.level)
+        throw RequestError(
+            fmt::format("{}: --level {}: it holds one resolution, 0", source, *pick.level));
     if (!pick.orient.empty()) {
         const auto direction = direction_of(pick.orient);
         if (!direction)

@@ -47,6 +47,8 @@ struct Header {
     Alpha alpha = Alpha::none;
     Bytes exif, icc;                                        // TIFF block of EXIF; ICC profile
     std::vector<std::pair<std::string, Bytes>> png_chunks;  // colour chunks of a PNG, kept as found
+    std::vector<Extent> levels;  // resolutions that the file holds, finest first; empty: this one
+    int level = 0;               // that this is
     std::size_t reading_bytes = 1 << 20;  // memory that reading takes beside the samples, about
     std::vector<std::string> warnings;
     std::shared_ptr<const Reader> reader;
@@ -64,6 +66,7 @@ enum class Padding {
 struct Selection {
     std::optional<std::string> series;  // UID of a DICOM series, or its number from 0
     std::optional<int> time, channel;   // from 0
+    std::optional<int> level;           // of several resolutions, from 0, the finest
     std::string orient;                 // "RAS" ...: overrides what the file says
     std::vector<double> spacing;        // overrides the file's, one for all axes or one each
     std::string unit;                   // of these, and of the file's: "mm", "um", "nm" ...

@@ -9,7 +9,7 @@ namespace edgewise::cli {
 
 /// What of a file is meant, and what it fails to say, as it was typed.
 struct SelectionWords {
-    std::optional<std::string> series, time, channel, orient, spacing, unit;
+    std::optional<std::string> series, time, channel, level, orient, spacing, unit;
 };
 
 /// Which of several things in a file are meant, and what is said in its place. @throws RequestError

@@ -91,6 +91,8 @@ Input inspected(const std::string& name, const store::Selection& selection) {
         throw RequestError(
             fmt::format("{}: --input-spacing and --input-unit are about files{}", name,
                         name.starts_with("describe:") ? "; here spacing=X,Y,Z says it" : ""));
+    if (!file && selection.level)
+        throw RequestError(fmt::format("{}: --level is about files", name));
     Input input;
     input.inspected_at = std::chrono::system_clock::now();
     input.name = name;
@@ -137,9 +139,9 @@ void expect_samples(const Data& data) {
 
 Input given_input(const Data& data, const store::Selection& selection) {
     expect_samples(data);
-    if (selection.series || selection.time || selection.channel || !selection.orient.empty())
+    if (selection.series || selection.time || selection.channel || selection.level || !selection.orient.empty())
         throw RequestError(
-            "samples in memory: --series, --time, --channel and --orient are about files");
+            "samples in memory: --series, --time, --channel, --level and --orient are about files");
     const Representation& what = data.what;
     const auto axes = static_cast<std::size_t>(what.axes);
     Input input;

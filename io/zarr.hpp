@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "io/store.hpp"
+
+namespace edgewise::store {
+
+/// Whether a folder says that it is a Zarr array or group.
+bool is_zarr(const std::string& folder);
+/// The image of a folder at one of its resolutions; fills header.reader.
+/// @throws InputError   what it does not say right, and what is not supported, at which field
+/// @throws RequestError several images and none selected, a resolution that is not there
+Header inspect_zarr(const std::string& folder, const Selection&);
+
+}  // namespace edgewise::store
