@@ -1,6 +1,7 @@
 #include "engine/session.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
@@ -367,6 +368,43 @@ void say_what_is_cut_off(Session& session) {
         geometry.depth, geometry.grid.extent.z, geometry.cut));
 }
 
+/// Whether the input lies on one side of a plane that rays of a view do not pass: that of the eye,
+/// or one through it and a side of the picture.
+bool is_out_of_view(const Request& want, int view) {
+    const Eye& eye = want.eye.value();
+    const Mat4 map = want.views.at(view).matrix();
+    const double away = eye.plane - eye.at.z();
+    std::array<int, 5> beyond{};
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3 p;
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = (corner >> axis & 1) ? static_cast<double>(want.input[axis]) - 0.5 : -0.5;
+        p = map.topLeftCorner<3, 3>() * p + map.topRightCorner<3, 1>() - eye.at;
+        beyond[4] += p.z() <= 0;
+        for (int side = 0; side < 2; ++side) {
+            const auto k = static_cast<std::size_t>(2 * side);
+            const double low = -0.5 - eye.at[side];
+            const double high = static_cast<double>(want.screen[side]) - 0.5 - eye.at[side];
+            beyond[k] += p[side] * away < low * p.z();
+            beyond[k + 1] += p[side] * away > high * p.z();
+        }
+    }
+    return std::find(beyond.begin(), beyond.end(), 8) != beyond.end();
+}
+
+/// An eye that somebody put may look elsewhere, and a picture of nothing does not say why.
+void say_what_is_not_seen(Session& session) {
+    const Request& want = session.want();
+    if (!session.geometry.eye_placed) return;
+    for (int view = 0; view < want.frames; ++view)
+        if (!is_out_of_view(want, view)) return;
+    session.messages.warning(
+        fmt::format("--eye: nothing of the volume is in the picture; --look-at {:g},{:g},{:g} is "
+                    "its middle",
+                    (double(want.input.x) - 1) / 2, (double(want.input.y) - 1) / 2,
+                    (double(want.input.z) - 1) / 2));
+}
+
 /// Pictures have no spacing that a viewer would heed.
 void say_what_is_squeezed(Session& session) {
     const Vec3& spacing = session.geometry.grid.spacing;
@@ -518,6 +556,7 @@ void take_request(Session& session) {
             session.geometry.condition));
     say_what_is_cut_off(session);
     say_what_is_squeezed(session);
+    say_what_is_not_seen(session);
     say_what_is_finer(session);
     expect_frames(o, session.outputs, session.want().frames);
     if (session.refinement) expect_place_for_pictures(session);

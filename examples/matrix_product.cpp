@@ -1,8 +1,9 @@
-// The product C of two matrices: backward, forward, or by blocks, which need a layout of their own.
+// The product C of two matrices: backward, forward, by a kept BLAS where there is one, or by
+// blocks, which need a layout of their own. Through the spectrum: product_by_transform.cpp.
 //
-//   matrix/factors --backward, forward--------> matrix/product
+//   matrix/factors --backward, forward, blas--> matrix/product
 //        \-----cut----> matrix/blocks --blocked-----^
-#include "own_graph.hpp"
+#include "matrices.hpp"
 #include "transitions/catalogue.hpp"
 
 using namespace edgewise;
@@ -45,25 +46,18 @@ void blocked(const float* a, const float* blocks, float* c) {
             }
 }
 
-Transition matrix_edge(const std::string& name, const std::string& from, const std::string& to,
-                       const Work& work, void (*kernel)(const float*, const float*, float*)) {
-    const bool sums = to == "product";  // of N products: rounded as often
-    return plain_edge("matrix." + name, "matrix/" + from, {"matrix", to, {kN, kN, sums ? 1 : 2}},
-                      work, {.noise = sums ? std::sqrt(kN) * 0x1p-24 : 0},
-                      [=](const Data& in, Data& out, auto*) {
-                          kernel(in.as<float>(), in.as<float>() + kN * kN, out.as<float>());
-                      });
-}
-
 int main() {
     const Work gathered{.operations = 31 * kCube, .gathers = kCube};  // a sum waits: 30 in vectors
     const Work sent{.operations = 2 * kCube, .streamed = 4 * kCube};
     const Work joined{.operations = 2 * kCube, .streamed = 12 * kCube / kBlock};
     Catalogue edges = catalogue();
-    edges.push_back(matrix_edge("backward", "factors", "product", gathered, backward));
-    edges.push_back(matrix_edge("forward", "factors", "product", sent, forward));
-    edges.push_back(matrix_edge("cut", "factors", "blocks", {.streamed = 16 * kCube / kN}, cut));
-    edges.push_back(matrix_edge("blocked", "blocks", "product", joined, blocked));
+    edges.push_back(matrix_edge<float>(kN, "backward", "factors", "product", gathered, backward));
+    edges.push_back(matrix_edge<float>(kN, "forward", "factors", "product", sent, forward));
+    edges.push_back(
+        matrix_edge<float>(kN, "cut", "factors", "blocks", {.streamed = 16 * kCube / kN}, cut));
+    edges.push_back(matrix_edge<float>(kN, "blocked", "blocks", "product", joined, blocked));
+    std::vector<Via> paths{{}, {"matrix.backward"}, {"matrix.forward"}, {"matrix.blocked"}};
+    if (add_blas<float>(edges, kN)) paths.push_back({"matrix.blas"});
     MemoryBudget memory(std::size_t{64} << 20);
     const auto factors = data_of({"matrix", "factors", {kN, kN, 2}}, memory);
     std::vector<double> identity;
@@ -75,5 +69,5 @@ int main() {
     }
     // Products of rows of length 1 are off by N 2^-24 at most (Higham 2002, 3.5); factors round.
     return !are_right({edges, Job(kMultiply), factors, identity, (kN + 2) * 0x1p-24, memory},
-                      {{}, {"matrix.backward"}, {"matrix.forward"}, {"matrix.blocked"}});
+                      paths);
 }

@@ -73,7 +73,8 @@ double nearest_corner(const Request& want, int view) {
             p[axis] = corner >> axis & 1 ? static_cast<double>(want.input[axis]) - 0.5 : -0.5;
         nearest = std::min(nearest, map.apply(p).z());
     }
-    return nearest;
+    // What is behind the eye is not seen: light falls off from the eye on.
+    return want.eye ? std::max(nearest, want.eye->at.z()) : nearest;
 }
 
 Transform residual_transform(const Representation& from, const Request& want, int view) {

@@ -7,6 +7,7 @@
 
 #include "io/text.hpp"
 #include "io/tiff_layout.hpp"
+#include "io/zarr.hpp"
 
 namespace edgewise::store {
 namespace {
@@ -27,9 +28,11 @@ constexpr int kNumbered = 7;  // the first of these
 std::vector<std::optional<Colour>> channel_colours(const std::string& source,
                                                    const Selection& pick) {
     std::error_code none;
-    if (!std::filesystem::is_regular_file(source, none) || !is_tiff(File(source).head(4)))
-        return {};
-    std::vector<std::optional<Colour>> colours = tiff_colours(source, pick);
+    std::vector<std::optional<Colour>> colours;
+    if (std::filesystem::is_directory(source, none) && is_zarr(source))
+        colours = zarr_colours(source, pick);
+    else if (std::filesystem::is_regular_file(source, none) && is_tiff(File(source).head(4)))
+        colours = tiff_colours(source, pick);
     const bool all_white = std::all_of(colours.begin(), colours.end(),
                                        [](const auto& colour) { return colour == kWhite; });
     if (colours.size() > 1 && all_white) colours.clear();

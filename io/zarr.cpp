@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "graph/errors.hpp"
+#include "io/channel_colours.hpp"
 #include "io/geometry.hpp"
 #include "io/number_streams.hpp"
 #include "io/reader.hpp"
@@ -52,6 +53,8 @@ struct Node {
     Json array;       // null: a group
     Json attributes;  // object, or null
     bool version3 = false;
+
+    bool has(const char* name) const { return attributes.is_object() && attributes.contains(name); }
 };
 
 Node node_of(const std::string& folder) {
@@ -668,26 +671,29 @@ std::string one_of(const std::string& path, const Selection& pick) {
     return all[static_cast<std::size_t>(*chosen)];
 }
 
-Header inspected(const std::string& folder, const Selection& pick) {
+/// The image or array that is meant, and its folder.
+std::pair<Node, std::string> found_in(const std::string& folder, const Selection& pick) {
     std::string path = folder;
     while (path.size() > 1 && path.ends_with('/')) path.pop_back();
     Node node = node_of(path);
-    const auto has = [&](const char* name) {
-        return node.attributes.is_object() && node.attributes.contains(name);
-    };
-    if (has("plate") || has("well"))
+    if (node.has("plate") || node.has("well"))
         refuse(folder, "is a plate or a well of many images: name the folder of one");
-    if (node.array.is_null() && !has("multiscales")) {
+    if (node.array.is_null() && !node.has("multiscales")) {
         path = one_of(path, pick);
         node = node_of(path);
     }
+    return {std::move(node), std::move(path)};
+}
+
+Header inspected(const std::string& folder, const Selection& pick) {
+    const auto [node, path] = found_in(folder, pick);
     Image image;
     if (!node.array.is_null()) {
         const Json shape = node.array.value("shape", Json::array());
         image.axes = usual_axes(path, shape.size());
         image.levels.push_back({path, std::vector<double>(image.axes.size(), 1),
                                 std::vector<double>(image.axes.size(), 0)});
-    } else if (has("multiscales")) {
+    } else if (node.has("multiscales")) {
         image = image_of(path, node.attributes["multiscales"]);
     } else {
         refuse(folder, "is a Zarr group without an image: field 'multiscales' is missing");
@@ -702,7 +708,7 @@ Header inspected(const std::string& folder, const Selection& pick) {
             fmt::format("{}: --level {}: it holds resolutions 0 to {}", folder, level, count - 1));
     Header header = described(path, image, static_cast<std::size_t>(level));
     header.file = folder;
-    header.labels = has("image-label");
+    header.labels = node.has("image-label");
     header.level = level;
     for (const Level& each : image.levels) {
         const Node array = node_of(each.folder);
@@ -720,6 +726,19 @@ bool is_zarr(const std::string& folder) {
     for (const char* name : {".zattrs", ".zgroup", ".zarray", kVersion3})
         if (fs::exists(folder + "/" + name)) return true;
     return false;
+}
+
+std::vector<std::optional<Colour>> zarr_colours(const std::string& folder, const Selection& pick) {
+    std::vector<std::optional<Colour>> colours;
+    try {
+        const auto [node, path] = found_in(folder, pick);
+        if (!node.has("omero")) return colours;
+        for (const Json& channel : node.attributes["omero"].value("channels", Json::array()))
+            colours.push_back(colour_of(channel.value("color", "")));
+    } catch (const Json::exception&) {
+        colours.clear();  // it says none that can be read
+    }
+    return colours;
 }
 
 Header inspect_zarr(const std::string& folder, const Selection& pick) {

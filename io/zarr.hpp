@@ -1,7 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "io/channel_colours.hpp"
 #include "io/store.hpp"
 
 namespace edgewise::store {
@@ -12,5 +15,7 @@ bool is_zarr(const std::string& folder);
 /// @throws InputError   what it does not say right, and what is not supported, at which field
 /// @throws RequestError several images and none selected, a resolution that is not there
 Header inspect_zarr(const std::string& folder, const Selection&);
+/// Colours of an image's channels, by their numbers.
+std::vector<std::optional<Colour>> zarr_colours(const std::string& folder, const Selection&);
 
 }  // namespace edgewise::store

@@ -6,7 +6,9 @@
 #include <memory_resource>
 #include <tbb/parallel_for.h>
 
+#include "graph/label_surface.hpp"
 #include "reference/filtered.hpp"
+#include "reference/label_light.hpp"
 
 namespace edgewise {
 namespace {
@@ -206,9 +208,14 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
         const auto follow = [&](Stretch& to, const RaySpan& ray, const Visit& visit,
                                 const LitFrame& frame) {
             const auto place = [&](double t) -> Vec3 { return ray.origin + t * ray.direction; };
-            const AlongRay along{
-                .value = [&](double t) { return value_at(place(t)); },
-                .lit = [&](double t) { return lit_at(place(t), t, frame, nullptr); }};
+            const AlongRay along{.value = [&](double t) { return value_at(place(t)); },
+                                 .lit =
+                                     [&](double t) {
+                                         return shows_labels(want_)
+                                                    ? label_light(field_, value_at(place(t)), ray,
+                                                                  t, frame, want_)
+                                                    : lit_at(place(t), t, frame, nullptr);
+                                     }};
             const auto at = [&](double t, double length) {
                 to.follow(t, along.value(t), length, along, want_);
             };

@@ -9,6 +9,8 @@
 #include <tbb/parallel_for.h>
 #include <vector>
 
+#include "graph/label_surface.hpp"
+
 namespace edgewise::surface {
 namespace {
 
@@ -46,6 +48,8 @@ class Drawer {
         const Vec3 steps(want_.pixel[0], want_.pixel[1], 1);
         to_screen_ =
             steps.cwiseInverse().asDiagonal() * to_input_.topLeftCorner<3, 3>().transpose();
+        for (const double label : mesh_.labels) colors_.push_back(color_of_label(want_, label));
+        if (mesh_.groups().empty()) colors_ = {{1, 1, 1}};
         nearest_ = want_.cue ? nearest_corner(want_, drawing.view) : 0;
     }
 
@@ -237,7 +241,7 @@ class Drawer {
                     std::fill_n(out, 4, 0.0F);
                     continue;
                 }
-                std::fill_n(out, 3, static_cast<float>(light_of(pixel, x, y)));
+                put_light(pixel, x, y, out);
                 out[3] = 1;
             }
     }
@@ -302,33 +306,40 @@ class Drawer {
                            [&](const Ball& ball) { return ball.has(p); });
     }
 
-    double light_of(const Pixel& pixel, std::int64_t x, std::int64_t y) const {
+    /// Red, green and blue: light of the label's colour, and white highlights.
+    void put_light(const Pixel& pixel, std::int64_t x, std::int64_t y, float* out) const {
         const Triangle& triangle = mesh_.triangles()[pixel.triangle];
         const Eigen::Vector3d share(pixel.share[0], pixel.share[1],
                                     1.0 - pixel.share[0] - pixel.share[1]);
         const Vec3 to_eye = eye_from(static_cast<double>(x), static_cast<double>(y));
-        double light = 0;
+        const std::array<double, 3>& color =
+            colors_[mesh_.groups().empty() ? 0 : mesh_.groups()[pixel.triangle]];
+        std::array<double, 3> light{};
+        const auto add = [&](double of, const Vec3& normal) {
+            const Lit lit = want_.shading.at(to_screen_ * normal, to_eye);
+            for (std::size_t c = 0; c < 3; ++c)
+                light[c] += of * (color[c] * lit.diffuse + lit.specular);
+        };
         if (by_vertex_) {
             for (std::size_t c = 0; c < 3; ++c)
-                light += share[static_cast<int>(c)] * lit(normal_of(triangle[c]), to_eye);
+                add(share[static_cast<int>(c)], normal_of(triangle[c]));
         } else {
             Vec3 normal = Vec3::Zero();
             for (std::size_t c = 0; c < 3; ++c)
                 normal += share[static_cast<int>(c)] * normal_of(triangle[c]);
-            light = lit(normal, to_eye);
+            add(1, normal);
         }
-        if (!want_.cue) return light;
-        const Vec3 p = map_.topLeftCorner<3, 3>() * index_at(pixel.triangle, share) +
-                       map_.topRightCorner<3, 1>();
-        return light * want_.cue->left((p.z() - nearest_) * want_.unit);
+        double left = 1;
+        if (want_.cue) {
+            const Vec3 p = map_.topLeftCorner<3, 3>() * index_at(pixel.triangle, share) +
+                           map_.topRightCorner<3, 1>();
+            left = want_.cue->left((p.z() - nearest_) * want_.unit);
+        }
+        for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<float>(light[c] * left);
     }
     Vec3 normal_of(std::uint32_t vertex) const {
         const Float3& n = mesh_.normals()[vertex];
         return {n[0], n[1], n[2]};
-    }
-    double lit(const Vec3& normal, const Vec3& to_eye) const {
-        const Lit lit = want_.shading.at(to_screen_ * normal, to_eye);
-        return lit.diffuse + lit.specular;
     }
     Vec3 eye_from(double x, double y) const {
         if (!want_.eye) return {0, 0, -1};
@@ -342,6 +353,7 @@ class Drawer {
     const Clip* clip_;
     Mat4 map_, to_input_;
     Eigen::Matrix3d to_screen_;
+    std::vector<std::array<double, 3>> colors_;  // by group of triangles
     double nearest_ = 0;
     Region region_;
     std::int64_t across_ = 0, down_ = 0;  // tiles

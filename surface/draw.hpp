@@ -17,11 +17,11 @@ struct Drawing {
                              // pixel from the interpolated normal (Phong 1975)
 };
 
-/// Draws the nearest triangle of each pixel, lit as the request says: a z-buffer in tiles, each of
-/// which keeps depth and triangle and is lit when all are in (Burns and Hunt, "The visibility
-/// buffer", JCGT 2013). What is clipped away is seen through. A triangle covers the pixels whose
-/// centres lie in it or on its edges; of two at one depth the first one is seen. The same bytes for
-/// any number of threads.
+/// Draws the nearest triangle of each pixel, lit as the request says, in its label's colour or
+/// white: a z-buffer in tiles, each of which keeps depth and triangle and is lit when all are in
+/// (Burns and Hunt, "The visibility buffer", JCGT 2013). What is clipped away is seen through. A
+/// triangle covers the pixels whose centres lie in it or on its edges; of two at one depth the
+/// first one is seen. The same bytes for any number of threads.
 /// @param pixels  [height][width][4], f32: red, green and blue, premultiplied, and opacity
 /// @param poll    called now and then; may throw
 void draw(const Drawing& drawing, const Region& region, float* pixels, std::ptrdiff_t row,

@@ -24,6 +24,7 @@
 #include "transitions/project/depth.hpp"
 #include "transitions/project/distance_cast.hpp"
 #include "transitions/project/importance_cast.hpp"
+#include "transitions/project/label_cast.hpp"
 #include "transitions/project/octree_cast.hpp"
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/preintegrated_quadratic_cast.hpp"
@@ -119,6 +120,7 @@ Catalogue catalogue() {
         distance_cast(),
         importance_cast(),
         level_cast(),
+        label_cast(),
         depth_cast(),
         depth_light(),
         shear_warp(),

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -85,9 +86,11 @@ std::vector<AuditRequest> load_audit_requests(const std::string& file) {
 JobOptions job_options_of(const AuditRequest& request) {
     JobOptions options;
     const std::string& verb = request.args[0];
-    if (verb != "warp" && verb != "render")
-        throw RequestError(fmt::format("args[0]: '{}' is neither warp nor render", verb));
-    options.job = verb == "warp" ? Job::warp : Job::render;
+    const std::array jobs{Job::warp, Job::render, Job::filter};
+    const auto job = std::ranges::find(jobs, verb, [](Job each) { return name_of(each); });
+    if (job == jobs.end())
+        throw RequestError(fmt::format("args[0]: '{}' is no warp, render or filter", verb));
+    options.job = *job;
     CLI::App app("", verb);
     add_job_options(app, options, OutNeeded::no);
     try {

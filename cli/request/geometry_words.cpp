@@ -193,6 +193,8 @@ GeometrySpec geometry_spec(const GeometryWords& words) {
     if (words.about) spec.about = numbers_of("--about", *words.about);
     for (const auto& [name, value] : words.steps) spec.steps.push_back(step_of(name, value));
     if (words.perspective) spec.perspective = number_of("--perspective", *words.perspective);
+    if (words.eye) spec.eye = exactly<3>("--eye", *words.eye, "X,Y,Z");
+    if (words.look_at) spec.look_at = exactly<3>("--look-at", *words.look_at, "X,Y,Z");
     if (words.zoom) spec.zoom = number_of("--zoom", *words.zoom);
     if (words.move) spec.grid_moves = moves_grid(*words.move);
     if (words.spacing) spec.spacing = numbers_of("--spacing", *words.spacing);

@@ -11,7 +11,7 @@ namespace edgewise::cli {
 
 /// Geometry as it was typed.
 struct GeometryWords {
-    std::optional<std::string> view, about, perspective, spacing, size, zoom, move;
+    std::optional<std::string> view, about, perspective, eye, look_at, spacing, size, zoom, move;
     std::optional<std::string> clip, slab;
     std::vector<std::string> clip_planes, clip_balls;
     /// rotate, matrix, scale, translate, shear, turntable, path with their values, in the order

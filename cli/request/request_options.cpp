@@ -49,6 +49,11 @@ void add_geometry(CLI::App& app, JobOptions& o) {
     if (o.job == Job::render) {
         text("--perspective", o.geometry.perspective, "FOV",
              "vertical angle; default parallel rays");
+        text("--eye", o.geometry.eye, "X,Y,Z",
+             "where the eye of --perspective is, also within the volume: a sample of FILE");
+        text("--look-at", o.geometry.look_at, "X,Y,Z",
+             "sample of FILE in the middle of its view, in place of --view's direction; up stays "
+             "that of --view");
         step("--turntable", "N[,ARC]",
              "N views about screen y, over ARC degrees (360), at its place among the others");
         step("--path", "FILE", "matrices, one for each view, at its place among the others");
@@ -78,7 +83,8 @@ void add_clip(CLI::App& app, GeometryWords& words) {
         ->type_name("X,Y,Z,R")
         ->group(group);
     add_text(app, "--slab", words.slab,
-             "keeps so much of each view about its middle plane, in the file's unit")
+             "keeps so much of each view about its middle plane, or from --eye on, in the file's "
+             "unit")
         ->type_name("T")
         ->group(group);
 }
@@ -268,8 +274,7 @@ void add_selection(CLI::App& app, SelectionWords& words) {
     const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
                           const char* help) { add_text(app, name, into, help)->type_name(value); };
     text("--series", words.series, "UID|N", "which series of a folder, or image of an OME-TIFF");
-    text("--level", words.level, "N",
-         "which resolution of several (OME-Zarr), from 0, the finest");
+    text("--level", words.level, "N", "which resolution of several (OME-Zarr), from 0, the finest");
     text("--time", words.time, "N", "which time point, from 0");
     text("--channel", words.channel, "N|N[=COLOUR],...|all",
          "which channel, from 0; render merges several, as 0,1 or 0=red,2=#00ff80");

@@ -5,7 +5,6 @@
 #include "engine/measure/machine.hpp"
 #include "engine/request/quantities.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/composite/watched.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -128,8 +128,9 @@ class Rounds {
 };
 
 std::string family_of(const Request& want) {
-    std::string family = want.job == Job::warp ? fmt::format("warp {}D", want.axes)
-                                               : fmt::format("render {}", name_of(want.mode));
+    const std::string family = want.job == Job::render
+                                   ? fmt::format("render {}", name_of(want.mode))
+                                   : fmt::format("{} {}D", name_of(want.job), want.axes);
     return want.frames > 1 ? family + ", several views" : family;
 }
 

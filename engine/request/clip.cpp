@@ -70,15 +70,17 @@ Ball ball_of(const std::array<double, 4>& ball, const Mat3& axes) {
 }
 
 /// What is no farther than half the thickness from the middle plane: where the middle of the turn
-/// is, parallel to the picture.
+/// is, parallel to the picture. From an eye that has a place of its own: no deeper than the
+/// thickness.
 void add_slab(double thickness, const Mat4& view, const Geometry& geometry,
               std::vector<HalfSpace>& planes) {
     // The depth of an input index from there [file unit]: along . p + at.
     const Vec3 along = geometry.unit * Vec3(view.row(2).head<3>());
     const double middle = (static_cast<double>(geometry.grid.extent.z) - 1) / 2;
     const double at = geometry.unit * (view(2, 3) - middle) + geometry.grid.centre.z();
-    planes.push_back(half_space(along, thickness / 2 + at));
-    planes.push_back(half_space(-along, thickness / 2 - at));
+    const double before = geometry.eye_placed ? 0 : thickness / 2;
+    planes.push_back(half_space(along, before + at));
+    planes.push_back(half_space(-along, thickness - before - at));
 }
 
 }  // namespace

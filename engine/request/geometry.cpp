@@ -43,6 +43,53 @@ Vec3 held_point(const GeometrySpec& spec, const InputGrid& input) {
     return input.lean * (sample - centre_of(input.extent)).cwiseProduct(input.spacing);
 }
 
+/// What --eye and --look-at need, and where they may be.
+void expect_eye(const GeometrySpec& spec, const InputGrid& input, Job job) {
+    if (spec.look_at && !spec.eye) throw RequestError("--look-at: from where? Add --eye X,Y,Z");
+    if (!spec.eye) return;
+    if (job == Job::warp) throw RequestError("--eye: only render has an eye; leave it out");
+    if (!spec.perspective)
+        throw RequestError(
+            "--eye: how much does it see? Add --perspective FOV, the vertical angle in degrees");
+    // Farther away, rounding would decide about rays.
+    constexpr double kFar = 1e6;  // samples from the centre
+    const auto expect_near = [&](const char* option, const std::array<double, 3>& at) {
+        for (int k = 0; k < 3; ++k)
+            if (!(std::abs(at[static_cast<std::size_t>(k)] - centre_of(input.extent)[k]) <= kFar))
+                throw RequestError(fmt::format(
+                    "{} {}: expected three finite numbers within {:g} samples of the volume's "
+                    "centre",
+                    option, fmt::join(at, ","), kFar));
+    };
+    expect_near("--eye", *spec.eye);
+    if (!spec.look_at) return;
+    expect_near("--look-at", *spec.look_at);
+    constexpr double kSame = 1e-9;  // samples
+    if ((Vec3(spec.look_at->data()) - Vec3(spec.eye->data())).cwiseAbs().maxCoeff() <= kSame)
+        throw RequestError(
+            fmt::format("--look-at {}: is where --eye is, so there is no direction; give another "
+                        "sample, or leave it out for the direction of --view",
+                        fmt::join(*spec.look_at, ",")));
+}
+
+/// Where the eye is, centred object space [file unit]. In a face of the volume it is just before
+/// it: else rounding would say whether rays that leave there meet anything.
+Vec3 place_of_eye(const std::array<double, 3>& eye, const InputGrid& input) {
+    constexpr double kBefore = 1e-6;  // sample
+    Vec3 at(eye.data());
+    for (int k = 0; k < 3; ++k) {
+        const double low = -0.5, high = static_cast<double>(input.extent[k]) - 0.5;
+        if (std::abs(at[k] - low) < kBefore) at[k] = low - kBefore;
+        if (std::abs(at[k] - high) < kBefore) at[k] = high + kBefore;
+    }
+    return (at - centre_of(input.extent)).cwiseProduct(input.spacing);
+}
+
+/// Views as the eye has them: its sample is their origin, whatever moved it.
+void move_to_eye(std::vector<Mat4>& maps, const Vec3& eye) {
+    for (Mat4& map : maps) map.topRightCorner<3, 1>() = -(map.topLeftCorner<3, 3>() * eye);
+}
+
 /// Centred object space -> centred screen space, without the steps.
 Mat4 viewed(const GeometrySpec& spec, const InputGrid& input, Job job) {
     const bool front = job == Job::render && input.anatomical;
@@ -51,6 +98,14 @@ Mat4 viewed(const GeometrySpec& spec, const InputGrid& input, Job job) {
     if (input.axes == 2 && view != Mat3::Identity())
         throw RequestError(fmt::format("--view {}: an image has only the view z", name));
     return linear(view);
+}
+
+/// The view as --look-at turns it: what the view shows upwards stays up.
+Mat4 looking(const GeometrySpec& spec, const InputGrid& input, const Mat4& view) {
+    if (!spec.look_at) return view;
+    const Vec3 along = Vec3(spec.look_at->data()) - Vec3(spec.eye->data());
+    const Vec3 seen = view.topLeftCorner<3, 3>() * input.lean * along.cwiseProduct(input.spacing);
+    return linear(looking_along(seen)) * view;
 }
 
 /// The step that makes the views; null: there is one. @throws RequestError
@@ -287,8 +342,9 @@ void take_axes(InputGrid& grid, const Mat3& points) {
 }
 
 Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) {
+    expect_eye(spec, input, job);
     const Mat4 view = viewed(spec, input, job);
-    std::vector<Mat4> maps = all_views(spec, input, view, job);
+    std::vector<Mat4> maps = all_views(spec, input, looking(spec, input, view), job);
     const InputGrid turned = turned_grid(input, view);
     Mat4 turning = view;
     if (input.leans()) {
@@ -309,10 +365,17 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
     const bool differ = views && views->kind == GeometryStep::Kind::path;
     for (std::size_t i = 0; i < (differ ? maps.size() : 1); ++i)
         geometry.condition = std::max(geometry.condition, condition_of(maps[i], input.axes));
+    // Pictures are as large from anywhere.
+    if (spec.eye) move_to_eye(maps, Vec3::Zero());
     geometry.grid = job == Job::warp ? warp_grid(spec, turned, maps[0], corners)
                                      : picture_grid(spec, input, maps, corners);
-    if (spec.perspective) {
-        if (job == Job::warp) throw RequestError("--perspective: only render has an eye");
+    if (spec.perspective && job == Job::warp)
+        throw RequestError("--perspective: only render has an eye");
+    if (spec.eye) {
+        move_to_eye(maps, place_of_eye(*spec.eye, input));
+        geometry.eye = eye_at_origin(*spec.perspective, geometry.grid, maps, corners);
+        geometry.eye_placed = true;
+    } else if (spec.perspective) {
         // The eye sees the whole scene, of which a zoom shows the middle.
         geometry.eye = eye_of(*spec.perspective, geometry.grid, maps, corners);
     }

@@ -39,6 +39,7 @@ struct Geometry {
     ScreenGrid grid;          // render: extent.z and spacing.z are those of the depth
     double unit = 1;          // one step in screen z of a picture [file unit]
     std::optional<Eye> eye;
+    bool eye_placed = false;  // by --eye: grid.centre counts from there
     double condition = 1;  // of the affine map: its largest stretch over its least; a homography: 1
     /// warp: where the samples of the output lie, which its header says: output index -> input
     /// index. What turns the grid is in both maps, what moves the content in `views` alone.
@@ -71,6 +72,11 @@ std::string letters_of(const Mat3& direction);
 /// @param name front, back, left, right, top, bottom, coronal, sagittal, axial, x, y or z, in any
 /// case; @throws RequestError
 Mat3 view_of(const std::string& name, const Mat3& direction);
+
+/// The turn that makes a direction that of depth, and keeps what is up as far up as it can be;
+/// `right` stays where it is where the direction is up or down itself.
+/// @param along  axes are right, down and away from the eye; longer than 0
+Mat3 looking_along(const Vec3& along);
 
 /// EQ 37: Rz(c) Ry(b) Rx(a) [degree]; entries are exact for multiples of 90.
 Mat3 rotation_of(double a, double b, double c);

@@ -139,7 +139,8 @@ void expect_samples(const Data& data) {
 
 Input given_input(const Data& data, const store::Selection& selection) {
     expect_samples(data);
-    if (selection.series || selection.time || selection.channel || selection.level || !selection.orient.empty())
+    if (selection.series || selection.time || selection.channel || selection.level ||
+        !selection.orient.empty())
         throw RequestError(
             "samples in memory: --series, --time, --channel, --level and --orient are about files");
     const Representation& what = data.what;

@@ -14,6 +14,7 @@
 #include "engine/transfer/presets.hpp"
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
+#include "graph/label_surface.hpp"
 #include "graph/range.hpp"
 #include "graph/transfer_table.hpp"
 #include "transitions/filters/like_linear.hpp"
@@ -95,9 +96,11 @@ void take_mode(Request& want, const RequestSpec& spec) {
     only("--depth-cue", spec.cue.has_value(), &ModeTraits::takes_cue);
     if (want.job == Job::render) {
         only("--isovalue", spec.isovalue.has_value(), &ModeTraits::takes_level);
-        if (want.mode->takes_level && !spec.isovalue)
-            throw RequestError(
-                fmt::format("--mode {}: at which value? Expected --isovalue V", want.mode->name));
+        const bool of_labels = spec.labels && want.mode->first_hit;
+        if (want.mode->takes_level && !spec.isovalue && !of_labels)
+            throw RequestError(fmt::format("--mode {}: at which value? Expected --isovalue V{}",
+                                           want.mode->name,
+                                           want.mode->first_hit ? ", or --labels" : ""));
         if (want.mode->takes_level) want.surface = SurfaceOf{spec.isovalue};
         want.cue = spec.cue;
     }
@@ -251,7 +254,8 @@ store::Selection selection_of(const RequestSpec& spec) {
     store::Selection selection = spec.selection;
     // Padding of DICOM is no measurement: rays must not take it for one. A warp keeps it as stored.
     if (spec.job == Job::mesh && !spec.labels) selection.padding = store::Padding::smallest;
-    if (spec.job == Job::render)
+    const bool of_labels = spec.labels && spec.mode->first_hit && !spec.isovalue;
+    if (spec.job == Job::render && !of_labels)
         selection.padding = spec.mode->takes_zero ? store::Padding::nothing
                             : spec.mode->miss == ModeTraits::Miss::highest
                                 ? store::Padding::largest
@@ -353,6 +357,8 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
     else
         want.field = input.header.labels ? Field::nearest : Field::spline;
     if (want.budget.like) want.budget.like = like_linear(want.field);
+    // No filter makes a surface of labels, which one could be held against.
+    if (shows_labels(want)) want.budget.like.reset();
     return geometry;
 }
 
@@ -425,6 +431,11 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
     std::vector<std::string> warnings = take_level(want, statistics);
     if (!warnings.empty()) return warnings;
+    if (shows_labels(want)) {
+        Suited colored = label_colors("--labels", data, statistics);
+        want.transfer = std::move(colored.transfer);
+        return std::move(colored.warnings);
+    }
     if (want.job != Job::render || !want.mode->takes_transfer) return {};
     // Far below the noise of any scanner, far above the rounding of differences.
     constexpr double kNoSurface = 1e-4;

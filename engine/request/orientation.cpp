@@ -102,4 +102,18 @@ Mat3 view_of(const std::string& typed, const Mat3& direction) {
         fmt::format("--view: there is no side '{}'; {}", typed, instead_of(name, names)));
 }
 
+Mat3 looking_along(const Vec3& along) {
+    // Numbers beside the largest, whose squares could overflow.
+    const Vec3 towards = along / along.cwiseAbs().maxCoeff();
+    const Vec3 away = towards / towards.norm();
+    const double level = std::hypot(away.x(), away.z());
+    constexpr double kUpright = 1e-9;  // rounding would say where right is
+    const Vec3 right =
+        level > kUpright ? Vec3(away.z() / level, 0, -away.x() / level) : Vec3(1, 0, 0);
+    const Vec3 down(away.y() * right.z() - away.z() * right.y(),
+                    away.z() * right.x() - away.x() * right.z(),
+                    away.x() * right.y() - away.y() * right.x());
+    return rows(right, down.normalized(), away);
+}
+
 }  // namespace edgewise

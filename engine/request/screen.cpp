@@ -130,6 +130,12 @@ void take_size(ScreenGrid& grid, const GeometrySpec& spec, int axes, const char*
     for (int k = 0; k < axes; ++k) grid.extent[k] = size[k];
 }
 
+/// The depth of a picture's scene.
+void take_depth(ScreenGrid& grid, const Box& box) {
+    grid.extent.z = whole_samples(box.high.z() - box.low.z(), grid.spacing.z(), "the geometry");
+    grid.centre = Vec3(0, 0, (box.low.z() + box.high.z()) / 2);
+}
+
 bool says_fit(const GeometrySpec& spec) { return spec.size && spec.size->fit; }
 
 }  // namespace
@@ -170,8 +176,7 @@ ScreenGrid picture_grid(const GeometrySpec& spec, const InputGrid& input,
     if (says_fit(spec)) throw RequestError("--size fit: of warp; a picture is never cut off");
     if (spec.size) take_size(grid, spec, 2, "WxH or N for a picture");
     grid.spacing.z() = unit;
-    grid.extent.z = whole_samples(box.high.z() - box.low.z(), unit, "the geometry");
-    grid.centre = Vec3(0, 0, (box.low.z() + box.high.z()) / 2);
+    take_depth(grid, box);
     expect_countable(grid.extent);
     return grid;
 }
@@ -182,14 +187,36 @@ void zoom(ScreenGrid& grid, double factor, Job job) {
     grid.spacing.head<2>() /= factor;
 }
 
-Eye eye_of(double angle, const ScreenGrid& grid, const std::vector<Mat4>& maps,
-           const std::vector<Vec3>& corners) {
+namespace {
+
+/// Half the height of a picture over its distance.
+double slope_of(double angle) {
     if (!(angle > 0 && angle < 180))
         throw RequestError(
             fmt::format("--perspective: {} degrees; expected between 0 and 180", angle));
+    return std::tan(angle * (3.14159265358979323846 / 360));
+}
+
+/// @param z     depth of the eye in centred screen space [file unit]
+/// @param away  how far from it the plane is that pixels are counted in [file unit]
+Eye eye_before(const ScreenGrid& grid, double z, double away) {
+    const auto depth = [&](double at) {
+        return (at - grid.centre.z()) / grid.spacing.z() + (grid.extent.z - 1) / 2.0;
+    };
+    Eye eye;
+    eye.at = {(grid.extent.x - 1) / 2.0, (grid.extent.y - 1) / 2.0, depth(z)};
+    eye.plane = depth(z + away);
+    take_steps(eye, grid);
+    return eye;
+}
+
+}  // namespace
+
+Eye eye_of(double angle, const ScreenGrid& grid, const std::vector<Mat4>& maps,
+           const std::vector<Vec3>& corners) {
+    const double up = slope_of(angle);
     const double half_height = grid.extent.y * grid.spacing.y() / 2;
     const double half_width = grid.extent.x * grid.spacing.x() / 2;
-    const double up = std::tan(angle * (3.14159265358979323846 / 360));
     const double aside = up * half_width / half_height;
     double z = 1e300;
     for (const Mat4& map : maps)
@@ -197,14 +224,14 @@ Eye eye_of(double angle, const ScreenGrid& grid, const std::vector<Mat4>& maps,
             const Vec3 p = sent(map, corner).value();
             z = std::min(z, p.z() - std::max(std::abs(p.y()) / up, std::abs(p.x()) / aside));
         }
-    const auto depth = [&](double at) {
-        return (at - grid.centre.z()) / grid.spacing.z() + (grid.extent.z - 1) / 2.0;
-    };
-    Eye eye;
-    eye.at = {(grid.extent.x - 1) / 2.0, (grid.extent.y - 1) / 2.0, depth(z)};
-    eye.plane = depth(z + half_height / up);
-    take_steps(eye, grid);
-    return eye;
+    return eye_before(grid, z, half_height / up);
+}
+
+Eye eye_at_origin(double angle, ScreenGrid& grid, const std::vector<Mat4>& maps,
+                  const std::vector<Vec3>& corners) {
+    const double up = slope_of(angle);
+    take_depth(grid, box_of(maps, corners));
+    return eye_before(grid, 0, grid.extent.y * grid.spacing.y() / 2 / up);
 }
 
 void take_steps(Eye& eye, const ScreenGrid& grid) {

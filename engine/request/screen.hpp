@@ -26,6 +26,13 @@ void zoom(ScreenGrid& grid, double factor, Job job);
 Eye eye_of(double angle, const ScreenGrid& grid, const std::vector<Mat4>& maps,
            const std::vector<Vec3>& corners);
 
+/// The eye at the origin of centred screen space, under the vertical angle `angle` [degree] from
+/// the top of the picture to its bottom. The grid's depth becomes that of the corners as seen from
+/// there.
+/// @throws RequestError
+Eye eye_at_origin(double angle, ScreenGrid& grid, const std::vector<Mat4>& maps,
+                  const std::vector<Vec3>& corners);
+
 /// What one step along the grid's axes is to an eye, in steps in depth: to be said again of a grid
 /// whose spacing has changed.
 void take_steps(Eye& eye, const ScreenGrid& grid);

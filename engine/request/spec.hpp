@@ -65,6 +65,9 @@ struct GeometrySpec {
     std::optional<OutputSize> size;
     /// The output cannot say that its axes lean, so they are made perpendicular.
     bool upright = false;
+    /// Where the eye of a perspective is, and what lies in the middle of its view, in place of
+    /// `view`'s direction [sample of the input]; else it is outside, where it sees everything.
+    std::optional<std::array<double, 3>> eye, look_at;
 };
 
 /// What rays see of the input: what all of these keep.

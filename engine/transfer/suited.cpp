@@ -39,8 +39,7 @@ std::array<double, 3> color_of(std::size_t number) {
 
 /// Steps half way between whole numbers, for the labels that are there.
 void take_labels(Transfer& transfer, const Data& data, const Statistics& statistics,
-                 const std::string& from) {
-    constexpr std::size_t kMost = 256;
+                 const std::string& from, std::size_t most = 256) {
     std::set<double> labels;
     double last = 0;
     for (std::int64_t i = 0; i < data.what.samples(); ++i) {
@@ -57,8 +56,8 @@ void take_labels(Transfer& transfer, const Data& data, const Statistics& statist
         if (value == last) continue;
         last = value;
         labels.insert(value);
-        if (labels.size() > kMost)
-            throw RequestError(fmt::format("{}: more than {} labels", from, kMost));
+        if (labels.size() > most)
+            throw RequestError(fmt::format("{}: more than {} labels", from, most));
     }
     const double opacity = transfer.points.back().opacity;
     transfer.points = {{std::min(statistics.low, 0.0) - 0.5, 0, {0, 0, 0}}};
@@ -123,6 +122,17 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
         out.warnings.push_back(
             fmt::format("{}: shows nothing: no value from {:.6g} to {:.6g} has an opacity",
                         spec.from, statistics.low, statistics.high));
+    return out;
+}
+
+Suited label_colors(const std::string& from, const Data& data, const Statistics& statistics) {
+    constexpr std::size_t kMost = 4096;
+    Suited out;
+    out.transfer.points = {{0, 1, {1, 1, 1}}};
+    if (!data.samples.data()) return out;
+    take_labels(out.transfer, data, statistics, from, kMost);
+    if (!shows_any(out.transfer, statistics.low, statistics.high))
+        out.warnings.push_back(from + ": all samples are 0, so there is no surface");
     return out;
 }
 

@@ -21,6 +21,12 @@ struct Suited {
 Suited suited(const TransferSpec& spec, const Data& data, const Statistics& statistics,
               double spacing);
 
+/// A colour for each label but 0, opaque: the same as the preset for labels has, of up to 4096
+/// labels.
+/// @param from  what asks for them
+/// @throws RequestError where values are no whole numbers, or more
+Suited label_colors(const std::string& from, const Data& data, const Statistics& statistics);
+
 /// The preset for data of which nobody said how they are to look: of a CT in Hounsfield units
 /// "ct-bone", of all else "general".
 /// @param modality  as DICOM has it; "": not known

@@ -77,6 +77,7 @@ const ModeTraits drr_mode = {
     .help = "radiograph: exp(-attenuation) of values in Hounsfield units",
     .rule = &kRule,
     .averages = true,
+    .slices = ModeTraits::Slices::integral,
     .needs = needs,
     .operations = 6,
     .state_numbers = 2,

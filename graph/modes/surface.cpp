@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 
+#include "graph/label_surface.hpp"
 #include "graph/request.hpp"
 
 namespace edgewise {
@@ -13,6 +14,9 @@ namespace {
 // state: 1 where the ray has met the surface; its light there; the first and the last value, less
 // the level, NaN where there is none; where on the ray the last one is [t]. Samples that are not
 // finite are outside: the surface is open there.
+// Of labels: 1 where the ray has met one; its diffuse light, before that where the last sample
+// without a label lies; its specular light, NaN before; NaN; the label, before that 1 where there
+// is such a sample. Stretches that are joined then take over the first label alone.
 
 enum : std::size_t { kHit, kLight, kFirst, kLast, kLastAt };
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -27,9 +31,22 @@ void take(Stretch& stretch, double above, double piece) {
     if (std::isfinite(above)) stretch.length += piece;
 }
 
+void meet_label(Stretch& stretch, double label, const Lit& lit) {
+    stretch.state[kHit] = 1;
+    stretch.state[kLight] = lit.diffuse;
+    stretch.state[kFirst] = lit.specular;
+    stretch.state[kLastAt] = label;
+}
+
 void add(Stretch& stretch, std::span<const double> values, const double* pieces,
          const Request& want) {
     auto& state = stretch.state;
+    if (shows_labels(want)) {
+        stretch.each_finite(values, pieces, [&](double value, double) {
+            if (state[kHit] == 0 && is_label(want, value)) meet_label(stretch, value, Lit{});
+        });
+        return;
+    }
     for (std::size_t i = 0; i < values.size(); ++i) {
         const double above = values[i] - want.level();
         if (state[kHit] == 0 && is_passed(state[kLast], above)) state[kHit] = state[kLight] = 1;
@@ -60,8 +77,34 @@ double root_between(double a, double above_a, double b, double above_b, double l
     return b;
 }
 
+/// The first place with a label between one that has none and one that has.
+double first_label(double a, double b, const AlongRay& along, const Request& want) {
+    constexpr int kMost = 64;
+    constexpr double kWithin = 1e-12;
+    for (int i = 0; i < kMost && std::abs(b - a) > kWithin * (1 + std::abs(a)); ++i) {
+        const double middle = (a + b) / 2;
+        (is_label(want, along.value(middle)) ? b : a) = middle;
+    }
+    return b;
+}
+
+void follow_to_label(Stretch& stretch, double t, double value, double piece, const AlongRay& along,
+                     const Request& want) {
+    auto& state = stretch.state;
+    if (std::isfinite(value)) stretch.length += piece;
+    if (state[kHit] != 0) return;
+    if (!is_label(want, value)) {
+        state[kLight] = t;
+        state[kLastAt] = 1;
+        return;
+    }
+    const double at = state[kLastAt] != 0 ? first_label(state[kLight], t, along, want) : t;
+    meet_label(stretch, along.value(at), along.lit(at));
+}
+
 void follow(Stretch& stretch, double t, double value, double piece, const AlongRay& along,
             const Request& want) {
+    if (shows_labels(want)) return follow_to_label(stretch, t, value, piece, along, want);
     auto& state = stretch.state;
     const double above = value - want.level();
     if (state[kHit] == 0 && is_passed(state[kLast], above)) {
@@ -101,11 +144,10 @@ const ModeTraits surface_mode = {
     .append =
         [](Stretch& stretch, const Stretch& behind) {
             auto& state = stretch.state;
-            if (state[kHit] == 0) {
-                const bool between = is_passed(state[kLast], behind.state[kFirst]);
-                state[kHit] = between ? 1 : behind.state[kHit];
-                state[kLight] = between ? 1 : behind.state[kLight];
-            }
+            if (state[kHit] != 0) return;
+            const bool between = is_passed(state[kLast], behind.state[kFirst]);
+            state[kHit] = between ? 1 : behind.state[kHit];
+            state[kLight] = between ? 1 : behind.state[kLight];
             if (std::isnan(state[kFirst])) state[kFirst] = behind.state[kFirst];
             if (!std::isnan(behind.state[kFirst])) {
                 state[kLast] = behind.state[kLast];
@@ -113,9 +155,14 @@ const ModeTraits surface_mode = {
             }
         },
     .result =
-        [](const Stretch& stretch, const Request&, double* values) {
-            std::fill_n(values, 3, stretch.state[kLight]);
-            values[3] = stretch.state[kHit];
+        [](const Stretch& stretch, const Request& want, double* values) {
+            const auto& state = stretch.state;
+            values[3] = state[kHit];
+            std::fill_n(values, 3, state[kHit] != 0 ? state[kLight] : 0);
+            if (state[kHit] == 0 || !shows_labels(want)) return;
+            const std::array<double, 3> color = color_of_label(want, state[kLastAt]);
+            for (std::size_t c = 0; c < 3; ++c)
+                values[c] = color[c] * state[kLight] + state[kFirst];
         },
 };
 

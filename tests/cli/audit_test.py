@@ -215,6 +215,18 @@ class Options(Audit):
 
 
 class Failures(Audit):
+    def test_filters_are_judged_too(self):
+        args = ["filter", "phantom:zone-plate:64", "--op", "convolve", "--kernel", "gauss:3"]
+        report = self.audit([{"args": args}], "--repeat", 2)
+        request, = report["requests"]
+        self.assertEqual(request["family"], "filter 2D")
+        paths = {path["steps"][0].split("/")[0]: path for path in request["measured_paths"] if len(path["steps"]) == 1}
+        self.assertLessEqual({"filter.backward", "filter.forward", "filter.separable", "filter.fourier"}, set(paths))
+        for name, path in paths.items():
+            # All but `recursive` give the sums themselves.
+            if name != "filter.recursive" and path["measured"]:
+                self.assertLess(path["measured"]["error"]["nrmse"], 1e-5, path)
+
     def test_a_bad_request_does_not_stop_the_others(self):
         report = self.audit([{"args": ["render", "no such file"]}, {"args": TINY[2]},
                              {"args": ["warp", "phantom:noise:20", "--rotate", "1,2,3", "--max-error", "1e-9",

@@ -294,6 +294,71 @@ TEST(Perspective, TheEyeSeesEveryCornerAtTheAngle) {
     EXPECT_NEAR(widest, 1, 1e-9);  // one corner touches the frame, none leaves it
 }
 
+TEST(PlacedEye, IsWhereTheSampleIsInEveryView) {
+    const Vec3 at(7.25, 30, -4);
+    InputGrid grid = volume({30, 40, 50}, {1, 0.7, 1.3});
+    Mat3 points = Mat3::Identity();
+    points.col(2) = Vec3(0.1, 0.4, 1).normalized();
+    for (const bool leans : {false, true}) {
+        if (leans) take_axes(grid, points);
+        GeometryWords words = with("turntable", "5");
+        words.steps.emplace_back("scale", "2,1,-1");
+        words.perspective = "40";
+        words.eye = "7.25,30,-4";
+        words.look_at = "3,50,20.5";
+        words.zoom = "1.5";
+        const Geometry geometry = geometry_of(words, grid, Job::render);
+        const Eye eye = geometry.eye.value();
+        ASSERT_EQ(geometry.views.size(), 5U);
+        for (int view = 0; view < 5; ++view)
+            EXPECT_LT((moved(geometry, at, view) - eye.at).norm(), 1e-10) << view;
+        EXPECT_EQ(eye.at.x(), double(geometry.grid.extent.x - 1) / 2);
+        EXPECT_EQ(eye.at.y(), double(geometry.grid.extent.y - 1) / 2);
+        const double height = double(geometry.grid.extent.y) * geometry.grid.spacing.y() * 1.5;
+        EXPECT_NEAR(height / 2 / ((eye.plane - eye.at.z()) * geometry.unit), std::tan(20 * kRadian),
+                    1e-12);
+    }
+}
+
+TEST(PlacedEye, WhatItLooksAtIsInTheMiddle) {
+    InputGrid grid = volume({30, 40, 50}, {1, 0.7, 1.3});
+    Mat3 points = Mat3::Identity();
+    points.col(2) = Vec3(0.1, 0.4, 1).normalized();
+    take_axes(grid, points);
+    GeometryWords words;
+    words.view = "left";
+    words.perspective = "40";
+    words.eye = "7.25,30,-4";
+    // The last two lie along axes of the grid, which leans.
+    for (const Vec3& at :
+         {Vec3(3, 50, 20.5), Vec3(-9, 2, -40), Vec3(20, 30, -4), Vec3(7.25, 30, 60)}) {
+        words.look_at = fmt::format("{},{},{}", at[0], at[1], at[2]);
+        const Geometry geometry = geometry_of(words, grid, Job::render);
+        const Eye eye = geometry.eye.value();
+        const Vec3 to = moved(geometry, at) - eye.at;
+        EXPECT_NEAR(to.x(), 0, 1e-9 * to.z());
+        EXPECT_NEAR(to.y(), 0, 1e-9 * to.z());
+        EXPECT_GT(to.z(), 0);
+        // A turn, never a mirror: lengths and handedness are kept.
+        const Mat3 turn = geometry.grid.spacing.asDiagonal() *
+                          Mat3(geometry.views[0].topLeftCorner<3, 3>()) *
+                          (grid.lean * grid.spacing.asDiagonal()).inverse();
+        EXPECT_LT((turn * turn.transpose() - Mat3::Identity()).norm(), 1e-12);
+        EXPECT_NEAR(turn.determinant(), 1, 1e-12);
+    }
+}
+
+TEST(PlacedEye, LookingAlongAnAxisIsExactlyThatView) {
+    const Mat3 turn = looking_along({0, 0, 0.3});
+    EXPECT_EQ(turn, Mat3::Identity());
+    Mat3 up, down;
+    up << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+    down << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+    EXPECT_EQ(looking_along({0, -5, 0}), up);
+    EXPECT_EQ(looking_along({0, 1e-300, 0}), down);
+    EXPECT_LT((looking_along({0, 7, 1e-6}) - down).norm(), 1e-6);  // from the level ahead
+}
+
 TEST(Zoom, ShowsTheMiddleLarger) {
     GeometryWords words = with("rotate", "20,30,0");
     words.perspective = "40";

@@ -7,7 +7,6 @@
 #include "engine/session.hpp"
 #include "planner/profile.hpp"
 #include "transitions/catalogue.hpp"
-#include "transitions/composite/watched.hpp"
 
 namespace edgewise {
 namespace {

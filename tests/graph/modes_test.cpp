@@ -127,12 +127,12 @@ TEST(Modes, OfAConstantAreKnown) {
                         1 - std::pow(1 - want.transfer.at(value)[3],
                                      length * want.unit / want.transfer.unit),
                         1e-14);
+        else if (mode->name == "drr")
+            EXPECT_NEAR(got, std::exp(-0.0206 * length * want.unit * (1 + value / 1000)), 1e-14);
         else if (mode->slices == ModeTraits::Slices::integral)
             EXPECT_NEAR(got, (value - want.zero) * length * want.unit, 1e-14);
         else if (mode->name == "stddev")
             EXPECT_NEAR(got, 0, 1e-14);
-        else if (mode->name == "drr")
-            EXPECT_NEAR(got, std::exp(-0.0206 * length * want.unit * (1 + value / 1000)), 1e-14);
         else
             EXPECT_NEAR(got, value, 1e-14);
         // A ray that meets nothing.

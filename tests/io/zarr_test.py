@@ -163,6 +163,12 @@ class Zarr(unittest.TestCase):
         np.testing.assert_array_equal(self.samples(path, "--time", 1), np.moveaxis(volume[1], 0, -1))
         self.run_it("warp", path, "-o", self.folder / "x.nrrd", code=2)
 
+    def test_channels_are_merged_in_their_own_colours(self):
+        axes = [{"name": "c", "type": "channel"}, *self.SPACE]
+        path = self.image([noise(3, 4, 5, 6)], axes, [[1] * 4], omero={"channels": [{"color": "00FF80"}, {"color": "x"}, {}]})
+        done = self.run_it("render", path, "--channel", "0,1,2", "-o", self.folder / "m.png", "--mode", "mip")
+        self.assertIn("0 in #00ff80 and 1 in #00ff00 and 2 in #0000ff", done.stderr.decode())
+
     def test_a_picture_has_two_axes(self):
         for volume, axes in ((noise(7, 9), self.SPACE[1:]), (noise(1, 7, 9), self.SPACE)):
             facts = self.info(self.image([volume], axes, [[1] * volume.ndim]))

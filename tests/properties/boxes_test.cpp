@@ -8,6 +8,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "graph/transfer_table.hpp"
 #include "runtime/runtime.hpp"
 #include "tests/properties/run_request.hpp"
 #include "transitions/catalogue.hpp"
@@ -317,6 +318,69 @@ TEST(Boxes, OfALitPictureAreTheBytesOfTheWhole) {
         }
     }
     EXPECT_GE(lit, 4);
+    EXPECT_GT(tried.edges["project.ray_cast"], 0);
+}
+
+/// Parts of a volume: a box, oblique planes, a slab, a ball.
+std::vector<Clip> clips_of(const Extent& extent) {
+    const auto plane = [&](const Vec3& normal, const Vec3& through) {
+        const Vec3 unit = normal.normalized();
+        return HalfSpace{unit, -unit.dot(through)};
+    };
+    const Vec3 middle(5.3, 4.9, 4.1);
+    const std::vector<std::vector<HalfSpace>> all = {
+        {plane({1, 0, 0}, {1.5, 0, 0}), plane({0, -1, 0}, {0, 7.5, 0})},
+        {plane({2, 1, -1}, middle), plane({-1, 3, 1}, {3, 2, 4})},
+        {plane({1, 1, 2}, {4, 3, 3}), plane({-1, -1, -2}, {6, 5, 5})}};
+    std::vector<Clip> clips;
+    for (const std::vector<HalfSpace>& planes : all) clips.push_back(clip_of(extent, planes));
+    const Ball ball{middle, Eigen::Matrix3d(Vec3(0.24, 0.3, 0.27).asDiagonal())};
+    clips.push_back(clip_of(extent, {}, std::span(&ball, 1)));
+    return clips;
+}
+
+std::vector<Representation> small_volumes() {
+    constexpr Extent kSmall{13, 11, 9};
+    std::vector<Representation> from = {volume(Type::u8, kSmall), volume(Type::f32, kSmall)};
+    from.back().content = "coefficients";
+    return from;
+}
+
+TEST(Boxes, OfAClippedPictureAreTheBytesOfTheWhole) {
+    Tried tried{.stride = 60};
+    const std::vector<Representation> from = small_volumes();
+    for (const Mode mode : {Mode::mip, Mode::composite, mode_named("surface")})
+        for (const Clip& clip : clips_of(from[0].extent)) {
+            SCOPED_TRACE(mode->name);
+            Request want = request_of(Job::render, mode, from[0], {rotation(25, -40, 10)});
+            want.transfer = transfer();
+            want.clips = {clip};
+            if (mode->takes_level) want.surface = SurfaceOf{100};
+            want.shading.by = mode->shade;
+            sweep(want, from, tried);
+        }
+    EXPECT_GT(tried.edges["project.ray_cast"], 0);
+}
+
+TEST(Boxes, OfAPictureByATableAreTheBytesOfTheWhole) {
+    auto table = std::make_shared<TransferTable>();
+    table->values = {20, 60, 120, 170};
+    table->gradients = {0, 10, 45};
+    table->opacity = {0, 0, 0.1, 0, 0.1, 0.4, 0, 0.3, 0.6, 0.05, 0.2, 0.9};
+    const Transfer by_table =
+        completed({.points = {}, .unit = 1, .edges = {}, .table = std::move(table)});
+    Tried tried{.stride = 12};
+    const std::vector<Representation> from = small_volumes();
+    std::vector<Clip> clips = clips_of(from[0].extent);
+    // Each clip, and none, with light or with a cue.
+    for (std::size_t clip = 0; clip <= clips.size(); ++clip) {
+        Request want = request_of(Job::render, Mode::composite, from[0], {rotation(25, -40, 10)});
+        want.transfer = by_table;
+        if (clip > 0) want.clips = {clips[clip - 1]};
+        if (clip % 2 == 0) want.shading.by = Shade::phong;
+        if (clip % 2 == 1) want.cue = DepthCue{.per_length = 0.02};
+        sweep(want, from, tried);
+    }
     EXPECT_GT(tried.edges["project.ray_cast"], 0);
 }
 

@@ -10,8 +10,12 @@ Blocks::Blocks(const Neighbourhood& of, const Extent& whole) {
     const std::int64_t least = whole.z == 1 ? 256 : 64;
     for (int axis = 0; axis < 3; ++axis) {
         if (whole[axis] == 1 && reach[axis] == 1) continue;
-        const std::int64_t side = std::max(least, 3 * (reach[axis] - 1));
-        const std::int64_t wanted = std::min(side, whole[axis] + reach[axis] - 1);
+        const std::int64_t margin = reach[axis] - 1, side = std::max(least, 3 * margin);
+        // Alike along the axes of a volume, which hold few tiles: a last one that is mostly empty
+        // would cost as much as the others. Images hold many, and 256 is a fast length.
+        const std::int64_t count = (whole[axis] + side - margin - 1) / (side - margin);
+        const std::int64_t wanted = whole.z == 1 ? std::min(side, whole[axis] + margin)
+                                                 : (whole[axis] + count - 1) / count + margin;
         transform[axis] = kernels::good_length(wanted, axis == 0 ? 2 : 1);
         tile[axis] = std::min(transform[axis] - reach[axis] + 1, whole[axis]);
     }

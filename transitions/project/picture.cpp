@@ -7,9 +7,11 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "graph/label_surface.hpp"
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_path.hpp"
+#include "transitions/project/no_rays.hpp"
 
 namespace edgewise {
 namespace {
@@ -19,6 +21,11 @@ std::array<double, 3> array_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
 }  // namespace
 
 std::string no_picture(const Representation& from, const Ask& ask) {
+    if (shows_labels(ask.want)) return "surfaces of labels are asked for, which have no level";
+    return no_rays(from, ask);
+}
+
+std::string no_rays(const Representation& from, const Ask& ask) {
     const Request& want = ask.want;
     if (!want.job->of_rays()) return "the result is a volume, not a picture";
     if (from.axes != 3) return "an image has no depth to look through";

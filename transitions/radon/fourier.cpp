@@ -163,6 +163,8 @@ Transition radon_fourier() {
     return radon_edge({
         .name = "radon.fourier",
         .source = "Bracewell 1956; Jackson et al. 1991",
+        .not_the_other = "a count has steps, and up to f cycles an offset they are 0.32/sqrt(f) of "
+                         "a vote off (RMS), so no band counts whole votes",
         .parameters = {{"cut", number(1e-6, 0.1, {1e-3},
                                       "share of the field's transform below which frequencies are "
                                       "left out")}},

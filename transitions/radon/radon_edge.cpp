@@ -28,8 +28,9 @@ std::string not_of_lines(const RadonAlgorithm& algorithm, const Representation& 
     const RadonSetting* setting = want.setting.as<RadonSetting>();
     if (!setting) return "the request names no lines";
     if (setting->to != algorithm.to)
-        return fmt::format("{} is asked for, and this makes {}", word_of(setting->to),
-                           word_of(algorithm.to));
+        return fmt::format("asked for: {}; this makes {}{}{}", word_of(setting->to),
+                           word_of(algorithm.to), algorithm.not_the_other.empty() ? "" : ": ",
+                           algorithm.not_the_other);
     if (from.extent != want.input || from.placed.one_a_view() ||
         from.placed.at(0).matrix() != Mat4::Identity())
         return "the samples no longer lie where the input has them";

@@ -68,6 +68,7 @@ struct RadonAlgorithm {
     std::string name = {};    // "radon.backward"
     std::string source = {};  // where algorithm and counts come from
     RadonSetting::To to = RadonSetting::To::sinogram;
+    std::string not_the_other = {};  // why it does not make what `to` is not, if that needs a word
     std::map<std::string, Domain> parameters = {};
     /// Why it cannot serve, or "". Absent: it can.
     std::function<std::string(const RadonAsk&)> refused = {};

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <tbb/parallel_for.h>
 
+#include "graph/label_surface.hpp"
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
 
@@ -27,6 +28,7 @@ Differences scheme_of(const Parameters& with) {
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
     if (!ask.want.needs_gradients())
         return Offer::no("neither light nor opacity depends on gradients");
+    if (shows_labels(ask.want)) return Offer::no("labels are lit by their coverage");
     if (from.axes != 3 || from.channels != 1) return Offer::no("of volumes of one channel only");
     if (!is_whole(from)) return Offer::no("needs all samples in memory, row by row");
     if (from.type == Type::c64 || from.type == Type::f16)

@@ -11,6 +11,7 @@
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum.hpp"
+#include "transitions/spectrum/pixel_of_sum.hpp"
 #include "transitions/spectrum/projection.hpp"
 #include "transitions/spectrum/spectrum_model.hpp"
 
@@ -53,12 +54,23 @@ constexpr double kTrilinear = 2;
 // A guess, for a formula.
 constexpr double kFormula = 0.01;
 
+/// Most that pixels differ by, as sums along rays have it: of an X-ray or mean the range of the
+/// reference. Of other functions of the sum what the longest ray of the highest value has above one
+/// of the lowest, where the function is steepest: rays with little to see err most, however small
+/// the picture's range is.
+double range_of_sums(const Ask& ask) {
+    const Request& want = ask.want;
+    if (want.mode->divides || grows_with_length(want)) return ask.scene.range;
+    return (ask.scene.high - ask.scene.low) * steepness(want, ask.scene.low, ask.scene.high) *
+           longest_ray(want) / want.unit;
+}
+
 /// Error by all windows, where no preview tells [value].
 double inside_of(const Ask& ask) {
     double error = ask.want.mode->divides ? kInsideMean : kInside;
     if (ask.want.field == Field::linear) error *= kTrilinear;
     if (ask.want.field == Field::formula) error += kFormula;
-    return error * ask.scene.range;
+    return error * range_of_sums(ask);
 }
 
 /// Why no spectrum is made of this; empty: one is.
@@ -121,15 +133,16 @@ double ends_of(const Ask& ask) {
 /// What a window's ghosts and what all windows get wrong add up to.
 /// @param ghosts  over the range of the picture
 double with_ghosts(double ghosts, const Ask& ask) {
-    return ends_of(ask) + ghosts * ask.scene.range * (ask.want.mode->divides ? kShortRays : 1);
+    return ends_of(ask) + ghosts * range_of_sums(ask) * (ask.want.mode->divides ? kShortRays : 1);
 }
 
 /// From here on errors count in values of the picture, to which what came before adds up.
 Error error_by(double bias, const Ask& ask) {
     const Request& want = ask.want;
-    const double length =
-        want.mode->divides ? 1 : std::cbrt(static_cast<double>(want.input.samples())) * want.unit;
     const double samples = std::cbrt(static_cast<double>(want.input.samples()));
+    double length = want.mode->divides ? 1 : samples * want.unit;
+    if (!want.mode->divides && !grows_with_length(want))
+        length = samples * steepness(want, ask.scene.low, ask.scene.high);
     return {.gain = ask.scene.fact("gain/blur").value_or(length),
             .noise_gain = ask.scene.fact("gain/noise/zoh").value_or(length / std::sqrt(samples)),
             .bias = bias};
@@ -203,7 +216,7 @@ Offer offer_wide(const Representation& from, const Ask& ask, const Parameters& w
             return Offer::no(fmt::format("a window of {} taps keeps an error of {:.2g}",
                                          window.width(), *ask.want.budget.error));
     const double room =
-        (most - ends) / (ask.scene.range * (ask.want.mode->divides ? kShortRays : 1));
+        (most - ends) / (range_of_sums(ask) * (ask.want.mode->divides ? kShortRays : 1));
     const auto best = window_within(room, from.extent, ask);
     if (!best) return Offer::no(fmt::format("no window's bound is below {:.2g}", room));
     const kernels::KaiserBessel window = window_of(with);

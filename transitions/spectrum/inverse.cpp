@@ -5,12 +5,14 @@
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum_picture.hpp"
+#include "transitions/spectrum/pixel_of_sum.hpp"
 #include "transitions/spectrum/projection.hpp"
 
 namespace edgewise {
 namespace {
 
 constexpr double kChordOperations = 30;  // three slabs: two products, two sums, two comparisons ...
+constexpr double kCurveOperations = 40;  // of a pixel that is a function of the sum: calls, exp
 
 Extent period_of(const Representation& slice) {
     return {2 * (slice.extent.x - 1), slice.extent.y, 1};
@@ -22,11 +24,13 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
-Work work(const Offer& offer, const Ask&, int /*view*/) {
+Work work(const Offer& offer, const Ask& ask, int /*view*/) {
     const Extent period = period_of(offer.from);
     const double pixels = static_cast<double>(offer.to.samples());
-    return {.operations =
-                kernels::picture_operations(period, offer.to.extent) + kChordOperations * pixels,
+    const bool curved =
+        ask.want.mode->slices == ModeTraits::Slices::integral && !grows_with_length(ask.want);
+    return {.operations = kernels::picture_operations(period, offer.to.extent) +
+                          (kChordOperations + (curved ? kCurveOperations : 0)) * pixels,
             .streamed = 3 * offer.from.bytes() + 2 * offer.to.bytes(),
             .scratch = kernels::picture_scratch(period),
             .workspace = kernels::picture_workspace(period, offer.to.extent)};
@@ -39,14 +43,18 @@ class Constant {
         : want_(ask.want),
           scene_(ask.scene),
           chord_(want_.input, kernels::affine_of(want_.views.at(view).matrix())),
-          constant_(offer.from.values.offset) {}
+          constant_(offer.from.values.offset),
+          sums_(grows_with_length(want_)) {}
 
     float operator()(float integral, std::int64_t x, std::int64_t y) const {
-        const double length =
-            chord_.at(static_cast<double>(x), static_cast<double>(y)) * want_.unit;
-        if (want_.mode->slices == ModeTraits::Slices::integral)
+        const double depth = chord_.at(static_cast<double>(x), static_cast<double>(y)),
+                     length = depth * want_.unit;
+        if (sums_)
             return length > 0 ? static_cast<float>(integral + (constant_ - want_.zero) * length)
                               : 0.f;
+        if (want_.mode->slices == ModeTraits::Slices::integral)
+            return static_cast<float>(
+                pixel_of_sum(want_, integral / want_.unit + constant_ * depth, depth));
         if (!(length > 0)) return static_cast<float>(want_.miss);
         // No mean lies outside the values.
         return static_cast<float>(
@@ -59,6 +67,7 @@ class Constant {
     const Scene& scene_;
     kernels::Chord chord_;
     double constant_;
+    bool sums_;  // its pixels are the sums themselves
 };
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,

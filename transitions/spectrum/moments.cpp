@@ -89,20 +89,6 @@ Work moments_work(const Offer& offer, const Ask& ask, int view) {
     return work;
 }
 
-/// The longest way of a ray through the input's box [file unit].
-double longest_ray(const Request& want) {
-    double longest = 0;
-    for (int variant = 0; variant < want.views.different(); ++variant) {
-        const Mat4 back = want.views.at(want.views.first_view(variant)).matrix().inverse();
-        double inside = std::numeric_limits<double>::infinity();
-        for (int axis = 0; axis < 3; ++axis)
-            inside =
-                std::min(inside, static_cast<double>(want.input[axis]) / std::abs(back(axis, 2)));
-        longest = std::max(longest, inside);
-    }
-    return longest * want.unit;
-}
-
 // ---- what rays add up ------------------------------------------------------------------------
 
 constexpr const char* kSquares = "moments/values2";  // of the sum of values, over drawn rays
@@ -286,6 +272,7 @@ std::string no_faded_projection(const Ask& ask) {
     if (!want.cue) return "light does not fall off along rays: one spectrum has it all";
     const Request plain = without_cue(want);
     if (std::string reason = no_projection({plain, ask.scene}); !reason.empty()) return reason;
+    if (!want.mode->takes_cue) return fmt::format("{} takes no depth cue", name_of(want.mode));
     const double fall = want.cue->per_length * deepest(want);
     if (want.cue->linear && fall > 1)
         return fmt::format(

@@ -43,6 +43,9 @@ std::string no_projection(const Ask& ask);
 /// blinds it.
 inline constexpr double kShortestRay = 1;
 
+/// Length of the longest ray within the volume, of all views [file unit]; they are parallel.
+double longest_ray(const Request& want);
+
 /// Period of the pictures of all views [pixel], x even: in it no repetition of the volume reaches a
 /// picture.
 Extent picture_period_of(const Request& want);

@@ -17,7 +17,7 @@ using kernels::Complex;
 using kernels::Fourier;
 using Lengths = VaryingBricks::Lengths;
 
-constexpr double kRing = 1.0 / 32, kHigh = 3.0 / 8;  // [cycles a sample]
+constexpr double kRing = 1.0 / 32, kHighFrequency = 3.0 / 8;  // [cycles a sample]
 
 std::int64_t product(const Lengths& n) { return n[0] * n[1] * n[2]; }
 
@@ -175,7 +175,7 @@ class Rings {
 double RadialPower::white() const {
     double high = 0, part = 0;
     for (std::size_t ring = 0; ring < power.size(); ++ring) {
-        if (frequency[ring] <= kHigh) continue;
+        if (frequency[ring] <= kHighFrequency) continue;
         high += power[ring];
         part += share[ring];
     }

@@ -11,6 +11,7 @@
 #include "scene/scene.hpp"
 #include "transitions/kernels/spectrum.hpp"
 #include "transitions/spectrum/forward.hpp"
+#include "transitions/spectrum/pixel_of_sum.hpp"
 #include "transitions/spectrum/projection.hpp"
 
 namespace edgewise {
@@ -420,6 +421,9 @@ namespace {
 constexpr double kBeyond = 0.05, kBeyondLinear = 0.4, kBeyondBand = 0.6;
 /// All ghosts over those that are looked at: farther ones, and those along two axes at once.
 constexpr double kAllGhosts = 1.15;
+/// The same of radiographs, whose errors are those of rays with little in their way: there ghosts
+/// along two axes, of what is dense, count beside next to nothing.
+constexpr double kAllOfBright = 2;
 /// Tables are exact to 4e-6 of the largest value; what one ray has of that, over the values of the
 /// longest ray.
 constexpr double kRounding = 3e-7;
@@ -522,7 +526,9 @@ class SpectrumModel final : public Model {
           low_(setting.statistics.low),
           high_(setting.statistics.high),
           empty_(setting.statistics.commonest),
-          alike_(are_alike(setting.want)) {
+          alike_(are_alike(setting.want)),
+          curved_(setting.want.mode->slices == ModeTraits::Slices::integral &&
+                  !grows_with_length(setting.want)) {
         for (int axis = 0; axis < 3; ++axis)
             longest_ = std::max(longest_, static_cast<double>(want_.input[axis]));
         if (want_.field == Field::spline)
@@ -548,22 +554,32 @@ class SpectrumModel final : public Model {
         double expected = 0;  // the reference
         double spline = 0;    // cast through the spline, and through the trilinear field
         double linear = 0;
+        // What the field adds up to through either, no value cut off [value x step of screen z].
+        double spline_sum = 0, linear_sum = 0;
     };
+    bool curved() const noexcept { return curved_; }
     void finish(const RaySpan& ray, const OutputSample& at, const Known& known,
                 RaySquares& squares) const {
         const bool mean = want_.mode->slices == ModeTraits::Slices::mean;
         const double length = ray.high - ray.low, divisor = std::max(length, kShortestRay);
-        const double scale = mean ? 1 / divisor : want_.unit;
+        const double scale = curved_ ? 1 : mean ? 1 / divisor : want_.unit;
         const std::optional<double> lost = boxes_.front().beyond(ray);
         const double beyond =
             lost ? *lost * scale
-                 : (known.linear - known.spline) * (want_.field == Field::linear   ? kBeyondLinear
-                                                    : want_.field == Field::spline ? beyond_
-                                                                                   : kBeyondBand);
+                 : (curved_ ? known.linear_sum - known.spline_sum : known.linear - known.spline) *
+                       (want_.field == Field::linear   ? kBeyondLinear
+                        : want_.field == Field::spline ? beyond_
+                                                       : kBeyondBand);
         const double spread = high_ - low_, rounding = kRounding * spread * longest_ * scale;
         double clean = want_.field == Field::formula ? known.spline : known.expected;
         if (mean) clean = empty_ + (clean - empty_) * length / divisor;
+        const bool by_line = want_.field == Field::linear;
+        const double sum = by_line ? known.linear_sum : known.spline_sum;
+        const double read = by_line ? known.linear : known.spline;
         const auto square = [&](double wrong, double turned, double amplified) {
+            if (curved_)
+                return square_of_curve(sum + wrong, length, read, known.expected,
+                                       std::hypot(beyond, rounding * amplified, turned));
             double got = clean + wrong * scale;
             if (mean) got = std::clamp(got, low_, high_);
             const double noise = std::hypot(beyond, rounding * amplified, turned * scale);
@@ -578,17 +594,34 @@ class SpectrumModel final : public Model {
                 box.ghosts(at.view, static_cast<double>(at.x), static_cast<double>(at.y));
             for (std::size_t w = 0; w < box.windows().size(); ++w) {
                 const double grown = box.windows()[w].amplified() / kAmplified;
-                squares.add(fact++, square(ends + kAllGhosts * ghosts.seen[w],
-                                           kAllGhosts * ghosts.turned[w],
+                const double all = curved_ ? kAllOfBright : kAllGhosts;
+                squares.add(fact++, square(ends + all * ghosts.seen[w], all * ghosts.turned[w],
                                            std::pow(std::max(1., grown), 3)));
             }
         }
     }
 
  private:
+    /// The same of a mode whose pixels are another function of the sum, as exp(-x) is: the sum is
+    /// wrong first, and the function passes it on. What values are cut off in the field's own
+    /// reading counts too, since no sum has that.
+    /// @param sum    as the slice has it [value x step of screen z]
+    /// @param read   the pixel by the field as it was read here: between it and `sum` quadrature
+    ///               is alike
+    /// @param noise  of the sum, of either sign
+    double square_of_curve(double sum, double length, double read, double expected,
+                           double noise) const {
+        const double got = pixel_of_sum(want_, sum, length);
+        const double around = std::max(std::abs(pixel_of_sum(want_, sum + noise, length) - got),
+                                       std::abs(pixel_of_sum(want_, sum - noise, length) - got));
+        const double off = want_.field == Field::formula ? read - expected : 0;
+        constexpr double kStored = 0x1p-24;  // a pixel near 1 is rounded to f32
+        return std::pow(got - read + off, 2) + std::pow(around, 2) + std::pow(got * kStored, 2);
+    }
+
     const Request& want_;
     double low_, high_, empty_, longest_ = 0, beyond_ = kBeyond;
-    bool alike_;
+    bool alike_, curved_;
     std::vector<SpectrumRays> boxes_;  // the whole first
 };
 
@@ -602,12 +635,20 @@ class SpectrumRay final : public RayModel {
     void take(double, RayPiece& piece) override {
         piece.add(piece.held(kSpline), cast_[0], want_);
         piece.add(piece.held(kFoh), cast_[1], want_);
+        if (!model_.curved()) return;
+        const auto &spline = piece.held(kSpline), &linear = piece.held(kFoh);
+        for (std::size_t i = 0; i < piece.count(); ++i) {
+            spline_sum_ += spline[i] * piece.cells().length[i];
+            linear_sum_ += linear[i] * piece.cells().length[i];
+        }
     }
     void finish(const RayAnswer& answer, RaySquares& squares) override {
         model_.finish(ray_, at_,
                       {.expected = answer.expected()[0],
                        .spline = answer.written(cast_[0])[0],
-                       .linear = answer.written(cast_[1])[0]},
+                       .linear = answer.written(cast_[1])[0],
+                       .spline_sum = spline_sum_,
+                       .linear_sum = linear_sum_},
                       squares);
     }
 
@@ -617,6 +658,7 @@ class SpectrumRay final : public RayModel {
     OutputSample at_;
     const Request& want_;
     std::array<Stretch, 2> cast_;  // spline, trilinear
+    double spline_sum_ = 0, linear_sum_ = 0;
 };
 
 std::unique_ptr<RayModel> SpectrumModel::follow(const RaySpan& ray, const OutputSample& at) const {

@@ -10,9 +10,9 @@
 
 namespace edgewise {
 
-/// What a slice of the volume's spectrum gets wrong along one ray of an X-ray or mean, worked out
-/// where it arises, in object space and without a spectrum. Errors are integrals along the ray
-/// [value x unit].
+/// What a slice of the volume's spectrum gets wrong along one ray of an X-ray, mean or radiograph,
+/// worked out where it arises, in object space and without a spectrum. Errors are integrals along
+/// the ray [value x unit].
 ///
 /// - *Ghosts.* A spectrum read between its samples is that of a volume repeated a period away and
 ///   faded by the window: a sample at x, in periods from the middle, appears once more at x + m

@@ -1,6 +1,7 @@
 #include "transitions/surface/draw.hpp"
 
 #include "graph/errors.hpp"
+#include "graph/label_surface.hpp"
 #include "surface/draw.hpp"
 #include "surface/mesh.hpp"
 #include "transitions/surface/surface_of.hpp"
@@ -13,6 +14,9 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (ask.want.projective()) return Offer::no("a projective map of a volume");
     if (from.placed.one_a_view() || from.placed.at(0).matrix() != Mat4::Identity())
         return Offer::no("the mesh does not lie in the input's own space");
+    if (shows_labels(ask.want) && !ask.want.clips.empty())
+        return Offer::no(
+            "a clip closes the labels that it cuts, and the mesh has no surface there");
     if (with.word("light") == "vertex" && !ask.want.shading.on())
         return Offer::no("nothing is lit, so light=vertex is light=pixel");
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};

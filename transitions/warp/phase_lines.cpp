@@ -174,7 +174,12 @@ void read_lines_at(const float* in, const Extent& n, int axis, std::int64_t m,
             float* at = out + start(to, i, j);
             for (std::int64_t k = 0; k < n[axis]; ++k)
                 line.in[std::size_t(k)] = from[k * stride(n)];
-            lines.run(line, first(i, j));
+            // A margin of zeros stays one, and may be most of a sheared box.
+            const float* samples = line.in.data();
+            if (std::all_of(samples, samples + n[axis], [](float sample) { return sample == 0; }))
+                std::fill_n(line.out.data(), m, 0.f);
+            else
+                lines.run(line, first(i, j));
             for (std::int64_t k = 0; k < m; ++k) at[k * stride(to)] = line.out[std::size_t(k)];
         }
     });

@@ -43,6 +43,7 @@ class PhaseLines {
 
 /// All lines along an axis of an array, x fastest.
 /// @param first  where a line begins, by its other two indices, ascending
+/// @param out    may be `in`, where m places follow from m samples
 void read_lines_at(const float* in, const Extent& n, int axis, std::int64_t m,
                    const std::function<double(std::int64_t, std::int64_t)>& first, float* out,
                    Context& context);

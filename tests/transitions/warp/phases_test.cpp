@@ -268,8 +268,12 @@ TEST(Phases, EdgesRefuseWhatTheyCannotDo) {
         EXPECT_NE(refused(edge, map, [](PhaseCase& of) { of.want.field = Field::nearest; }), "");
         EXPECT_NE(refused(edge, map, [](PhaseCase& of) { of.in.what.channels = 3; }), "");
     }
-    PhaseCase volume({6, 6, 6}, {6, 6, 6}, turned(20, {6, 6, 6}), noise(1));
-    EXPECT_NE(volume.refused(phase_shears()), "");
+    Mat4 steep = Mat4::Identity();
+    steep(0, 2) = 9;
+    EXPECT_EQ(
+        PhaseCase({6, 6, 6}, {6, 6, 6}, turned(20, {6, 6, 6}), noise(1)).refused(phase_shears()),
+        "");
+    EXPECT_NE(PhaseCase({6, 6, 6}, {6, 6, 6}, steep, noise(1)).refused(phase_shears()), "");
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
-#include "transitions/composite/watched.hpp"
-
 #include <algorithm>
 #include <utility>
 
+#include "transitions/catalogue.hpp"
 #include "transitions/composite/binary_tree_front_to_back.hpp"
 #include "transitions/composite/front_to_back.hpp"
 
