@@ -40,6 +40,16 @@ def thin_vessels():
     return samples
 
 
+def tissues():
+    """Three labels: two balls that touch, and a box."""
+    z, y, x = np.mgrid[:28, :30, :32]
+    labels = np.zeros((28, 30, 32), "u1")
+    labels[(x - 11) ** 2 + (y - 14) ** 2 + (z - 13) ** 2 < 49] = 1
+    labels[(x - 20) ** 2 + (y - 16) ** 2 + (z - 15) ** 2 < 36] = 2
+    labels[4:9, 4:9, 18:26] = 3
+    return labels
+
+
 class EveryPath(Running):
     @classmethod
     def setUpClass(cls):
@@ -55,14 +65,17 @@ class EveryPath(Running):
         cls.shades = re.search(r"^ +--shade ([a-z|-]+)", help_text, re.M)[1].split("|")
         vessels = cls.folder / "vessels.nrrd"
         files.write_nrrd(vessels, thin_vessels())
+        labels = cls.folder / "tissues.nrrd"
+        files.write_nrrd(labels, tissues())
         # Input and view, a value that is clear, one that is not, and a level between them.
         cls.scenes = {
             "formula": (["phantom:gaussians:20", "--rotate", "25,-40,10"], 0.1, 0.9, 0.5),
             "vessels": ([vessels, "--rotate", "10,20,0", "--size", "40x40"], 40, 220, 100),
             "head": ([DATA / "ct_head/quarter.nhdr", "--orient", "RPI", "--rotate", "10,30,0", "--size", "32x32"], 300, 1500, 600),
             "artery": ([DATA / "carotid/carotid.vtk", "--rotate", "20,30,0", "--size", "40x40"], 50, 400, 150),
-            "large": ([DATA / "ct_head/quarter.nhdr", "--orient", "RPI", "--rotate", "10,30,0"], 300, 1500, 600)}
-        cls.takes_level = {}  # mode: whether it asks for --isovalue
+            "large": ([DATA / "ct_head/quarter.nhdr", "--orient", "RPI", "--rotate", "10,30,0"], 300, 1500, 600),
+            "labels": ([labels, "--labels", "--rotate", "25,-40,10"], 0, 3, 1)}
+        cls.takes_level = {}  # mode, of labels: whether it asks for --isovalue
         cls.run_by = {}  # edge: the requests that it was run in
 
     @classmethod
@@ -85,10 +98,11 @@ class EveryPath(Running):
         if "composite" in words:
             request += ["--transfer", self.transfer(low, high)]
         mode = words[words.index("--mode") + 1]
-        if mode not in self.takes_level:
+        kind = (mode, "--labels" in source)
+        if kind not in self.takes_level:
             plan = self.done("plan", "render", *request, "--json", "-")
-            self.takes_level[mode] = plan.returncode == 2 and "--isovalue" in plan.stderr
-        return request + ["--isovalue", level] * self.takes_level[mode]
+            self.takes_level[kind] = plan.returncode == 2 and "--isovalue" in plan.stderr
+        return request + ["--isovalue", level] * self.takes_level[kind]
 
     def measured(self, request, limit, via=()):
         """Points of a chart with all pixels compared, or None where no path leads there."""
@@ -101,7 +115,7 @@ class EveryPath(Running):
         return json.loads(out.read_text())["points"]
 
     def expect_kept(self, points, request):
-        first_hits = "--isovalue" in request
+        first_hits = "--isovalue" in request or "--labels" in request
         for point in points:
             path = " > ".join(point["steps"])
             where = f"{' '.join(map(str, request))}: {path}"
@@ -181,7 +195,7 @@ class EveryPath(Running):
             reads = {join["from"] for join in edge["joins"]}
             before = [[other["name"]] for other in self.edges if other["name"] in self.run_by and reads & {join["to"] for join in other["joins"]}]
             views = [("vessels", [], self.modes[:4:3]), ("large", [], self.modes[:4:3]), ("artery", ["--perspective", "30"], self.modes[:4:3]),
-                     ("formula", ["--depth-cue", "0.01,linear"], self.modes[1:2])]
+                     ("formula", ["--depth-cue", "0.01,linear"], self.modes[1:2]), ("labels", [], self.modes)]
             for scene, view, mode, via in [(scene, view, mode, via) for via in ([], *before[:2]) for scene, view, modes in views for mode in modes]:
                 request = [*self.request(scene, "--mode", mode), *view]
                 points = self.measured(request, 2, [*via, edge["name"]])
