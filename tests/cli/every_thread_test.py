@@ -25,7 +25,11 @@ class EveryThread(Running):
         # Whatever it takes: a mode, a grid that is not cubic, and for what makes pictures an eye or labels.
         plain = [*((mode, []) for mode in modes), (modes[0], ["--input-spacing", "1,1.3,1.1"])]
         other = [(mode, more) for more in (["--perspective", "40"], ["--labels"]) for mode in modes]
-        for edge in edges:
+        found, leading = set(), {"screen/picture"}
+        while leading != found:  # vertices that lead to a picture
+            found = set(leading)
+            leading |= {join["from"] for edge in edges for join in edge["joins"] if join["to"].startswith(tuple(found))}
+        for edge in (edge for edge in edges if any(join["to"].startswith(tuple(found)) for join in edge["joins"])):
             for mode, more in plain + other if edge["name"] in to_pictures else plain:
                 request = ["render", source, "-o", out, "--mode", mode, *words, "--via", edge["name"], *more]
                 done = subprocess.run([COMMAND, *map(str, request)], capture_output=True, text=True, env=self.env)
