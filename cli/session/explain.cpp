@@ -266,7 +266,7 @@ std::string result_of(const Session& session) {
                                     session.surface->closed ? "closed" : "open"));
     else
         parts.push_back((want.frames > 1 ? fmt::format("{} of ", want.frames) : "") +
-                        text_of(out, want.job == Job::warp ? want.axes : 2));
+                        text_of(out, want.job->samples ? want.axes : 2));
     parts.push_back(measured.steps.empty() ? "the input itself"
                                            : fmt::format("{}", fmt::join(measured.steps, " > ")));
     parts.push_back(seconds_text(median(measured.seconds)));
@@ -275,6 +275,8 @@ std::string result_of(const Session& session) {
     if (measured.error)
         parts.push_back(
             fmt::format("error {} measured", error_text({.error = measured.error->nrmse})));
+    else if (measured.refined && measured.refined->stopped)
+        parts.push_back("stopped on the way");  // what is predicted is of all slices
     else if (predicted.known && !session.surface)
         parts.push_back(fmt::format("error {} predicted", error_text(predicted)));
     else if (like && predicted.likeness == Likeness::alike)

@@ -65,6 +65,7 @@ class Progressive(Running):
         self.assertTrue(refined["stopped"])
         self.assertEqual([(seen["slices"], seen["depth"]) for seen in refined["pictures"]], [(slices, self.DEPTH)])
         self.assertIn(f"{slices} of {self.DEPTH} slices", self.said)
+        self.assertIn(", stopped on the way\n", self.said)
 
     def test_the_bound_holds_and_is_what_is_transparent(self):
         for edge, slices in (("composite.front_to_back/every=8", 8), ("composite.binary_tree_front_to_back/first=16", 16)):
