@@ -242,7 +242,8 @@ store::Selection selection_of(const SelectionWords& words) {
     store::Selection selection;
     selection.series = words.series;
     if (words.time) selection.time = static_cast<int>(whole_of("--time", *words.time, 0, kMost));
-    if (words.level) selection.level = static_cast<int>(whole_of("--level", *words.level, 0, kMost));
+    if (words.level)
+        selection.level = static_cast<int>(whole_of("--level", *words.level, 0, kMost));
     if (names_colours(words))
         throw RequestError(
             fmt::format("--channel: '{}' is merged by `edgewise render` alone; here expected one "
