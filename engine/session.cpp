@@ -254,8 +254,9 @@ double pinned_bytes(const Session& session) {
     // The planner counts one result; the others wait in memory as well.
     double pinned = samples + shown_bytes(session);
     if (!session.writes_at_once()) pinned += frame * (want.frames - 1);
-    // A single result is finished after the samples are given back.
-    pinned += want.frames > 1 ? written : std::max(0.0, written - samples);
+    // A single result is finished after the samples are given back, pictures on the way before.
+    const bool on_the_way = session.refinement && session.refinement->writes();
+    pinned += want.frames > 1 || on_the_way ? written : std::max(0.0, written - samples);
     return pinned;
 }
 

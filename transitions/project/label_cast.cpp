@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 
 #include "graph/label_surface.hpp"
 #include "graph/spread.hpp"
+#include "graph/with_type.hpp"
 #include "transitions/project/no_rays.hpp"
 #include "transitions/project/picture.hpp"
 
@@ -23,26 +23,6 @@ constexpr const char* kLit = "label_cast/lit";
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Vec3 vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
-
-/// Calls body with a value of the type of samples that labels may have.
-/// @throws std::logic_error for others
-template <class Body>
-decltype(auto) with_label_type(Type type, Body&& body) {
-    switch (type) {
-        case Type::u8:
-            return body(std::uint8_t{});
-        case Type::i8:
-            return body(std::int8_t{});
-        case Type::u16:
-            return body(std::uint16_t{});
-        case Type::i16:
-            return body(std::int16_t{});
-        case Type::f32:
-            return body(float{});
-        default:
-            throw std::logic_error("labels of a type that is converted first");
-    }
-}
 
 /// The first voxel of a ray with a label.
 template <class T>
@@ -258,7 +238,7 @@ void count_labels(const Data& input, const Request& want, std::map<std::string, 
     if (!shows_labels(want) || !no_rays(input.what, {want, nothing}).empty() ||
         !kernels::in_lanes(input.what.type))
         return;
-    with_label_type(input.what.type, [&](auto zero) {
+    with_type(input.what.type, [&](auto zero) {
         const LabelRays<decltype(zero)> rays(input, want, 0);
         constexpr int kSide = 24;
         double passed = 0, lit = 0;
@@ -276,7 +256,7 @@ void count_labels(const Data& input, const Request& want, std::map<std::string, 
 void run_labels(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
                 Context& context) {
     const LabelLight light(offer.from, ask.want, context.view);
-    with_label_type(in.what.type, [&](auto zero) {
+    with_type(in.what.type, [&](auto zero) {
         const LabelRays<decltype(zero)> rays(in, ask.want, context.view);
         constexpr std::int64_t kSide = 32;
         for_tiles(region, kSide, kSide, context, [&](const Region& tile) {
