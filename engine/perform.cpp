@@ -138,7 +138,7 @@ class Performance {
         const auto begin = Clock::now();
         FrontSeen seen{front.view, front.slices, front.depth, since(began_), {}};
         const bool whole = front.slices == front.depth;
-        if (!whole) seen.bound = front_bound_of(front.picture);
+        if (!whole) seen.bound = front_bound_of(front.picture, most_light_of(want_.shading));
         refined_.pictures.push_back(seen);
         if (whole) return true;
         const std::optional<double> limit = session_.refinement->stop_after();

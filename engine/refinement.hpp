@@ -6,16 +6,20 @@
 #include <vector>
 
 #include "graph/front_watch.hpp"
+#include "graph/shading.hpp"
 
 namespace edgewise {
 
-/// How much a picture of what lies in front may still change. Light of a sample is at most 1, so a
-/// pixel changes by no more than its transparency, in each colour and in opacity.
+/// How much a picture of what lies in front may still change. A pixel changes by no more than its
+/// transparency times the most light that a sample sends, in each colour and in opacity.
 struct FrontBound {
     double most = 0, mean = 0;  // over pixels
 };
 /// @param picture  [ny, nx, 4] f32: premultiplied red, green, blue, opacity
-FrontBound front_bound_of(const Data& picture);
+/// @param light    as most_light_of()
+FrontBound front_bound_of(const Data& picture, double light = 1);
+/// No sample of a colour of at most 1 sends more light than this in any channel; at least 1.
+double most_light_of(const Shading& shading);
 
 /// A picture on the way.
 struct FrontSeen {

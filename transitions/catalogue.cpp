@@ -23,6 +23,7 @@
 #include "transitions/project/combine.hpp"
 #include "transitions/project/depth.hpp"
 #include "transitions/project/distance_cast.hpp"
+#include "transitions/project/front_cast.hpp"
 #include "transitions/project/importance_cast.hpp"
 #include "transitions/project/label_cast.hpp"
 #include "transitions/project/octree_cast.hpp"
@@ -119,6 +120,7 @@ Catalogue catalogue() {
         octree_cast(),
         distance_cast(),
         importance_cast(),
+        front_cast(),
         level_cast(),
         label_cast(),
         depth_cast(),

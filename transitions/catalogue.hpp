@@ -10,10 +10,8 @@ namespace edgewise {
 /// order in which preparations apply in object space.
 Catalogue catalogue();
 
-/// The same edges, of which those that can stop on the way show their pictures to a watch.
+/// The same edges. Those that make a picture from the front show it to a watch on the way; others
+/// that make pictures refuse to.
 Catalogue watched(Catalogue edges, const FrontWatch& watch);
-/// The demands of a request whose pictures on the way are watched: those that are asked for, and
-/// composite.front_to_back where none of them names an edge that shows any.
-Demands watched(Demands asked);
 
 }  // namespace edgewise

@@ -4,32 +4,44 @@
 #include "transitions/catalogue.hpp"
 #include "transitions/composite/binary_tree_front_to_back.hpp"
 #include "transitions/composite/front_to_back.hpp"
+#include "transitions/project/front_cast.hpp"
 
 namespace edgewise {
 namespace {
 
-/// The edges that show pictures on the way; the first is the usual one.
+/// The edges that show pictures on the way. Trees take fewer pictures than asked for, so they are
+/// left to demands.
 std::vector<Transition> showing(const FrontWatch& watch) {
-    return {front_to_back_over(watch), binary_tree_front_to_back_over(watch)};
+    std::vector<Transition> edges{front_cast(watch), front_to_back_over(watch),
+                                  binary_tree_front_to_back_over(watch)};
+    for (Transition& edge : edges) edge.on_demand = edge.name == edges.back().name;
+    return edges;
+}
+
+/// Other edges that make pictures refuse to.
+void show_nothing(Transition& edge) {
+    const bool pictures = std::ranges::any_of(
+        edge.joins, [](const auto& join) { return join.second == "screen/picture"; });
+    if (!pictures) return;
+    edge.offer = [](const Representation&, const Ask&, const Parameters&) {
+        return Offer::no("shows no pictures on the way");
+    };
 }
 
 }  // namespace
 
 Catalogue watched(Catalogue edges, const FrontWatch& watch) {
-    for (const Transition& shows : showing(watch))
-        for (std::size_t i = 0; i < edges.size(); ++i)
-            if (edges[i].name == shows.name) edges[i] = shows;
+    const std::vector<Transition> shown = showing(watch);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        Transition& edge = edges[i];
+        const auto shows = std::ranges::find(shown, edge.name, &Transition::name);
+        if (shows == shown.end()) {
+            show_nothing(edge);
+            continue;
+        }
+        edge = *shows;
+    }
     return edges;
-}
-
-Demands watched(Demands asked) {
-    const std::vector<Transition> edges = showing({});
-    const bool named = std::ranges::any_of(asked.via, [&](const Demand& demand) {
-        return std::ranges::any_of(
-            edges, [&](const Transition& edge) { return demand.name == edge.name; });
-    });
-    if (!named) asked.via.push_back({edges.front().name});
-    return asked;
 }
 
 }  // namespace edgewise

@@ -27,10 +27,7 @@ Session session_of(const JobOptions& options, Messages& messages) {
     Catalogue edges = catalogue();
     RequestSpec spec = spec_of(options, edges);
     const std::shared_ptr<Refinement> refinement = refinement_of(options, spec);
-    if (refinement) {
-        edges = watched(std::move(edges), refinement->watch());
-        spec.demands = watched(std::move(spec.demands));
-    }
+    if (refinement) edges = watched(std::move(edges), refinement->watch());
     Session session(std::move(spec), std::move(edges), chosen_profile(options.machine), messages);
     session.refinement = refinement;
     return session;

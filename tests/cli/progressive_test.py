@@ -123,6 +123,40 @@ class Progressive(Running):
         self.run_it(*words, "--stop-after", "1h")
         self.assertTrue(json.loads((self.folder / "r.json").read_text())["measured"]["kept"])
 
+    def test_a_cast_ends_with_the_picture_of_all_rays(self):
+        scene = ("phantom:gaussians:32", "--mode", "composite", "--max-error", "9", "--size", "75x50", "--rotate", "10,20,30")
+        for words in ((), ("--shade", "phong", "--light", "1,0,-1,2"), ("--perspective", "50"), ("--depth-cue", "0.02"),
+                      ("--perspective", "70", "--eye", "16,15,12", "--look-at", "20,10,30", "--shade", "phong"),
+                      ("--clip-plane", "1,1,0,-20"), ("--shade", "phong", "--shadows")):
+            pictures = {}
+            for name, via, more in (("whole", "project.ray_cast/filter=foh/step=0.5", ()),
+                                    ("cast", "project.front_cast/filter=foh/step=0.5", ()),
+                                    ("shown", "project.front_cast/filter=foh/step=0.5", ("--progressive", "--threads", "2")),
+                                    ("front", "project.front_cast/filter=foh/step=0.5", ("--stop-after", "0", "--json", self.folder / "r.json"))):
+                self.run_it("render", *scene, *words, "--via", via, *more, "-o", self.folder / "p.nrrd")
+                pictures[name] = files.read(self.folder / "p.nrrd")[0].astype(float)
+            self.assertGreater(pictures["whole"].max(), 0.05, words)
+            np.testing.assert_allclose(pictures["cast"], pictures["whole"], atol=2e-6, rtol=2e-6, err_msg=str(words))
+            np.testing.assert_array_equal(pictures["shown"], pictures["cast"])
+            refined = json.loads((self.folder / "r.json").read_text())["measured"]["refined"]
+            self.assertTrue(refined["stopped"], words)
+            off = np.abs(pictures["front"] - pictures["whole"]).max()
+            self.assertLessEqual(off, refined["pictures"][-1]["bound"]["most"] + 1e-6)
+            self.assertGreater(off, 1e-3, words)
+
+    def test_a_front_is_the_picture_of_the_slices_in_front(self):
+        for slabs in (2, 5, 8, 40, 4000):
+            front = self.light(self.DEPTH / min(slabs, self.DEPTH))
+            self.run_it("render", self.source, "-o", self.folder / "p.nrrd", "--mode", "composite", "--transfer", self.transfer, "--max-error", "9",
+                        "--via", f"project.front_cast/step=1/slabs={slabs}", "--stop-after", "0")
+            picture = files.read(self.folder / "p.nrrd")[0]
+            np.testing.assert_allclose(picture, np.broadcast_to(front, picture.shape), rtol=1e-5)
+
+    def test_other_edges_say_that_they_show_nothing(self):
+        done = self.run_it("render", self.source, "-o", self.folder / "p.nrrd", "--mode", "composite", "--transfer", self.transfer,
+                           "--via", "project.ray_cast", "--progressive", code=3)
+        self.assertIn("shows no pictures on the way", done.stderr.decode())
+
     def test_refuses_what_cannot_be(self):
         for words, said in ((("--progressive", "--strict"), "--strict"), (("--stop-after", "1h", "--strict"), "--strict"),
                             (("--stop-after", "soon"), "--stop-after: 'soon'"), (("--stop-after", "-1s"), "--stop-after: -1s is negative"),
@@ -133,7 +167,7 @@ class Progressive(Running):
             "render", self.source, "-o", "x.gif", "--mode", "composite", "--turntable", "3", "--progressive", code=2).stderr.decode())
         self.assertIn("-o -: pictures on the way", self.run_it(
             "render", self.source, "-o", "-", "--mode", "composite", "--progressive", code=2).stderr.decode())
-        self.assertIn("light needs gradients", self.render("--progressive", "--shade", "phong", code=3))
+        self.assertIn("no --via warp.backward", self.render("--progressive", "--shade", "phong", code=3))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "engine/session.hpp"
 #include "planner/profile.hpp"
@@ -29,6 +30,31 @@ TEST(FrontBound, IsTheTransparencyThatIsLeft) {
     EXPECT_EQ(bound.mean, (1 + 0.75 + 0 + 0.5) / 4);
 }
 
+TEST(FrontBound, NoSampleSendsMoreThanTheMostLight) {
+    std::mt19937 random(7);
+    std::normal_distribution<double> any;
+    const auto direction = [&] { return Vec3(any(random), any(random), any(random)).normalized(); };
+    for (const Shade by : {Shade::phong, Shade::torrance_sparrow, Shade::particles})
+        for (const double phase : {0.0, 0.6, -0.9}) {
+            Shading shading;
+            shading.by = by;
+            shading.phase = phase;
+            shading.material = {0.3, 0.9, 0.4, 6};
+            shading.lights = {{direction(), 1.5}, {direction(), 0.25}};
+            const double most = most_light_of(shading);
+            double seen = 0;
+            for (int i = 0; i < 20000; ++i) {
+                // Some look into a light, or stand where its mirror image is.
+                const Vec3 eye = i % 3 ? direction() : shading.lights[0].towards * (i % 2 ? 1 : -1);
+                const Lit lit = shading.at(i % 5 ? direction() : shading.lights[0].towards, eye);
+                seen = std::max(seen, lit.diffuse + lit.specular);
+            }
+            EXPECT_LE(seen, most + 1e-12);
+            EXPECT_GE(seen, 0.5 * most) << "the bound says something";
+        }
+    EXPECT_EQ(most_light_of({}), 1);
+}
+
 TEST(Refinement, GoesOnWhileNobodyTakesPictures) {
     const Data none;
     std::optional<Refinement> refinement(std::in_place, true);
@@ -49,7 +75,6 @@ std::vector<float> picture_after(double seconds, std::optional<Refined>& refined
     spec.mode = mode_named("composite");
     spec.threads = 1;
     spec.max_error = 9;
-    spec.demands = watched(Demands{});
     const auto refinement = std::make_shared<Refinement>(false, seconds);
     Listener listener;
     Session session(spec, watched(catalogue(), refinement->watch()), default_profile(), listener);

@@ -146,7 +146,7 @@ void Packet::reckon(const RayCast& cast, const ParallelRays& shared, std::size_t
         hn::Store(hn::DemoteTo(whole, value), whole, to + lane);
     };
     Spans box{hn::Set(d, cast.rays.start / cast.step),
-              hn::Set(d, std::numeric_limits<double>::infinity())};
+              hn::Set(d, cast.rays.end / cast.step)};
     Spans inner = box;
     VD origin[3];
     for (int axis = 0; axis < 3; ++axis) {

@@ -41,6 +41,7 @@ struct Rays {
     };
     Field origin, direction, measure{.base = {0, 0, 1}, .x = {}, .y = {}};
     double start = -std::numeric_limits<double>::infinity();  // nothing before this t (0: the eye)
+    double end = std::numeric_limits<double>::infinity();     // nothing from this t on
 };
 
 /// The largest sample (of max) or the largest opacity (of over) around each brick of 4^3 samples,

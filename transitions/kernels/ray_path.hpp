@@ -215,7 +215,7 @@ inline RayPath ray_path(const RayCast& cast, double px, double py) noexcept {
     const double below = taps_below(cast);
 
     RayPath path;
-    double low = cast.rays.start / cast.step, high = std::numeric_limits<double>::infinity();
+    double low = cast.rays.start / cast.step, high = cast.rays.end / cast.step;
     double inner_low = low, inner_high = high;
     for (int axis = 0; axis < 3; ++axis) {
         const double d = direction[axis] * cell, top = static_cast<double>(n[axis]) - 0.5;

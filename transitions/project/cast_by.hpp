@@ -13,7 +13,9 @@ struct CastBy {
     /// As kernels::ray_cast().
     std::function<void(const kernels::RayCast&, std::int64_t x, std::int64_t y, std::int64_t width,
                        std::int64_t height, float* out, std::ptrdiff_t row_floats)>
-        tile;
+        tile = {};
+    /// Casts a region of the picture, in place of its tiles.
+    std::function<void(const kernels::RayCast&)> region = {};
     /// How far the values that it makes may lie beyond samples, given that of the filter; absent:
     /// as far. What bricks leave out hangs on it.
     std::function<kernels::Overshoot(const kernels::Overshoot&)> beyond = {};

@@ -428,6 +428,7 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
     }
     context.poll();
     cast.bricks = bricks.get();
+    if (by.region) return by.region(cast);
     const std::int64_t row = out.row();
     const std::int64_t side = tile_side(out.what.extent);
     for_tiles(region, side, side, context, [&](const Region& tile) {
