@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """Which path wins where: a grid of scenes, each with its paths run and the planner's choice among them.
 
-Scenes are a dense and an almost empty volume, small and large, in six modes, as small and large pictures, once and as a
-turntable. Of each the fastest path within an error of 0.02 is told by what was measured, with how much longer the best path of
+Scenes are dense, almost empty and empty volumes, of 8^3 to 512^3 samples, in six modes, as pictures of 64^2 to 1024^2, once and
+as turntables. Of each the fastest path within an error of 0.02 is told by what was measured, with how much longer the best path of
 another family takes. Writes a table in Markdown and the measurements as JSON.
-Usage: EDGEWISE=build/release/bin/edgewise benchmarks/scene_map.py [OUT.md [OUT.json [VOLUME...]]], VOLUME: dense32, dense128, sparse128
+Usage: EDGEWISE=build/release/bin/edgewise benchmarks/scene_map.py [OUT.md [OUT.json [VOLUME...]]], VOLUME: dense8, dense32, dense128,
+dense512, sparse128, sparse512, empty128
 """
 import itertools
 import json
@@ -20,7 +21,7 @@ from scipy import ndimage
 EDGEWISE = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="edgewise-map-"))
 PREPARATIONS = {"store.crop", "store.precision", "filter.prefilter", "warp.axis_permutation"}
-LIMIT, BUDGET = 14, 0.02
+LIMIT, WIDE_LIMIT, BUDGET = 14, 7, 0.02  # paths of a scene; of those that take minutes
 
 
 def write_nrrd(path, samples):
@@ -31,6 +32,8 @@ def write_nrrd(path, samples):
 
 def volume(kind, n):
     rng = np.random.default_rng(7)
+    if kind == "empty":
+        return np.zeros((n, n, n), "u1")
     if kind == "dense":
         smooth = ndimage.gaussian_filter(rng.random((n, n, n)).astype("f4"), n / 40, mode="wrap")
         return np.uint8(255 * (smooth - smooth.min()) / np.ptp(smooth))
@@ -56,10 +59,10 @@ def family(steps):
     return " > ".join(step.split("/")[0] for step in steps if step.split("/")[0] not in PREPARATIONS)
 
 
-def measured(source, words, frames, size):
+def measured(source, words, frames, size, limit=LIMIT):
     out = WORK / "chart.json"
     turn = ["--turntable", frames] if frames > 1 else ["--rotate", "20,30,0"]
-    done = subprocess.run([EDGEWISE, "chart", "render", source, *map(str, [*words, *turn, "--size", size]), "--limit", str(LIMIT), "-o",
+    done = subprocess.run([EDGEWISE, "chart", "render", source, *map(str, [*words, *turn, "--size", size]), "--limit", str(limit), "-o",
                            str(out), "--quiet"], capture_output=True, text=True)
     if done.returncode:
         print(f"{source} {words}: {done.stderr}", file=sys.stderr)
@@ -91,15 +94,19 @@ def main():
              "lit": [*transfer("lit", 0.9), "--shade", "phong"], "surface": ["--mode", "surface", "--isovalue", 100]}
     lines = ["| volume | mode | picture | views | fastest within 0.02 | ms a view | next family | times as long | the planner's choice |",
              "|---|---|---:|---:|---|---:|---|---:|---|"]
-    wins, everything = {}, []
-    for (kind, n), (mode, words), size, frames in itertools.product([("dense", 32), ("dense", 128), ("sparse", 128)], modes.items(),
-                                                                   (64, 384), (1, 24)):
+    wins, everything, scenes = {}, [], []
+    middle, wide = [(64, 1), (64, 24), (384, 1), (384, 24)], [(64, 1), (64, 360), (1024, 1)]
+    volumes = {("dense", 8): wide, ("dense", 32): middle, ("dense", 128): middle, ("dense", 512): wide, ("sparse", 128): middle,
+               ("sparse", 512): wide, ("empty", 128): wide}
+    for (kind, n), (mode, words) in itertools.product(volumes, modes.items()):
         if sys.argv[3:] and f"{kind}{n}" not in sys.argv[3:]:
             continue
+        scenes += [(kind, n, mode, words, size, frames) for size, frames in volumes[kind, n]]
+    for kind, n, mode, words, size, frames in scenes:
         source = WORK / f"{kind}{n}.nrrd"
         if not source.exists():
             write_nrrd(source, volume(kind, n))
-        rows = measured(source, words, frames, size)
+        rows = measured(source, words, frames, size, WIDE_LIMIT if volumes[kind, n] is wide else LIMIT)
         if not rows:
             continue
         best = rows[0]
