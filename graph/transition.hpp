@@ -110,8 +110,8 @@ struct Transition {
     std::function<Offer(const Representation& from, const Ask&, const Parameters& with)> offer = {};
     /// One run, one view.
     std::function<Work(const Offer&, const Ask&, int view)> work = {};
-    /// What it adds, and how what came before passes. Absent: it is measured by running the edge on
-    /// a few drawn tiles (error_of).
+    /// What it adds, and how what came before passes. Absent: it is measured by running the edge
+    /// on the request, or on drawn parts of it (error_of).
     std::function<Error(const Offer&, const Ask&)> error = {};
     /// Adds what its counts ask of the data to the facts of a scene. Absent: the statistics do.
     std::function<void(const Data& input, const Request&, std::map<std::string, double>& facts,

@@ -18,14 +18,17 @@
 namespace edgewise {
 namespace {
 
-constexpr int kTiles = 6, kTries = 200;
-constexpr std::int64_t kSide = 24, kSideOfBox = 12;  // of a tile of pixels, and of samples
-constexpr std::int64_t kMargin = 8;  // samples around what a tile sees, for filters' support
+constexpr int kBoxes = 6, kPictures = 4, kTries = 200;
+constexpr std::int64_t kSideOfBox = 12;        // of a tile of a warp
+constexpr std::int64_t kMargin = 8;            // samples around what it sees, for filters' support
+constexpr std::int64_t kMostPixels = 1 << 22;  // that are made, of all tiles of pictures
+constexpr std::int64_t kRays = 512;            // that are compared, of all tiles of pictures
 
-/// A tile of one view's output, and the part of the input that it sees.
+/// A part of one view's output, and the part of the input that it is made from.
 struct Tile {
     int view = 0;
     Region output = {}, input = {};
+    double weight = 0;  // output samples of it that see the input, about
 };
 
 void include(const Vec3& p, Region& box) {
@@ -36,25 +39,18 @@ void include(const Vec3& p, Region& box) {
     }
 }
 
-/// The box around what output samples see, within the input; empty: they see nothing.
+/// The box around what a warp's output samples see, within the input; empty: they see nothing.
 Region seen_by(const Request& want, const ViewGeometry& geometry, int view, const Region& output) {
     constexpr std::int64_t kFar = std::int64_t{1} << 40;
     Region box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
     bool any = false;
     for (std::int64_t z = output.begin[2]; z < output.end[2]; ++z)
         for (std::int64_t y = output.begin[1]; y < output.end[1]; ++y)
-            for (std::int64_t x = output.begin[0]; x < output.end[0]; ++x) {
-                if (want.job->of_rays()) {
-                    const auto ray = geometry.ray({view, x, y, 0});
-                    if (!ray) continue;
-                    include(ray->origin + ray->low * ray->direction, box);
-                    include(ray->origin + ray->high * ray->direction, box);
-                    any = true;
-                } else if (const auto p = geometry.point({view, x, y, z})) {
+            for (std::int64_t x = output.begin[0]; x < output.end[0]; ++x)
+                if (const auto p = geometry.point({view, x, y, z})) {
                     include(*p, box);
                     any = true;
                 }
-            }
     if (!any) return {};
     for (int axis = 0; axis < 3; ++axis) {
         box.begin[axis] = std::clamp<std::int64_t>(box.begin[axis], 0, want.input[axis]);
@@ -63,33 +59,115 @@ Region seen_by(const Request& want, const ViewGeometry& geometry, int view, cons
     return box;
 }
 
-/// Tiles that see the input, by the additive recurrence of the generalised golden ratio (Roberts
-/// 2018).
-std::vector<Tile> draw_tiles(const Request& want, bool whole_input) {
-    constexpr std::array<double, 4> kRatio = {0.8566749, 0.7338918, 0.6287067, 0.5385973};
-    const ViewGeometry geometry(want);
-    const Extent n = want.output();
-    const std::int64_t side = n.z > 1 ? kSideOfBox : kSide;
-    std::vector<Tile> tiles;
-    for (int i = 1; i <= kTries && tiles.size() < kTiles; ++i) {
-        const auto drawn = [&](int axis) { return std::fmod(0.5 + kRatio[axis] * i, 1.0); };
-        Tile tile{.view = static_cast<int>(drawn(3) * want.frames)};
+/// How many pixels of a tile have rays that meet the input, from a lattice of them.
+double pixels_seeing(const ViewGeometry& geometry, int view, const Region& output) {
+    constexpr std::int64_t kSide = 32;
+    const Extent n = output.extent();
+    const std::int64_t across = std::min(n.x, kSide), down = std::min(n.y, kSide);
+    std::int64_t seeing = 0;
+    for (std::int64_t j = 0; j < down; ++j)
+        for (std::int64_t i = 0; i < across; ++i)
+            seeing += geometry
+                          .ray({view, output.begin[0] + (2 * i + 1) * n.x / (2 * across),
+                                output.begin[1] + (2 * j + 1) * n.y / (2 * down), 0})
+                          .has_value();
+    return static_cast<double>(seeing * n.samples()) / static_cast<double>(across * down);
+}
+
+/// What runs are measured on.
+struct Tiles {
+    std::vector<Tile> drawn = {};
+    bool are_all = false;  // they hold all of the output
+};
+
+/// Which tiles there are, of sides `side`, in each view.
+class Tiling {
+ public:
+    Tiling(const Request& want, const std::array<std::int64_t, 3>& side)
+        : n_(want.output()), side_(side), frames_(want.frames) {}
+
+    std::int64_t count(int axis) const { return (n_[axis] + side_[axis] - 1) / side_[axis]; }
+    std::int64_t count() const { return count(0) * count(1) * count(2) * frames_; }
+    /// @param at  along x, y, z and views, of each 0 to 1
+    Tile tile(const std::array<double, 4>& at) const {
+        Tile tile{.view = static_cast<int>(at[3] * frames_)};
         for (int axis = 0; axis < 3; ++axis) {
-            const std::int64_t count = (n[axis] + side - 1) / side;
-            const auto place = static_cast<std::int64_t>(drawn(axis) * static_cast<double>(count));
-            tile.output.begin[axis] = place * side;
-            tile.output.end[axis] = std::min(n[axis], (place + 1) * side);
+            const auto place = static_cast<std::int64_t>(at[static_cast<std::size_t>(axis)] *
+                                                         static_cast<double>(count(axis)));
+            tile.output.begin[axis] = place * side_[axis];
+            tile.output.end[axis] = std::min(n_[axis], (place + 1) * side_[axis]);
         }
-        const bool known = std::any_of(tiles.begin(), tiles.end(), [&](const Tile& other) {
-            return other.view == tile.view && other.output == tile.output;
-        });
-        if (known) continue;
-        tile.input = seen_by(want, geometry, tile.view, tile.output);
-        if (tile.input.empty()) continue;
-        if (whole_input) tile.input = Region::all(want.input);
-        tiles.push_back(tile);
+        return tile;
+    }
+    Tile tile(std::int64_t place) const {
+        std::array<double, 4> at{};
+        for (int axis = 0; axis < 3; place /= count(axis), ++axis)
+            at[static_cast<std::size_t>(axis)] =
+                (static_cast<double>(place % count(axis)) + 0.5) / static_cast<double>(count(axis));
+        at[3] = (static_cast<double>(place) + 0.5) / frames_;
+        return tile(at);
+    }
+
+ private:
+    Extent n_;
+    std::array<std::int64_t, 3> side_;
+    int frames_;
+};
+
+/// All tiles, where these are few; else some, by the additive recurrence of the generalised golden
+/// ratio (Roberts 2018).
+/// @param sees  completes a tile; false: it does not see the input
+template <class Sees>
+Tiles drawn_of(const Tiling& all, std::size_t most, const Sees& sees) {
+    constexpr std::array<double, 4> kRatio = {0.8566749, 0.7338918, 0.6287067, 0.5385973};
+    Tiles tiles{.are_all = all.count() <= static_cast<std::int64_t>(most)};
+    const auto take = [&](Tile tile) {
+        const bool known =
+            std::any_of(tiles.drawn.begin(), tiles.drawn.end(), [&](const Tile& other) {
+                return other.view == tile.view && other.output == tile.output;
+            });
+        if (!known && sees(tile)) tiles.drawn.push_back(tile);
+    };
+    if (tiles.are_all) {
+        for (std::int64_t place = 0; place < all.count(); ++place) take(all.tile(place));
+        return tiles;
+    }
+    for (int i = 1; i <= kTries && tiles.drawn.size() < most; ++i) {
+        std::array<double, 4> at{};
+        for (std::size_t axis = 0; axis < at.size(); ++axis)
+            at[axis] = std::fmod(0.5 + kRatio[axis] * i, 1.0);
+        take(all.tile(at));
     }
     return tiles;
+}
+
+/// Pictures are made whole where they are not too large: views where these are many, parts of a
+/// view where it is very large. An edge may well do another thing on a part of the input, where
+/// slices begin elsewhere and empty bricks are others, so that each part is made from all of it.
+Tiles tiles_of_pictures(const Request& want) {
+    const ViewGeometry geometry(want);
+    const Extent n = want.output();
+    const bool few = n.x * n.y <= kMostPixels / std::min(want.frames, kPictures);
+    const auto part = static_cast<std::int64_t>(std::sqrt(kMostPixels / kPictures));
+    const Tiling all(want, {few ? n.x : part, few ? n.y : part, 1});
+    return drawn_of(all, kPictures, [&](Tile& tile) {
+        tile.input = Region::all(want.input);
+        tile.weight = pixels_seeing(geometry, tile.view, tile.output);
+        return tile.weight > 0;
+    });
+}
+
+/// Boxes of a warp, each made from the part of the input that it sees.
+Tiles tiles_of_warp(const Request& want, bool whole_input) {
+    const ViewGeometry geometry(want);
+    const std::int64_t side = want.output().z > 1 ? kSideOfBox : 2 * kSideOfBox;
+    return drawn_of(Tiling(want, {side, side, side}), kBoxes, [&](Tile& tile) {
+        tile.input = seen_by(want, geometry, tile.view, tile.output);
+        if (tile.input.empty()) return false;
+        if (whole_input) tile.input = Region::all(want.input);
+        tile.weight = static_cast<double>(tile.output.extent().samples());
+        return true;
+    });
 }
 
 Transform shifted_by(const std::array<std::int64_t, 3>& by, double sign) {
@@ -126,8 +204,10 @@ Request request_of(const Request& want, const Tile& tile) {
     return part;
 }
 
-std::shared_ptr<Data> part_of(const Data& input, const Region& box,
-                              std::pmr::memory_resource* memory) {
+/// The samples of a box; of all of the input itself, which must stay alive.
+std::shared_ptr<const Data> part_of(const Data& input, const Region& box,
+                                    std::pmr::memory_resource* memory) {
+    if (box == Region::all(input.what.extent)) return {std::shared_ptr<const Data>(), &input};
     Representation what = input.what;
     what.extent = box.extent();
     auto part = std::make_shared<Data>(Data::make(what, memory));
@@ -146,34 +226,94 @@ std::shared_ptr<Data> part_of(const Data& input, const Region& box,
 
 using Arcs = std::vector<Graph::edge_descriptor>;
 
-/// The fewest edges from a source to a target; empty: there is no way.
-Arcs shortest_path(const TransformGraph& spanned) {
-    std::map<Graph::vertex_descriptor, Graph::edge_descriptor> by;
-    std::queue<Graph::vertex_descriptor> open;
-    std::vector<bool> met(boost::num_vertices(spanned.graph));
-    for (const auto source : spanned.sources) {
-        open.push(source);
-        met[source] = true;
-    }
-    for (; !open.empty(); open.pop()) {
-        const auto at = open.front();
-        if (spanned.graph[at].target) {
-            Arcs path;
-            for (auto here = at; by.contains(here);
-                 here = boost::source(path.back(), spanned.graph))
-                path.push_back(by.at(here));
-            std::reverse(path.begin(), path.end());
-            return path;
+/// From each vertex that some are reached from, or that reaches them, the next edge towards them.
+class Nearest {
+ public:
+    enum class Way { from, to };
+
+    Nearest(const TransformGraph& spanned, const std::vector<Graph::vertex_descriptor>& ends,
+            Way way)
+        : graph_(spanned.graph), way_(way), met_(boost::num_vertices(graph_)) {
+        std::queue<Graph::vertex_descriptor> open;
+        for (const auto end : ends) {
+            open.push(end);
+            met_[end] = true;
         }
-        for (const auto arc : boost::make_iterator_range(boost::out_edges(at, spanned.graph))) {
-            const auto next = boost::target(arc, spanned.graph);
-            if (met[next]) continue;
-            met[next] = true;
-            by.emplace(next, arc);
-            open.push(next);
+        for (; !open.empty(); open.pop()) {
+            const auto visit = [&](const Graph::edge_descriptor& arc) {
+                const auto next =
+                    way == Way::from ? boost::target(arc, graph_) : boost::source(arc, graph_);
+                if (met_[next]) return;
+                met_[next] = true;
+                by_.emplace(next, arc);
+                open.push(next);
+            };
+            if (way == Way::from)
+                for (const auto arc :
+                     boost::make_iterator_range(boost::out_edges(open.front(), graph_)))
+                    visit(arc);
+            else
+                for (const auto arc :
+                     boost::make_iterator_range(boost::in_edges(open.front(), graph_)))
+                    visit(arc);
         }
     }
-    return {};
+
+    bool meets(Graph::vertex_descriptor at) const { return met_[at]; }
+    /// The fewest edges between a vertex and an end, in their order.
+    Arcs path(Graph::vertex_descriptor at) const {
+        Arcs path;
+        while (by_.contains(at)) {
+            path.push_back(by_.at(at));
+            at = way_ == Way::from ? boost::source(path.back(), graph_)
+                                   : boost::target(path.back(), graph_);
+        }
+        if (way_ == Way::from) std::reverse(path.begin(), path.end());
+        return path;
+    }
+
+ private:
+    const Graph& graph_;
+    Way way_;
+    std::vector<bool> met_;
+    std::map<Graph::vertex_descriptor, Graph::edge_descriptor> by_;
+};
+
+/// The shortest path through an edge, and one for each other extent that the edge is given by edges
+/// that copy samples: where the input was cropped, slices begin elsewhere.
+std::vector<Arcs> shortest_paths(const TransformGraph& spanned, const Catalogue& catalogue,
+                                 const Ask& ask, const Demand& edge) {
+    const Nearest from(spanned, spanned.sources, Nearest::Way::from);
+    const Nearest to(spanned, spanned.targets, Nearest::Way::to);
+    const auto copies = [&](const Graph::edge_descriptor& arc) {
+        const Arc& step = spanned.graph[arc];
+        return catalogue[static_cast<std::size_t>(step.edge)].error_of(step.offer, ask).copies;
+    };
+    Arcs shortest;
+    std::map<std::array<std::int64_t, 3>, Arcs> paths;
+    const auto keep = [](Arcs& known, const Arcs& path) {
+        if (known.empty() || path.size() < known.size()) known = path;
+    };
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
+        const Arc& step = spanned.graph[arc];
+        const auto before = boost::source(arc, spanned.graph),
+                   behind = boost::target(arc, spanned.graph);
+        if (!edge.fits(catalogue[static_cast<std::size_t>(step.edge)], step.offer.with) ||
+            !from.meets(before) || !to.meets(behind))
+            continue;
+        Arcs path = from.path(before);
+        const bool copied = std::all_of(path.begin(), path.end(), copies);
+        path.push_back(arc);
+        const Arcs rest = to.path(behind);
+        path.insert(path.end(), rest.begin(), rest.end());
+        const Extent& n = step.offer.from.extent;
+        keep(shortest, path);
+        if (copied) keep(paths[{n.x, n.y, n.z}], path);
+    }
+    if (paths.empty() && !shortest.empty()) return {shortest};
+    std::vector<Arcs> all;
+    for (auto& [extent, path] : paths) all.push_back(std::move(path));
+    return all;
 }
 
 /// Runs one edge whole, region by region.
@@ -182,7 +322,8 @@ std::shared_ptr<Data> run_edge(const Transition& edge, const Offer& offer, const
     Context context;
     context.memory = memory;
     const Partition parts = edge.parts(offer, ask);
-    auto out = std::make_shared<Data>(Data::make(offer.to, memory));
+    auto out = std::make_shared<Data>(edge.attaches ? Data::sharing(in, offer.to)
+                                                    : Data::make(offer.to, memory));
     bool first = true;
     for (const Region& region : regions_of(parts, offer)) {
         if (parts.kind == Partition::input && !first) {
@@ -199,42 +340,95 @@ std::shared_ptr<Data> run_edge(const Transition& edge, const Offer& offer, const
 
 /// What running an edge on one tile gave.
 struct Measured {
-    double square = 0;   // of the error [value of the edge's output squared]
-    double samples = 0;  // that were compared
+    double weight = 0;
+    double square = 0, variance = 0;  // of the error, and of this estimate of it
+    double range = 0;                 // that counts as an error of 1 there [value]
 };
 
-/// A path through an edge, and where there is none, through what else was asked for before it.
-Arcs path_through(const Catalogue& catalogue, const Ask& ask, const Representation& input,
-                  const Demand& edge, const Demands& asked, TransformGraph& spanned) {
+/// A tile, and the reference of it, which all edges are held against.
+class MeasuredTile {
+ public:
+    /// @param compared  so many output samples; 0: all
+    MeasuredTile(const Data& input, const Request& want, const Phantom* formula, const Tile& tile,
+                 std::int64_t compared, std::pmr::memory_resource* memory)
+        : weight_(tile.weight),
+          part_(request_of(want, tile)),
+          data_(part_of(input, tile.input, memory)),
+          field_(*data_, want.field, formula),
+          compared_(compared),
+          memory_(memory) {}
+
+    const Request& want() const { return part_; }
+    const Data& data() const { return *data_; }
+
+    /// @param path  with the edge, of which the result has `gain` times the error
+    std::optional<Measured> measure(const Data& result, double gain) {
+        // Of another seed than that of --verify, so that this is not the same draw again.
+        constexpr std::uint64_t kSeed = 0x5eed;
+        if (!verifier_) verifier_.emplace(part_, field_, compared_, kSeed, memory_);
+        Verified verified;
+        try {
+            verifier_->frame(0, result);
+            verified = verifier_->finish();
+        } catch (...) {
+            verifier_.reset();
+            throw;
+        }
+        if (verified.samples == 0 || !std::isfinite(verified.nrmse) || !(gain > 0))
+            return std::nullopt;
+        const double square = std::pow(verified.nrmse, 2), scale = verified.range / gain;
+        // The upper end lies so many standard errors above, or more where the tail is heavy.
+        constexpr double kOf95Percent = 1.959964;
+        const double error = (std::pow(verified.high, 2) - square) / kOf95Percent;
+        return Measured{weight_, square * scale * scale, std::pow(error * scale * scale, 2),
+                        verified.range};
+    }
+
+ private:
+    double weight_;
+    Request part_;
+    std::shared_ptr<const Data> data_;
+    ReferenceField field_;
+    std::int64_t compared_;
+    std::pmr::memory_resource* memory_;
+    std::optional<Verifier> verifier_;
+};
+
+/// Paths through an edge, and where there is none, through what else was asked for before it.
+std::vector<Arcs> paths_through(const Catalogue& catalogue, const Ask& ask,
+                                const Representation& input, const Demand& edge,
+                                const Demands& asked, TransformGraph& spanned) {
     std::vector<Demand> before;
     for (const Demand& other : asked.via)
         if (other.name != edge.name) before.push_back(other);
     before.push_back(edge);
     for (const std::vector<Demand>& via : {std::vector<Demand>{edge}, before}) {
         spanned = expand(catalogue, ask, {{input}}, {.via = via});
-        if (Arcs path = shortest_path(spanned); !path.empty()) return path;
+        std::vector<Arcs> paths = shortest_paths(spanned, catalogue, ask, edge);
+        if (!paths.empty()) return paths;
     }
     return {};
 }
 
-std::optional<Measured> measure_tile(const Catalogue& catalogue, const Demand& edge,
-                                     const Demands& asked, const Data& input,
-                                     const Statistics& statistics, const Request& want,
-                                     const Phantom* formula, const Scene& scene, const Tile& tile,
+/// Whether a path has room in the memory that a request may take. Where it has none, it is not
+/// taken either.
+bool has_room(const Catalogue& catalogue, const Ask& ask, const Data& data, const Arcs& path,
+              const TransformGraph& spanned, const std::optional<double>& most) {
+    if (!most) return true;
+    double bytes = data.what.bytes();
+    for (const auto arc : path) {
+        const Arc& step = spanned.graph[arc];
+        const Transition& by = catalogue[static_cast<std::size_t>(step.edge)];
+        bytes += step.offer.to.own_bytes() + by.work(step.offer, ask, 0).workspace;
+    }
+    return bytes <= *most;
+}
+
+std::optional<Measured> measure_path(MeasuredTile& tile, const Catalogue& catalogue, const Ask& ask,
+                                     const std::string& name, const Arcs& path,
+                                     const TransformGraph& spanned,
                                      std::pmr::memory_resource* memory) {
-    const Request part = request_of(want, tile);
-    std::shared_ptr<Data> data = part_of(input, tile.input, memory);
-    Scene seen = unseen_scene(statistics);
-    seen.occupied = Region::all(part.input);
-    seen.occupied_fraction = 1;
-    seen.facts = scene.facts;
-    seen.likely = scene.likely;
-    const Ask ask{part, seen};
-    TransformGraph spanned;
-    const Arcs path = path_through(catalogue, ask, data->what, edge, asked, spanned);
-    if (path.empty()) return std::nullopt;
-    const ReferenceField field(*data, want.field, formula);
-    std::shared_ptr<const Data> made = data;
+    std::shared_ptr<const Data> made(std::shared_ptr<const Data>(), &tile.data());
     double gain = 1;
     bool passed = false;
     for (const auto arc : path) {
@@ -242,14 +436,78 @@ std::optional<Measured> measure_tile(const Catalogue& catalogue, const Demand& e
         const Transition& by = catalogue[static_cast<std::size_t>(step.edge)];
         made = run_edge(by, step.offer, ask, *made, memory);
         if (passed) gain *= by.error_of(step.offer, ask).gain;
-        passed = passed || edge.name == by.name;
+        passed = passed || name == by.name;
     }
-    Verifier verifier(part, field, 0, 1, memory);
-    verifier.frame(0, *made);
-    const Verified verified = verifier.finish();
-    const double rms = verified.nrmse * verified.range;
-    if (verified.samples == 0 || !std::isfinite(rms) || !(gain > 0)) return std::nullopt;
-    return Measured{std::pow(rms / gain, 2), static_cast<double>(verified.samples)};
+    return tile.measure(*made, gain);
+}
+
+/// Of the paths through an edge the one that errs most.
+std::optional<Measured> measure_on(MeasuredTile& tile, const Catalogue& catalogue,
+                                   const Demand& edge, const Demands& asked, const Scene& seen,
+                                   const std::optional<double>& most_bytes,
+                                   std::pmr::memory_resource* memory) {
+    const Ask ask{tile.want(), seen};
+    TransformGraph spanned;
+    std::optional<Measured> worst;
+    for (const Arcs& path : paths_through(catalogue, ask, tile.data().what, edge, asked, spanned)) {
+        if (!has_room(catalogue, ask, tile.data(), path, spanned, most_bytes)) continue;
+        const auto measured = measure_path(tile, catalogue, ask, edge.name, path, spanned, memory);
+        if (measured && (!worst || measured->square > worst->square)) worst = measured;
+    }
+    return worst;
+}
+
+/// What edges know of a tile before they run.
+Scene scene_of(const Scene& scene, const Statistics& statistics, const Tile& tile,
+               const Extent& input) {
+    if (tile.input == Region::all(input)) return scene;
+    Scene seen = unseen_scene(statistics);
+    seen.occupied = Region::all(tile.input.extent());
+    seen.occupied_fraction = 1;
+    seen.facts = scene.facts;
+    seen.likely = scene.likely;
+    return seen;
+}
+
+/// An RMS error as a promise: raised by standard errors, as ErrorTally says.
+///
+/// Tiles of a few views, or of one, are all there are: each is a stratum with the standard error of
+/// its own draw. The Verifier stratifies that: what lies around the largest and smallest results is
+/// drawn in any case, half of the rest in proportion to how far off a cheap guess finds the result.
+/// So pixels at outlines, where intermediate images change from missing to meeting, are met as
+/// often as they matter. Where more tiles exist than were drawn, these are clusters, and what they
+/// differ by counts.
+ErrorEstimate estimate_on(const std::vector<Measured>& tiles, bool are_all) {
+    if (!are_all) {
+        ErrorTally tally;
+        for (const Measured& tile : tiles) {
+            tally.add(tile.square, tile.weight);
+            tally.close();
+        }
+        return estimate_of(std::array{Stratum{.tally = tally}});
+    }
+    double weights = 0, square = 0, variance = 0;
+    for (const Measured& tile : tiles) weights += tile.weight;
+    for (const Measured& tile : tiles) {
+        const double share = tile.weight / weights;
+        square += share * tile.square;
+        variance += share * share * tile.variance;
+    }
+    return {std::sqrt(square),
+            std::sqrt(square + ErrorTally::kStandardErrors * std::sqrt(variance))};
+}
+
+/// Edges without an answer about errors, by the fact that will tell it.
+std::map<std::string, Demand> edges_to_measure(const Catalogue& catalogue, const Ask& ask,
+                                               const Representation& input, const Demands& asked) {
+    std::map<std::string, Demand> edges;
+    const TransformGraph spanned = expand(catalogue, ask, {{input}}, {.via = asked.via});
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
+        const Transition& edge = catalogue[static_cast<std::size_t>(spanned.graph[arc].edge)];
+        const Parameters& with = spanned.graph[arc].offer.with;
+        if (!edge.error) edges.try_emplace(fact_of_runs(edge, with), Demand{edge.name, with});
+    }
+    return edges;
 }
 
 }  // namespace
@@ -260,38 +518,40 @@ void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& 
     if (std::all_of(catalogue.begin(), catalogue.end(),
                     [](const Transition& edge) { return bool(edge.error); }))
         return;
-    const TransformGraph spanned =
-        expand(catalogue, {want, scene}, {{input.what}}, {.via = asked.via});
-    std::map<std::string, Demand> edges;  // by fact
-    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
-        const Transition& edge = catalogue[static_cast<std::size_t>(spanned.graph[arc].edge)];
-        const Parameters& with = spanned.graph[arc].offer.with;
-        if (!edge.error) edges.try_emplace(fact_of_runs(edge, with), Demand{edge.name, with});
-    }
+    const std::map<std::string, Demand> edges =
+        edges_to_measure(catalogue, {want, scene}, input.what, asked);
     if (edges.empty()) return;
+    const bool pictures = want.job->of_rays();
     // A formula is told by the input's indices, of which a part has others.
-    const std::vector<Tile> tiles = draw_tiles(want, formula != nullptr);
-    for (const auto& [fact, edge] : edges) {
-        ErrorTally tally;
-        bool any = false;
-        for (const Tile& tile : tiles) {
-            std::optional<Measured> measured;
+    const Tiles tiles =
+        pictures ? tiles_of_pictures(want) : tiles_of_warp(want, formula != nullptr);
+    std::map<std::string, std::vector<Measured>> measured;
+    for (const Tile& drawn : tiles.drawn) {
+        const Scene seen = scene_of(scene, statistics, drawn, want.input);
+        const auto count = static_cast<std::int64_t>(tiles.drawn.size());
+        std::optional<MeasuredTile> tile;
+        for (const auto& [fact, edge] : edges) {
             try {
-                measured = measure_tile(catalogue, edge, asked, input, statistics, want, formula,
-                                        scene, tile, memory);
+                if (!tile)
+                    tile.emplace(input, want, formula, drawn, pictures ? kRays / count : 0, memory);
+                if (const auto found =
+                        measure_on(*tile, catalogue, edge, asked, seen, want.budget.bytes, memory))
+                    measured[fact].push_back(*found);
             } catch (const RequestError&) {  // not of this tile
             } catch (const RunError&) {
             } catch (const std::bad_alloc&) {
             }
-            if (!measured) continue;
-            tally.add(measured->square, measured->samples);
-            tally.close();
-            any = true;
         }
-        if (!any) continue;
-        const ErrorEstimate error = estimate_of(std::array{Stratum{.tally = tally}});
-        scene.facts[fact] = error.upper;
-        scene.likely[fact] = error.likely;
+    }
+    for (const auto& [fact, found] : measured) {
+        const bool all = tiles.are_all && found.size() == tiles.drawn.size();
+        const ErrorEstimate error = estimate_on(found, all && pictures);
+        // Whole pictures show which difference will count as 1, better than a preview does.
+        double range = 0;
+        for (const Measured& tile : found) range = std::max(range, tile.range);
+        const double scale = pictures && range > 0 ? scene.range / range : 1;
+        scene.facts[fact] = scale * error.upper;
+        scene.likely[fact] = scale * error.likely;
     }
 }
 

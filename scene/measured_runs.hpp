@@ -12,11 +12,13 @@
 namespace edgewise {
 
 /// Measures the errors of edges that have no answer of their own (Transition::error), by running
-/// them: on a few tiles of the output that are drawn evenly, from the part of the
-/// input that each tile sees, at full sampling. The result of the shortest path that goes through
-/// an edge is held against the reference of that part. Adds facts as fact_of_runs() names them, as
-/// errors of the edge's own samples: what later edges make of these is divided by their gains.
-/// Where nothing could be drawn or run there is no fact, and the error stays unknown.
+/// them. Pictures are made whole, of all views or of four, and some 500 of their pixels are drawn
+/// and held against the reference as --verify does it (Verifier). Of pictures beyond four million
+/// pixels four parts are made. Of a warp six boxes are made, each from the part of the input that
+/// it sees. Of the shortest paths that go through an edge, one with the whole input and one with a
+/// cropped one, the worse counts. Adds facts as fact_of_runs() names them, as errors of the edge's
+/// own samples: what later edges make of these is divided by their gains. Where nothing could be
+/// drawn or run, or memory is too small, there is no fact, and the error stays unknown.
 /// @param asked  edges that a path has to go through; those on demand are measured if they are
 /// @param scene  with the facts of models
 void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& input,

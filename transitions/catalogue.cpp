@@ -20,10 +20,12 @@
 #include "transitions/filter/van_herk.hpp"
 #include "transitions/net/spread.hpp"
 #include "transitions/project/adaptive_cast.hpp"
+#include "transitions/project/adaptive_quadrature.hpp"
 #include "transitions/project/combine.hpp"
 #include "transitions/project/depth.hpp"
 #include "transitions/project/distance_cast.hpp"
 #include "transitions/project/front_cast.hpp"
+#include "transitions/project/hull_cast.hpp"
 #include "transitions/project/importance_cast.hpp"
 #include "transitions/project/label_cast.hpp"
 #include "transitions/project/octree_cast.hpp"
@@ -32,11 +34,15 @@
 #include "transitions/project/ray_cast.hpp"
 #include "transitions/project/shear_warp.hpp"
 #include "transitions/project/shear_warp_perspective.hpp"
+#include "transitions/project/shear_warp_perspective_runs.hpp"
 #include "transitions/project/shear_warp_runs.hpp"
+#include "transitions/project/sliced_runs.hpp"
 #include "transitions/project/sorted_bricks.hpp"
 #include "transitions/project/sorted_mip.hpp"
 #include "transitions/project/splat.hpp"
 #include "transitions/project/splat_ewa.hpp"
+#include "transitions/project/splat_ewa_sheets.hpp"
+#include "transitions/project/splat_ordered.hpp"
 #include "transitions/project/splat_sheets.hpp"
 #include "transitions/project/trapezoid_cast.hpp"
 #include "transitions/radon/backward.hpp"
@@ -91,6 +97,7 @@ Catalogue catalogue() {
         precision(),
         gradient_facet(),
         visible_runs(),
+        sliced_runs(),
         sorted_bricks(),
         octree(),
         shade_classify(),
@@ -120,6 +127,8 @@ Catalogue catalogue() {
         octree_cast(),
         distance_cast(),
         importance_cast(),
+        adaptive_quadrature(),
+        hull_cast(),
         front_cast(),
         level_cast(),
         label_cast(),
@@ -127,10 +136,13 @@ Catalogue catalogue() {
         depth_light(),
         shear_warp(),
         shear_warp_perspective(),
+        shear_warp_perspective_runs(),
         shear_warp_runs(),
         splat(),
         splat_ewa(),
         splat_sheets(),
+        splat_ordered(),
+        splat_ewa_sheets(),
         // Appendix B: what project.combine does in one pass, in two.
         classify(),
         back_to_front_over(),

@@ -7,6 +7,13 @@ function(run)
     endif()
 endfunction()
 
+# Not optimised: what is looked at is whether the installed headers and libraries suffice, and all that optimisation would
+# have inlined or left out must be there to be linked. Assertions are as in the build.
+set(plain)
+if(build_type STREQUAL "Release")
+    set(plain "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG")
+endif()
+
 file(REMOVE_RECURSE ${scratch_dir})
 run(${CMAKE_COMMAND} --install ${build_dir} --prefix ${scratch_dir}/prefix)
 run(${CMAKE_COMMAND} -S ${consumer_dir} -B ${scratch_dir}/build
@@ -14,7 +21,8 @@ run(${CMAKE_COMMAND} -S ${consumer_dir} -B ${scratch_dir}/build
     -D CMAKE_CXX_COMPILER=${compiler}
     "-DCMAKE_CXX_FLAGS=${flags}"
     -D EXAMPLES=${examples_dir}
-    -D CMAKE_BUILD_TYPE=${build_type})
+    -D CMAKE_BUILD_TYPE=${build_type}
+    ${plain})
 run(${CMAKE_COMMAND} --build ${scratch_dir}/build)
 run(${scratch_dir}/build/consumer)
 run(${CMAKE_CTEST_COMMAND} --test-dir ${scratch_dir}/build --output-on-failure)

@@ -211,6 +211,7 @@ class Eyes(Running):
     def test_edges_that_need_parallel_rays_or_a_distance_say_so(self):
         words = (*words_of((6.3, 7.1, 4.4), (3, 2, 9)), "--max-error", "9")
         for edge, mode, reason in (("project.shear_warp_perspective", "mip", "inside the volume"), ("project.shear_warp", "mip", "finite distance"),
+                                   ("project.shear_warp_perspective_runs", "composite", "inside the volume"),
                                    ("project.splat_ewa", "xray", "beside the eye or behind it"), ("spectrum.slice", "xray", "perspective")):
             done = self.run_it("render", self.source, "-o", "null:", "--mode", mode, *words, "--via", edge, code=3)
             self.assertIn(reason, done.stderr.decode(), edge)

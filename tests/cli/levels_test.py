@@ -37,12 +37,12 @@ def follow(volume, turn, size, level):
         now = np.where(inside, value(at), np.nan)
         if before is not None:
             new = ~hit & (((before < 0) & (now >= 0)) | ((before >= 0) & (now < 0)))
-            low, high = np.full(x.shape, t - step), np.full(x.shape, t)
-            for _ in range(30):
+            low, high = np.full(new.sum(), t - step), np.full(new.sum(), t)
+            for _ in range(30 if new.any() else 0):
                 half = (low + high) / 2
-                same = (value(place(x, y, half)) >= 0) == (before >= 0)
+                same = (value(place(x[new], y[new], half)) >= 0) == (before[new] >= 0)
                 low, high = np.where(same, half, low), np.where(same, high, half)
-            root = np.where(new, (low + high) / 2, root)
+            root[new] = (low + high) / 2
             hit |= new
         before = now
     at = np.clip(place(x, y, root), 0, top - 0.5)

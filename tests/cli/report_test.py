@@ -11,21 +11,26 @@ import unittest
 
 import numpy as np
 from browser import Browser
-from running import COMMAND, DATA, Running
+from running import COMMAND, Running, corner_of_mr_head
 
-REQUEST = ["render", DATA / "mr_brain/MR.nii.gz", "--rotate", "20,30,0", "--size", "96x80"]
+VIEW = ["--rotate", "20,30,0", "--size", "96x80"]
 # Red, green, blue and alpha of a picture of the page, or of a data URI.
 PIXELS = """(async () => { const i = new Image(); i.src = %s; await i.decode(); const c = document.createElement('canvas');
  c.width = i.width; c.height = i.height; const t = c.getContext('2d'); t.drawImage(i, 0, 0);
  return [i.width, i.height, [...t.getImageData(0, 0, i.width, i.height).data]]; })()"""
 
 
+def setUpModule():
+    """One browser for all classes, since it takes long to start."""
+    Report.browser = Browser()
+    unittest.addModuleCleanup(Report.browser.close)
+
+
 class Report(Running):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.browser = Browser()
-        cls.addClassCleanup(cls.browser.close)
+        cls.request = ["render", corner_of_mr_head(cls.folder), *VIEW]
 
     def made(self, *words, name="r.html", env=None):
         """The JSON of a run whose page is opened."""
@@ -60,7 +65,7 @@ class Report(Running):
 
 class Page(Report):
     def test_numbers_are_those_of_the_json(self):
-        report = self.made(*REQUEST, "-o", "null:", "--verify=512", "--repeat", "3")
+        report = self.made(*self.request, "-o", "null:", "--verify=512", "--repeat", "3")
         plan, measured = report["plan"], report["measured"]
         rows = self.values_of("#steps .step")
         self.assertEqual(len(rows), len(plan["steps"]))
@@ -82,11 +87,11 @@ class Page(Report):
         self.assertEqual(json.loads(self.text("#data")), report)
 
     def test_what_was_not_verified_has_no_measured_error(self):
-        self.made(*REQUEST, "-o", "null:")
+        self.made(*self.request, "-o", "null:")
         self.assertEqual(self.values_of("#steps .total")[0][7], "not verified")
 
     def test_the_chosen_path_is_bold(self):
-        report = self.made(*REQUEST, "-o", "null:", "--mode", "xray")
+        report = self.made(*self.request, "-o", "null:", "--mode", "xray")
         bold = self.browser.value("[...document.querySelectorAll('.graph .edge')].filter(e => [...e.querySelectorAll('path')]"
                                   ".some(p => p.getAttribute('stroke-width') === '3.2')).map(e => e.textContent)")
         steps = [step["transition"] for step in report["plan"]["steps"]]
@@ -96,15 +101,15 @@ class Page(Report):
         self.assertIn("spectrum", self.text(".graph"))
 
     def test_the_command_line_and_the_machine(self):
-        report = self.made(*REQUEST, "-o", "null:", "--max-error", "40dB", "--verify=64", "--strict")
+        report = self.made(*self.request, "-o", "null:", "--max-error", "40dB", "--verify=64", "--strict")
         # A shell takes it apart again.
         words = subprocess.run(["bash", "-c", f"printf '%s\\n' {self.text('#command')}"], capture_output=True, text=True, check=True).stdout.split("\n")[:-1]
-        self.assertEqual(words, ["edgewise", *map(str, REQUEST), "-o", "null:", "--max-error", "40dB", "--verify=64", "--strict",
+        self.assertEqual(words, ["edgewise", *map(str, self.request), "-o", "null:", "--max-error", "40dB", "--verify=64", "--strict",
                                  "--report", str(self.page), "--json", "-", "--quiet"])
         machine = self.text("#machine")
         for word in (f"edgewise {report['version']}", report["planning"]["machine"], f"{report['request']['threads']} of"):
             self.assertIn(word, machine)
-        for word in ("MR.nii.gz: volume (NIfTI)", "96x80", "mm", "error 0.01;"):
+        for word in ("mr_corner.nii: volume (NIfTI)", "96x80", "mm", "error 0.01;"):
             self.assertIn(word, self.text("#request"))
 
     def test_warnings_are_shown(self):
@@ -113,7 +118,7 @@ class Page(Report):
         self.assertEqual(self.browser.value("[...document.querySelectorAll('#warnings li')].map(e => e.textContent)"), report["warnings"])
 
     def test_light_dark_print_and_no_network(self):
-        self.made(*REQUEST, "-o", "null:")
+        self.made(*self.request, "-o", "null:")
         back = "getComputedStyle(document.body).backgroundColor"
         self.browser.colours("light")
         self.assertEqual(self.browser.value(back), "rgb(255, 255, 255)")
@@ -131,7 +136,7 @@ class Page(Report):
     def test_the_same_request_makes_the_same_page(self):
         pages = []
         for threads in (1, 1, 2):
-            self.made(*REQUEST, "-o", "null:", "--threads", threads)
+            self.made(*self.request, "-o", "null:", "--threads", threads)
             # Times are measured; predicted memory begins with what the process holds, which the system says.
             pages.append(self.browser.value(
                 "(() => { for (const e of document.querySelectorAll('#steps td, #machine dd, #data, #command, #front td:nth-child(3)')) e.remove();"
@@ -146,9 +151,9 @@ class Pictures(Report):
         zone = self.folder / "zone.png"
         self.run_it("warp", "phantom:zone-plate:90", "-o", zone, "--quiet")
         rows = {
-            "mip": [*REQUEST, "--window", "1%,99%"],
-            "composite": [*REQUEST, "--mode", "composite", "--background", "0.2,0.3,0.4"],
-            "turntable": [*REQUEST, "--turntable", "3", "--mode", "xray"],
+            "mip": [*self.request, "--window", "1%,99%"],
+            "composite": [*self.request, "--mode", "composite", "--background", "0.2,0.3,0.4"],
+            "turntable": [*self.request, "--turntable", "3", "--mode", "xray"],
             "photograph": ["warp", zone, "--rotate", "10"],
         }
         for name, words in rows.items():
@@ -159,9 +164,9 @@ class Pictures(Report):
 
     def test_values_are_shown_through_a_window(self):
         picture = self.folder / "v.png"
-        self.run_it(*REQUEST, "-o", picture, "--quiet")
+        self.run_it(*self.request, "-o", picture, "--quiet")
         for out in ("null:", self.folder / "v.nrrd"):
-            self.made(*REQUEST, "-o", out)
+            self.made(*self.request, "-o", out)
             np.testing.assert_array_equal(self.picture(), self.png(picture))
 
     def test_large_pictures_are_thinned_out(self):
@@ -206,32 +211,32 @@ class Pictures(Report):
 class Requests(Report):
     def test_refused_before_any_work(self):
         out = self.folder / "o.png"
-        self.assertIn(b".html", self.run_it(*REQUEST, "-o", out, "--report", self.folder / "r.txt", code=2).stderr)
-        self.assertIn(b"folder", self.run_it(*REQUEST, "-o", out, "--report", self.folder / "no/r.html", code=2).stderr)
+        self.assertIn(b".html", self.run_it(*self.request, "-o", out, "--report", self.folder / "r.txt", code=2).stderr)
+        self.assertIn(b"folder", self.run_it(*self.request, "-o", out, "--report", self.folder / "no/r.html", code=2).stderr)
         self.assertFalse(out.exists())
         for verb in (["plan"], ["graph"], ["advise"]):
-            refused = self.run_it(*verb, *REQUEST, "--report", self.folder / "r.html", code=2)
+            refused = self.run_it(*verb, *self.request, "--report", self.folder / "r.html", code=2)
             self.assertIn(b"--report", refused.stderr)
         self.assertFalse((self.folder / "r.html").exists())
 
     def test_without_graphviz_the_page_says_so(self):
-        self.made(*REQUEST, "-o", "null:", env={**self.env, "PATH": str(self.folder)})
+        self.made(*self.request, "-o", "null:", env={**self.env, "PATH": str(self.folder)})
         self.assertIn("graphviz", self.text())
         self.assertFalse(self.browser.value("Boolean(document.querySelector('.graph'))"))
         self.assertTrue(self.browser.value("Boolean(document.querySelector('#difference'))"))
 
     def test_a_run_that_fails_leaves_no_page(self):
         page = self.folder / "f.html"
-        self.run_it(*REQUEST, "-o", "null:", "--report", page, "--max-error", "1e-12", code=3)
-        self.run_it(*REQUEST, "-o", "null:", "--report", page, "--max-time", "1us", "--via", "project.ray_cast", "--strict", code=3)
+        self.run_it(*self.request, "-o", "null:", "--report", page, "--max-error", "1e-12", code=3)
+        self.run_it(*self.request, "-o", "null:", "--report", page, "--max-time", "1us", "--via", "project.ray_cast", "--strict", code=3)
         self.run_it("warp", self.folder / "missing.nii", "-o", "null:", "--report", page, code=4)
         self.assertEqual(list(self.folder.glob("*f.html*")), [])
 
     def test_an_interrupted_run_leaves_no_page(self):
         out = self.folder / "i.html"
-        words = [*REQUEST, "-o", "null:", "--report", out, "--repeat", "100000", "--quiet"]
+        words = [*self.request, "-o", "null:", "--report", out, "--repeat", "100000", "--quiet"]
         process = subprocess.Popen([COMMAND, *map(str, words)], env=self.env, stderr=subprocess.DEVNULL)
-        time.sleep(3)
+        time.sleep(2)
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(20), 130)
         self.assertEqual(list(self.folder.glob("*i.html*")), [])

@@ -53,3 +53,21 @@ def png(data):
             paeth = min((abs(guess - left), 0, left), (abs(guess - above), 1, above), (abs(guess - corner), 2, corner))[2]
             picture[y, x] = (row[x] + [0, left, above, (left + above) // 2, paeth][filtered]) % 256
     return picture
+
+
+def corner_of_mr_head(folder, at=(90, 20, 90), extent=(61, 67, 53)):
+    """A file with a corner of the MR head, x first, at its own values and spacing: a 27th of its samples, of which 41 % are air, as 42 % of
+    the whole head are. For tests of errors and bytes, to which it matters what a head looks like and that its voxels are no cubes."""
+    import gzip
+    import struct
+
+    import files
+    import numpy as np
+
+    data = gzip.decompress((DATA / "mr_brain/MR.nii.gz").read_bytes())
+    n, spacing = struct.unpack_from("<8h", data, 40)[1:4], struct.unpack_from("<8f", data, 76)[1:4]
+    offset, slope, inter = struct.unpack_from("<3f", data, 108)
+    head = np.frombuffer(data, "u1", int(np.prod(n)), int(offset)).reshape(n[::-1])
+    path = folder / "mr_corner.nii"
+    files.write_nifti(path, head[tuple(slice(a, a + e) for a, e in zip(at[::-1], extent[::-1]))], slope=slope, inter=inter, spacing=spacing)
+    return path

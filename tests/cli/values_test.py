@@ -142,8 +142,11 @@ class Values(Running):
     def test_every_type_in_every_format(self):
         """Read back by numpy; what cannot be written is exit 2 and names a format that can."""
         kinds = ["u1", "i1", "<u2", "<i2", "<u4", "<i4", "<f2", "<f4", "<f8"]
-        # What holds the values: PNG and JPEG hold pictures, which are views of other types.
+        # What holds the values: PNG and JPEG hold pictures, which are views of other types. OpenEXR's library takes a second to start:
+        # each type is written by it once, each number of channels too, and one volume, which it refuses.
         written = 0
+        by_exr = {("u1", True, 1), ("i1", True, 3), ("<u2", True, 2), ("<i2", True, 1), ("<u4", True, 3), ("<i4", True, 1), ("<f2", True, 1),
+                  ("<f2", True, 3), ("<f4", True, 4), ("<f8", True, 3), ("u1", False, 1)}
         for kind, image, channels in itertools.product(kinds, (True, False), (1, 2, 3, 4)):
             if channels in (2, 4) and kind not in ("u1", "<u2", "<f4"):
                 continue  # alpha is alpha in every type
@@ -159,6 +162,10 @@ class Values(Running):
                 source = self.folder / "a.nrrd"
                 files.write_nrrd(source, a, image)
             for ending in (".nii", ".nrrd", ".mha", ".tif", ".exr", ".png", ".jpg"):
+                if ending == ".exr" and (kind, image, channels) not in by_exr:
+                    continue
+                if kind == "<f2" and channels == 1 and ending not in (".exr", ".nrrd"):
+                    continue  # reading it takes that second, and colours go everywhere
                 label = f"{kind} {'image' if image else 'volume'} {channels} {ending}"
                 out = self.folder / ("out" + ending)
                 out.unlink(missing_ok=True)

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,6 +10,7 @@
 #include <set>
 #include <sys/mman.h>
 #include <unistd.h>
+#include <vector>
 
 #include "graph/transfer_table.hpp"
 #include "runtime/runtime.hpp"
@@ -18,39 +22,73 @@ namespace edgewise {
 namespace {
 
 /// Memory in which a read before the first or behind the last byte of an array ends the program:
-/// arrays lie against a page that may not be read, at one end or the other.
+/// arrays lie against a page that may not be read, at one end or the other. What is given back
+/// is kept for the next array of as many pages, since new ones cost more than most edges: a read of
+/// it shows what nobody wrote, a write to it ends the program.
 class GuardedMemory : public std::pmr::memory_resource {
  public:
     explicit GuardedMemory(bool at_end) : at_end_(at_end) {}
+    ~GuardedMemory() override {
+        for (const auto& [pages, blocks] : free_)
+            for (char* first : blocks) munmap(first - page_, pages + 2 * page_);
+    }
 
  private:
+    static constexpr char kUnwritten = '\xff';  // of floats a NaN: it shows where it is used
+
+    struct Given {
+        char* first;
+        std::size_t pages;  // bytes between the two guards
+    };
+
     void* do_allocate(std::size_t bytes, std::size_t alignment) override {
-        const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-        const std::size_t pages = (bytes + page - 1) / page * page;
-        void* all = mmap(nullptr, pages + 2 * page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-        if (all == MAP_FAILED) throw std::bad_alloc();
-        char* first = static_cast<char*>(all) + page;
-        if (mprotect(first, pages, PROT_READ | PROT_WRITE) != 0) throw std::bad_alloc();
-        // What is not written yet shows where it is used.
-        std::memset(first, 0xff, pages);
+        const std::size_t pages = (bytes + page_ - 1) / page_ * page_;
+        char* const first = kept(pages);
         char* given = at_end_ ? first + (pages - bytes) / alignment * alignment : first;
         const std::lock_guard lock(mutex_);
-        mapped_[given] = {all, pages + 2 * page};
+        given_[given] = {first, pages};
         return given;
     }
     void do_deallocate(void* given, std::size_t, std::size_t) override {
         const std::lock_guard lock(mutex_);
-        const auto found = mapped_.find(given);
-        munmap(found->second.first, found->second.second);
-        mapped_.erase(found);
+        const auto found = given_.find(given);
+        const auto [first, pages] = found->second;
+        std::memset(first, kUnwritten, pages);
+        free_[pages].push_back(first);
+        given_.erase(found);
     }
     bool do_is_equal(const memory_resource& other) const noexcept override {
         return this == &other;
     }
 
+    /// Pages that nobody has written to, between two that may not be read.
+    char* kept(std::size_t pages) {
+        {
+            const std::lock_guard lock(mutex_);
+            std::vector<char*>& blocks = free_[pages];
+            if (!blocks.empty()) {
+                char* first = blocks.back();
+                blocks.pop_back();
+                if (std::any_of(first, first + pages, [](char c) { return c != kUnwritten; })) {
+                    fmt::print(stderr, "memory was written to after it was given back\n");
+                    std::abort();
+                }
+                return first;
+            }
+        }
+        void* all = mmap(nullptr, pages + 2 * page_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (all == MAP_FAILED) throw std::bad_alloc();
+        char* first = static_cast<char*>(all) + page_;
+        if (mprotect(first, pages, PROT_READ | PROT_WRITE) != 0) throw std::bad_alloc();
+        std::memset(first, kUnwritten, pages);
+        return first;
+    }
+
     bool at_end_;
+    const std::size_t page_ = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
     std::mutex mutex_;
-    std::map<void*, std::pair<void*, std::size_t>> mapped_;
+    std::map<void*, Given> given_;
+    std::map<std::size_t, std::vector<char*>> free_;
 };
 
 /// A copy of a box of data.
@@ -97,6 +135,7 @@ struct Tried {
     /// Of an edge's parameters every so many, others for each vertex: all of them come up, with
     /// some mode and some type.
     std::size_t stride = 1, next = 0;
+    GuardedMemory at_end{true}, at_begin{false};
 };
 
 /// Runs an edge on all of its output, then box by box, from no more of the input than it says.
@@ -106,11 +145,11 @@ void expect_same_bytes(const Transition& edge, const Offer& offer, const Ask& as
     if (parts.kind != Partition::output || !parts.reads) return;
     SCOPED_TRACE(fmt::format("{}{} {} to {}", edge.name, offer.with.text(), offer.from.text(),
                              offer.to.text()));
-    GuardedMemory at_end(true), at_begin(false);
+    GuardedMemory &at_end = tried.at_end, &at_begin = tried.at_begin;
     Context context{&at_end, nullptr, nullptr, 0};
     Data whole = Data::make(offer.to, &at_end);
     edge.run(offer, ask, in, whole, Region::all(offer.to.extent), context);
-    // Each allocation is mapped anew, which takes most of the time: the many boxes guard one end.
+    // The many boxes guard one end.
     const std::pair<int, GuardedMemory*> cuts[] = {
         {2, &at_end}, {2, &at_begin}, {5, &at_begin}, {27, &at_end}};
     for (const auto& [count, memory] : cuts) {
@@ -121,7 +160,7 @@ void expect_same_bytes(const Transition& edge, const Offer& offer, const Ask& as
             const Data part = part_of(in, read, memory);
             Data out = Data::make(offer.to, box, memory);
             edge.run(offer, ask, part, out, box, context);
-            const Data right = part_of(whole, box, memory);
+            const Data right = part_of(whole, box, std::pmr::get_default_resource());
             ASSERT_EQ(std::memcmp(out.samples.data(), right.samples.data(), right.samples.bytes()),
                       0)
                 << count << " boxes: " << box.begin[0] << ' ' << box.begin[1] << ' ' << box.begin[2]

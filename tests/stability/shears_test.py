@@ -19,9 +19,16 @@ def hills(at, size):
 
 class HalfTurns(Driven):
     SIZE = 64
+    known = {}
 
     def error(self, path, degrees, quarters=0):
         """Of an image that numpy has turned by quarters before, whose formula is known."""
+        key = (path, degrees, quarters % 4)
+        if key not in self.known:
+            self.known[key] = self.error_of(path, degrees, quarters)
+        return self.known[key]
+
+    def error_of(self, path, degrees, quarters):
         shape = (self.SIZE, self.SIZE)
         samples = np.rot90(hills(grid(shape), self.SIZE), -quarters).astype("<f4")
         made = self.warp(samples, "--rotate", repr(degrees), *via(path))
@@ -53,7 +60,7 @@ class HalfTurns(Driven):
         shape = (self.SIZE, self.SIZE)
         samples = hills(grid(shape), self.SIZE).astype("<f4")
         for path in SHEARS[:2]:
-            for degrees in np.linspace(3, 177, 30):
+            for degrees in np.linspace(3, 177, 13):
                 kept = self.warp(samples, "--rotate", degrees, *via(path)).sum(dtype="f8")
                 # Sums of a smooth function over any lattice agree but for what a hold bends.
                 self.assertLess(abs(kept / samples.sum(dtype="f8") - 1), 2e-4, (path, degrees))
@@ -76,7 +83,7 @@ class Halos(Driven):
 
     def test_S2_halo_of_shears_of_an_image(self):
         worst = 0
-        for degrees in [10, 30, 33, 33.5, 45, *np.random.default_rng(2).uniform(-360, 360, 25)]:
+        for degrees in [10, 30, 33, 33.5, 45, *np.random.default_rng(2).uniform(-360, 360, 10)]:
             away = self.moved((121, 121), turn(degrees), ["--rotate", degrees])
             self.assertLessEqual(away, MOST_2D + 1e-6, degrees)
             worst = max(worst, away)
@@ -85,7 +92,7 @@ class Halos(Driven):
 
     def test_S2_halo_of_shears_of_a_volume(self):
         worst = 0
-        for angles in np.random.default_rng(3).uniform(-180, 180, (20, 3)):
+        for angles in np.random.default_rng(3).uniform(-180, 180, (10, 3)):
             away = self.moved((40, 41, 42), turn3(*angles),
                               ["--rotate", ",".join(map(repr, map(float, angles)))])
             self.assertLessEqual(away, MOST_3D + 1e-6, angles)
@@ -185,12 +192,13 @@ class NearTriangular(Driven):
         served = 0
         for power in (1, 2, 4, 6, 8, 9, 10, 12, 14, 16):
             c = 10.0 ** -power
-            for a in (1.0, 1 + 1e-9, 1.5):
+            # Every power, every a; both where quotients are large, near the limit and lost in rounding.
+            for a in (1.0, 1 + 1e-9, 1.5) if power in (1, 8, 16) else ((1.0, 1 + 1e-9, 1.5)[power // 2 % 3],):
                 served += self.check(np.array([[a, 0.3], [c, (1 + 0.3 * c) / a]]))
-        self.assertGreater(served, 50)
+        self.assertGreater(served, 27)
 
     def test_S6_turns_by_next_to_nothing(self):
-        for power in (1, 3, 5, 6, 7, 8, 10, 12, 16):
+        for power in (1, 5, 7, 8, 12, 16):  # maps above have those between
             self.assertEqual(self.check(turn(10.0 ** -power)), len(SHEARS))
 
     def test_S6_turns_of_volumes_by_next_to_nothing(self):
@@ -199,7 +207,7 @@ class NearTriangular(Driven):
         shape = (13, 13, 13)
         samples = np.random.default_rng(4).random(shape, "f4")
         inner = np.s_[2:-2, 2:-2, 2:-2]
-        for power in (1, 2, 4, 6, 8, 10, 12, 15):
+        for power in (1, 2, 4, 8, 12, 15):
             angles = f"{10.0 ** -power},{-2 * 10.0 ** -power},{90 + 3 * 10.0 ** -power!r}"
             exact = self.warp(samples, "--rotate", angles, *via("warp.backward/filter=foh"))
             # Each of four passes moves by at most 13 samples times the sum of the angles, the

@@ -1,15 +1,19 @@
 // Shear-warp in perspective: slices are added to an intermediate image on which they shrink.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 
 #include "transitions/kernels/scalar_load.hpp"
 #include "transitions/kernels/shear_perspective.hpp"
+#include "transitions/kernels/shear_perspective_runs.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transitions/kernels/shear_perspective_simd.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
+#include "transitions/kernels/open_blocks-inl.hpp"
 #include "transitions/kernels/pixel_rules-inl.hpp"
 #include "transitions/kernels/sample_rows-inl.hpp"
 
@@ -68,26 +72,71 @@ class PerspectiveSlab {
         const Rule rule(of_.with);
         const bool sums = of_.with.rule == Combine::sum || of_.with.rule == Combine::mean;
         constexpr std::int64_t kTogether = 8;  // slices between looks at what is opaque
-        std::int64_t first = of_.volume.extent.z, last = -1;
-        for (std::int64_t row = 0; row < height_; ++row) {
-            if (row_low_[row] > row_high_[row]) continue;
-            first = std::min(first, static_cast<std::int64_t>(std::ceil(row_low_[row])));
-            last = std::max(last, static_cast<std::int64_t>(std::floor(row_high_[row])));
-        }
-        first = std::max<std::int64_t>(first, 0);
-        last = std::min(last, of_.volume.extent.z - 1);
-        for (std::int64_t k = first; k <= last; ++k) {
+        const Part slices = slices_met();
+        for (std::int64_t k = slices.begin; k < slices.end; ++k) {
             if (const Part columns = columns_of(k); columns.begin < columns.end) {
                 find_columns(k, columns);
                 for (std::int64_t row = 0; row < height_; ++row)
-                    if (in_row(row, k)) add_row(rule, k, row, columns);
+                    if (in_row(row, k))
+                        add_row(rule, k, row, lines_of(k, row), columns, columns.end);
             }
             if (sums && (k + 1) % kBlockPlanes == 0) close();
             if (of_.with.rule == Combine::over && (k + 1) % kTogether == 0) end_rows(k + 1);
         }
     }
 
+    /// The same of what may be seen. @param first  slice of the runs that is the lowest here
+    template <class Rule>
+    void run(const VisibleRuns& runs, std::int64_t first) {
+        const Rule rule(of_.with);
+        std::array<OpenBlocks, kPerspectiveHeight> open;
+        open.fill(OpenBlocks(width_));
+        const Part slices = slices_met();
+        for (std::int64_t k = slices.begin; k < slices.end; ++k) {
+            const std::int64_t slice = first + stored(k);
+            if (runs.slices[static_cast<std::size_t>(slice)].runs == 0) continue;
+            Part columns;  // found where a row has runs
+            for (std::int64_t row = 0; row < height_; ++row) {
+                if (!in_row(row, k) || !open[row].any()) continue;
+                const Lines lines = lines_of(k, row);
+                const std::span<const VisibleRuns::Run> seen = runs.row(lines.upper, slice);
+                if (seen.empty()) continue;
+                if (columns.begin == columns.end) {
+                    columns = columns_of(k);
+                    if (columns.begin >= columns.end) break;
+                    find_columns(k, columns);
+                }
+                add_seen(rule, k, row, lines, columns, seen, open[row]);
+            }
+            if (kEnds<Rule> && std::none_of(open.begin(), open.begin() + height_,
+                                            [](const OpenBlocks& row) { return row.any(); }))
+                return;
+        }
+    }
+
  private:
+    /// The lines of a slice that a row of the image lies between.
+    struct Lines {
+        std::int64_t upper = 0;
+        double down = 0;  // weight of the next one
+    };
+
+    /// Slices that rays of the tile meet.
+    Part slices_met() const {
+        Part slices{of_.volume.extent.z, 0};
+        for (std::int64_t row = 0; row < height_; ++row) {
+            if (row_low_[row] > row_high_[row]) continue;
+            slices.begin =
+                std::min(slices.begin, static_cast<std::int64_t>(std::ceil(row_low_[row])));
+            slices.end =
+                std::max(slices.end, static_cast<std::int64_t>(std::floor(row_high_[row])) + 1);
+        }
+        return {std::max<std::int64_t>(slices.begin, 0), std::min(slices.end, of_.volume.extent.z)};
+    }
+    /// Where slice k lies in memory.
+    std::int64_t stored(std::int64_t k) const {
+        return of_.backwards ? of_.volume.extent.z - 1 - k : k;
+    }
     bool in_row(std::int64_t row, std::int64_t k) const {
         const auto z = static_cast<float>(k);
         return z >= row_low_[row] && z <= row_high_[row];
@@ -149,6 +198,25 @@ class PerspectiveSlab {
             left_[c] = static_cast<std::int32_t>(left);
             next_[c] = left_[c] + (right_[c] > 0 ? 1 : 0);
         }
+        // What vectors read that begin anywhere in it.
+        for (std::int64_t c = part.end; c < part.end + static_cast<std::int64_t>(kLanes); ++c)
+            left_[c] = next_[c] = left_[part.end - 1], right_[c] = 0;
+    }
+    /// The first column of a part that sees a cell of slice k, or what is behind it.
+    std::int64_t column_of(std::int64_t cell, std::int64_t k, const Part& part) const {
+        if (cell <= 0) return part.begin;
+        if (cell >= of_.volume.extent.x) return part.end;
+        const auto slice = static_cast<double>(k);
+        const double begin = at_[part.begin] + slice * slope_[part.begin];
+        const double apart = of_.across[0].pitch * (1 + slice / of_.distance);
+        const double face = static_cast<double>(cell) - (of_.hold == Hold::zoh ? 0.5 : 0);
+        const double guess = std::ceil((face - begin) / apart);
+        const auto columns = static_cast<double>(part.end - part.begin);
+        std::int64_t c = part.begin + static_cast<std::int64_t>(std::clamp(guess, 0.0, columns));
+        // Places were rounded.
+        while (c > part.begin && left_[c - 1] >= cell) --c;
+        while (c < part.end && left_[c] < cell) ++c;
+        return c;
     }
 
     /// Samples that a row of the image sees between two rows of a slice.
@@ -162,16 +230,17 @@ class PerspectiveSlab {
             hn::StoreU(value, d, room_.row + x);
         }
     }
-    void read_line(std::int64_t k, std::int64_t row, const Part& part) {
-        const Grid& volume = of_.volume;
-        const Extent& n = volume.extent;
+    Lines lines_of(std::int64_t k, std::int64_t row) const {
         const double y = std::clamp(row_at_[row] + static_cast<double>(k) * row_slope_[row], 0.0,
-                                    static_cast<double>(n.y - 1));
-        const double above = std::floor(of_.hold == Hold::zoh ? y + 0.5 : y);
-        const double down = of_.hold == Hold::zoh ? 0 : y - above;
-        const std::int64_t slice = of_.backwards ? n.z - 1 - k : k;
+                                    static_cast<double>(of_.volume.extent.y - 1));
+        const double upper = std::floor(of_.hold == Hold::zoh ? y + 0.5 : y);
+        return {static_cast<std::int64_t>(upper), of_.hold == Hold::zoh ? 0 : y - upper};
+    }
+    void read_lines(std::int64_t k, const Lines& lines, const Part& part) {
+        const Grid& volume = of_.volume;
+        const double down = lines.down;
         const std::int64_t first =
-            slice * volume.slice_step() + static_cast<std::int64_t>(above) * volume.row_step();
+            stored(k) * volume.slice_step() + lines.upper * volume.row_step();
         const std::int64_t second = first + (down > 0 ? volume.row_step() : 0);
         const auto lanes = [&]<class T>() {
             const T* samples = volume.template as<T>();
@@ -196,11 +265,34 @@ class PerspectiveSlab {
         }
     }
 
+    /// Pixels of a row that runs let be seen, and that are not opaque.
     template <class Rule>
-    void add_row(const Rule& rule, std::int64_t k, std::int64_t row, const Part& columns) {
+    HWY_INLINE void add_seen(const Rule& rule, std::int64_t k, std::int64_t row, const Lines& lines,
+                             const Part& columns, std::span<const VisibleRuns::Run> seen,
+                             OpenBlocks& open) {
+        for (const VisibleRuns::Run& run : seen) {
+            const std::int64_t from = column_of(run.begin, k, columns);
+            if (from >= columns.end) return;
+            const std::int64_t to = column_of(run.end, k, columns);
+            open.each(from, to, [&](std::int64_t begin, std::int64_t end) HWY_ATTR {
+                add_row(rule, k, row, lines, {begin, end}, columns.end);
+                if constexpr (kEnds<Rule>)
+                    open.close(begin, end, room_.states + row * kPitch + 3 * kPlane);
+            });
+        }
+    }
+
+    /// @param known  columns whose places are known
+    template <class Rule>
+    void add_row(const Rule& rule, std::int64_t k, std::int64_t row, const Lines& lines,
+                 const Part& columns, std::int64_t known) {
         const DF d;
         const DI whole;
-        read_line(k, row, {left_[columns.begin], next_[columns.end - 1] + 1});
+        constexpr auto kWide = static_cast<std::int64_t>(kLanes);
+        // Samples of whole vectors.
+        const std::int64_t vectors = (columns.end - columns.begin + kWide - 1) / kWide;
+        const std::int64_t last = std::min(columns.begin + vectors * kWide, known) - 1;
+        read_lines(k, lines, {left_[columns.begin], next_[last] + 1});
         const float* low = room_.low + row * kPitch;
         const float* high = room_.high + row * kPitch;
         const float* steps = room_.steps + row * kPitch;
@@ -210,7 +302,8 @@ class PerspectiveSlab {
         const bool nearest = of_.hold == Hold::zoh;
         for (std::int64_t c = columns.begin; c < columns.end; c += kLanes) {
             const VF a = hn::LoadU(d, low + c), b = hn::LoadU(d, high + c);
-            const MF none = hn::Or(hn::Lt(here, a), hn::Gt(here, b));
+            MF none = hn::Or(hn::Lt(here, a), hn::Gt(here, b));
+            if (columns.end - c < kWide) none = hn::Or(none, beyond(columns.end - c));
             if (hn::AllTrue(d, none)) continue;
             // Where the neighbouring slice does not count, its share is this one's.
             const VF begin = hn::IfThenElse(hn::Lt(before, a), a, hn::Set(d, z - 0.5f));
@@ -249,8 +342,9 @@ class PerspectiveSlab {
     PerspectiveRoom room_;
     double at_[kPerspectiveWidth], slope_[kPerspectiveWidth];
     float column_low_[kPerspectiveWidth], column_high_[kPerspectiveWidth];
-    HWY_ALIGN std::int32_t left_[kPerspectiveWidth], next_[kPerspectiveWidth];
-    HWY_ALIGN float right_[kPerspectiveWidth];
+    static constexpr std::int64_t kPlaces = kPerspectiveWidth + static_cast<std::int64_t>(kLanes);
+    HWY_ALIGN std::int32_t left_[kPlaces], next_[kPlaces];
+    HWY_ALIGN float right_[kPlaces];
     double row_at_[kPerspectiveHeight], row_slope_[kPerspectiveHeight];
     float row_low_[kPerspectiveHeight], row_high_[kPerspectiveHeight];
 };
@@ -265,10 +359,28 @@ struct PerspectiveRun {
     }
 };
 
+struct PerspectiveRunOfSeen {
+    PerspectiveSlab& slab;
+    const VisibleRuns& runs;
+    std::int64_t first;
+
+    template <class Rule>
+    void run() const {
+        slab.run<Rule>(runs, first);
+    }
+};
+
 void perspective_slices_on(const PerspectiveSlices& of, std::int64_t i, std::int64_t j,
                            std::int64_t width, std::int64_t height, float* room) {
     PerspectiveSlab slab(of, i, j, width, height, PerspectiveRoom(room, of.volume.extent.x));
     with_rule<false>(of.with, PerspectiveRun{slab});
+}
+
+void perspective_runs_on(const PerspectiveSlices& of, const VisibleRuns& runs, std::int64_t first,
+                         std::int64_t i, std::int64_t j, std::int64_t width, std::int64_t height,
+                         float* room) {
+    PerspectiveSlab slab(of, i, j, width, height, PerspectiveRoom(room, of.volume.extent.x));
+    with_seen_rule<false>(of.with, PerspectiveRunOfSeen{slab, runs, first});
 }
 
 }  // namespace
@@ -279,6 +391,7 @@ HWY_AFTER_NAMESPACE();
 namespace edgewise::kernels {
 
 HWY_EXPORT(perspective_slices_on);
+HWY_EXPORT(perspective_runs_on);
 
 std::size_t perspective_room(const PerspectiveSlices& of) noexcept {
     const int planes = 4 + PixelStates::planes(of.with.rule, of.with.other);
@@ -286,14 +399,29 @@ std::size_t perspective_room(const PerspectiveSlices& of) noexcept {
                                     PerspectiveRoom::kBeyond + 16);
 }
 
-PerspectiveTile perspective_slices(const PerspectiveSlices& of, std::int64_t i, std::int64_t j,
-                                   std::int64_t width, std::int64_t height, float* room) {
+/// A tile before the first slice.
+static PerspectiveTile cleared_tile(const PerspectiveSlices& of, std::int64_t width,
+                                    std::int64_t height, float* room) {
     const PerspectiveRoom parts(room, of.volume.extent.x);
     const PerspectiveTile tile{{parts.states, PerspectiveRoom::kPitch, PerspectiveRoom::kPlane},
                                parts.lengths};
     // Vectors reach beyond the last column.
     clear_states(of.with, tile.states, PixelStates::pitch_of(width), height);
+    return tile;
+}
+
+PerspectiveTile perspective_slices(const PerspectiveSlices& of, std::int64_t i, std::int64_t j,
+                                   std::int64_t width, std::int64_t height, float* room) {
+    const PerspectiveTile tile = cleared_tile(of, width, height, room);
     HWY_DYNAMIC_DISPATCH(perspective_slices_on)(of, i, j, width, height, room);
+    return tile;
+}
+
+PerspectiveTile perspective_runs(const PerspectiveSlices& of, const VisibleRuns& runs,
+                                 std::int64_t first, std::int64_t i, std::int64_t j,
+                                 std::int64_t width, std::int64_t height, float* room) {
+    const PerspectiveTile tile = cleared_tile(of, width, height, room);
+    HWY_DYNAMIC_DISPATCH(perspective_runs_on)(of, runs, first, i, j, width, height, room);
     return tile;
 }
 

@@ -48,13 +48,13 @@ Error error_leaps(const Offer& offer, const Ask& ask) {
 
 /// What every ray that meets the volume has at least; -inf: it may have nothing.
 float least_of_all(const kernels::Grid& volume, const Ask& ask, Context& context) {
-    constexpr float kNone = -std::numeric_limits<float>::infinity();
+    constexpr float kNoLeast = -std::numeric_limits<float>::infinity();
     if (!is_integer(volume.type) && (volume.type != Type::f32 || ask.scene.non_finite > 0))
-        return kNone;
+        return kNoLeast;
     const Extent n = kernels::sorted_bricks_in(volume.extent);
     std::pmr::vector<kernels::SortedBrick> bricks(static_cast<std::size_t>(n.samples()),
                                                   context.memory);
-    std::pmr::vector<float> least(static_cast<std::size_t>(n.z), kNone, context.memory);
+    std::pmr::vector<float> least(static_cast<std::size_t>(n.z), kNoLeast, context.memory);
     tbb::parallel_for(std::int64_t{0}, n.z, [&](std::int64_t layer) {
         if (!context.stopped())
             least[static_cast<std::size_t>(layer)] =

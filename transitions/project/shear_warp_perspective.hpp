@@ -25,7 +25,8 @@ namespace edgewise {
 /// Needs   an eye at least a voxel outside of the volume; a mode that combines slices one by one,
 ///         without light; all samples in one memory
 /// Work    a slice: 3 operations for each sample of its rows that the image sees; a pixel of the
-///         image that it covers: 8, two gathers (foh), and the rule
+///         image that it covers: 8, two gathers (foh), and the rule; a pixel of the picture: 300,
+///         and 300 more to read four neighbours; of one that is followed, 100 a slice
 /// Error   measured by runs
 /// Source  Lacroute and Levoy 1994; Schulze, Niemeier and Lang 2001
 Transition shear_warp_perspective();

@@ -41,16 +41,6 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return plain().offer(from, ask, with);
 }
 
-/// Of the samples, those that are added: in runs, and not hidden. Bricks of a ray cast leave out
-/// both, of bricks that are coarser than runs.
-double added_share(const Ask& ask) {
-    const double seen =
-        ask.scene.fact("runs/seen").value_or(std::min(1.0, 2 * ask.scene.occupied_fraction));
-    const double all = ask.scene.fact("cast/all").value_or(0);
-    if (!(all > 0)) return seen;
-    return std::min(seen, ask.scene.fact("cast/bricks").value_or(all) / all);
-}
-
 /// Operations a voxel that is added: three interpolations of two, the rule, and what a block of
 /// pixels is asked behind it.
 double voxel_operations(const Offer& offer, const Ask& ask, double step) {
@@ -64,7 +54,7 @@ double voxel_operations(const Offer& offer, const Ask& ask, double step) {
 Work work(const Offer& offer, const Ask& ask, int view) {
     const ShearView f = shear_view_of(offer.from, ask.want, view);
     const Extent& n = offer.from.extent;
-    const double share = added_share(ask), voxels = static_cast<double>(n.samples()) * share;
+    const double share = share_in_runs(ask), voxels = static_cast<double>(n.samples()) * share;
     // A tile's row asks each slice for its runs; of hidden ones it is soon told.
     const auto tiles = static_cast<double>((f.image.x + kRunsWidth - 1) / kRunsWidth);
     const double rows = static_cast<double>(n.y * n.z) * tiles;

@@ -1,6 +1,5 @@
 #include "transitions/project/splat_ewa.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include "transitions/project/gaussian_sums.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/pixel_spans.hpp"
+#include "transitions/project/splat_ewa_view.hpp"
 #include "transitions/project/splat_view.hpp"
 
 namespace edgewise {
@@ -22,58 +22,6 @@ namespace {
 
 using kernels::EwaSplat;
 using kernels::SplatSums;
-
-/// One view, without samples. Where rays are parallel the eye is 1 before everything.
-EwaSplat view_of(const Representation& from, const Request& want, int view,
-                 const Parameters& with) {
-    const Mat4 map = residual(from, want, view);
-    const auto place = [&map](int row, double shift) {
-        return kernels::PlaceOnScreen{map(row, 3) - shift, {map(row, 0), map(row, 1), map(row, 2)}};
-    };
-    EwaSplat splat;
-    splat.screen = {place(0, 0), place(1, 0)};
-    splat.variance = std::pow(with.number("sigma"), 2);
-    splat.low_pass = std::pow(with.number("lowpass"), 2);
-    splat.mass = std::abs(map.topLeftCorner<3, 3>().determinant());
-    if (!want.eye) return splat;
-    splat.depth = place(2, want.eye->at.z());
-    splat.plane = want.eye->plane - want.eye->at.z();
-    for (std::size_t i = 0; i < 2; ++i) {
-        const int side = static_cast<int>(i);
-        splat.eye[i] = want.eye->at[side];
-        splat.least[i] = (-0.5 - splat.eye[i]) / splat.plane;
-        splat.greatest[i] =
-            (static_cast<double>(want.screen[side]) - 0.5 - splat.eye[i]) / splat.plane;
-    }
-    return splat;
-}
-
-/// The longest of a voxel's sides, in steps along screen z.
-double longest_side(const Mat4& map, const Eye& eye) {
-    double longest = 0;
-    for (int axis = 0; axis < 3; ++axis)
-        longest = std::max(
-            longest,
-            Vec3(map(0, axis) * eye.width, map(1, axis) * eye.height, map(2, axis)).norm());
-    return longest;
-}
-
-/// Why an eye is too near to the samples, or "".
-std::string no_distance(const Representation& from, const Request& want, int view) {
-    constexpr double kNearest = 8;  // spacings
-    const Mat4 map = residual(from, want, view);
-    double nearest = map(2, 3) - want.eye->at.z();
-    for (int axis = 0; axis < 3; ++axis)
-        nearest += std::min(0.0, map(2, axis) * static_cast<double>(from.extent[axis] - 1));
-    const double spacings = nearest / longest_side(map, *want.eye);
-    if (spacings >= kNearest && want.eye->plane > want.eye->at.z()) return {};
-    if (!(spacings > 0))
-        return fmt::format("view {}: samples lie beside the eye or behind it", view);
-    return fmt::format(
-        "view {}: the eye is {:.3g} spacings before the nearest samples, whose rays are not nearly "
-        "parallel; at least {}",
-        view, spacings, kNearest);
-}
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
     const Request& want = ask.want;
@@ -93,27 +41,10 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
                         ask.scene.non_finite));
     if (want.eye)
         for (int variant = 0; variant < want.views.different(); ++variant)
-            if (std::string reason = no_distance(from, want, want.views.first_view(variant));
+            if (std::string reason = no_ewa_distance(from, want, want.views.first_view(variant));
                 !reason.empty())
                 return Offer::no(std::move(reason));
     return {.from = from, .to = screen_picture(from, want), .with = with};
-}
-
-/// What a voxel in the middle has of the screen: of a unit variance along all axes of index space
-/// the variance along both sides [pixel^2 / voxel^2].
-std::array<double, 2> spread_of(const EwaSplat& splat, const Extent& n) {
-    const auto middle = [&](const kernels::PlaceOnScreen& place) {
-        return place.of(double(n.x - 1) / 2, double(n.y - 1) / 2, double(n.z - 1) / 2);
-    };
-    const double larger = splat.plane / middle(splat.depth);
-    std::array<double, 2> spread{};
-    for (std::size_t i = 0; i < 2; ++i) {
-        const double slope = (middle(splat.screen[i]) - splat.eye[i]) / middle(splat.depth);
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            spread[i] += std::pow(
-                larger * (splat.screen[i].voxel[axis] - slope * splat.depth.voxel[axis]), 2);
-    }
-    return spread;
 }
 
 /// Rows of a band. Footprints at its edge are worked out twice, but no pixel.
@@ -131,8 +62,8 @@ bool needs_lengths(const EmptySample& empty, const Request& want) {
 
 Work work(const Offer& offer, const Ask& ask, int view) {
     constexpr double kVoxel = 90, kPixel = 30, kPixelSums = 1000;
-    const EwaSplat splat = view_of(offer.from, ask.want, view, offer.with);
-    std::array<double, 2> reach = spread_of(splat, offer.from.extent);
+    const EwaSplat splat = ewa_view_of(offer.from, ask.want, view, offer.with);
+    std::array<double, 2> reach = ewa_spread_of(splat, offer.from.extent);
     for (double& side : reach)
         side = EwaSplat::kRadius * std::sqrt(splat.variance * side + splat.low_pass);
     const auto [right, down] = reach;
@@ -158,8 +89,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
 /// a sixth: details that are smaller than kernels lose less.
 Error error(const Offer& offer, const Ask& ask) {
     constexpr double kLinear = 1.0 / 6, kStep = 0.25;
-    const EwaSplat splat = view_of(offer.from, ask.want, 0, offer.with);
-    const auto [right, down] = spread_of(splat, offer.from.extent);
+    const EwaSplat splat = ewa_view_of(offer.from, ask.want, 0, offer.with);
+    const auto [right, down] = ewa_spread_of(splat, offer.from.extent);
     const auto blur = [&](double spread) { return splat.variance + splat.low_pass / spread; };
     Error error = cast_error(splat_kernel(), kStep, ask);
     error.bias *= std::max(1.0, blur(std::min(right, down)) / kLinear);
@@ -227,7 +158,7 @@ Partition parts(const Offer& offer, const Ask&) {
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     const EmptySample empty = empty_sample(in.what.values, ask.scene);
-    EwaSplat splat = view_of(in.what, ask.want, context.view, offer.with);
+    EwaSplat splat = ewa_view_of(in.what, ask.want, context.view, offer.with);
     kernels::Splat rows;
     rows.volume = splat.volume = kernels::grid_of(in);
     rows.empty = splat.empty = empty.stored;

@@ -39,13 +39,50 @@ bool by_level(Mode mode) {
     return mode->takes_level && !mode->first_hit && mode->combine == Combine::other && mode->needs;
 }
 
-/// Why runs help no edge that ends in this picture; empty: they may.
-std::string unread(const Representation& from, const Ask& ask) {
+Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
+    if (ask.want.eye) return Offer::no("the eye is at a finite distance: rays do not follow rows");
+    if (std::string reason = no_runs(from, ask); !reason.empty())
+        return Offer::no(std::move(reason));
+    Offer offer{.from = from, .to = from, .with = with};
+    offer.to.content = "runs";
+    offer.to.facet_bytes = VisibleRuns::bytes(from.extent);
+    return offer;
+}
+
+Work work(const Offer& offer, const Ask& ask, int) { return work_of_runs(offer.from, ask); }
+
+/// Samples stay as they are.
+Error error(const Offer&, const Ask&) { return {.copies = true}; }
+
+void count(const Data& input, const Request& want, std::map<std::string, double>& facts,
+           std::pmr::memory_resource* memory) {
+    if (!want.eye) count_runs(input, want, facts, memory);
+}
+
+void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region&, Context& context) {
+    // Of slices across the rays each copy has its own extent.
+    out.what.extent = in.what.extent;
+    const std::vector<UnseenSpan> unseen = unseen_of(ask.want, in.what.values);
+    out.other = std::shared_ptr<const VisibleRuns>(
+        std::make_shared<VisibleRuns>(made_runs(kernels::grid_of(in), unseen, context)));
+}
+
+}  // namespace
+
+std::vector<UnseenSpan> unseen_of(const Request& want, const ValueMap& values) {
+    if (want.mode->takes_transfer) return unseen_by_transfer(want, values);
+    return by_level(want.mode) ? unseen_by_level(want, values) : std::vector<UnseenSpan>{};
+}
+
+std::shared_ptr<const VisibleRuns> runs_of(const Data& data) {
+    return std::any_cast<std::shared_ptr<const VisibleRuns>>(data.other);
+}
+
+std::string no_runs(const Representation& from, const Ask& ask) {
     const Request& want = ask.want;
     if (!want.job->of_rays()) return "the result is a volume, not a picture";
     if (!want.mode->takes_transfer && !by_level(want.mode))
         return "no value is transparent in this mode";
-    if (want.eye) return "the eye is at a finite distance: rays do not follow rows";
     if (want.shading.on() || want.needs_gradients() || want.cue)
         return "light needs gradients across slices, which are combined one by one";
     if (!want.clips.empty()) return "the clip cuts slices, which are combined whole";
@@ -56,48 +93,23 @@ std::string unread(const Representation& from, const Ask& ask) {
     if (from.extent.x > VisibleRuns::kMost)
         return fmt::format("rows of {} samples; runs are counted to {}", from.extent.x,
                            VisibleRuns::kMost);
-    return {};
-}
-
-Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (std::string reason = unread(from, ask); !reason.empty())
-        return Offer::no(std::move(reason));
-    if (unseen_of(ask.want, from.values).empty()) return Offer::no("every value may be seen");
+    if (unseen_of(want, from.values).empty()) return "every value may be seen";
     // What is hidden by opaque samples is left out as well, as rays count it.
     constexpr double kMost = 0.9;
     const double seen = ask.scene.fact("runs/seen").value_or(0);
     const double all = ask.scene.fact("cast/all").value_or(0);
     const double taken = all > 0 ? ask.scene.fact("cast/taken").value_or(all) / all : 1;
     if (seen > kMost && taken > kMost)
-        return Offer::no(fmt::format("{:.0f} % of the samples are seen", 100 * seen));
-    Offer offer{.from = from, .to = from, .with = with};
-    offer.to.content = "runs";
-    offer.to.facet_bytes = VisibleRuns::bytes(from.extent);
-    return offer;
+        return fmt::format("{:.0f} % of the samples are seen", 100 * seen);
+    return {};
 }
 
-Work work(const Offer& offer, const Ask& ask, int) {
-    const auto samples = static_cast<double>(offer.from.samples());
-    const auto spans = static_cast<double>(unseen_of(ask.want, offer.from.values).size());
-    // Vectors hold the more samples the fewer bytes these have; the bits of all are looked at.
-    const double share = static_cast<double>(bytes_of(offer.from.type)) / 4;
-    const double runs = ask.scene.fact("runs/row").value_or(2) *
-                        static_cast<double>(offer.from.extent.y * offer.from.extent.z);
-    return {.operations = samples * share * (8 + 6 * spans) + 20 * runs,
-            .streamed = offer.from.bytes() + sizeof(VisibleRuns::Run) * runs};
-}
-
-/// Samples stay as they are.
-Error error(const Offer&, const Ask&) { return {.copies = true}; }
-
-/// Of rows that are spread evenly: "runs/seen", the share of cells in runs; "runs/row", runs a row.
-void count(const Data& input, const Request& want, std::map<std::string, double>& facts,
-           std::pmr::memory_resource* memory) {
+void count_runs(const Data& input, const Request& want, std::map<std::string, double>& facts,
+                std::pmr::memory_resource* memory) {
     constexpr std::int64_t kRows = 512;
     const Scene scene;
-    if (!unread(input.what, {want, scene}).empty()) return;
+    if (!no_runs(input.what, {want, scene}).empty()) return;
     const std::vector<UnseenSpan> unseen = unseen_of(want, input.what.values);
-    if (unseen.empty()) return;
     const kernels::Grid volume = kernels::grid_of(input);
     const std::int64_t rows = volume.extent.y * volume.extent.z, taken = std::min(rows, kRows);
     std::int64_t runs = 0, cells = 0;
@@ -110,30 +122,35 @@ void count(const Data& input, const Request& want, std::map<std::string, double>
     facts["runs/row"] = static_cast<double>(runs) / static_cast<double>(taken);
 }
 
-void run(const Offer&, const Ask& ask, const Data& in, Data& out, const Region&, Context& context) {
-    // Of slices across the rays each copy has its own extent.
-    out.what.extent = in.what.extent;
-    const kernels::Grid volume = kernels::grid_of(in);
-    const std::vector<UnseenSpan> unseen = unseen_of(ask.want, in.what.values);
-    auto made = std::make_shared<VisibleRuns>(volume.extent, context.memory);
+Work work_of_runs(const Representation& from, const Ask& ask) {
+    const auto samples = static_cast<double>(from.samples());
+    const auto spans = static_cast<double>(unseen_of(ask.want, from.values).size());
+    // Vectors hold the more samples the fewer bytes these have; the bits of all are looked at.
+    const double share = static_cast<double>(bytes_of(from.type)) / 4;
+    const double runs =
+        ask.scene.fact("runs/row").value_or(2) * static_cast<double>(from.extent.y * from.extent.z);
+    return {.operations = samples * share * (8 + 6 * spans) + 20 * runs,
+            .streamed = from.bytes() + sizeof(VisibleRuns::Run) * runs};
+}
+
+VisibleRuns made_runs(const kernels::Grid& volume, std::span<const UnseenSpan> unseen,
+                      Context& context) {
+    VisibleRuns made(volume.extent, context.memory);
     tbb::parallel_for(std::int64_t{0}, volume.extent.z, [&](std::int64_t z) {
         if (context.stopped()) return;
-        made->slices[static_cast<std::size_t>(z)] =
+        made.slices[static_cast<std::size_t>(z)] =
             kernels::visible_slice(volume, unseen, z, context.memory);
     });
     context.poll();
-    out.other = std::shared_ptr<const VisibleRuns>(made);
+    return made;
 }
 
-}  // namespace
-
-std::vector<UnseenSpan> unseen_of(const Request& want, const ValueMap& values) {
-    if (want.mode->takes_transfer) return unseen_by_transfer(want, values);
-    return by_level(want.mode) ? unseen_by_level(want, values) : std::vector<UnseenSpan>{};
-}
-
-std::shared_ptr<const VisibleRuns> runs_of(const Data& data) {
-    return std::any_cast<std::shared_ptr<const VisibleRuns>>(data.other);
+double share_in_runs(const Ask& ask) {
+    const double seen =
+        ask.scene.fact("runs/seen").value_or(std::min(1.0, 2 * ask.scene.occupied_fraction));
+    const double all = ask.scene.fact("cast/all").value_or(0);
+    if (!(all > 0)) return seen;
+    return std::min(seen, ask.scene.fact("cast/bricks").value_or(all) / all);
 }
 
 Transition visible_runs() {

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <map>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "graph/transition.hpp"
@@ -26,5 +29,22 @@ Transition visible_runs();
 std::vector<kernels::UnseenSpan> unseen_of(const Request& want, const ValueMap& values);
 /// The runs of data that have them.
 std::shared_ptr<const kernels::VisibleRuns> runs_of(const Data& data);
+
+// What this edge and project.sliced_runs share.
+
+/// Why a request gains nothing from runs, wherever its rays come from; empty: it may.
+std::string no_runs(const Representation& from, const Ask& ask);
+/// Adds "runs/seen", the share of cells in runs, and "runs/row", runs a row, of rows that are
+/// spread evenly.
+void count_runs(const Data& input, const Request& want, std::map<std::string, double>& facts,
+                std::pmr::memory_resource* memory);
+/// Of classifying all samples once.
+Work work_of_runs(const Representation& from, const Ask& ask);
+kernels::VisibleRuns made_runs(const kernels::Grid& volume,
+                               std::span<const kernels::UnseenSpan> unseen, Context& context);
+
+/// Of the samples, those that are added by runs: in a run, and not hidden. Bricks of a ray cast
+/// leave out both, of bricks that are coarser than runs.
+double share_in_runs(const Ask& ask);
 
 }  // namespace edgewise

@@ -1,0 +1,179 @@
+#include "scene/measured_runs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <memory_resource>
+#include <string>
+#include <vector>
+
+#include "reference/verify.hpp"
+#include "scene/scene.hpp"
+#include "scene/statistics.hpp"
+#include "tests/transitions/project/looking.hpp"
+#include "transitions/catalogue.hpp"
+#include "transitions/project/shear_warp_perspective.hpp"
+#include "transitions/project/shear_warp_perspective_runs.hpp"
+#include "transitions/store/crop.hpp"
+
+namespace edgewise {
+namespace {
+
+using namespace looking;
+
+std::pmr::memory_resource* heap() { return std::pmr::get_default_resource(); }
+
+/// Rough lumps in empty space, nearer to one side.
+Data lumps(const Extent& n) {
+    return volume(n, [](double x, double y, double z) {
+        const double value = wave(1.7 * x, y, z) - 0.004 * x;
+        return value > 0.6 ? value : 0;
+    });
+}
+
+/// Seen by an eye so near that the first slice lies far before what most rays meet.
+Request seen_from(Mode mode, const Extent& n, const std::vector<Matrix3d>& ways, double distance,
+                  const Extent& screen) {
+    std::vector<Transform> views;
+    for (const Matrix3d& way : ways)
+        views.push_back(seen(mode, n, screen, way, Vec3::Ones(), 1.2).views.at(0));
+    Request want = seen(mode, n, screen, ways[0], Vec3::Ones(), 1.2);
+    want.frames = static_cast<int>(ways.size());
+    want.views = Placement::each(std::move(views));
+    want.transfer.points = {{0.5, 0, {0.2, 0.4, 1}}, {1, 0.3, {1, 0.6, 0.1}}};
+    Eye eye;
+    eye.plane = double(screen.z - 1) / 2;
+    eye.at = Vec3(double(screen.x - 1) / 2, double(screen.y - 1) / 2, eye.plane - distance);
+    eye.width = eye.height = 1 / 1.2;
+    want.eye = eye;
+    return want;
+}
+
+Scene scene_of(const Data& data, const Request& want, const std::vector<std::string>& via) {
+    Demands asked;
+    for (const std::string& name : via) asked.via.push_back({.name = name});
+    return measure_scene(catalogue(), data, statistics_of(data, heap()), want, nullptr, heap(), 1,
+                         asked);
+}
+
+Parameters by(const char* filter) { return {{"filter", filter}, {"density", 1.0}}; }
+
+/// The error of an edge, on pixels of all frames. @param read  what it reads in place of the data
+Verified error_of(const Transition& edge, const Data& data, const Request& want,
+                  const Parameters& with, std::int64_t samples, const Data* read = nullptr) {
+    const Scene scene;
+    const Ask ask{want, scene};
+    const ReferenceField field(data, want.field);
+    const Data& in = read ? *read : data;
+    Verifier verifier(want, field, samples, 1, heap());
+    const Offer offer = edge.offer(in.what, ask, with);
+    EXPECT_EQ(offer.refused, "");
+    for (int view = 0; view < want.frames; ++view) {
+        Data out = Data::make(offer.to, heap());
+        Context context{.memory = heap(), .view = view};
+        edge.run(offer, ask, in, out, Region::all(offer.to.extent), context);
+        verifier.frame(view, out);
+    }
+    return verifier.finish();
+}
+
+TEST(MeasuredRuns, PromiseWhatPicturesFromAnEyeKeep) {
+    const Extent n{40, 34, 37}, screen{76, 70, 60};
+    const Data in = lumps(n);
+    const Transition edge = shear_warp_perspective();
+    for (const double degrees : {0.0, 28.0, 46.0})
+        for (const Mode mode : {Mode::mip, Mode::composite}) {
+            const Request want = seen_from(mode, n, {turn(degrees, {1, 2, 0.3})}, 38, screen);
+            const Scene scene = scene_of(in, want, {edge.name});
+            for (const char* filter : {"foh", "zoh"}) {
+                const std::string fact = fact_of_runs(edge, by(filter));
+                ASSERT_TRUE(scene.fact(fact)) << fact;
+                const double promise = *scene.fact(fact) / scene.range;
+                const Verified error = error_of(edge, in, want, by(filter), 1024);
+                EXPECT_LE(error.low, promise) << mode->name << ' ' << filter << ' ' << degrees;
+                // Three standard errors of 500 drawn pixels are less than a third.
+                EXPECT_GE(error.high, promise / 1.4) << mode->name << ' ' << filter;
+                EXPECT_LE(scene.likely.at(fact), *scene.fact(fact));
+            }
+        }
+}
+
+TEST(MeasuredRuns, ArePixelsOfAllWhereThereAreFew) {
+    const Extent n{20, 17, 18}, screen{36, 34, 30};
+    const Data in = lumps(n);
+    const Transition edge = shear_warp_perspective();
+    const Request want =
+        seen_from(Mode::xray, n, {turn(20, {1, 2, 0}), turn(60, {0, 1, 0})}, 30, screen);
+    const Scene scene = scene_of(in, want, {edge.name});
+    const Verified error = error_of(edge, in, want, by("foh"), 0);
+    // Two views, of which 256 pixels are asked for each and all of so few are taken; the weights of
+    // views are those of a lattice of rays, and one view's range may be less than that of both.
+    EXPECT_NEAR(*scene.fact(fact_of_runs(edge, by("foh"))) / scene.range / error.nrmse, 1, 0.1);
+}
+
+TEST(MeasuredRuns, DrawViewsWhereThereAreMany) {
+    const Extent n{24, 22, 20}, screen{50, 46, 40};
+    const Data in = lumps(n);
+    const Transition edge = shear_warp_perspective();
+    std::vector<Matrix3d> ways;
+    for (int view = 0; view < 15; ++view) ways.push_back(turn(24 * view, {0.1, 1, 0.2}));
+    const Request want = seen_from(Mode::composite, n, ways, 30, screen);
+    const Scene scene = scene_of(in, want, {edge.name});
+    const Verified error = error_of(edge, in, want, by("foh"), 1024);
+    const double promise = *scene.fact(fact_of_runs(edge, by("foh"))) / scene.range;
+    EXPECT_LE(error.low, promise);
+    EXPECT_GE(3 * error.high, promise);
+}
+
+TEST(MeasuredRuns, PassWhatPreparationsLayBesideTheSamples) {
+    // The same picture by runs as by all samples: so the same error.
+    const Extent n{30, 26, 28}, screen{56, 52, 46};
+    const Data in = lumps(n);
+    const Transition all = shear_warp_perspective(), runs = shear_warp_perspective_runs();
+    const Request want = seen_from(Mode::composite, n, {turn(30, {1, 2, 0.3})}, 38, screen);
+    const Scene asked = scene_of(in, want, {all.name}), plain = scene_of(in, want, {runs.name});
+    for (const char* filter : {"foh", "zoh"}) {
+        ASSERT_TRUE(plain.fact(fact_of_runs(runs, by(filter))));
+        const double by_runs = *plain.fact(fact_of_runs(runs, by(filter))) / plain.range;
+        EXPECT_NEAR(by_runs, *asked.fact(fact_of_runs(all, by(filter))) / asked.range,
+                    1e-12 * by_runs);
+    }
+    EXPECT_FALSE(plain.fact(fact_of_runs(all, by("foh"))));
+}
+
+TEST(MeasuredRuns, CountTheWorseOfAWholeAndACroppedInput) {
+    // A ball far behind the face that the eye sees first: cropped, slices begin at the ball.
+    const Extent n{48, 46, 60}, screen{70, 66, 70};
+    const Data in = volume(n, [](double x, double y, double z) {
+        const double r = Vec3(x - 24, y - 22, z - 48).norm();
+        return r < 9 ? 1 + 0.5 * std::sin(2 * r) * std::cos(1.9 * x) : 0;
+    });
+    const Transition edge = shear_warp_perspective();
+    const Request want = seen_from(Mode::mip, n, {turn(3, {1, 2, 0})}, 45, screen);
+    const Scene scene = scene_of(in, want, {edge.name});
+    const double promise = *scene.fact(fact_of_runs(edge, by("foh"))) / scene.range;
+    const Ask ask{want, scene};
+    const Offer cut = crop().offer(in.what, ask, {});
+    ASSERT_EQ(cut.refused, "");
+    Data part = Data::make(cut.to, heap());
+    Context context{.memory = heap()};
+    crop().run(cut, ask, in, part, Region::all(cut.to.extent), context);
+    const Verified whole = error_of(edge, in, want, by("foh"), 1024);
+    const Verified cropped = error_of(edge, in, want, by("foh"), 1024, &part);
+    EXPECT_GT(std::abs(cropped.nrmse - whole.nrmse), 0.02 * whole.nrmse);
+    EXPECT_LE(std::max(cropped.low, whole.low), promise);
+}
+
+TEST(MeasuredRuns, SayNothingWhereMemoryIsTooSmall) {
+    const Extent n{20, 17, 18}, screen{36, 34, 30};
+    const Data in = lumps(n);
+    const Transition edge = shear_warp_perspective();
+    Request want = seen_from(Mode::mip, n, {turn(20, {1, 2, 0})}, 30, screen);
+    want.budget.bytes = 1e9;
+    EXPECT_TRUE(scene_of(in, want, {edge.name}).fact(fact_of_runs(edge, by("foh"))));
+    want.budget.bytes = in.what.bytes();
+    EXPECT_FALSE(scene_of(in, want, {edge.name}).fact(fact_of_runs(edge, by("foh"))));
+}
+
+}  // namespace
+}  // namespace edgewise
