@@ -1,5 +1,6 @@
 #include "engine/transfer/load.hpp"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <fmt/format.h>
@@ -21,9 +22,13 @@ std::string text_in(const std::string& file, const std::string& where) {
     std::ifstream stream(file, std::ios::binary);
     // A device or a pipe may never end.
     if (!std::filesystem::is_regular_file(file, none) || !stream) refuse(where, "cannot be read");
-    std::string text(kLargest + 1, '\0');
-    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(stream.gcount()));
+    std::string text;
+    // It may grow while it is read, and some files do not tell their size.
+    std::array<char, 1 << 16> block;
+    while (text.size() <= kLargest && stream) {
+        stream.read(block.data(), block.size());
+        text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+    }
     if (text.size() > kLargest) refuse(where, "is larger than any transfer function (32 MiB)");
     return text;
 }
