@@ -209,6 +209,8 @@ Input first_of(const std::vector<store::Series>& series, const std::string& file
 /// Several series: their list is the answer, the first stands for all.
 Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     Facts facts;
+    if (options.selection.level == kLevelByResult)
+        throw RequestError("--level auto: info makes no picture to choose one by; name a number");
     store::Selection selection = selection_of(options.selection);
     selection.memory_limit = memory.limit();
     selection.padding = store::Padding::smallest;

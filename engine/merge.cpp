@@ -10,6 +10,7 @@
 #include "engine/measure/machine.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/measure/since.hpp"
+#include "engine/request/resolution.hpp"
 #include "engine/result_writer.hpp"
 #include "graph/errors.hpp"
 #include "graph/mode.hpp"
@@ -126,7 +127,7 @@ class Merging {
         if (spec_.out) outputs_.emplace(*spec_.out);
         const InState unobserved(merge_.messages, Listener::State::unobserved);
         Request want = request_of(spec_);
-        Input input = inspected(spec_.input, selection_of(spec_));
+        Input input = inspected(spec_.input, chosen_selection(spec_, outputs_));
         if (merge_.runs && input.described)
             throw RequestError(
                 fmt::format("{}: a description has no samples to run on", spec_.input));

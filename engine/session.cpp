@@ -13,6 +13,7 @@
 #include "engine/measure/since.hpp"
 #include "engine/pilot.hpp"
 #include "engine/refined_scene.hpp"
+#include "engine/request/resolution.hpp"
 #include "engine/result_writer.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
@@ -425,19 +426,8 @@ void say_what_is_finer(Session& session) {
     const store::Header& header = session.input->header;
     const Job job = session.want().job;
     if (header.levels.size() < 2 || (job != Job::render && job != Job::warp)) return;
-    const Vec3& seen = session.geometry.grid.spacing;
-    const double pixel = std::min(seen.x(), seen.y());
     const Extent& here = header.extent;
-    const int axes = header.volume ? 3 : 2;
-    int coarsest = header.level;
-    for (std::size_t i = 0; i < header.levels.size(); ++i) {
-        bool fine = true;
-        for (int axis = 0; axis < axes; ++axis)
-            fine = fine && header.spacing[static_cast<std::size_t>(axis)] *
-                                   static_cast<double>(here[axis]) <=
-                               pixel * static_cast<double>(header.levels[i][axis]);
-        if (fine) coarsest = std::max(coarsest, static_cast<int>(i));
-    }
+    const int coarsest = level_as_fine(header, session.geometry.grid, job);
     if (coarsest == header.level) return;
     const double share =
         static_cast<double>(header.levels[static_cast<std::size_t>(coarsest)].samples()) /
@@ -536,7 +526,7 @@ void take_request(Session& session) {
         const InState unobserved(session.messages, Listener::State::unobserved);
         session.input = session.given && o.input.empty()
                             ? given_input(*session.given, selection_of(o))
-                            : inspected(o.input, selection_of(o));
+                            : inspected(o.input, chosen_selection(o, session.outputs));
     }
     if (session.given) expect_given(*session.given, *session.input);
     for (const auto* demands : {&o.demands.via, &o.demands.without})

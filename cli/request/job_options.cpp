@@ -242,7 +242,7 @@ store::Selection selection_of(const SelectionWords& words) {
     store::Selection selection;
     selection.series = words.series;
     if (words.time) selection.time = static_cast<int>(whole_of("--time", *words.time, 0, kMost));
-    if (words.level)
+    if (words.level && *words.level != kLevelByResult)
         selection.level = static_cast<int>(whole_of("--level", *words.level, 0, kMost));
     if (names_colours(words))
         throw RequestError(
@@ -272,6 +272,7 @@ RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     read_budgets(spec, o);
     read_output(spec, o);
     spec.selection = selection_of(o.selection);
+    spec.level_by_result = o.selection.level == kLevelByResult;
     read_transfer(spec, o);
     for (const std::string& text : o.via) spec.demands.via.push_back(demand_of(text, edges, o.job));
     for (const std::string& text : o.without)

@@ -274,7 +274,10 @@ void add_selection(CLI::App& app, SelectionWords& words) {
     const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
                           const char* help) { add_text(app, name, into, help)->type_name(value); };
     text("--series", words.series, "UID|N", "which series of a folder, or image of an OME-TIFF");
-    text("--level", words.level, "N", "which resolution of several (OME-Zarr), from 0, the finest");
+    text(
+        "--level", words.level, "N|auto",
+        "which resolution of several (OME-Zarr), from 0, the finest; auto: the coarsest that is as "
+        "fine as the result");
     text("--time", words.time, "N", "which time point, from 0");
     text("--channel", words.channel, "N|N[=COLOUR],...|all",
          "which channel, from 0; render merges several, as 0,1 or 0=red,2=#00ff80");

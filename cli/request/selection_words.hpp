@@ -7,6 +7,9 @@
 
 namespace edgewise::cli {
 
+/// Of --level: the resolution that suits the result.
+inline constexpr const char* kLevelByResult = "auto";
+
 /// What of a file is meant, and what it fails to say, as it was typed.
 struct SelectionWords {
     std::optional<std::string> series, time, channel, level, orient, spacing, unit;

@@ -111,6 +111,8 @@ struct RequestSpec {
     Job job = Job::render;
     std::string input;  // file, folder, phantom:NAME:N, raw:..., or, for plans, describe:...
     store::Selection selection;
+    /// Of several resolutions the coarsest that is as fine as the result's samples.
+    bool level_by_result = false;
     std::optional<std::string> out;  // file, %d is the frame; "-": standard output; "null:": none
     GeometrySpec geometry;
     ClipSpec clip;                      // render

@@ -134,8 +134,24 @@ class Zarr(unittest.TestCase):
         for chunk in (path / "0").rglob("*"):
             if chunk.is_file() and not chunk.name.startswith("."):
                 chunk.unlink()
-        self.assertNotIn("is as fine", self.run_it(*words, "--level", 1).stderr.decode())
-        np.testing.assert_array_equal(read_nrrd(self.folder / "p.nrrd").squeeze(), coarse.max(0))
+        for level in 1, "auto":
+            self.assertNotIn("is as fine", self.run_it(*words, "--level", level).stderr.decode())
+            np.testing.assert_array_equal(read_nrrd(self.folder / "p.nrrd").squeeze(), coarse.max(0))
+
+    def test_the_level_follows_the_result(self):
+        levels = [noise(32, 32, 32), noise(16, 16, 16, seed=2), noise(8, 8, 8, seed=3)]
+        path = self.image(levels, self.SPACE, [[1, 1, 1], [2, 2, 2], [4, 4, 4]])
+        for size, level in (None, 0), (32, 0), (17, 0), (16, 1), (9, 1), (8, 2), (3, 2):
+            words = ("render", path, "--view", "z", "--mode", "mip", *(("--size", size) if size else ()))
+            self.run_it(*words, "-o", self.folder / "auto.nrrd", "--level", "auto")
+            self.run_it(*words, "-o", self.folder / "named.nrrd", "--level", level)
+            self.assertEqual((self.folder / "auto.nrrd").read_bytes(), (self.folder / "named.nrrd").read_bytes(), size)
+        for words, said in ((("--clip", "0,0,0,5,5,5"), "--clip counts samples"), (("--perspective", 30, "--eye", "1,2,3"), "--eye counts samples"),
+                            (("--matrix", "1,0,0,0,1,0,0,0,1"), "--matrix counts samples")):
+            self.assertIn(said, self.run_it("render", path, "-o", "null:", "--level", "auto", *words, code=2).stderr.decode())
+        self.assertIn("name a number", self.run_it("info", path, "--level", "auto", code=2).stderr.decode())
+        one = self.array(noise(6, 6, 6))
+        self.run_it("render", one, "-o", self.folder / "p.nrrd", "--level", "auto", "--size", 3)
 
     def test_the_same_place_is_seen_at_every_level(self):
         z, y, x = np.meshgrid(*[np.arange(n) for n in (24, 24, 24)], indexing="ij")

@@ -1,0 +1,66 @@
+#include "engine/request/resolution.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <fmt/format.h>
+
+#include "engine/request/geometry.hpp"
+#include "engine/request/input.hpp"
+#include "engine/request/make_request.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise {
+namespace {
+
+/// An option that is given and counts samples of the input; "": there is none.
+std::string counts_samples(const RequestSpec& spec) {
+    const GeometrySpec& geometry = spec.geometry;
+    if (spec.clip.box || !spec.clip.planes.empty() || !spec.clip.balls.empty())
+        return spec.clip.options();
+    if (geometry.about) return "--about";
+    if (geometry.eye) return "--eye";
+    if (geometry.look_at) return "--look-at";
+    const auto found = std::ranges::find_if(geometry.steps, [](const GeometryStep& step) {
+        return step.kind == GeometryStep::Kind::matrix || step.kind == GeometryStep::Kind::path;
+    });
+    return found == geometry.steps.end() ? "" : fmt::format("--{}", name_of(found->kind));
+}
+
+}  // namespace
+
+int level_as_fine(const store::Header& header, const ScreenGrid& grid, Job job) {
+    const int axes = header.volume ? 3 : 2;
+    double sample = std::min(grid.spacing.x(), grid.spacing.y());
+    if (job == Job::warp && axes == 3) sample = std::min(sample, grid.spacing.z());
+    int coarsest = header.level;
+    for (std::size_t i = 0; i < header.levels.size(); ++i) {
+        bool fine = true;
+        for (int axis = 0; axis < axes; ++axis)
+            fine = fine && header.spacing[static_cast<std::size_t>(axis)] *
+                                   static_cast<double>(header.extent[axis]) <=
+                               sample * static_cast<double>(header.levels[i][axis]);
+        if (fine) coarsest = std::max(coarsest, static_cast<int>(i));
+    }
+    return coarsest;
+}
+
+store::Selection chosen_selection(const RequestSpec& spec, const std::optional<Outputs>& outputs) {
+    store::Selection selection = selection_of(spec);
+    if (!spec.level_by_result) return selection;
+    if (spec.job != Job::render && spec.job != Job::warp)
+        throw RequestError(
+            "--level auto: only pictures and warps have samples to choose one by; name a number");
+    if (const std::string option = counts_samples(spec); !option.empty())
+        throw RequestError(fmt::format(
+            "--level auto: {} counts samples of the resolution that is read; name its number",
+            option));
+    const Input input = inspected(spec.input, selection);
+    if (input.header.levels.size() < 2) return selection;
+    GeometrySpec seen = spec.geometry;
+    seen.upright = outputs && !outputs->none() && !outputs->format().volumes;
+    const Geometry geometry = geometry_of(seen, grid_of(input), spec.job);
+    selection.level = level_as_fine(input.header, geometry.grid, spec.job);
+    return selection;
+}
+
+}  // namespace edgewise
