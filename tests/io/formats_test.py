@@ -20,7 +20,7 @@ COMMAND = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
 TYPES = {"uint8": "u1", "int8": "i1", "uint16": "<u2", "int16": "<i2", "uint32": "<u4", "int32": "<i4", "float": "<f4", "double": "<f8"}
 
 
-def read_nrrd(path):
+def nrrd_and_facts(path):
     """What the command writes: attached, raw, little endian. Values, lengths of the steps along x, y, z, their unit, and what else
     `info` calls by these names."""
     head, data = path.read_bytes().split(b"\n\n", 1)
@@ -37,6 +37,11 @@ def read_nrrd(path):
     extent = sizes[several:]
     more = {"extent": extent, "kind": "volume" if len(extent) == 3 else "image", "channels": sizes[0] if several else 1}
     return np.frombuffer(data, TYPES[fields["type"]]).reshape(sizes[::-1]), spacing, units.pop() if units else None, more
+
+
+def read_nrrd(path):
+    """The values alone."""
+    return nrrd_and_facts(path)[0]
 
 
 class Said:
@@ -75,7 +80,7 @@ class Formats(unittest.TestCase):
     def values(self, path, *options):
         out = self.folder / "out.nrrd"
         self.run_it("warp", path, "-o", out, *options)
-        return read_nrrd(out)[0]
+        return nrrd_and_facts(out)[0]
 
     def check(self, name, data, expected, spacing=None, unit="mm", options=(), **more):
         """expected: values, slowest axis first; these, spacing, unit, extent, kind and channels of what is written, which keeps them.
@@ -84,7 +89,7 @@ class Formats(unittest.TestCase):
         path, out = self.put(name, data), self.folder / "out.nrrd"
         said = Said(lambda: self.info(path, *(o for o in options if o != "--labels")))
         self.run_it("warp", path, "-o", out, *options)
-        got, steps, of, written = read_nrrd(out)
+        got, steps, of, written = nrrd_and_facts(out)
         if "--channel" in options:
             del written["channels"]  # of which one was asked for
         np.testing.assert_array_equal(got, expected, err_msg=name)
