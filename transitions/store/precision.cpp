@@ -65,6 +65,10 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
         type == Type::f32 ? ask.scene.fits_f32(from.type, from.values) : is_kept(made);
     if (ask.want.field == Field::nearest && !kept)
         return Offer::no(fmt::format("{} cannot hold the labels as they are", name_of(type)));
+    // How far a surface moves hangs on its gradients, and normals turn with it.
+    if (!kept && ask.want.job->of_rays() && ask.want.mode->first_hit)
+        return Offer::no(fmt::format("{} rounds values, and surfaces move by nobody knows how much",
+                                     name_of(type)));
     return made;
 }
 
