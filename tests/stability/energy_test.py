@@ -78,10 +78,14 @@ class Surfaces(Energy):
                         self.assertGreaterEqual(got.min(), 0)
 
 
+# Gaussians of 0.6 voxels add up to 1 within (1 + 2 exp(-2 (pi 0.6)^2))^2 - 1 across the rays of any view, and so do depths.
+RIPPLE = {"project.splat_ewa_sheets": (1 + 2 * np.exp(-2 * (np.pi * 0.6) ** 2)) ** 2 - 1}
+
+
 class Media(Driven):
     def test_a_homogeneous_medium_is_one_by_every_edge(self):
         """1 - exp(-tau) in the middle of a slab, by all edges that come to a composite, at every step, to 1e-6: sums of 24 to 80
-        numbers, each rounded to 2^-24 of what is left. More is left than what ends a ray. A second, thinner medium by all edges
+        numbers, each rounded to 2^-24 of what is left; and a ripple that an edge states. More is left than what ends a ray. A second, thinner medium by all edges
         that the first went through, each at one of the steps."""
         depth = 24
         slab, medium, out = (self.folder / name for name in ("slab.nrrd", "medium.json", "m.nrrd"))
@@ -101,7 +105,9 @@ class Media(Driven):
                     self.assertEqual(done.returncode, 0, done.stderr)
                     swept.add(edge["name"])
                     made = read_nrrd(out)
-                    self.assertAlmostEqual(float(made[made.shape[0] // 2, made.shape[1] // 2].flat[0]), expected, delta=1e-6, msg=name)
+                    # Depths that are off by a share r leave exp(-tau (1 - r)) in place of exp(-tau).
+                    ripple = (1 - expected) * np.expm1(-np.log1p(-expected) * RIPPLE.get(edge["name"], 0))
+                    self.assertAlmostEqual(float(made[made.shape[0] // 2, made.shape[1] // 2].flat[0]), expected, delta=1e-6 + ripple, msg=name)
         families = {name.split(".")[0] for name in swept}
         self.assertTrue({"project", "composite", "shade", "warp"} <= families, swept)
 
