@@ -145,8 +145,7 @@ void Packet::reckon(const RayCast& cast, const ParallelRays& shared, std::size_t
     const auto keep_cell = [&](VD value, int* to) {
         hn::Store(hn::DemoteTo(whole, value), whole, to + lane);
     };
-    Spans box{hn::Set(d, cast.rays.start / cast.step),
-              hn::Set(d, cast.rays.end / cast.step)};
+    Spans box{hn::Set(d, cast.rays.start / cast.step), hn::Set(d, cast.rays.end / cast.step)};
     Spans inner = box;
     VD origin[3];
     for (int axis = 0; axis < 3; ++axis) {
