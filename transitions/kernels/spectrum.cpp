@@ -94,14 +94,16 @@ void rows_of_plane(const Grid& volume, double subtract, const SpectrumShape& sha
     const auto [row, plane] = strides_of(shape);
     const std::int64_t n = shape.volume.x, period = shape.period.x, half = period / 2 + 1;
     const std::int64_t before = shape.origin()[0];
-    Block<float> values(n, memory), line(period, memory);
+    Block<float> line(period, memory);
     Block<Complex> spectrum(half, memory);
     std::fill_n(line.data(), period, 0.f);
     for (std::int64_t j = 0; j < shape.volume.y; ++j) {
-        load_row(volume, (k * shape.volume.y + j) * n, n, subtract, weights[0].data(),
-                 weights[1][j] * weights[2][k], values.data());
-        std::copy_n(values.data() + before, n - before, line.data());
-        std::copy_n(values.data(), before, line.data() + period - before);
+        const std::int64_t first = (k * shape.volume.y + j) * n;
+        const float scale = weights[1][j] * weights[2][k];
+        load_row(volume, first, before, subtract, weights[0].data(), scale,
+                 line.data() + period - before);
+        load_row(volume, first + before, n - before, subtract, weights[0].data() + before, scale,
+                 line.data());
         fourier.run(line.data(), spectrum.data());
         std::copy_n(spectrum.data(), half,
                     out + wrapped(shape, 2, k) * plane + wrapped(shape, 1, j) * row +
@@ -109,24 +111,89 @@ void rows_of_plane(const Grid& volume, double subtract, const SpectrumShape& sha
     }
 }
 
-/// Transforms the columns of a slab of lines `stride` apart; only the samples around both ends of
-/// the period were written, the others count as 0.
-void transform_lines(Complex* first, std::int64_t columns, std::int64_t stride, std::int64_t period,
-                     std::int64_t extent, const Fourier& fourier, Complex* tile) {
-    const std::int64_t after = extent - extent / 2, before = period - extent / 2;
+/// Two complex samples, moved as two numbers of 64 bits.
+typedef double Two __attribute__((vector_size(16)));
+
+Two load_two(const Complex* from) {
+    Two both;
+    std::memcpy(&both, from, sizeof(both));
+    return both;
+}
+
+void store(Two both, Complex* to) { std::memcpy(static_cast<void*>(to), &both, sizeof(both)); }
+
+/// Two samples of each of two lines, from side by side to one behind the other or back.
+void turn_two(const Complex* from, std::int64_t from_step, Complex* to, std::int64_t to_step) {
+    const Two a = load_two(from), b = load_two(from + from_step);
+    store(Two{a[0], b[0]}, to);
+    store(Two{a[1], b[1]}, to + to_step);
+}
+
+// Samples of lines that lie side by side are far from each other, `stride` samples: both ways go
+// through them once, two by two, which takes half of the loads and stores.
+
+/// Samples first to last of lines side by side -> one line behind the other.
+void gather_lines(const Complex* from, std::int64_t stride, std::int64_t lines, std::int64_t first,
+                  std::int64_t last, Complex* tile, std::int64_t period) {
+    std::int64_t i = first;
+    for (; i + 1 < last; i += 2) {
+        const Complex* row = from + i * stride;
+        std::int64_t l = 0;
+        for (; l + 1 < lines; l += 2) turn_two(row + l, stride, tile + l * period + i, period);
+        if (l < lines) tile[l * period + i] = row[l], tile[l * period + i + 1] = row[stride + l];
+    }
+    if (i < last)
+        for (std::int64_t l = 0; l < lines; ++l) tile[l * period + i] = from[i * stride + l];
+}
+
+/// The way back, of all samples; asks for those of the next lines, which no processor foresees.
+void scatter_lines(const Complex* tile, std::int64_t period, std::int64_t lines, Complex* to,
+                   std::int64_t stride) {
+    std::int64_t i = 0;
+    for (; i + 1 < period; i += 2) {
+        Complex* row = to + i * stride;
+        for (std::int64_t ahead = kLines; ahead <= 2 * kLines; ahead += kLines / 2) {
+            __builtin_prefetch(row + ahead, 1);
+            __builtin_prefetch(row + stride + ahead, 1);
+        }
+        std::int64_t l = 0;
+        for (; l + 1 < lines; l += 2) turn_two(tile + l * period + i, period, row + l, stride);
+        if (l < lines) row[l] = tile[l * period + i], row[stride + l] = tile[l * period + i + 1];
+    }
+    if (i < period)
+        for (std::int64_t l = 0; l < lines; ++l) to[i * stride + l] = tile[l * period + i];
+}
+
+/// Transforms of kLines lines, and of those that are left over.
+struct Lines {
+    std::int64_t period, extent;  // of which samples around both ends of the period were written
+    Fourier many, rest;
+
+    Lines(const SpectrumShape& shape, int axis)
+        : period(shape.period[axis]),
+          extent(shape.volume[axis]),
+          many(Fourier::along_lines(period, kLines, false)),
+          rest(Fourier::along_lines(period, left_over(shape), false)) {}
+    static std::int64_t left_over(const SpectrumShape& shape) {
+        return std::max<std::int64_t>(1, (shape.period.x / 2 + 1) % kLines);
+    }
+};
+
+/// Transforms the columns of a slab of lines `stride` apart; the samples that were not written
+/// count as 0.
+void transform_lines(Complex* first, std::int64_t columns, std::int64_t stride, const Lines& lines,
+                     Complex* tile) {
+    const std::int64_t period = lines.period, after = lines.extent - lines.extent / 2,
+                       before = period - lines.extent / 2;
     for (std::int64_t column = 0; column < columns; column += kLines) {
-        const std::int64_t lines = std::min(kLines, columns - column);
-        for (std::int64_t i = 0; i < period; ++i) {
-            const Complex* from = first + i * stride + column;
-            const bool zero = i >= after && i < before;
-            for (std::int64_t l = 0; l < lines; ++l) tile[l * period + i] = zero ? 0 : from[l];
-        }
-        // A narrow last tile transforms what an earlier one left in its other lines.
-        fourier.run(tile);
-        for (std::int64_t i = 0; i < period; ++i) {
-            Complex* to = first + i * stride + column;
-            for (std::int64_t l = 0; l < lines; ++l) to[l] = tile[l * period + i];
-        }
+        const std::int64_t many = std::min(kLines, columns - column);
+        Complex* here = first + column;
+        gather_lines(here, stride, many, 0, after, tile, period);
+        for (std::int64_t l = 0; l < many; ++l)
+            std::fill(tile + l * period + after, tile + l * period + before, Complex{});
+        gather_lines(here, stride, many, before, period, tile, period);
+        (many == kLines ? lines.many : lines.rest).run(tile);
+        scatter_lines(tile, period, many, here, stride);
     }
 }
 
@@ -173,26 +240,23 @@ void spectrum_of_volume(const Grid& volume, double subtract, const SpectrumShape
     const std::vector<float> weights[3] = {weights_along(shape, 0), weights_along(shape, 1),
                                            weights_along(shape, 2)};
     const Fourier along_x = Fourier::real_row(shape.period.x);
-    const Fourier along_y = Fourier::along_lines(shape.period.y, kLines, false);
-    const Fourier along_z = Fourier::along_lines(shape.period.z, kLines, false);
+    const Lines along_y(shape, 1), along_z(shape, 2);
 
     tbb::parallel_for(
         std::int64_t{0}, shape.volume.z, [&, plane = plane, row = row](std::int64_t k) {
             if (stopped(stop)) return;
             rows_of_plane(volume, subtract, shape, weights, along_x, k, out, memory);
             Block<Complex> tile(kLines * shape.period.y, memory);
-            std::fill_n(tile.data(), kLines * shape.period.y, Complex{});
             transform_lines(out + wrapped(shape, 2, k) * plane + SpectrumShape::kColumnsBefore,
-                            half, row, shape.period.y, shape.volume.y, along_y, tile.data());
+                            half, row, along_y, tile.data());
         });
-    tbb::parallel_for(
-        std::int64_t{0}, shape.period.y, [&, plane = plane, row = row](std::int64_t j) {
-            if (stopped(stop)) return;
-            Block<Complex> tile(kLines * shape.period.z, memory);
-            std::fill_n(tile.data(), kLines * shape.period.z, Complex{});
-            transform_lines(out + j * row + SpectrumShape::kColumnsBefore, half, plane,
-                            shape.period.z, shape.volume.z, along_z, tile.data());
-        });
+    tbb::parallel_for(std::int64_t{0}, shape.period.y,
+                      [&, plane = plane, row = row](std::int64_t j) {
+                          if (stopped(stop)) return;
+                          Block<Complex> tile(kLines * shape.period.z, memory);
+                          transform_lines(out + j * row + SpectrumShape::kColumnsBefore, half,
+                                          plane, along_z, tile.data());
+                      });
     tbb::parallel_for(std::int64_t{0}, shape.period.z, [&](std::int64_t k) {
         if (!stopped(stop)) repeat_columns(shape, k, out);
     });

@@ -39,7 +39,10 @@ TEST(TapTable, HoldsTheWindow) {
 }
 
 TEST(Spectrum, IsTheTransformOfTheWeightedVolume) {
-    for (const Extent extent : {Extent{7, 6, 5}, Extent{8, 1, 3}}) {
+    // Half of a period has 9, 25 and 16 columns, of which 16 are transformed together; periods of
+    // 27 are odd.
+    for (const Extent extent :
+         {Extent{7, 6, 5}, Extent{8, 1, 3}, Extent{29, 17, 10}, Extent{20, 3, 17}}) {
         const PlainVolume volume = noise(extent, 0);
         const SpectrumShape shape(extent, KaiserBessel(4, 1.5));
         const auto spectrum = spectrum_of(volume, shape);
