@@ -7,8 +7,8 @@
 #include <tbb/parallel_for.h>
 
 #include "graph/label_surface.hpp"
-#include "reference/filtered.hpp"
 #include "reference/label_light.hpp"
+#include "reference/written.hpp"
 
 namespace edgewise {
 namespace {
@@ -58,13 +58,20 @@ Cells cells_along(const RaySpan& ray) {
 
 Reference::Reference(const Request& want, const ReferenceField& field,
                      std::pmr::memory_resource* memory)
-    : want_(want), field_(field), geometry_(want), arriving_(want, field), memory_(memory) {
-    if (const auto* filtering = want.setting.as<Filtering>())
-        filtered_ = std::make_shared<const FilteredReference>(*filtering, field);
+    : want_(want),
+      field_(field),
+      geometry_(want),
+      arriving_(want, field),
+      own_(job_reference(want, field)),
+      memory_(memory) {}
+
+double Reference::range(double low, double high) const {
+    const std::optional<double> own = own_ ? own_->range() : std::nullopt;
+    return own ? *own : range_of(want_, low, high);
 }
 
 void Reference::expect_affordable(double samples) const {
-    if (filtered_) filtered_->expect_affordable(samples);
+    if (own_) own_->expect_affordable(samples);
 }
 
 int Reference::channels() const noexcept {
@@ -74,6 +81,7 @@ int Reference::channels() const noexcept {
 
 bool Reference::sees_input(const OutputSample& at) const {
     if (want_.job->of_rays()) return geometry_.ray(at).has_value();
+    if (!is_near_field()) return true;
     const std::optional<Vec3> p = geometry_.point(at);
     return p && field_.inside(*p);
 }
@@ -101,7 +109,7 @@ Region Reference::cells_of(std::int64_t tile) const {
 }
 
 double Reference::bytes(double samples, int threads) const noexcept {
-    if (filtered_) return filtered_->bytes();
+    if (own_) return own_->bytes(threads);
     const bool tiled = field_.kind() == Field::spline;
     const std::int64_t side = tile_side();
     double visits = samples;
@@ -124,7 +132,7 @@ double Reference::bytes(double samples, int threads) const noexcept {
 }
 
 std::vector<double> Reference::values(std::span<const OutputSample> samples) const {
-    if (filtered_) return filtered_->values(samples);
+    if (own_) return own_->values(samples);
     if (want_.job->of_points()) return warped(samples);
     std::vector<double> values(samples.size() * static_cast<std::size_t>(channels()), kNone);
     for (std::size_t begin = 0; begin < samples.size(); begin += kRaysAtOnce)
@@ -199,9 +207,6 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
             const double here = value_at(p);
             if (!std::isfinite(here)) return;
             if (!frame) return to.add(here, cell.length, want_);
-            if (want_.mode->faded)
-                return to.add(want_.mode->faded(here, frame->left(cell.middle, want_), want_),
-                              cell.length, want_);
             to.add_lit(
                 here, cell.length, [&] { return lit_at(p, cell.middle, *frame, arriving); }, want_);
         };

@@ -6,19 +6,18 @@
 
 #include "reference/arriving_light.hpp"
 #include "reference/field.hpp"
+#include "reference/job_reference.hpp"
 #include "reference/view_geometry.hpp"
 
 namespace edgewise {
-
-class FilteredReference;
 
 /// The answer without shortcuts, in f64, one output sample at a time.
 ///
 /// Warp: the field at the sample's place. Render: cells of RaySpan::step of each ray, cut at the
 /// faces of the input, each sampled at the middle of what is left of it and weighed by its
-/// length; no early end; where the field is absent, nothing. Filter: the kernel's sum or extreme at
-/// the sample (FilteredReference). Result values are those that edges
-/// deliver: for composite premultiplied red, green, blue and opacity, before the background.
+/// length; no early end; where the field is absent, nothing. Other jobs: their own (JobReference).
+/// Result values are those that edges deliver: for composite premultiplied red, green, blue and
+/// opacity, before the background.
 /// Written without the kernels that it judges.
 class Reference {
  public:
@@ -38,6 +37,11 @@ class Reference {
     /// @throws RequestError where so many samples would take hours
     void expect_affordable(double samples) const;
 
+    /// What counts as an error of 1, where the reference lies between two values.
+    double range(double low, double high) const;
+    /// Whether the field at an output sample's place, or along its ray, is a guess of its value.
+    bool is_near_field() const noexcept { return !own_ || own_->is_near_field(); }
+
     const ReferenceField& field() const noexcept { return field_; }
     const ViewGeometry& geometry() const noexcept { return geometry_; }
 
@@ -52,7 +56,7 @@ class Reference {
     const ReferenceField& field_;
     ViewGeometry geometry_;
     ArrivingLight arriving_;
-    std::shared_ptr<const FilteredReference> filtered_;  // of filter jobs; else null
+    std::shared_ptr<const JobReference> own_;  // of jobs that have one, else null
     std::pmr::memory_resource* memory_;
 };
 

@@ -135,7 +135,7 @@ double FilteredReference::steps(double samples) const noexcept {
     return static_cast<double>(field_.extent().samples()) * each + samples * places_;
 }
 
-double FilteredReference::bytes() const noexcept {
+double FilteredReference::bytes(int /*threads*/) const noexcept {
     // What is kept of each channel, and of a box what one axis makes of it.
     const double kept = passes_of(filtering_.op).size() == 1 ? 1 : 2;
     return (kept * field_.channels() + 2) * static_cast<double>(field_.extent().samples()) *

@@ -6,25 +6,22 @@
 #include <vector>
 
 #include "graph/filtering.hpp"
-#include "reference/field.hpp"
-#include "reference/view_geometry.hpp"
+#include "reference/job_reference.hpp"
 
 namespace edgewise {
 
 /// What a filter makes of samples, in f64 and as graph/filtering.hpp defines it, place by place of
 /// the kernel. Written without the edges that it judges.
-class FilteredReference {
+class FilteredReference final : public JobReference {
  public:
     /// Both must stay alive.
     FilteredReference(const Filtering& filtering, const ReferenceField& field);
 
-    /// [samples][channels]; NaN where a value within the kernel's reach is not finite. Runs in
-    /// threads, for one caller at a time; the bytes do not depend on their number.
-    std::vector<double> values(std::span<const OutputSample> samples) const;
-    /// Bytes that values() takes at most beside what it returns.
-    double bytes() const noexcept;
-    /// @throws RequestError where so many samples would take hours
-    void expect_affordable(double samples) const;
+    /// NaN where a value within the kernel's reach is not finite.
+    std::vector<double> values(std::span<const OutputSample> samples) const override;
+    double bytes(int threads) const noexcept override;
+    void expect_affordable(double samples) const override;
+    bool is_near_field() const noexcept override { return true; }
 
  private:
     enum class Rule { sum, most, least, middle };

@@ -273,7 +273,7 @@ void Verifier::draw() {
     nearby_.clear();
     std::vector<double> rough(looked_.size(), 0);
     // Labels either differ or not: shares of even draws have intervals of their own.
-    if (!labels_) {
+    if (!labels_ && reference_.is_near_field()) {
         const std::vector<double> guesses = this->guesses();
         rough = roughness(guesses);
         add_extremes_of(guesses);
@@ -543,7 +543,7 @@ Verified Verifier::finish() {
     Verified verified;
     verified.samples = compared_.samples;
     verified.max = compared_.largest_difference;
-    verified.range = range_of(want_, compared_.low, compared_.high);
+    verified.range = reference_.range(compared_.low, compared_.high);
     if (compared_.samples > 0) {
         const double weight =
             remembers_ ? 1 - compared_.left_out : static_cast<double>(compared_.samples);

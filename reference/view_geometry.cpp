@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "graph/errors.hpp"
+#include "reference/job_reference.hpp"
 
 namespace edgewise {
 namespace {
@@ -52,7 +53,7 @@ bool RaySpan::clip(const Clip& part) noexcept {
 }
 
 ViewGeometry::ViewGeometry(const Request& want) : want_(want) {
-    if (want.job->values == JobTraits::Values::other && !want.job->samples)
+    if (!has_reference(want.job))
         throw RequestError(fmt::format(
             "no reference knows what a {} should give; it cannot be verified", name_of(want.job)));
     if (want.job->of_rays() && want.deformed())

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "cli/request/radon_words.hpp"
+#include "reference/job_reference.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -254,10 +255,10 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
     }
     text("--json", o.json, "FILE|-", "report");
     app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
-    const bool has_reference = o.job->values != JobTraits::Values::other || o.job->samples;
-    if (has_reference) add_verify(app, o);
+    const bool is_verifiable = has_reference(o.job);
+    if (is_verifiable) add_verify(app, o);
     text("--repeat", o.repeat, "N", "run N times");
-    if (out == OutNeeded::yes && has_reference)
+    if (out == OutNeeded::yes && is_verifiable)
         text("--report", o.report, "FILE.html", "a page of the run: plan, pictures, error map");
     text("--trace", o.trace, "FILE.json", "what ran when, for Chrome's trace viewer");
     text("--flow", o.flow, "FILE.dot", "the nodes that run");

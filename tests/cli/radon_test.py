@@ -159,6 +159,47 @@ class Radon(Running):
         self.assertEqual(report["request"]["job"], "radon")
         self.assertIn("hough", self.run_it("graph", *words).stdout.decode())
 
+    def test_verified_by_what_shares_no_code(self):
+        for shape, dtype in (((33, 41), "<f4"), ((3, 9, 14), "u1"), ((1, 9), "<i2")):
+            a = self.random.integers(0, 200, shape).astype(dtype)
+            self.write(a)
+            for edge in SUMS + COUNTS:
+                hough = ["--to", "hough", "--threshold", 90] if edge in COUNTS else []
+                done = self.run_it("radon", self.source, "-o", "null:", "--angles", 18, "--quiet", "--json", "-", "--verify=all", "--via", edge, *hough)
+                report = json.loads(done.stdout)
+                error, predicted = report["measured"]["error"], report["plan"]["predicted"]["error"]
+                self.assertEqual(error["samples"], 18 * offsets_of(shape[-2:]) * (shape[0] if len(shape) > 2 else 1))
+                self.assertLessEqual(error["nrmse"], predicted, (edge, shape))
+                if edge in COUNTS:
+                    self.assertEqual((error["nrmse"], error["max"]), (0, 0))
+
+    def test_verifying_sees_what_is_approximate(self):
+        """Of noise a transform that is cut early is off by more than rounding, and by less than it says; a budget in between is broken."""
+        a = self.random.integers(0, 2, (96, 96)).astype("u1") * 255
+        self.write(a)
+        words = ["radon", self.source, "-o", "null:", "--angles", 60, "--quiet", "--json", "-", "--verify=all", "--via", "radon.fourier/cut=0.01"]
+        report = json.loads(self.run_it(*words, "--max-error", "1%").stdout)
+        error, predicted = report["measured"]["error"]["nrmse"], report["plan"]["predicted"]["error"]
+        self.assertGreater(error, 1e-6)
+        self.assertLess(error, predicted)
+        # The same by numpy: the largest difference times the diagonal counts as 1.
+        self.run_it(*[self.out if w == "null:" else w for w in words], "--max-error", "1%")
+        got = files.read(self.out)[0, ..., 0]
+        off = np.sqrt(np.mean((got - sinogram(a, 60)) ** 2)) / (255 * math.hypot(97, 97))
+        # Midpoints of numpy's sum are off themselves, see test_integrals.
+        self.assertLess(abs(off - error), 2 * 400 / 8 / 32**2 / 255)
+
+    def test_samples_are_drawn_and_a_page_is_made(self):
+        a = self.random.integers(0, 200, (90, 120)).astype("u1")
+        self.write(a)
+        done = self.run_it("radon", self.source, "-o", "null:", "--angles", 100, "--quiet", "--json", "-", "--verify=500")
+        error = json.loads(done.stdout)["measured"]["error"]
+        self.assertLess(error["samples"], 100 * offsets_of(a.shape))
+        self.assertLess(error["nrmse"], 1e-7)
+        page = self.folder / "r.html"
+        self.run_it("radon", self.source, "-o", "null:", "--angles", 30, "--quiet", "--report", page)
+        self.assertIn("grid line", page.read_text())
+
     def test_hostile_words(self):
         a = self.random.integers(0, 200, (8, 9)).astype("u1")
         self.write(a)
