@@ -1,5 +1,6 @@
 #include "transitions/filter/backward.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include <vector>
@@ -11,7 +12,7 @@
 namespace edgewise {
 namespace {
 
-/// The places that count and their weights.
+/// The places that count and their weights, for tiles of one shape.
 template <class T>
 struct Taps {
     std::vector<std::ptrdiff_t> places;
@@ -29,12 +30,42 @@ struct Taps {
     }
 };
 
+/// Whether sums go over a box, row by row, in which every place counts.
+bool is_full_sum(const Neighbourhood& of) { return of.of_sum() && of.full(); }
+
+Extent tile_of(const Neighbourhood& of, const Extent& whole, std::size_t bytes) {
+    Extent tile = tile_for(of, whole, bytes);
+    if (!is_full_sum(of) || whole.z > 1) return tile;
+    // So many rows of samples as are read at once suit the nearest cache.
+    tile.x = std::min<std::int64_t>(384, whole.x);
+    tile.y = std::min<std::int64_t>(64, whole.y);
+    return tile;
+}
+
 template <class T>
-void run_backward(const PassRun& run) {
+void run_full_sum(const PassRun& run) {
+    const TileShape shape(run.of, tile_of(run.of, run.in.extent, sizeof(T)));
+    const std::vector<T> weights(run.of.weights.begin(), run.of.weights.end());
+    const Extent n = run.of.extent();
+    const kernels::WeightBox<T> box{weights.data(), n.x, n.y, n.z};
+    run_tiles<T>(
+        run, shape,
+        [&](const Tile<T>& tile) {
+            for (std::int64_t z = 0; z < tile.extent.z; ++z)
+                kernels::sum_rows(tile.first(run.of) + z * tile.shape.slice, tile.shape.row,
+                                  tile.shape.slice, box, tile.out_row(0, z), tile.row,
+                                  tile.extent.x, tile.extent.y);
+        },
+        TileReads::in_place_but_frames);
+}
+
+template <class T>
+void run_taps(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
-    const Taps<T> taps(run.of, shape);
+    const Taps<T> of_copies(run.of, shape), in_place(run.of, {run.of, shape.tile, run.in});
     const bool least = run.of.rule == Neighbourhood::Rule::least;
-    run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
+    const auto work = [&](const Tile<T>& tile) {
+        const Taps<T>& taps = &tile.shape == &shape ? of_copies : in_place;
         for (std::int64_t z = 0; z < tile.extent.z; ++z)
             for (std::int64_t y = 0; y < tile.extent.y; ++y) {
                 const T* in = tile.in_row(y, z);
@@ -52,7 +83,15 @@ void run_backward(const PassRun& run) {
                     kernels::extreme_row(in, taps.places.data(), count, least, out, n);
                 }
             }
-    });
+    };
+    run_tiles<T>(run, shape, work, TileReads::in_place_but_frames);
+}
+
+template <class T>
+void run_backward(const PassRun& run) {
+    if constexpr (std::is_floating_point_v<T>)
+        if (is_full_sum(run.of)) return run_full_sum<T>(run);
+    run_taps<T>(run);
 }
 
 }  // namespace
@@ -67,7 +106,23 @@ Transition filter_backward() {
             if (ask.of.places() == 0 && !ask.of.of_sum()) return "no place of the kernel counts";
             return {};
         },
-        .operations = [](const PassAsk& ask) { return 2.0 * double(ask.of.places()); },
+        // Each place is read, multiplied and added, or compared.
+        .operations =
+            [](const PassAsk& ask) {
+                const double reads = is_full_sum(ask.of) ? 0.25 : 1;  // four rows share them
+                return (ask.of.of_sum() ? 2 + reads : 2) * double(ask.of.places());
+            },
+        .in_place = true,
+        .variant = [](const PassAsk& ask) -> std::string_view {
+            return is_full_sum(ask.of) ? "rows" : "";
+        },
+        .scratch =
+            [](const PassAsk& ask) {
+                const std::size_t bytes = bytes_of(ask.type);
+                const TileShape shape(ask.of, tile_of(ask.of, ask.from.extent, bytes));
+                return 2 * static_cast<double>(shape.values() + 2 * kernels::kRowStep) *
+                       static_cast<double>(bytes);
+            },
         .run =
             [](const PassRun& run, Type type) {
                 with_type(type, [&](auto sample) { run_backward<decltype(sample)>(run); });

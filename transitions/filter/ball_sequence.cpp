@@ -124,6 +124,19 @@ void run_sequence(const PassRun& run) {
     });
 }
 
+/// What the sequence does to the largest tile.
+struct OfTile {
+    TileShape shape;
+    Ahead passes;
+
+    explicit OfTile(const PassAsk& ask)
+        : shape(ask.of, tile_for(ask.of, ask.from.extent, bytes_of(ask.type))),
+          passes(passes_ahead(ball_sequence(ask.of.size, axes_of_ball(ask.of)), shape)) {}
+    double values_a_sample() const noexcept {
+        return double(shape.values()) / double(shape.tile.samples());
+    }
+};
+
 std::string not_by_sequence(const PassAsk& ask) {
     const Neighbourhood& of = ask.of;
     // Counting the places of larger ones takes longer than the filter.
@@ -218,18 +231,27 @@ Transition filter_ball_sequence() {
         .refused = not_by_sequence,
         .operations =
             [](const PassAsk& ask) {
-                const TileShape shape(ask.of,
-                                      tile_for(ask.of, ask.from.extent, bytes_of(ask.type)));
+                const OfTile tile(ask);
                 double comparisons = 0;
-                for (const auto& reads :
-                     passes_ahead(ball_sequence(ask.of.size, axes_of_ball(ask.of)), shape).reads)
+                for (const auto& reads : tile.passes.reads)
                     comparisons += 2.0 * double(reads.size() - 1);
-                // Each pass goes over the whole tile, from a slower cache where it is large.
-                constexpr double kNear = 0x1p18, kFar = 6;
-                const double values = double(shape.values());
-                const double slower = values * double(bytes_of(ask.type)) > kNear ? kFar : 1;
-                return slower * comparisons * values / double(shape.tile.samples());
+                return comparisons * tile.values_a_sample();
             },
+        // Each pass goes over the whole tile.
+        .lines = [](const PassAsk& ask) -> Lines {
+            const OfTile tile(ask);
+            const auto bytes = static_cast<double>(bytes_of(ask.type));
+            double streams =
+                0;  // that a pass reads, each a line apart from the one before, and writes
+            for (std::vector<std::ptrdiff_t> reads : tile.passes.reads) {
+                std::sort(reads.begin(), reads.end());
+                streams += 2;
+                for (std::size_t i = 1; i < reads.size(); ++i)
+                    streams += double(reads[i] - reads[i - 1]) * bytes >= kLineBytes;
+            }
+            return {.count = streams * tile.values_a_sample() * bytes / kLineBytes,
+                    .span = static_cast<double>(tile.shape.values()) * bytes};
+        },
         .error = [](const PassAsk& ask) -> Error {
             const BallSequence sequence = ball_sequence(ask.of.size, axes_of_ball(ask.of));
             return differing_places(sequence, ask.of.size) == 0 ? Error{} : Error::unknown();

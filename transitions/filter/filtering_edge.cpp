@@ -104,11 +104,18 @@ Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) 
     Work work;
     for (std::size_t i = 0; i < passes.size(); ++i) {
         // Samples into tiles and out of them.
-        constexpr double kCopied = 4;
+        constexpr double kCopies = 4;
         const PassAsk pass{passes[i], made[i], ask.scene, offer.with, made[i + 1].type};
         // Vectors hold half as many f64, and twice or four times as many narrow integers.
         const double width = double(bytes_of(pass.type)) / sizeof(float);
-        work.operations += n * (algorithm.operations(pass) * width + kCopied);
+        const double copied = algorithm.in_place && pass.in_place() ? 0 : kCopies;
+        work.operations += n * (algorithm.operations(pass) * width + copied);
+        if (algorithm.lines) {
+            const Lines lines = algorithm.lines(pass);
+            work.lines.count += n * lines.count;
+            work.lines.span = std::max(work.lines.span, lines.span);
+        }
+        if (algorithm.variant) work.variant = algorithm.variant(pass);
         work.streamed += made[i].bytes() + made[i + 1].bytes();
         const TileShape shape(passes[i],
                               tile_for(passes[i], offer.from.extent, bytes_of(pass.type)));

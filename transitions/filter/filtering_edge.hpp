@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 
 #include "graph/transition.hpp"
 #include "transitions/filter/neighbourhood.hpp"
@@ -17,6 +18,19 @@ struct PassAsk {
     const Scene& scene;
     const Parameters& with;
     Type type;  // in which it computes
+
+    /// Operations in vectors that take as long as one on a single value: so many values of its type
+    /// are in a vector of eight f32.
+    double alone() const noexcept { return 32 / static_cast<double>(bytes_of(type)); }
+    /// Operations in vectors that one call on a row takes before and after its vectors, for each of
+    /// so many samples: some 40, one by one.
+    double call(std::int64_t samples) const noexcept {
+        return 40 * alone() / static_cast<double>(samples);
+    }
+    /// Whether tiles in the middle are read and written where they are, see TileReads.
+    bool in_place() const noexcept {
+        return type == from.type && from.channels == 1 && from.values.identity();
+    }
 };
 
 /// How one pass of a filter is worked out. An edge is made of it by filtering_edge().
@@ -27,8 +41,14 @@ struct FilterAlgorithm {
     bool on_demand = false;
     /// Why it cannot serve, or "".
     std::function<std::string(const PassAsk&)> refused = {};
-    /// Operations a sample.
+    /// Operations a sample, on vectors of the type in which it computes.
     std::function<double(const PassAsk&)> operations = {};
+    /// Cache lines a sample that passes over a whole tile bring, and the bytes of that tile.
+    std::function<Lines(const PassAsk&)> lines = {};
+    /// Whether it has tiles read and written in place.
+    bool in_place = false;
+    /// See Work::variant; absent: none.
+    std::function<std::string_view(const PassAsk&)> variant = {};
     /// Bytes that a thread needs; absent: those of three tiles.
     std::function<double(const PassAsk&)> scratch = {};
     /// What it adds to rounding, which filtering_edge() knows; absent: nothing.

@@ -42,7 +42,7 @@ void run_fourier(const PassRun& run) {
     const TileShape shape(run.of, blocks.tile);
     const Extent size = blocks.transform;
     const bool rounds = run.of.sums_integers(run.in.type, run.in.values);
-    run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
+    const auto work = [&](const Tile<T>& tile) {
         const Extent n = tile.extent;
         kernels::Block<float> real(kernel.values(), tile.memory);
         kernels::Block<Complex> spectrum(kernel.frequencies(), tile.memory);
@@ -57,7 +57,8 @@ void run_fourier(const PassRun& run) {
                     to[x] =
                         rounds ? static_cast<T>(std::nearbyint(from[x])) : static_cast<T>(from[x]);
             }
-    });
+    };
+    run_tiles<T>(run, shape, work, TileReads::in_place);
 }
 
 }  // namespace
@@ -73,6 +74,7 @@ Transition filter_fourier() {
                 const double f32 = 4 / double(bytes_of(ask.type));
                 return f32 * transform_operations(Blocks(ask.of, ask.from.extent));
             },
+        .in_place = true,
         .scratch = [](const PassAsk& ask) { return Blocks(ask.of, ask.from.extent).scratch(); },
         .error = [](const PassAsk& ask) -> Error {
             return {.noise = of_integers(ask) ? 0 : fourier_noise(ask)};

@@ -64,14 +64,14 @@ void run_levels(const PassRun& run) {
     const TileShape shape(run.of, blocks.tile);
     const Extent size = blocks.transform, reach = run.of.extent();
     const float enough = static_cast<float>(needed(run.of)) - 0.5f;
-    run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
+    const auto work = [&](const Tile<T>& tile) {
         const Extent n = tile.extent;
         kernels::Block<float> real(kernel.values(), tile.memory);
         kernels::Block<Complex> spectrum(kernel.frequencies(), tile.memory);
         T low = *tile.first(run.of), high = low;
         for (std::int64_t z = 0; z < n.z + reach.z - 1; ++z)
             for (std::int64_t y = 0; y < n.y + reach.y - 1; ++y) {
-                const T* row = tile.first(run.of) + y * shape.row + z * shape.slice;
+                const T* row = tile.first(run.of) + y * tile.shape.row + z * tile.shape.slice;
                 const auto [least, most] = std::minmax_element(row, row + n.x + reach.x - 1);
                 low = std::min(low, *least), high = std::max(high, *most);
             }
@@ -92,7 +92,8 @@ void run_levels(const PassRun& run) {
                         if (counts[x] > enough) out[x] = static_cast<T>(level);
                 }
         }
-    });
+    };
+    run_tiles<T>(run, shape, work, TileReads::in_place);
 }
 
 }  // namespace

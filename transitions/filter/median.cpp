@@ -52,9 +52,11 @@ bool is_less(T a, T b) {
 template <class T>
 void run_selection(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
-    const auto places = places_where(run.of, shape, Counts{run.of});
-    const std::size_t middle = (places.size() - 1) / 2;
-    run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
+    const auto of_copies = places_where(run.of, shape, Counts{run.of});
+    const auto in_place = places_where(run.of, {run.of, shape.tile, run.in}, Counts{run.of});
+    const std::size_t middle = (of_copies.size() - 1) / 2;
+    const auto work = [&](const Tile<T>& tile) {
+        const auto& places = &tile.shape == &shape ? of_copies : in_place;
         std::vector<T> values(places.size());
         for (std::int64_t z = 0; z < tile.extent.z; ++z)
             for (std::int64_t y = 0; y < tile.extent.y; ++y)
@@ -65,7 +67,8 @@ void run_selection(const PassRun& run) {
                     std::nth_element(values.begin(), at, values.end(), is_less<T>);
                     tile.out_row(y, z)[x] = *at;
                 }
-    });
+    };
+    run_tiles<T>(run, shape, work, TileReads::in_place_but_frames);
 }
 
 /// How often each of 256 values is there, and which one so many are below.
@@ -92,39 +95,51 @@ class Histogram {
     std::int32_t below_ = 0;
 };
 
+/// Which places a histogram counts, and what one step to the right changes.
+struct Moves {
+    std::vector<std::ptrdiff_t> all;
+    std::vector<std::ptrdiff_t> enters, leaves;  // what leaves is counted from before the step
+
+    Moves(const Neighbourhood& of, const TileShape& shape) {
+        const Counts counts{of};
+        all = places_where(of, shape, counts);
+        enters = places_where(of, shape, [&](auto x, auto y, auto z) {
+            return counts(x, y, z) && !counts(x + 1, y, z);
+        });
+        leaves = places_where(of, shape, [&](auto x, auto y, auto z) {
+            return counts(x, y, z) && !counts(x - 1, y, z);
+        });
+    }
+};
+
 template <class T>
 void run_histogram(const PassRun& run) {
     static_assert(sizeof(T) == 1);
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
-    const Counts counts{run.of};
-    const auto all = places_where(run.of, shape, counts);
-    // What one step to the right brings, and what it leaves behind, counted from before it.
-    const auto enters = places_where(run.of, shape, [&](auto x, auto y, auto z) {
-        return counts(x, y, z) && !counts(x + 1, y, z);
-    });
-    const auto leaves = places_where(run.of, shape, [&](auto x, auto y, auto z) {
-        return counts(x, y, z) && !counts(x - 1, y, z);
-    });
-    const auto middle = static_cast<std::int32_t>((all.size() - 1) / 2);
+    const Moves of_copies(run.of, shape), in_place(run.of, {run.of, shape.tile, run.in});
+    const auto middle = static_cast<std::int32_t>((of_copies.all.size() - 1) / 2);
     // Signed values are moved up, so that their order is that of unsigned ones.
     constexpr int kUp = std::is_signed_v<T> ? 128 : 0;
     const auto level = [](T value) { return static_cast<std::uint8_t>(int(value) + kUp); };
-    run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
+    const auto work = [&](const Tile<T>& tile) {
+        const Moves& moves = &tile.shape == &shape ? of_copies : in_place;
         for (std::int64_t z = 0; z < tile.extent.z; ++z)
             for (std::int64_t y = 0; y < tile.extent.y; ++y) {
                 const T* in = tile.in_row(y, z);
                 T* out = tile.out_row(y, z);
                 Histogram histogram;
-                for (const std::ptrdiff_t place : all) histogram.add(level(in[place]));
+                for (const std::ptrdiff_t place : moves.all) histogram.add(level(in[place]));
                 for (std::int64_t x = 0;;) {
                     out[x] = static_cast<T>(int(histogram.at(middle)) - kUp);
                     if (++x == tile.extent.x) break;
-                    for (const std::ptrdiff_t place : leaves)
+                    for (const std::ptrdiff_t place : moves.leaves)
                         histogram.remove(level(in[x - 1 + place]));
-                    for (const std::ptrdiff_t place : enters) histogram.add(level(in[x + place]));
+                    for (const std::ptrdiff_t place : moves.enters)
+                        histogram.add(level(in[x + place]));
                 }
             }
-    });
+    };
+    run_tiles<T>(run, shape, work, TileReads::in_place_but_frames);
 }
 
 }  // namespace
@@ -134,7 +149,17 @@ Transition filter_median() {
         .name = "filter.median",
         .source = "Hoare 1961",
         .refused = no_median,
-        .operations = [](const PassAsk& ask) { return 12.0 * double(ask.of.places()); },
+        // Each place is copied. Selecting the middle by medians of three compares 2.75 times as
+        // many (Kirschenhofer, Prodinger, Martinez 1997): two reads, a comparison and a step, one
+        // by one. A processor guesses how each turns out, half of the time wrongly, and then begins
+        // anew: that takes the depth of its pipeline.
+        .operations =
+            [](const PassAsk& ask) {
+                constexpr double kCopied = 3, kTimes = 2.75, kCompared = 4, kDepth = 15;
+                return ask.alone() * (kCopied + kTimes * (kCompared + kDepth / 2)) *
+                       double(ask.of.places());
+            },
+        .in_place = true,
         .run =
             [](const PassRun& run, Type type) {
                 with_type(type, [&](auto sample) { run_selection<decltype(sample)>(run); });
@@ -156,11 +181,15 @@ Transition filter_median_histogram() {
         .operations =
             [](const PassAsk& ask) {
                 const Extent n = ask.of.extent();
-                constexpr double kMoved = 40;  // what the middle moves by
+                constexpr double kMoved = 40;  // by 13 levels, as of noise and few places
+                // A value, its count there and back, whether it is below the middle, how many are.
+                constexpr double kCounted = 5;
                 const double ends = 2 * double(n.y) * double(n.z);
-                // Narrow vectors are no help here: as many as of f32.
-                return 4 * (4 * ends + kMoved + double(ask.of.places()) / 128);
+                const Extent tile = tile_for(ask.of, ask.from.extent, 1);
+                const double first = double(ask.of.places()) / double(tile.x);
+                return ask.alone() * (kCounted * (ends + first) + kMoved);
             },
+        .in_place = true,
         .run =
             [](const PassRun& run, Type type) {
                 if (type == Type::i8)

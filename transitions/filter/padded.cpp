@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <tbb/parallel_for.h>
 #include <type_traits>
 #include <vector>
@@ -26,21 +27,28 @@ struct Span {
     std::int64_t count;
 };
 
-/// Where n samples of a padded row come from. Most follow one another: only those beyond the
-/// samples jump.
-std::vector<Span> spans_of(const std::vector<std::int64_t>& places) {
+/// Where samples `begin` ... of a padded row come from, of an axis of n. Most follow one another:
+/// only those beyond the axis jump.
+std::vector<Span> spans_of(Border border, std::int64_t begin, std::int64_t count, std::int64_t n) {
     std::vector<Span> spans;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        const std::int64_t at = places[i];
-        if (!spans.empty()) {
-            Span& last = spans.back();
-            if (at == (last.from < 0 ? -1 : last.from + last.count)) {
-                ++last.count;
-                continue;
+    const auto beyond = [&](std::int64_t from, std::int64_t to) {
+        for (std::int64_t i = from; i < to; ++i) {
+            const std::int64_t at = bordered(border, begin + i, n);
+            if (!spans.empty()) {
+                Span& last = spans.back();
+                if (at == (last.from < 0 ? -1 : last.from + last.count)) {
+                    ++last.count;
+                    continue;
+                }
             }
+            spans.push_back({i, at, 1});
         }
-        spans.push_back({static_cast<std::int64_t>(i), at, 1});
-    }
+    };
+    const std::int64_t first = std::clamp<std::int64_t>(-begin, 0, count);
+    const std::int64_t last = std::clamp<std::int64_t>(n - begin, first, count);
+    beyond(0, first);
+    if (last > first) spans.push_back({first, begin + first, last - first});
+    beyond(last, count);
     return spans;
 }
 
@@ -106,11 +114,14 @@ class Reader {
     bool plain_ = grid_.values.identity();
 };
 
+/// Which rows, or slices, of an axis of n.
 std::vector<std::int64_t> places_of(Border border, std::int64_t begin, std::int64_t count,
                                     std::int64_t n) {
     std::vector<std::int64_t> places(static_cast<std::size_t>(count));
-    for (std::int64_t i = 0; i < count; ++i)
-        places[static_cast<std::size_t>(i)] = bordered(border, begin + i, n);
+    for (std::int64_t i = 0; i < count; ++i) {
+        const std::int64_t at = begin + i;
+        places[static_cast<std::size_t>(i)] = at >= 0 && at < n ? at : bordered(border, at, n);
+    }
     return places;
 }
 
@@ -144,80 +155,264 @@ void store(const Tile<T>& tile, const Region& box, int channel, double scale, Da
 TileShape::TileShape(const Neighbourhood& of, const Extent& largest) : tile(largest) {
     const Extent reach = of.extent();
     padded = {tile.x + reach.x - 1, tile.y + reach.y - 1, tile.z + reach.z - 1};
-    // Whole vectors behind the last sample are read as well.
-    row = rounded(tile.x) + rounded(reach.x - 1);
-    // Rows a power of two apart would fall on the same lines of a cache.
-    constexpr std::int64_t kApart = 16;
-    row += kApart;
+    // Rows begin alike to lines of a cache. A power of two apart they would fall on the same ones.
+    constexpr std::int64_t kAlike = 64, kApart = 16;
+    row = (padded.x + kAlike - 1) / kAlike * kAlike + kApart;
     slice = row * padded.y;
 }
 
+TileShape::TileShape(const Neighbourhood& of, const Extent& largest, const kernels::Grid& in)
+    : TileShape(of, largest) {
+    row = in.row_step();
+    slice = in.slice_step();
+}
+
 template <class T>
-void run_tiles(const PassRun& run, const TileShape& shape, const TilePass<T>& pass) {
-    const Extent whole = run.in.extent;
-    const Extent tile = shape.tile;
-    const auto count = [](std::int64_t n, std::int64_t of) { return (n + of - 1) / of; };
-    const Extent tiles{count(whole.x, tile.x), count(whole.y, tile.y), count(whole.z, tile.z)};
-    const std::int64_t out_row = rounded(tile.x), out_slice = out_row * tile.y;
-    const auto work = [&](std::int64_t number) {
-        run.context.poll();
-        const auto channel = static_cast<int>(number % run.in.channels);
-        const std::int64_t at = number / run.in.channels;
+constexpr Type type_of() {
+    if (std::is_same_v<T, std::uint8_t>) return Type::u8;
+    if (std::is_same_v<T, std::int8_t>) return Type::i8;
+    if (std::is_same_v<T, std::uint16_t>) return Type::u16;
+    if (std::is_same_v<T, std::int16_t>) return Type::i16;
+    if (std::is_same_v<T, std::uint32_t>) return Type::u32;
+    if (std::is_same_v<T, std::int32_t>) return Type::i32;
+    return std::is_same_v<T, float> ? Type::f32 : Type::f64;
+}
+
+template <class T>
+bool reads_in_place(const PassRun& run, TileReads reads) noexcept {
+    return reads != TileReads::copies && reads != TileReads::rows && run.in.type == type_of<T>() &&
+           run.in.channels == 1 && run.in.values.identity();
+}
+
+namespace {
+
+/// A piece of an axis.
+struct Piece {
+    std::int64_t begin, end;
+    bool is_inside;  // all samples around it are there
+};
+
+/// An axis of n samples in pieces of at most `most`.
+/// @param low,high  where neighbourhoods end
+/// @param apart     those that end beyond the input are pieces of their own
+std::vector<Piece> pieces_of(std::int64_t n, std::int64_t low, std::int64_t high, std::int64_t most,
+                             bool apart) {
+    std::vector<Piece> pieces;
+    const auto add = [&](std::int64_t begin, std::int64_t end) {
+        for (; begin < end; begin += most) {
+            const std::int64_t stop = std::min(begin + most, end);
+            pieces.push_back({begin, stop, begin + low >= 0 && stop - 1 + high < n});
+        }
+    };
+    const std::int64_t first = apart ? std::clamp<std::int64_t>(-low, 0, n) : 0;
+    const std::int64_t last = apart ? n - std::clamp<std::int64_t>(high, 0, n) : n;
+    if (first >= last) {
+        add(0, n);
+        return pieces;
+    }
+    add(0, first);
+    add(first, last);
+    add(last, n);
+    return pieces;
+}
+
+/// All tiles of a pass.
+class Tiles {
+ public:
+    Tiles(const PassRun& run, const Extent& tile, bool apart) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto k = static_cast<std::size_t>(axis);
+            pieces_[k] =
+                pieces_of(run.in.extent[axis], run.of.low[k], run.of.high[k], tile[axis], apart);
+        }
+    }
+    std::int64_t count() const noexcept {
+        return static_cast<std::int64_t>(pieces_[0].size() * pieces_[1].size() * pieces_[2].size());
+    }
+    /// @param inside  whether all samples around the tile are there
+    Region tile(std::int64_t number, bool& inside) const {
         Region box;
-        const std::array<std::int64_t, 3> place = {at % tiles.x, at / tiles.x % tiles.y,
-                                                   at / (tiles.x * tiles.y)};
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto k = static_cast<std::size_t>(axis);
-            box.begin[k] = place[k] * tile[axis];
-            box.end[k] = std::min(box.begin[k] + tile[axis], whole[axis]);
+        inside = true;
+        auto left = static_cast<std::size_t>(number);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Piece& piece = pieces_[k][left % pieces_[k].size()];
+            left /= pieces_[k].size();
+            box.begin[k] = piece.begin, box.end[k] = piece.end;
+            inside = inside && piece.is_inside;
         }
-        const Extent n = box.extent(), reach = run.of.extent();
-        kernels::Block<T> in(static_cast<std::size_t>(shape.values() + 2 * kernels::kRowStep),
-                             run.context.memory);
-        kernels::Block<T> out(static_cast<std::size_t>(out_slice * tile.z), run.context.memory);
-        std::array<std::vector<std::int64_t>, 3> places;
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto k = static_cast<std::size_t>(axis);
-            places[k] = places_of(run.of.border, box.begin[k] + run.of.low[k],
-                                  n[axis] + reach[axis] - 1, whole[axis]);
+        return box;
+    }
+
+ private:
+    std::array<std::vector<Piece>, 3> pieces_;
+};
+
+/// Works off one tile after another, in one thread of several.
+template <class T>
+class TileWork {
+ public:
+    TileWork(const PassRun& run, const TileShape& shape, const TilePass<T>& pass, TileReads reads)
+        : run_(run),
+          shape_(shape),
+          inside_(run.of, shape.tile, run.in),
+          pass_(pass),
+          reads_(reads),
+          reads_in_place_(reads_in_place<T>(run, reads)),
+          writes_in_place_(reads != TileReads::copies && run.out.what.type == type_of<T>() &&
+                           run.out.what.channels == 1) {}
+
+    void work(const Region& box, int channel, bool inside) const {
+        if (reads_ == TileReads::rows) {
+            const RowReader rows(run_, box, channel);
+            const std::function<void(std::int64_t, std::int64_t, T*)> read =
+                [&](std::int64_t y, std::int64_t z, T* to) { rows.row(y, z, to); };
+            Tile<T> tile{shape_, box.extent(), nullptr, nullptr, 0, 0, run_.context.memory, &read};
+            return pass_to(tile, box, channel);
         }
-        const Reader<T> reader(run.in, channel);
-        const std::vector<Span> spans = spans_of(places[0]);
-        for (std::size_t z = 0; z < places[2].size(); ++z)
-            for (std::size_t y = 0; y < places[1].size(); ++y) {
-                T* to = in.data() + static_cast<std::int64_t>(y) * shape.row +
-                        static_cast<std::int64_t>(z) * shape.slice;
-                reader.row(places[1][y], places[2][z], spans, to);
-                // What vectors read behind a row is defined, so that nothing hangs on it.
-                const auto used = static_cast<std::int64_t>(places[0].size());
-                std::fill(to + used, to + shape.row, T{});
+        const bool copies = !(inside && reads_in_place_);
+        const TileShape& shape = copies ? shape_ : inside_;
+        std::optional<kernels::Block<T>> in;
+        Tile<T> tile{shape, box.extent(), nullptr, nullptr, 0, 0, run_.context.memory};
+        if (copies) {
+            in.emplace(static_cast<std::size_t>(shape.values() + 2 * kernels::kRowStep),
+                       run_.context.memory);
+            copy_in(box, channel, in->data());
+            tile.in = in->data() - shape.place(run_.of.low[0], run_.of.low[1], run_.of.low[2]);
+        } else {
+            tile.in = run_.in.as<T>() + shape.place(box.begin[0], box.begin[1], box.begin[2]);
+        }
+        pass_to(tile, box, channel);
+    }
+
+ private:
+    /// Rows of a padded tile, as they are read.
+    class RowReader {
+     public:
+        RowReader(const PassRun& run, const Region& box, int channel) : reader_(run.in, channel) {
+            const Extent n = box.extent(), reach = run.of.extent();
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto k = static_cast<std::size_t>(axis);
+                size_[k] = n[axis] + reach[axis] - 1;
+                const std::int64_t begin = box.begin[k] + run.of.low[k];
+                const std::int64_t all = run.in.extent[axis];
+                if (axis == 0)
+                    spans_ = spans_of(run.of.border, begin, size_[k], all);
+                else
+                    places_[k] = places_of(run.of.border, begin, size_[k], all);
             }
-        const Tile<T> one{shape,
-                          n,
-                          in.data() - shape.place(run.of.low[0], run.of.low[1], run.of.low[2]),
-                          out.data(),
-                          out_row,
-                          out_slice,
-                          run.context.memory};
-        pass(one);
-        with_type(run.out.what.type, [&](auto type) {
+        }
+        std::int64_t size(std::size_t axis) const noexcept { return size_[axis]; }
+        void row(std::int64_t y, std::int64_t z, T* to) const {
+            reader_.row(places_[1][static_cast<std::size_t>(y)],
+                        places_[2][static_cast<std::size_t>(z)], spans_, to);
+        }
+
+     private:
+        Reader<T> reader_;
+        std::array<std::int64_t, 3> size_{};
+        std::array<std::vector<std::int64_t>, 3> places_;  // rows and slices
+        std::vector<Span> spans_;
+    };
+
+    /// Works a tile off, into the result or to it.
+    void pass_to(Tile<T>& tile, const Region& box, int channel) const {
+        const Extent n = tile.extent;
+        if (writes_in_place_) {
+            tile.out = run_.out.at<T>(box.begin[0], box.begin[1], box.begin[2]);
+            tile.row = run_.out.what.extent.x;
+            tile.slice = tile.row * run_.out.what.extent.y;
+            pass_(tile);
+            scale(tile);
+            return;
+        }
+        tile.row = rounded(n.x);
+        tile.slice = tile.row * n.y;
+        kernels::Block<T> out(static_cast<std::size_t>(tile.slice * n.z), run_.context.memory);
+        tile.out = out.data();
+        pass_(tile);
+        with_type(run_.out.what.type, [&](auto type) {
             using Stored = decltype(type);
             if constexpr (std::is_same_v<Stored, T> || std::is_floating_point_v<Stored>)
-                store<T, Stored>(one, box, channel, run.of.scale, run.out);
+                store<T, Stored>(tile, box, channel, run_.of.scale, run_.out);
         });
-    };
-    tbb::parallel_for(std::int64_t{0}, tiles.samples() * run.in.channels, work);
+    }
+
+    void copy_in(const Region& box, int channel, T* in) const {
+        const RowReader rows(run_, box, channel);
+        const std::int64_t used = rows.size(0);
+        // Passes that take whole tiles as one row read all of it, others a vector.
+        const auto slack = static_cast<std::int64_t>(kernels::kSlack / sizeof(T));
+        const std::int64_t behind =
+            reads_ == TileReads::copies ? shape_.row : std::min(used + slack, shape_.row);
+        for (std::int64_t z = 0; z < rows.size(2); ++z)
+            for (std::int64_t y = 0; y < rows.size(1); ++y) {
+                T* to = in + y * shape_.row + z * shape_.slice;
+                rows.row(y, z, to);
+                // What vectors read behind a row is defined, so that nothing hangs on it.
+                std::fill(to + used, to + behind, T{});
+            }
+    }
+
+    void scale(const Tile<T>& tile) const {
+        if constexpr (std::is_floating_point_v<T>) {
+            const double by = run_.of.scale;
+            if (by == 1) return;
+            for (std::int64_t z = 0; z < tile.extent.z; ++z)
+                for (std::int64_t y = 0; y < tile.extent.y; ++y) {
+                    T* row = tile.out_row(y, z);
+                    for (std::int64_t x = 0; x < tile.extent.x; ++x)
+                        row[x] = static_cast<T>(by * static_cast<double>(row[x]));
+                }
+        }
+    }
+
+    const PassRun& run_;
+    const TileShape& shape_;
+    const TileShape inside_;
+    const TilePass<T>& pass_;
+    const TileReads reads_;
+    const bool reads_in_place_, writes_in_place_;
+};
+
+/// Short rows take as long as longer ones: a frame of them must be little beside the rest.
+bool has_long_rows(const Extent& whole) noexcept { return whole.x >= 8 * kernels::kRowStep; }
+
+}  // namespace
+
+template <class T>
+void run_tiles(const PassRun& run, const TileShape& shape, const TilePass<T>& pass,
+               TileReads reads) {
+    const TileWork<T> work(run, shape, pass, reads);
+    const bool apart = reads == TileReads::in_place_but_frames && reads_in_place<T>(run, reads) &&
+                       has_long_rows(run.in.extent);
+    const Tiles tiles(run, shape.tile, apart);
+    tbb::parallel_for(std::int64_t{0}, tiles.count() * run.in.channels, [&](std::int64_t number) {
+        run.context.poll();
+        bool inside = false;
+        const Region box = tiles.tile(number / run.in.channels, inside);
+        work.work(box, static_cast<int>(number % run.in.channels), inside);
+    });
     run.context.poll();
 }
 
-template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::uint8_t>&);
-template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::int8_t>&);
-template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::uint16_t>&);
-template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::int16_t>&);
-template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::uint32_t>&);
-template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::int32_t>&);
-template void run_tiles(const PassRun&, const TileShape&, const TilePass<float>&);
-template void run_tiles(const PassRun&, const TileShape&, const TilePass<double>&);
+template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::uint8_t>&, TileReads);
+template bool reads_in_place<std::uint8_t>(const PassRun&, TileReads) noexcept;
+template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::int8_t>&, TileReads);
+template bool reads_in_place<std::int8_t>(const PassRun&, TileReads) noexcept;
+template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::uint16_t>&,
+                        TileReads);
+template bool reads_in_place<std::uint16_t>(const PassRun&, TileReads) noexcept;
+template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::int16_t>&, TileReads);
+template bool reads_in_place<std::int16_t>(const PassRun&, TileReads) noexcept;
+template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::uint32_t>&,
+                        TileReads);
+template bool reads_in_place<std::uint32_t>(const PassRun&, TileReads) noexcept;
+template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::int32_t>&, TileReads);
+template bool reads_in_place<std::int32_t>(const PassRun&, TileReads) noexcept;
+template void run_tiles(const PassRun&, const TileShape&, const TilePass<float>&, TileReads);
+template bool reads_in_place<float>(const PassRun&, TileReads) noexcept;
+template void run_tiles(const PassRun&, const TileShape&, const TilePass<double>&, TileReads);
+template bool reads_in_place<double>(const PassRun&, TileReads) noexcept;
 
 Extent tile_for(const Neighbourhood& of, const Extent& whole, std::size_t bytes) {
     const Extent reach = of.extent();

@@ -18,6 +18,8 @@ struct TileShape {
     std::int64_t row, slice;  // values from one row and slice of the padded tile to the next
 
     TileShape(const Neighbourhood& of, const Extent& largest);
+    /// Tiles that are read where the input has them.
+    TileShape(const Neighbourhood& of, const Extent& largest, const kernels::Grid& in);
     std::int64_t values() const noexcept { return slice * padded.z; }
     /// From a sample of the tile to the one that place k of the neighbourhood reads.
     std::ptrdiff_t place(std::int64_t kx, std::int64_t ky, std::int64_t kz) const noexcept {
@@ -28,12 +30,14 @@ struct TileShape {
 /// One tile of one channel: what a pass reads and writes.
 template <class T>
 struct Tile {
-    const TileShape& shape;
-    Extent extent;  // of this one, at most shape.tile
-    const T* in;    // sample (0, 0, 0) of the tile; samples around it are at places below and above
-    T* out;         // likewise; rows may be written to their end, kernels::kRowStep rounded up
+    const TileShape& shape;  // one of two, see TileReads
+    Extent extent;           // of this one, at most shape.tile
+    const T* in;  // sample (0, 0, 0) of the tile; samples around it are at places below and above
+    T* out;       // likewise; no more than the extent is written
     std::int64_t row, slice;  // of out
     std::pmr::memory_resource* memory;
+    /// With TileReads::rows, in place of `in`: row y of slice z of the padded tile, from 0 on.
+    const std::function<void(std::int64_t y, std::int64_t z, T* to)>* read = nullptr;
 
     const T* in_row(std::int64_t y, std::int64_t z) const noexcept {
         return in + y * shape.row + z * shape.slice;
@@ -57,10 +61,28 @@ struct PassRun {
 template <class T>
 using TilePass = std::function<void(const Tile<T>&)>;
 
+/// Where the samples of a tile are read.
+enum class TileReads {
+    copies,  // from a copy of it, with samples around it: all tiles are of one shape
+    /// In the input, and out to the result, without a copy, where types allow it and all samples
+    /// around the tile are there. Tiles are then of one of two shapes.
+    in_place,
+    /// The same, and of inputs with long rows what is too near to an end makes tiles of its own.
+    /// For passes whose work is in proportion to a tile.
+    in_place_but_frames,
+    /// Row by row when the pass asks for them, out to the result as above.
+    rows
+};
+
 /// Works off all tiles of all channels, in parallel, and scales and stores what comes of them.
 /// T: the type in which samples are read; that of `out`, or a floating type
 template <class T>
-void run_tiles(const PassRun& run, const TileShape& shape, const TilePass<T>& pass);
+void run_tiles(const PassRun& run, const TileShape& shape, const TilePass<T>& pass,
+               TileReads reads = TileReads::copies);
+
+/// Whether tiles in the middle of the input are read there, of samples of type T.
+template <class T>
+bool reads_in_place(const PassRun& run, TileReads reads) noexcept;
 
 /// A tile that suits caches: `bytes` a value.
 Extent tile_for(const Neighbourhood& of, const Extent& whole, std::size_t bytes);

@@ -119,7 +119,7 @@ void run_recursive(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
     const kernels::Waves waves = GaussWaves(run.of.size).in_f32();
     const Extent reach = run.of.extent();
-    run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
+    const auto work = [&](const Tile<T>& tile) {
         const Extent n{tile.extent.x + reach.x - 1, tile.extent.y + reach.y - 1,
                        tile.extent.z + reach.z - 1};
         kernels::Block<float> values(static_cast<std::size_t>(n.samples()), tile.memory);
@@ -128,7 +128,7 @@ void run_recursive(const PassRun& run) {
             for (std::int64_t y = 0; y < n.y; ++y)
                 for (std::int64_t x = 0; x < n.x; ++x)
                     values[static_cast<std::size_t>(x + n.x * (y + n.y * z))] =
-                        static_cast<float>(first[x + y * shape.row + z * shape.slice]);
+                        static_cast<float>(first[x + y * tile.shape.row + z * tile.shape.slice]);
         for (int axis = 0; axis < 3; ++axis)
             if (reach[axis] > 1)
                 filter_along(axis, {values.data(), n, {1, n.x, n.x * n.y}}, waves, tile.memory);
@@ -138,7 +138,8 @@ void run_recursive(const PassRun& run) {
                     tile.out_row(y, z)[x] = static_cast<T>(values[static_cast<std::size_t>(
                         x - run.of.low[0] +
                         n.x * (y - run.of.low[1] + n.y * (z - run.of.low[2])))]);
-    });
+    };
+    run_tiles<T>(run, shape, work, TileReads::in_place);
 }
 
 }  // namespace

@@ -35,16 +35,18 @@ double weights_in(const std::vector<double>& line) {
     return count;
 }
 
-/// Operations a sample.
+/// Operations a sample, of vectors alone.
 double operations_of(const PassAsk& ask, const std::vector<Product>& products) {
     const Extent tile = tile_for(ask.of, ask.from.extent, bytes_of(ask.type));
     const Extent reach = ask.of.extent();
     const double rows = 1 + double(reach.y - 1) / double(tile.y),
                  slices = 1 + double(reach.z - 1) / double(tile.z);
+    const bool is_deep = reach.z > 1;
     double all = 0;
     for (const Product& product : products)
         all += 2 * (weights_in(product.along[0]) * rows * slices +
-                    weights_in(product.along[1]) * slices + weights_in(product.along[2]));
+                    weights_in(product.along[1]) * slices +
+                    (is_deep ? weights_in(product.along[2]) : 0));
     return all;
 }
 
@@ -77,36 +79,45 @@ void run_separable(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
     const std::vector<Product> products = products_of(run.of).value();
     const Extent reach = run.of.extent();
-    run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
+    const auto work = [&](const Tile<T>& tile) {
         const Extent n = tile.extent;
         // Rows of all padded lines, then columns of all padded slices.
         const std::int64_t rows = n.y + reach.y - 1, slices = n.z + reach.z - 1;
-        const std::int64_t row_slice = tile.row * rows, column_slice = tile.row * n.y;
+        const std::int64_t row = shape.row, row_slice = row * rows, column_slice = row * n.y;
         kernels::Block<T> in_rows(static_cast<std::size_t>(row_slice * slices), tile.memory);
         kernels::Block<T> in_columns(static_cast<std::size_t>(column_slice * slices), tile.memory);
         const T* first = tile.first(run.of);
         bool adds = false;
         for (const Product& product : products) {
-            const Line<T> x(product.along[0], 1), y(product.along[1], tile.row),
+            // Of an image the last factor is one number.
+            std::vector<double> along_y = product.along[1];
+            if (reach.z == 1)
+                for (double& weight : along_y) weight *= product.along[2][0];
+            const Line<T> x(product.along[0], 1), y(along_y, row),
                 z(product.along[2], column_slice);
             for (std::int64_t k = 0; k < slices; ++k)
                 for (std::int64_t j = 0; j < rows; ++j)
-                    x.sum(first + j * shape.row + k * shape.slice, false,
-                          in_rows.data() + j * tile.row + k * row_slice, n.x);
+                    x.sum(first + j * tile.shape.row + k * tile.shape.slice, false,
+                          in_rows.data() + j * row + k * row_slice, n.x);
             for (std::int64_t k = 0; k < slices; ++k)
+                for (std::int64_t j = 0; j < n.y; ++j) {
+                    const T* from = in_rows.data() + j * row + k * row_slice;
+                    if (reach.z == 1)
+                        y.sum(from, adds, tile.out_row(j, k), n.x);
+                    else
+                        y.sum(from, false, in_columns.data() + j * row + k * column_slice, n.x);
+                }
+            for (std::int64_t k = 0; reach.z > 1 && k < n.z; ++k)
                 for (std::int64_t j = 0; j < n.y; ++j)
-                    y.sum(in_rows.data() + j * tile.row + k * row_slice, false,
-                          in_columns.data() + j * tile.row + k * column_slice, n.x);
-            for (std::int64_t k = 0; k < n.z; ++k)
-                for (std::int64_t j = 0; j < n.y; ++j)
-                    z.sum(in_columns.data() + j * tile.row + k * column_slice, adds,
-                          tile.out_row(j, k), n.x);
+                    z.sum(in_columns.data() + j * row + k * column_slice, adds, tile.out_row(j, k),
+                          n.x);
             adds = true;
         }
         // A kernel of zeros has no product.
         for (std::int64_t k = 0; products.empty() && k < n.z; ++k)
             for (std::int64_t j = 0; j < n.y; ++j) std::fill_n(tile.out_row(j, k), n.x, T{});
-    });
+    };
+    run_tiles<T>(run, shape, work, TileReads::in_place_but_frames);
 }
 
 }  // namespace
@@ -117,7 +128,17 @@ Transition filter_separable() {
         .source = "[W93] EQ 6; Bebendorf 2000",
         .refused = not_separable,
         .operations =
-            [](const PassAsk& ask) { return operations_of(ask, products_of(ask.of).value()); },
+            [](const PassAsk& ask) {
+                const std::vector<Product> products = products_of(ask.of).value();
+                const Extent tile = tile_for(ask.of, ask.from.extent, bytes_of(ask.type));
+                const Extent reach = ask.of.extent();
+                const double slices = 1 + double(reach.z - 1) / double(tile.z),
+                             rows = slices * (1 + double(reach.y - 1) / double(tile.y));
+                const double calls = rows + slices + (reach.z > 1 ? 1 : 0);
+                return operations_of(ask, products) +
+                       ask.call(tile.x) * calls * double(products.size());
+            },
+        .in_place = true,
         .run =
             [](const PassRun& run, Type type) {
                 if (type == Type::f64)

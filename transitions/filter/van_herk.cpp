@@ -36,11 +36,14 @@ void along_row(const T* in, T* out, T* to_end, std::int64_t n, std::int64_t leng
         for (std::int64_t i = end - 2; i >= block; --i)
             to_end[i] = extreme_of(in[i], to_end[i + 1], least);
     }
-    T from_start = in[0];
-    for (std::int64_t i = 0; i < all; ++i) {
-        from_start = i % length == 0 ? in[i] : extreme_of(from_start, in[i], least);
-        if (i >= length - 1)
-            out[i - length + 1] = extreme_of(from_start, to_end[i - length + 1], least);
+    for (std::int64_t block = 0; block < all; block += length) {
+        const std::int64_t end = std::min(block + length, all);
+        T from_start = in[block];
+        for (std::int64_t i = block; i < end; ++i) {
+            from_start = extreme_of(from_start, in[i], least);
+            if (i >= length - 1)
+                out[i - length + 1] = extreme_of(from_start, to_end[i - length + 1], least);
+        }
     }
 }
 
@@ -131,10 +134,11 @@ Transition filter_van_herk() {
                 const double rows = (1 + double(reach.y - 1) / double(tile.y)) *
                                     (1 + double(reach.z - 1) / double(tile.z)),
                              slices = 1 + double(reach.z - 1) / double(tile.z);
-                // Rows have no vectors; of narrow types these hold more values.
-                const double alone = 8 * 4 / double(bytes_of(ask.type));
-                return 3 * (alone * (reach.x > 1 ? rows : 0) + 2 * (reach.y > 1 ? slices : 0) +
-                            2 * (reach.z > 1));
+                // Along rows, one by one: three comparisons, three reads, two writes and which they
+                // are of. Across them each comparison of a vector is two reads and a write more.
+                constexpr double kAlong = 10, kAcross = 3 * 4;
+                return kAlong * ask.alone() * rows + kAcross * (reach.y > 1 ? slices : 0) +
+                       kAcross * (reach.z > 1);
             },
         .run =
             [](const PassRun& run, Type type) {

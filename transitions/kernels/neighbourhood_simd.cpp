@@ -1,4 +1,6 @@
 // Rows of weighted sums and of extremes over neighbourhoods.
+#include <cstring>
+
 #include "transitions/kernels/neighbourhood.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -15,6 +17,20 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// A row is worked off by so many vectors at once, which hide the latency of each other.
 constexpr int kAtOnce = 4;
 
+/// The first `count` values of a vector, or all where that is more.
+template <class T, class Vector>
+HWY_INLINE void store(Vector values, std::int64_t count, T* out) {
+    const hn::ScalableTag<T> d;
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+    if (count >= lanes) {
+        hn::StoreU(values, d, out);
+        return;
+    }
+    HWY_ALIGN T part[HWY_MAX_BYTES / sizeof(T)];
+    hn::Store(values, d, part);
+    std::memcpy(out, part, static_cast<std::size_t>(count) * sizeof(T));
+}
+
 /// All of a block is read before any of it is written, and blocks go upward: `out` may be `in`
 /// where places are at least 0.
 /// @param start     of a vector, from its place in the row
@@ -25,7 +41,8 @@ HWY_INLINE void each_block(const T* in, const std::ptrdiff_t* HWY_RESTRICT place
                            const Together& together) {
     const hn::ScalableTag<T> d;
     const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
-    for (std::int64_t i = 0; i < n; i += kAtOnce * lanes) {
+    std::int64_t i = 0;
+    for (; i + kAtOnce * lanes <= n; i += kAtOnce * lanes) {
         auto a = start(i), b = start(i + lanes), c = start(i + 2 * lanes), e = start(i + 3 * lanes);
         for (std::size_t t = 0; t < count; ++t) {
             const T* from = in + i + places[t];
@@ -38,6 +55,12 @@ HWY_INLINE void each_block(const T* in, const std::ptrdiff_t* HWY_RESTRICT place
         hn::StoreU(b, d, out + i + lanes);
         hn::StoreU(c, d, out + i + 2 * lanes);
         hn::StoreU(e, d, out + i + 3 * lanes);
+    }
+    for (; i < n; i += lanes) {
+        auto a = start(i);
+        for (std::size_t t = 0; t < count; ++t)
+            a = together(a, hn::LoadU(d, in + i + places[t]), t);
+        store(a, n - i, out + i);
     }
 }
 
@@ -53,17 +76,50 @@ HWY_INLINE void sum(const T* in, const std::ptrdiff_t* places, const T* weights,
         });
 }
 
+/// The same of so few places that they stay in registers.
+template <int kCount, class T, class Together>
+HWY_INLINE void each_block_of(const T* in, const std::ptrdiff_t* HWY_RESTRICT places,
+                              std::int64_t n, T* out, const Together& together) {
+    const hn::ScalableTag<T> d;
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+    const T* from[kCount];
+    for (int t = 0; t < kCount; ++t) from[t] = in + places[t];
+    const auto at = [&](std::int64_t i) {
+        auto so_far = hn::LoadU(d, from[0] + i);
+        for (int t = 1; t < kCount; ++t) so_far = together(so_far, hn::LoadU(d, from[t] + i));
+        return so_far;
+    };
+    std::int64_t i = 0;
+    for (; i + kAtOnce * lanes <= n; i += kAtOnce * lanes) {
+        const auto a = at(i), b = at(i + lanes), c = at(i + 2 * lanes), e = at(i + 3 * lanes);
+        hn::StoreU(a, d, out + i);
+        hn::StoreU(b, d, out + i + lanes);
+        hn::StoreU(c, d, out + i + 2 * lanes);
+        hn::StoreU(e, d, out + i + 3 * lanes);
+    }
+    for (; i < n; i += lanes) store(at(i), n - i, out + i);
+}
+
+template <class T, class Together>
+HWY_INLINE void extreme_by(const T* in, const std::ptrdiff_t* places, std::size_t count, T* out,
+                           std::int64_t n, const Together& together) {
+    if (count == 2) return each_block_of<2>(in, places, n, out, together);
+    if (count == 3) return each_block_of<3>(in, places, n, out, together);
+    if (count == 4) return each_block_of<4>(in, places, n, out, together);
+    const hn::ScalableTag<T> d;
+    each_block(
+        in, places + 1, count - 1, n, out,
+        [&](std::int64_t i) { return hn::LoadU(d, in + i + places[0]); },
+        [&](auto a, auto b, std::size_t) { return together(a, b); });
+}
+
 template <class T>
 HWY_INLINE void extreme(const T* in, const std::ptrdiff_t* places, std::size_t count, bool least,
                         T* out, std::int64_t n) {
-    const hn::ScalableTag<T> d;
-    const auto start = [&](std::int64_t i) { return hn::LoadU(d, in + i + places[0]); };
     if (least)
-        each_block(in, places + 1, count - 1, n, out, start,
-                   [](auto a, auto b, std::size_t) { return hn::Min(a, b); });
+        extreme_by(in, places, count, out, n, [](auto a, auto b) { return hn::Min(a, b); });
     else
-        each_block(in, places + 1, count - 1, n, out, start,
-                   [](auto a, auto b, std::size_t) { return hn::Max(a, b); });
+        extreme_by(in, places, count, out, n, [](auto a, auto b) { return hn::Max(a, b); });
 }
 
 template <class T>
@@ -86,10 +142,101 @@ HWY_INLINE void grey(const T* in, const std::ptrdiff_t* places, const T* weights
         });
 }
 
+/// Adds a row of samples to the sums of rows kFirst ... kLast of kRows, each by its own weights.
+/// @param weights  of row 0; those of the next row lie x before them
+template <int kFirst, int kLast, class T, class Vector, int kRows, int kVectors>
+HWY_INLINE void add_samples(const T* HWY_RESTRICT in, const T* HWY_RESTRICT weights, std::int64_t x,
+                            Vector (&sums)[kRows][kVectors]) {
+    const hn::ScalableTag<T> d;
+    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+    for (std::int64_t a = 0; a < x; ++a) {
+        Vector samples[kVectors];
+        for (int v = 0; v < kVectors; ++v) samples[v] = hn::LoadU(d, in + a + v * lanes);
+        for (int r = kFirst; r <= kLast; ++r) {
+            const auto weight = hn::Set(d, weights[a - r * x]);
+            for (int v = 0; v < kVectors; ++v)
+                sums[r][v] = hn::MulAdd(weight, samples[v], sums[r][v]);
+        }
+    }
+}
+
+/// kRows rows of kVectors vectors, of which `count` values are written. Needs box.y + 1 >= kRows.
+template <int kRows, int kVectors, class T>
+HWY_INLINE void sum_block(const T* in, std::ptrdiff_t in_row, std::ptrdiff_t in_slice,
+                          const WeightBox<T>& box, T* out, std::ptrdiff_t out_row,
+                          std::int64_t count) {
+    const hn::ScalableTag<T> d;
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+    hn::Vec<decltype(d)> sums[kRows][kVectors];
+    for (int r = 0; r < kRows; ++r)
+        for (int v = 0; v < kVectors; ++v) sums[r][v] = hn::Zero(d);
+    for (std::int64_t c = 0; c < box.z; ++c) {
+        const T* row = in + c * in_slice;
+        const T* weights = box.weights + c * box.y * box.x;
+        // Row b of the samples is in the sums of rows b, b - 1 ... as far as the box reaches.
+        const auto next = [&] { row += in_row, weights += box.x; };
+        if constexpr (kRows > 1) {
+            add_samples<0, 0>(row, weights, box.x, sums);
+            next();
+        }
+        if constexpr (kRows > 2) {
+            add_samples<0, 1>(row, weights, box.x, sums);
+            next();
+            add_samples<0, 2>(row, weights, box.x, sums);
+            next();
+        }
+        for (std::int64_t b = kRows - 1; b < box.y; ++b, next())
+            add_samples<0, kRows - 1>(row, weights, box.x, sums);
+        if constexpr (kRows > 2) {
+            add_samples<1, 3>(row, weights, box.x, sums);
+            next();
+            add_samples<2, 3>(row, weights, box.x, sums);
+            next();
+        }
+        if constexpr (kRows > 1) add_samples<kRows - 1, kRows - 1>(row, weights, box.x, sums);
+    }
+    for (int r = 0; r < kRows; ++r)
+        for (int v = 0; v < kVectors; ++v)
+            store(sums[r][v], count - v * lanes, out + r * out_row + v * lanes);
+}
+
+template <int kRows, class T>
+HWY_INLINE void sum_some_rows(const T* in, std::ptrdiff_t in_row, std::ptrdiff_t in_slice,
+                              const WeightBox<T>& box, T* out, std::ptrdiff_t out_row,
+                              std::int64_t n) {
+    // With those of samples and one weight as many vectors as AVX2 has registers.
+    constexpr int kVectors = 3;
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(hn::ScalableTag<T>()));
+    std::int64_t i = 0;
+    for (; i + kVectors * lanes <= n; i += kVectors * lanes)
+        sum_block<kRows, kVectors>(in + i, in_row, in_slice, box, out + i, out_row,
+                                   kVectors * lanes);
+    for (; i < n; i += lanes)
+        sum_block<kRows, 1>(in + i, in_row, in_slice, box, out + i, out_row, n - i);
+}
+
+template <class T>
+HWY_INLINE void sums(const T* in, std::ptrdiff_t in_row, std::ptrdiff_t in_slice,
+                     const WeightBox<T>& box, T* out, std::ptrdiff_t out_row, std::int64_t n,
+                     std::int64_t rows) {
+    std::int64_t r = 0;
+    for (; box.y > 2 && r + 4 <= rows; r += 4)
+        sum_some_rows<4>(in + r * in_row, in_row, in_slice, box, out + r * out_row, out_row, n);
+    for (; r + 2 <= rows; r += 2)
+        sum_some_rows<2>(in + r * in_row, in_row, in_slice, box, out + r * out_row, out_row, n);
+    if (r < rows)
+        sum_some_rows<1>(in + r * in_row, in_row, in_slice, box, out + r * out_row, out_row, n);
+}
+
 #define EDGEWISE_NEIGHBOURHOOD_SUMS(T, NAME)                                                       \
     void Sum##NAME(const T* in, const std::ptrdiff_t* places, const T* weights, std::size_t count, \
                    bool adds, T* out, std::int64_t n) {                                            \
         sum(in, places, weights, count, adds, out, n);                                             \
+    }                                                                                              \
+    void SumRows##NAME(const T* in, std::ptrdiff_t in_row, std::ptrdiff_t in_slice,                \
+                       const WeightBox<T>& box, T* out, std::ptrdiff_t out_row, std::int64_t n,    \
+                       std::int64_t rows) {                                                        \
+        sums(in, in_row, in_slice, box, out, out_row, n, rows);                                    \
     }                                                                                              \
     void Grey##NAME(const T* in, const std::ptrdiff_t* places, const T* weights,                   \
                     std::size_t count, bool least, T* out, std::int64_t n) {                       \
@@ -122,6 +269,8 @@ namespace edgewise::kernels {
 
 HWY_EXPORT(SumF32);
 HWY_EXPORT(SumF64);
+HWY_EXPORT(SumRowsF32);
+HWY_EXPORT(SumRowsF64);
 HWY_EXPORT(GreyF32);
 HWY_EXPORT(GreyF64);
 HWY_EXPORT(ExtremeU8);
@@ -140,6 +289,16 @@ void sum_row(const float* in, const std::ptrdiff_t* places, const float* weights
 void sum_row(const double* in, const std::ptrdiff_t* places, const double* weights,
              std::size_t count, bool adds, double* out, std::int64_t n) {
     HWY_DYNAMIC_DISPATCH(SumF64)(in, places, weights, count, adds, out, n);
+}
+void sum_rows(const float* in, std::ptrdiff_t in_row, std::ptrdiff_t in_slice,
+              const WeightBox<float>& box, float* out, std::ptrdiff_t out_row, std::int64_t n,
+              std::int64_t rows) {
+    HWY_DYNAMIC_DISPATCH(SumRowsF32)(in, in_row, in_slice, box, out, out_row, n, rows);
+}
+void sum_rows(const double* in, std::ptrdiff_t in_row, std::ptrdiff_t in_slice,
+              const WeightBox<double>& box, double* out, std::ptrdiff_t out_row, std::int64_t n,
+              std::int64_t rows) {
+    HWY_DYNAMIC_DISPATCH(SumRowsF64)(in, in_row, in_slice, box, out, out_row, n, rows);
 }
 void grey_row(const float* in, const std::ptrdiff_t* places, const float* weights,
               std::size_t count, bool least, float* out, std::int64_t n) {
