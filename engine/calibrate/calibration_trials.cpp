@@ -124,6 +124,36 @@ std::vector<Trial> trials(bool quick) {
     filter(FilterOp::dilate, Kind::sphere, 4);
     filter(FilterOp::dilate, Kind::box, 4);
     filter(FilterOp::median, Kind::sphere, 2);
+    // Lines of an image: few angles, as all take the same. Of the plate half of the samples vote.
+    for (const RadonSetting::To to : {RadonSetting::To::sinogram, RadonSetting::To::hough}) {
+        const auto lines = [&](const char* input, Type type, int angles) {
+            all.push_back({.job = radon_job(),
+                           .input = input,
+                           .type = type,
+                           .radon = RadonSetting{.angles = angles, .to = to, .threshold = 0.5}});
+        };
+        lines("phantom:zone-plate:256", Type::f32, 30);
+        lines("phantom:zone-plate:500", Type::u8, 8);
+        lines("phantom:shepp-logan:64", Type::u8, 6);
+    }
+    // Surfaces: triangles of a level and of labels, and pictures of them.
+    const auto surface = [&](const char* input, Type type, const char* edge, bool labels) {
+        const bool is_picture = std::string_view(edge) != "surface.flying_edges" &&
+                                std::string_view(edge) != "surface.nets";
+        Trial trial{.job = is_picture ? Job::render : Job::mesh, .input = input, .type = type};
+        if (is_picture) trial.turn = {20, -15, 10}, trial.mode = "surface";
+        trial.edge = edge;
+        trial.labels = labels;
+        if (!labels) trial.isovalue = 0.4;
+        all.push_back(trial);
+    };
+    for (const char* input : {"phantom:gaussians:64", "phantom:gaussians:112"})
+        for (const Type type : {Type::u8, Type::f32})
+            surface(input, type, "surface.flying_edges", false);
+    surface("phantom:gaussians:112", Type::u8, "surface.draw", false);
+    for (const char* input : {"phantom:shepp-logan:64", "phantom:shepp-logan:124"})
+        for (const char* edge : {"surface.nets", "surface.draw", "project.label_cast"})
+            surface(input, Type::u8, edge, true);
     // Many frames: threads have more to share.
     for (const Type type : {Type::u8, Type::f32})
         all.push_back({Job::render, "phantom:gaussians:112", type, {20, -15, 10}, "xray", 0, 12});
@@ -187,6 +217,9 @@ RequestSpec spec_of(const Trial& trial) {
     spec.job = trial.job;
     spec.input = trial.input;
     spec.filter = trial.filter;
+    spec.radon = trial.radon;
+    spec.isovalue = trial.isovalue;
+    spec.labels = trial.labels;
     if (!trial.turn.empty()) spec.geometry.steps = {{Kind::rotate, trial.turn}};
     if (trial.mode) spec.mode = mode_named(trial.mode);
     if (trial.size) spec.geometry.size = OutputSize{.sides = {trial.size, trial.size}};

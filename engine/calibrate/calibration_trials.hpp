@@ -18,16 +18,19 @@ struct Trial {
     Job job;
     std::string input;
     Type type;
-    std::vector<double> turn = {};          // [degree]; empty: none
-    const char* mode = nullptr;             // null: no picture
-    std::int64_t size = 0;                  // of the screen; 0: the input's
-    int frames = 0;                         // of a turntable; 0: one view
-    const char* edge = nullptr;             // null: all paths; else the cheapest by this edge
-    double perspective = 0;                 // [degree] of the view; 0: parallel rays
-    bool empty_around = false;              // the phantom fills only the middle of its box
-    bool fine = false;                      // also rays with several samples a voxel
-    bool lit = false;                       // light falls on the samples
-    std::optional<FilterSpec> filter = {};  // of filter jobs
+    std::vector<double> turn = {};           // [degree]; empty: none
+    const char* mode = nullptr;              // null: no picture
+    std::int64_t size = 0;                   // of the screen; 0: the input's
+    int frames = 0;                          // of a turntable; 0: one view
+    const char* edge = nullptr;              // null: all paths; else the cheapest by this edge
+    double perspective = 0;                  // [degree] of the view; 0: parallel rays
+    bool empty_around = false;               // the phantom fills only the middle of its box
+    bool fine = false;                       // also rays with several samples a voxel
+    bool lit = false;                        // light falls on the samples
+    std::optional<FilterSpec> filter = {};   // of filter jobs
+    std::optional<RadonSetting> radon = {};  // of radon jobs
+    std::optional<double> isovalue = {};     // of surfaces
+    bool labels = false;                     // samples are labels
 };
 
 /// Sizes within the caches and beyond; volumes that are full or mostly empty, seen along different

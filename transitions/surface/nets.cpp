@@ -88,7 +88,8 @@ Work work(const Offer& offer, const Ask& ask, int) {
     const double vertices = vertices_of(ask, kVertices, offer.from);
     const double steps = offer.with.number("smooth");
     const double frame = closes_faces(ask.want) ? framed(offer.from).bytes() : 0;
-    return {.operations = 4 * samples + (400 + 45 * steps) * vertices,
+    constexpr double kAlone = 8;  // one by one: vectors hold eight
+    return {.operations = 4 * samples + kAlone * (400 + 45 * steps) * vertices,
             .streamed = 4 * offer.from.bytes() + 2 * frame +
                         surface::Mesh::bytes(vertices, 2 * vertices, true),
             .gathers = (20 + 5 * steps) * vertices,
