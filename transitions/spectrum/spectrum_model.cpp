@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "scene/scene.hpp"
 #include "transitions/kernels/spectrum.hpp"
 #include "transitions/spectrum/forward.hpp"
+#include "transitions/spectrum/lost_band.hpp"
 #include "transitions/spectrum/pixel_of_sum.hpp"
 #include "transitions/spectrum/projection.hpp"
 
@@ -18,7 +20,9 @@ namespace edgewise {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kFine = 64;            // places a sample at which a step is tabulated
+constexpr int kFine = 64;  // places a sample at which a step is tabulated
+// Of a spectrum of 256^3 samples, over its root mean square: 1.7e-7 (benchmarks/transforms.cpp).
+constexpr double kSpectrumRounding = 2e-7;
 constexpr double kFaceStep = 0.125;  // [sample]: the error changes its sign every sample
 
 /// Sum of the window's transform over all x + m, m whole, by Poisson's rule: of a window that lies
@@ -38,6 +42,16 @@ double faded_everywhere(const kernels::KaiserBessel& window, double x) {
 double turned(const kernels::KaiserBessel& window, double x) {
     if (window.width() % 2 != 0) return 0;
     return std::sin(kPi * window.width() * x) * window(0.5 * window.width());
+}
+
+/// Mean square of a window over that of its transform in the middle: what reading between the
+/// samples of a spectrum leaves of the variance of white noise, along one axis.
+double read_noise(const kernels::KaiserBessel& window) {
+    constexpr int kPlaces = 512;
+    double sum = 0;
+    for (int i = 0; i < kPlaces; ++i)
+        sum += std::pow(window(window.width() * ((i + 0.5) / kPlaces - 0.5)), 2);
+    return sum * window.width() / kPlaces / std::pow(window.transform(0), 2);
 }
 
 /// The field through samples that are 1 at u <= 0 and 0 at u >= 1, as the slice has it.
@@ -142,24 +156,39 @@ SpectrumRays::SpectrumRays(const Request& want, const Data& input, const Statist
         for (std::size_t i = 0; i < lost_.size(); ++i) lost_[i] = step_[i] - lost_[i];
     }
     for (int axis = 0; axis < 3; ++axis) weights_[axis] = weights_along(axis);
+    for (std::size_t w = 0; w < windows_.size(); ++w) read_[w] = read_noise(windows_[w]);
 }
 
 SpectrumRays::Weights SpectrumRays::weights_along(int axis) const {
     const std::int64_t n = size_along(box_, axis);
     const kernels::SpectrumShape shape(box_.extent(), windows_.front());  // all pad alike
-    Weights weights{.period = static_cast<double>(shape.period[axis]), .of = {}, .turned = {}};
+    Weights weights{.period = static_cast<double>(shape.period[axis]),
+                    .of = {},
+                    .turned = {},
+                    .table = {},
+                    .grown = {}};
     for (int repetition = -kRepetitions; repetition <= kRepetitions; ++repetition)
         for (std::int64_t i = 0; i < n; ++i) {
             const double x = static_cast<double>(i - n / 2) / weights.period;
             auto& of = weights.of.emplace_back();
-            if (repetition == 0) weights.turned.emplace_back();
+            if (repetition == 0) {
+                weights.turned.emplace_back();
+                weights.table.emplace_back();
+                weights.grown.emplace_back();
+            }
             for (std::size_t w = 0; w < windows_.size(); ++w) {
                 const kernels::KaiserBessel& window = windows_[w];
                 const double here = window.transform(x);
                 // In the middle stands what all repetitions together leave on one line.
                 of[w] = repetition == 0 ? faded_everywhere(window, x) / here - 1
                                         : window.transform(x + repetition) / here;
-                if (repetition == 0) weights.turned.back()[w] = turned(window, x) / here;
+                if (repetition != 0) continue;
+                weights.turned.back()[w] = turned(window, x) / here;
+                weights.grown.back()[w] = window.transform(0) / here;
+                // Of the triangle the table is exact.
+                if (window.shape() > 0)
+                    weights.table.back()[w] =
+                        -std::pow(kPi * x / (1 << kernels::tap_bits(window.width())), 2) / 3;
             }
         }
     return weights;
@@ -184,34 +213,55 @@ SpectrumRays::Stretch1d SpectrumRays::within(const Line& line, const Region& box
     return span;
 }
 
-void SpectrumRays::add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const {
-    // The line, seen from the repetition, through the box itself.
-    const Weights& weights = weights_[axis];
-    Line through = line;
-    through.origin[axis] -= repetition * weights.period;
-    const Stretch1d inside = within(through, box_, 0);
+template <class Body>
+void SpectrumRays::each_sample(const Line& line, const Body& body) const {
+    const Stretch1d inside = within(line, box_, 0);
     const double low = inside.low, high = inside.high;
     if (!(low < high)) return;
     const double pieces = std::max(1.0, std::ceil(high - low)), piece = (high - low) / pieces;
-    const auto* of = weights.of.data() + (repetition + kRepetitions) * size_along(box_, axis);
     const Extent& n = want_.input;
     with_stored_type(input_.what.type, [&](auto zero) {
         const auto* stored = input_.as<decltype(zero)>();
         for (double k = 0.5; k < pieces; ++k) {
-            const Vec3 p = through.origin + (low + k * piece) * through.direction;
+            const Vec3 p = line.origin + (low + k * piece) * line.direction;
             std::array<std::int64_t, 3> at;
             for (int i = 0; i < 3; ++i)
                 at[i] = std::clamp(static_cast<std::int64_t>(std::floor(p[i] + 0.5)), box_.begin[i],
                                    box_.end[i] - 1);
             const double value =
                 input_.what.values(as_double(stored[at[0] + n.x * (at[1] + n.y * at[2])]));
-            const auto& weight = of[at[axis] - box_.begin[axis]];
-            for (std::size_t w = 0; w < weight.size(); ++w)
-                sum.seen[w] += (value - empty_) * weight[w] * piece;
-            if (repetition != 0) continue;
-            const auto& across = weights.turned[at[axis] - box_.begin[axis]];
-            for (std::size_t w = 0; w < across.size(); ++w)
-                sum.turned[w] += (value - empty_) * across[w] * piece;
+            for (int i = 0; i < 3; ++i) at[i] -= box_.begin[i];
+            body(at, (value - empty_) * piece);
+        }
+    });
+}
+
+void SpectrumRays::add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const {
+    // The line, seen from the repetition, through the box itself.
+    const Weights& weights = weights_[axis];
+    Line through = line;
+    through.origin[axis] -= repetition * weights.period;
+    const auto* of = weights.of.data() + (repetition + kRepetitions) * size_along(box_, axis);
+    each_sample(through, [&](const std::array<std::int64_t, 3>& at, double value) {
+        const auto& weight = of[at[axis]];
+        for (std::size_t w = 0; w < weight.size(); ++w) sum.seen[w] += value * weight[w];
+        if (repetition != 0) return;
+        const auto& across = weights.turned[at[axis]];
+        for (std::size_t w = 0; w < across.size(); ++w) sum.turned[w] += value * across[w];
+    });
+}
+
+void SpectrumRays::add_itself(const Line& line, const std::array<bool, 3>& between,
+                              Ghosts& sum) const {
+    each_sample(line, [&](const std::array<std::int64_t, 3>& at, double value) {
+        for (std::size_t w = 0; w < windows_.size(); ++w) {
+            double less = 0, grown = 1;
+            for (int axis = 0; axis < 3; ++axis) {
+                if (between[axis]) less += weights_[axis].table[at[axis]][w];
+                grown *= weights_[axis].grown[at[axis]][w];
+            }
+            sum.seen[w] += value * less;
+            sum.noise[w] += std::pow(kSpectrumRounding * value * grown, 2) * read_[w];
         }
     });
 }
@@ -226,6 +276,7 @@ SpectrumRays::Ghosts SpectrumRays::ghosts(int view, double x, double y) const {
         return Line{map.topLeftCorner<3, 3>() * Vec3(u, v, 0) + map.topRightCorner<3, 1>(), along};
     };
     Ghosts sum{};
+    std::array<bool, 3> between{};  // samples of the spectrum; else on them, where tables are exact
     for (int axis = 0; axis < 3; ++axis) {
         const double moved_x = to_screen(0, axis) * weights_[axis].period;
         const double moved_y = to_screen(1, axis) * weights_[axis].period;
@@ -233,6 +284,7 @@ SpectrumRays::Ghosts SpectrumRays::ghosts(int view, double x, double y) const {
             add_ghost(line_at(x, y), axis, 0, sum);
             continue;
         }
+        between[axis] = true;
         for (int m = -kRepetitions; m <= kRepetitions; ++m) {
             if (m == 0) continue;
             // Pixels a period of the picture apart, of which the repetition's shadow covers some.
@@ -245,6 +297,7 @@ SpectrumRays::Ghosts SpectrumRays::ghosts(int view, double x, double y) const {
                     add_ghost(line_at(x + i * period_[0], y + j * period_[1]), axis, m, sum);
         }
     }
+    add_itself(line_at(x, y), between, sum);
     return sum;
 }
 
@@ -414,19 +467,23 @@ double SpectrumRays::faces(const RaySpan& ray) const {
 
 namespace {
 
-/// What lies beyond the cutoff, over the difference of a linear and a spline picture. Both come
-/// from the same frequencies: of the spline response(1 - f) over |response(f) - sinc(f)^2| is
-/// at most 0.06 for f < 1/4, and 0.02 over white noise, less of smooth samples (beyond_of); of the
-/// trilinear field 0.3 to 0.45.
+/// What lies beyond the cutoff, over the difference of a linear and a spline picture, where no
+/// power of the samples tells: of the spline at most 0.06, since response(1 - f) over |response(f)
+/// - sinc(f)^2| is at most that for f < 1/4; of the trilinear field 0.3 to 0.45.
 constexpr double kBeyond = 0.05, kBeyondLinear = 0.4, kBeyondBand = 0.6;
+/// The power at a frequency is a mean over at most 16 bricks: its standard error is a quarter of
+/// it.
+constexpr double kOfBricks = 1.5;
 /// All ghosts over those that are looked at: farther ones, and those along two axes at once.
 constexpr double kAllGhosts = 1.15;
 /// The same of radiographs, whose errors are those of rays with little in their way: there ghosts
 /// along two axes, of what is dense, count beside next to nothing.
 constexpr double kAllOfBright = 2;
-/// Tables are exact to 4e-6 of the largest value; what one ray has of that, over the values of the
-/// longest ray.
+/// Of pixels that are divided by a length, or are other functions of a sum: what one ray has of all
+/// rounding, over the values of the longest ray.
 constexpr double kRounding = 3e-7;
+/// Of a sum: rounding of its slice and of the transform that makes it a picture, over the pixel.
+constexpr double kPixelRounding = 2e-7;
 /// Windows that amplify the spectrum's rounding by less, along one axis, add nothing to that.
 constexpr double kAmplified = 2.55;
 
@@ -443,48 +500,6 @@ bool are_alike(const Request& want) {
         if (map.topLeftCorner<3, 2>().colwise().norm().maxCoeff() > 1) return false;
     }
     return true;
-}
-
-/// What lies beyond the cutoff over the difference of a linear and a spline picture, of these
-/// samples: at most kBeyond, and much less of smooth ones. Beyond 3/4 of a cycle the spline has
-/// response(1 - f), f < 1/4, which is at most 0.01027 s^4 + 0.077 s^6 with s = sin(pi f): of fourth
-/// differences, 16 s^4, and sixth ones, -64 s^6. Linear interpolation loses s^2 / 3: a twelfth of
-/// second ones.
-double beyond_of(const Data& samples, const Statistics& statistics) {
-    constexpr std::int64_t kDrawn = 4096, kLeast = 64;
-    constexpr double kMargin = 1.5, kFourth = 0.01027 / 16, kSixth = -0.077 / 64;
-    constexpr std::array<double, 3> kRatio = {0.8191725, 0.6710436, 0.5497005};  // Roberts 2018
-    const Extent& n = samples.what.extent;
-    const Region& box = statistics.occupied;
-    if (box.empty()) return kBeyond;
-    std::int64_t met = 0;
-    double linear = 0, beyond = 0;
-    for (std::int64_t draw = 0; draw < kDrawn; ++draw) {
-        std::array<std::int64_t, 3> at{};
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double part = std::fmod(0.5 + kRatio[axis] * static_cast<double>(draw + 1), 1.0);
-            at[axis] =
-                box.begin[axis] + static_cast<std::int64_t>(
-                                      part * static_cast<double>(box.end[axis] - box.begin[axis]));
-        }
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const std::int64_t last = n[static_cast<int>(axis)] - 1;
-            const auto value = [&](std::int64_t k) {
-                std::array<std::int64_t, 3> near = at;
-                near[axis] = std::clamp<std::int64_t>(at[axis] + k, 0, last);
-                return value_at(samples, near[0] + n.x * (near[1] + n.y * near[2]));
-            };
-            // Sums of both neighbours at a distance.
-            const double v0 = value(0), v1 = value(-1) + value(1), v2 = value(-2) + value(2),
-                         v3 = value(-3) + value(3);
-            const double bend = v1 - 2 * v0;
-            linear += std::pow(bend / 12, 2);
-            beyond += std::pow(
-                kFourth * (v2 - 4 * v1 + 6 * v0) + kSixth * (v3 - 6 * v2 + 15 * v1 - 20 * v0), 2);
-            met += bend != 0;
-        }
-    }
-    return met < kLeast ? kBeyond : std::min(kBeyond, kMargin * std::sqrt(beyond / linear));
 }
 
 /// Windows of spectra that paths make, of one padding and at most kWindows a group: those that are
@@ -528,11 +543,15 @@ class SpectrumModel final : public Model {
           empty_(setting.statistics.commonest),
           alike_(are_alike(setting.want)),
           curved_(setting.want.mode->slices == ModeTraits::Slices::integral &&
-                  !grows_with_length(setting.want)) {
+                  !grows_with_length(setting.want)),
+          beyond_(static_cast<std::size_t>(setting.want.frames)) {
+        for (std::atomic<double>& each : beyond_) each = -1;
         for (int axis = 0; axis < 3; ++axis)
             longest_ = std::max(longest_, static_cast<double>(want_.input[axis]));
-        if (want_.field == Field::spline)
-            beyond_ = beyond_of(setting.field.samples(), setting.statistics);
+        if (want_.field == Field::spline || want_.field == Field::linear)
+            lost_.emplace(
+                setting.field.samples(), setting.statistics.occupied,
+                want_.field == Field::spline ? kernels::Between::spline : kernels::Between::linear);
         facts_.push_back({.name = "picture/spectrum/ends", .like = RayLook::kFoh1});
         const std::vector<std::vector<kernels::KaiserBessel>> groups = measured_windows(setting);
         boxes_.reserve(setting.boxes.size() * groups.size());
@@ -567,41 +586,60 @@ class SpectrumModel final : public Model {
         const double beyond =
             lost ? *lost * scale
                  : (curved_ ? known.linear_sum - known.spline_sum : known.linear - known.spline) *
-                       (want_.field == Field::linear   ? kBeyondLinear
-                        : want_.field == Field::spline ? beyond_
-                                                       : kBeyondBand);
-        const double spread = high_ - low_, rounding = kRounding * spread * longest_ * scale;
+                       beyond_of(at.view);
+        const double spread = high_ - low_;
         double clean = want_.field == Field::formula ? known.spline : known.expected;
         if (mean) clean = empty_ + (clean - empty_) * length / divisor;
         const bool by_line = want_.field == Field::linear;
         const double sum = by_line ? known.linear_sum : known.spline_sum;
         const double read = by_line ? known.linear : known.spline;
-        const auto square = [&](double wrong, double turned, double amplified) {
+        const auto square = [&](double wrong, double turned, double rounding) {
             if (curved_)
                 return square_of_curve(sum + wrong, length, read, known.expected,
-                                       std::hypot(beyond, rounding * amplified, turned));
+                                       std::hypot(beyond, rounding, turned));
             double got = clean + wrong * scale;
             if (mean) got = std::clamp(got, low_, high_);
-            const double noise = std::hypot(beyond, rounding * amplified, turned * scale);
+            const double noise = std::hypot(beyond, rounding, turned * scale);
             return std::pow(got - known.expected, 2) +
                    std::pow(mean ? std::min(noise, spread) : noise, 2);
         };
         const double ends = boxes_.front().faces(ray);
         std::size_t fact = 0;
-        squares.add(fact++, square(ends, 0, 1));
+        // Rounding is white: where a pixel is the sum itself, rays together have all of it. Of
+        // other pixels those have most that have little in their way, and a bound counts.
+        const bool sums = !mean && !curved_;
+        const double bound = kRounding * spread * longest_ * scale;
+        const double of_pixel = sums ? kPixelRounding * clean : bound;
+        squares.add(fact++, square(ends, 0, of_pixel));
         for (const SpectrumRays& box : boxes_) {
             const SpectrumRays::Ghosts ghosts =
                 box.ghosts(at.view, static_cast<double>(at.x), static_cast<double>(at.y));
             for (std::size_t w = 0; w < box.windows().size(); ++w) {
                 const double grown = box.windows()[w].amplified() / kAmplified;
                 const double all = curved_ ? kAllOfBright : kAllGhosts;
-                squares.add(fact++, square(ends + all * ghosts.seen[w], all * ghosts.turned[w],
-                                           std::pow(std::max(1., grown), 3)));
+                const double rounding =
+                    sums ? std::hypot(of_pixel, std::sqrt(ghosts.noise[w]) * scale)
+                         : bound * std::pow(std::max(1., grown), 3);
+                squares.add(fact++,
+                            square(ends + all * ghosts.seen[w], all * ghosts.turned[w], rounding));
             }
         }
     }
 
  private:
+    /// What lies beyond the cutoff, over the difference of a linear and a spline picture.
+    double beyond_of(int view) const {
+        if (!lost_) return kBeyondBand;
+        std::atomic<double>& known = beyond_[static_cast<std::size_t>(view)];
+        if (known < 0) {
+            const Vec3 along = want_.views.at(view).inverse().matrix().block<3, 1>(0, 2);
+            const double told = lost_->over_difference(along);
+            known = told >= 0                      ? kOfBricks * told
+                    : want_.field == Field::spline ? kBeyond
+                                                   : kBeyondLinear;
+        }
+        return known;
+    }
     /// The same of a mode whose pixels are another function of the sum, as exp(-x) is: the sum is
     /// wrong first, and the function passes it on. What values are cut off in the field's own
     /// reading counts too, since no sum has that.
@@ -620,8 +658,11 @@ class SpectrumModel final : public Model {
     }
 
     const Request& want_;
-    double low_, high_, empty_, longest_ = 0, beyond_ = kBeyond;
+    double low_, high_, empty_, longest_ = 0;
     bool alike_, curved_;
+    std::optional<LostBand> lost_;
+    // By view; negative: not asked for yet. Threads that ask at once find the same.
+    mutable std::vector<std::atomic<double>> beyond_;
     std::vector<SpectrumRays> boxes_;  // the whole first
 };
 

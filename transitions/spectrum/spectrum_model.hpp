@@ -22,6 +22,9 @@ namespace edgewise {
 ///   that is asked for stays as it is at the outermost centres and ends at a face. The difference
 ///   is added up along the line as far as it is near a face.
 ///
+/// - *Tables.* Taps are told from a table by linear interpolation, which fades what is far from the
+///   middle by (pi x h)^2 / 3 more along each axis, h being the table's step.
+/// - *Rounding.* Of a spectrum in f32 it is white, in proportion to the weighted samples.
 /// - *Cutoff.* The slice knows nothing beyond 3/4 of a cycle a sample: its steps ring a little, and
 ///   detail of rays along an axis loses a little.
 ///
@@ -39,6 +42,8 @@ class SpectrumRays {
         /// Of rays along an axis, the part that comes turned by a quarter of each wave along the
         /// picture's rows: only its size is known here.
         std::array<double, kWindows> turned{};
+        /// Variance by the spectrum's rounding.
+        std::array<double, kWindows> noise{};
     };
 
     /// @param box      the samples that are transformed; the others have the commonest value
@@ -66,12 +71,20 @@ class SpectrumRays {
     struct Weights {
         double period = 1;                                     // of the padded volume [voxel]
         std::vector<std::array<double, kWindows>> of, turned;  // [repetition][sample of the box]
+        /// What tables of taps make less of a sample, and what its share in the spectrum is over
+        /// that of one in the middle.
+        std::vector<std::array<double, kWindows>> table, grown;
     };
     struct Stretch1d {
         double low, high;
     };
     Weights weights_along(int axis) const;
     void add_ghost(const Line& line, int axis, int repetition, Ghosts& sum) const;
+    /// What becomes of the samples on the pixel's own line: by tables of taps along the axes that
+    /// are given, and by rounding.
+    void add_itself(const Line& line, const std::array<bool, 3>& between, Ghosts& sum) const;
+    template <class Body>
+    void each_sample(const Line& line, const Body& body) const;
     /// What a sample has above the commonest value.
     double sample(const std::array<std::int64_t, 3>& at) const;
     /// What a sample weighs at a distance, as the slice has it.
@@ -102,6 +115,7 @@ class SpectrumRays {
     std::vector<double> step_;        // the slice's, through samples: by distance from the last 1
     std::vector<double> lost_;        // by which that is more than the field's
     std::array<Weights, 3> weights_;
+    std::array<double, kWindows> read_{};  // variance of reading white noise in the spectrum
 };
 
 /// Pictures by slices of a spectrum: facts as fact_of_spectrum() names them, one a window and box
