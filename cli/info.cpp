@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <fmt/format.h>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -214,7 +216,9 @@ Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     store::Selection selection = selection_of(options.selection);
     selection.memory_limit = memory.limit();
     selection.padding = store::Padding::smallest;
-    if (!options.file.starts_with("phantom:") && !options.file.starts_with("raw:"))
+    constexpr std::string_view kNoPaths[] = {"phantom:", "raw:", "kspace:"};
+    if (std::none_of(std::begin(kNoPaths), std::end(kNoPaths),
+                     [&](std::string_view start) { return options.file.starts_with(start); }))
         facts.series = store::list_series(options.file);
     std::vector<std::string> unreadable;
     facts.input = facts.series.size() > 1 && !selection.series

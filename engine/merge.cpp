@@ -66,7 +66,7 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
     const bool asks_file = std::any_of(wanted.begin(), wanted.end(),
                                        [](const ChannelSpec& one) { return !one.colour; });
     std::vector<std::optional<store::Colour>> said;
-    if (asks_file && !input.phantom && !input.described)
+    if (asks_file && !input.phantom && !input.described && !input.pairs)
         said = store::channel_colours(input.name, input.selection);
     std::vector<MergedChannel> channels;
     for (const ChannelSpec& one : wanted) {

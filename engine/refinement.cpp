@@ -37,6 +37,9 @@ double most_light_of(const Shading& shading) {
         case Shade::particles:
             share = phase_of(std::abs(shading.phase), 1);
             break;
+        case Shade::hemisphere:
+        case Shade::lambert:
+            return 1;  // of sums, which have no opacity that hides what is behind
     }
     double light = least;
     for (const Light& source : shading.lights) light += share * source.intensity;

@@ -142,7 +142,7 @@ void take_exactness(Session& session) {
     const Request& want = session.want();
     const RequestSpec& o = session.spec;
     if (o.labels) input.header.labels = true;
-    if (input.described || input.phantom || session.given) return;
+    if (input.described || input.phantom || input.pairs || session.given) return;
     if (want.job == Job::mesh && o.labels) {
         input.outside = want.outside;
         take_keep(input, Keep::labels);

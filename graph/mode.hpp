@@ -106,12 +106,13 @@ struct ModeTraits {
     Miss miss = Miss::zero;  // of a ray that meets nothing: 0, or an end of the data's values
 
     // What it reads of a request.
-    bool takes_zero = false;      // Request::zero
-    bool takes_transfer = false;  // Request::transfer
-    bool takes_level = false;     // Request::surface
-    bool takes_light = false;     // Request::shading
-    bool takes_cue = false;       // Request::cue
-    Shade shade = Shade::none;    // where the request does not say
+    bool takes_zero = false;             // Request::zero
+    bool takes_transfer = false;         // Request::transfer
+    bool takes_level = false;            // Request::surface
+    std::span<const Shade> shades = {};  // Request::shading, beside none
+    bool takes_light() const noexcept { return !shades.empty(); }
+    bool takes_cue = false;     // Request::cue
+    Shade shade = Shade::none;  // where the request does not say
 
     // What algorithms may count on.
     /// It is made of samples so far apart [t], not of the field between them; 0: of the field.
@@ -154,15 +155,14 @@ struct ModeTraits {
     void (*empty)(Stretch& stretch) = nullptr;  // null: all zero
     void (*add)(Stretch& stretch, std::span<const double> values, const double* pieces,
                 const Request& want) = nullptr;
-    /// Of modes that take light: one finite sample, and whether it is seen.
+    /// Of modes that take light or a cue, and do not end at a hit: one finite sample, and whether
+    /// it is seen (null: always).
     void (*add_lit)(Stretch& stretch, double value, double piece, const std::function<Lit()>& lit,
                     const Request& want) = nullptr;
     bool (*is_seen)(double value, const Request& want) = nullptr;
     /// Of modes that end at their first hit, see Stretch::follow.
     void (*follow)(Stretch& stretch, double t, double value, double piece, const AlongRay& along,
                    const Request& want) = nullptr;
-    /// Of modes that take a cue and no light: what a value counts for of which that share is left.
-    double (*faded)(double value, double left, const Request& want) = nullptr;
     /// Lengths are added up behind it.
     void (*append)(Stretch& stretch, const Stretch& behind) = nullptr;
     void (*result)(const Stretch& stretch, const Request& want, double* values) = nullptr;

@@ -34,7 +34,38 @@ double share_of(const Arriving& arriving, std::size_t light) {
     return light < arriving.lights.size() ? arriving.lights[light] : 1;
 }
 
+/// Shading::of_sums: the value that light adds to a sample's.
+double added_by(const Shading& shading, const Vec3& gradient) {
+    const double length = gradient.norm();
+    if (!std::isfinite(length)) return 0;
+    double light = 0;
+    for (const Light& source : shading.lights) {
+        const double along = -gradient.dot(source.towards);  // |grad f| N.L
+        light += source.intensity *
+                 (shading.by == Shade::hemisphere ? (length + along) / 2 : std::max(0.0, along));
+    }
+    return shading.material.diffuse * light;
+}
+
 }  // namespace
+
+std::string_view name_of(Shade by) noexcept {
+    switch (by) {
+        case Shade::none:
+            return "none";
+        case Shade::phong:
+            return "phong";
+        case Shade::torrance_sparrow:
+            return "torrance-sparrow";
+        case Shade::particles:
+            return "particles";
+        case Shade::hemisphere:
+            return "hemisphere";
+        case Shade::lambert:
+            return "lambert";
+    }
+    return "?";
+}
 
 double DepthCue::left(double depth) const noexcept {
     return linear ? std::max(0.0, 1 - per_length * depth) : std::exp(-per_length * depth);
@@ -57,6 +88,7 @@ Lit Shading::at(const Vec3& gradient, const Vec3& to_eye, const Arriving& arrivi
                                  phase_of(phase, -lights[i].towards.dot(to_eye));
         return scattered;
     }
+    if (of_sums()) return {material.ambient, added_by(*this, gradient)};
     const double length = gradient.norm();
     Lit lit{material.ambient * arriving.ambient, 0};
     if (!(length > 0) || !std::isfinite(length)) return lit;

@@ -2,14 +2,18 @@
 
 #include <array>
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
 #include "graph/transform.hpp"
 
 namespace edgewise {
 
-/// How light meets a sample.
-enum class Shade { none, phong, torrance_sparrow, particles };
+/// How light meets a sample. The last two are of sums along rays, see Shading::of_sums.
+enum class Shade { none, phong, torrance_sparrow, particles, hemisphere, lambert };
+
+/// As the command has it: "torrance-sparrow".
+std::string_view name_of(Shade by) noexcept;
 
 /// A white light, infinitely far away.
 struct Light {
@@ -25,7 +29,7 @@ struct Material {
 };
 
 /// What light does at one sample: `diffuse` times the sample's colour and `specular` times white
-/// go to the eye.
+/// go to the eye. Of sums a sample's colour is its value, and `specular` is a value too.
 struct Lit {
     double diffuse = 1, specular = 0;
     double opacity = 1;    // times the sample's own
@@ -71,6 +75,13 @@ struct Shading {
     ///                  that faces away from the eye is turned round, so its sign does not matter
     /// @param to_eye    unit length
     Lit at(const Vec3& gradient, const Vec3& to_eye, const Arriving& arriving = {}) const noexcept;
+    /// Whether it is a rule of sums. A sample counts a f + d sum I |grad f| w(N.L), with f its
+    /// value, a and d the shares of `material`, grad f per step along screen z, and N = -grad f /
+    /// |grad f|, from high values to low ones. w is (1 + N.L) / 2 of hemisphere, max(0, N.L) of
+    /// lambert. Nothing is turned to the eye, and `least` does not matter. Source: Levoy, "Volume
+    /// rendering using the Fourier projection-slice theorem", Graphics Interface 1992; Totsuka,
+    /// Levoy, "Frequency domain volume rendering", SIGGRAPH 1993
+    bool of_sums() const noexcept { return by == Shade::hemisphere || by == Shade::lambert; }
     /// Whether some of the light does not arrive.
     bool has_shade() const noexcept { return shadows || occlusion > 0; }
 };

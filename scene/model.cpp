@@ -88,12 +88,7 @@ void RayPiece::each_in_order(const Filter& filter,
 void RayPiece::add_seen(std::span<const double> values, const Vec3& steps, const Read& read,
                         Stretch& to, const Request& want, const ArrivingAt& arriving) const {
     if (want.mode->first_hit) return follow(values, steps, read, to, want);
-    if (!want.mode->faded)
-        return add_lit(values, steps, read, to, want, arriving ? arriving : arriving_);
-    Values faded;
-    for (std::size_t i = 0; i < values.size(); ++i)
-        faded[i] = want.mode->faded(values[i], frame_->left(cells_.middle[i], want), want);
-    add({faded.data(), values.size()}, to, want);
+    add_lit(values, steps, read, to, want, arriving ? arriving : arriving_);
 }
 
 void RayPiece::follow(std::span<const double> values, const Vec3& steps, const Read& read,
@@ -133,7 +128,9 @@ void RayPiece::add_lit(std::span<const double> values, const Vec3& steps, const 
         return want.field == Field::formula ? places_[i] : block_.field().clamped(places_[i]);
     };
     for (std::size_t i = 0; i < values.size(); ++i)
-        if (std::isfinite(values[i]) && want.mode->is_seen(values[i], want)) seen[count++] = i;
+        if (std::isfinite(values[i]) &&
+            (!want.mode->is_seen || want.mode->is_seen(values[i], want)))
+            seen[count++] = i;
     const bool needs = want.needs_gradients();
     std::array<Vec3, Places::kMost> gradients;
     Places beside;

@@ -56,8 +56,10 @@
 #include "transitions/spectrum/faded_picture.hpp"
 #include "transitions/spectrum/forward.hpp"
 #include "transitions/spectrum/from_kspace.hpp"
+#include "transitions/spectrum/gradients.hpp"
 #include "transitions/spectrum/hartley.hpp"
 #include "transitions/spectrum/inverse.hpp"
+#include "transitions/spectrum/lit_slice.hpp"
 #include "transitions/spectrum/moment_slice.hpp"
 #include "transitions/spectrum/moments.hpp"
 #include "transitions/spectrum/polar.hpp"
@@ -93,6 +95,7 @@ Catalogue catalogue() {
         spectrum_wide(),
         spectrum_hartley(),
         spectrum_moments(),
+        spectrum_gradients(),
         spectrum_polar(),
         precision(),
         gradient_facet(),
@@ -154,6 +157,7 @@ Catalogue catalogue() {
         spectrum_inverse(),
         spectrum_polar_slice(),
         spectrum_moment_slice(),
+        spectrum_lit_slice(),
         spectrum_faded_picture(),
         // Filters.
         filter_backward(),

@@ -126,7 +126,8 @@ DepthCue cue_of(const std::string& text) {
 void read_light(RequestSpec& spec, const JobOptions& o) {
     if (o.shade)
         spec.shade = static_cast<Shade>(
-            chosen("--shade", *o.shade, {"none", "phong", "torrance-sparrow", "particles"}));
+            chosen("--shade", *o.shade,
+                   {"none", "phong", "torrance-sparrow", "particles", "hemisphere", "lambert"}));
     for (const std::string& text : o.lights) spec.lights.push_back(light_of(text));
     if (o.material) spec.material = material_of(*o.material);
     if (o.phase) spec.phase = number_of("--phase", *o.phase);
@@ -154,7 +155,7 @@ void read_transfer(RequestSpec& spec, const JobOptions& o) {
 /// The first mode that light falls on.
 Mode lit_mode() {
     return *std::find_if(modes().begin(), modes().end(),
-                         [](Mode mode) { return mode->takes_light && mode->takes_transfer; });
+                         [](Mode mode) { return mode->takes_light() && mode->takes_transfer; });
 }
 
 void read_mode(RequestSpec& spec, const JobOptions& o) {

@@ -125,9 +125,10 @@ void add_mode(CLI::App& app, JobOptions& o) {
                  "default with --mode shaded: one that suits FILE")
             ->type_name("NAME|FILE");
         add_text(app, "--shade", o.shade,
-                 "composite and surface: how light meets samples; default none, of surface and "
-                 "--mode shaded phong")
-            ->type_name("none|phong|torrance-sparrow|particles");
+                 "how light meets samples; default none, of surface and --mode shaded phong. "
+                 "composite: phong, torrance-sparrow, particles; surface: the first two; xray and "
+                 "mean: hemisphere, lambert")
+            ->type_name("none|phong|torrance-sparrow|particles|hemisphere|lambert");
         add_list(app, "--light", o.lights,
                  "towards a light, in screen space (z away from the eye); default 0,0,-1: at the "
                  "eye. Several add up")

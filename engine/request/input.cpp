@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fmt/format.h>
 #include <limits>
 #include <tbb/parallel_for.h>
@@ -9,6 +10,7 @@
 #include "engine/request/numbers.hpp"
 #include "graph/errors.hpp"
 #include "graph/with_type.hpp"
+#include "transitions/kernels/kspace.hpp"
 
 namespace edgewise {
 namespace {
@@ -22,6 +24,42 @@ Phantom phantom_of(const std::string& name) {
         throw RequestError(fmt::format("{}: expected phantom:NAME:N with a name of {}", name,
                                        fmt::join(phantom_names(), ", ")));
     return phantom_named(words[1], whole_of(name, words[2], 1, kLargestSide));
+}
+
+/// "kspace:FILE:WxHxD[:little|big][:offset]" -> samples of twice the width. FILE may hold colons.
+std::string pairs_of(const std::string& name) {
+    const std::string_view text = std::string_view(name).substr(std::string_view("kspace:").size());
+    const auto words = split(text, ':');
+    std::size_t at = words.size();
+    for (std::size_t i = words.size(); i-- > 1 && at == words.size();) {
+        const std::string word(words[i]);
+        const bool digits = word.find_first_not_of("0123456789xX") == std::string::npos;
+        if (digits && word.find_first_of("xX") != std::string::npos) at = i;
+    }
+    const auto refuse = [&](const std::string& why) {
+        throw RequestError(fmt::format(
+            "{}: {}; expected kspace:FILE:WxH[xD][:little|big][:offset], of complex samples of two "
+            "f32",
+            name, why));
+    };
+    if (at == words.size()) refuse("no extent");
+    const std::string size(words[at]);
+    const std::size_t cross = size.find_first_of("xX");
+    const std::int64_t width = cross == 0 || cross > 9 ? 0 : std::stoll(size.substr(0, cross));
+    if (width < 1) refuse(fmt::format("'{}' is no extent", size));
+    std::string pairs = "raw";
+    for (std::size_t i = 0; i < at; ++i) pairs += fmt::format(":{}", words[i]);
+    pairs += fmt::format(":{}{}:f32", 2 * width, size.substr(cross));
+    for (std::size_t i = at + 1; i < words.size(); ++i) pairs += fmt::format(":{}", words[i]);
+    return pairs;
+}
+
+/// The header of the volume that k-space is of.
+store::Header volume_of(const std::string& name, store::Header pairs) {
+    pairs.file = name;
+    pairs.format = "k-space";
+    pairs.extent.x /= 2;
+    return pairs;
 }
 
 store::Header header_of(const std::string& name, const Phantom& phantom) {
@@ -80,6 +118,8 @@ double Input::opaque() const noexcept {
 double Input::bytes() const {
     if (data && data->samples.data()) return static_cast<double>(data->samples.bytes());
     if (phantom) return static_cast<double>(header.extent.samples()) * sizeof(float);
+    // The pairs, as many to work in, and the volume.
+    if (pairs) return 2.5 * static_cast<double>(store::loaded_bytes(*pairs, selection));
     const auto stored = static_cast<double>(store::loaded_bytes(header, selection));
     if (!premultiplied()) return stored;
     return stored / static_cast<double>(bytes_of(loaded_type(*this))) * sizeof(float);
@@ -103,6 +143,9 @@ Input inspected(const std::string& name, const store::Selection& selection) {
     } else if (name.starts_with("describe:")) {
         input.described = described_by(name);
         input.header = header_of(name, *input.described);
+    } else if (name.starts_with("kspace:")) {
+        input.pairs = store::inspect(pairs_of(name), selection);
+        input.header = volume_of(name, *input.pairs);
     } else {
         input.header = store::inspect(name, selection);
         take_keep(input, Keep::values);
@@ -228,6 +271,34 @@ std::shared_ptr<const Data> described_data(const Input& input) {
     return data;
 }
 
+namespace {
+
+/// The magnitudes of the volume whose spectrum was measured.
+std::shared_ptr<const Data> volume_of_kspace(const Input& input, std::pmr::memory_resource* memory,
+                                             std::vector<std::string>& warnings) {
+    const store::Header& pairs = *input.pairs;
+    store::loaded_bytes(pairs, input.selection);
+    Representation what = loaded_as(input);
+    what.extent = pairs.extent;
+    Data read = Data::make(what, memory);
+    for (std::string& warning :
+         store::read_samples(pairs, input.selection, read.samples.data(), read.samples.bytes()))
+        warnings.push_back(std::move(warning));
+    const float* numbers = read.as<float>();
+    for (std::int64_t i = 0; i < what.samples(); ++i)
+        if (!std::isfinite(numbers[i]))
+            throw InputError(
+                fmt::format("{}: sample {} is not finite, a transform would spread it "
+                            "everywhere",
+                            input.name, i / 2));
+    auto data = std::make_shared<Data>(Data::make(loaded_as(input), memory));
+    kernels::volume_of_kspace(reinterpret_cast<const kernels::Complex*>(numbers), data->what.extent,
+                              true, data->as<float>(), memory, {});
+    return data;
+}
+
+}  // namespace
+
 std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory) {
     const auto identity = identity_of(input);
     const auto begin = std::chrono::steady_clock::now();
@@ -235,6 +306,8 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
     if (input.phantom) {
         input.data =
             std::make_shared<Data>(make_phantom(input.phantom->name, input.phantom->side, memory));
+    } else if (input.pairs) {
+        input.data = volume_of_kspace(input, memory, warnings);
     } else {
         const store::Header& header = input.header;
         // Beyond the selection's limit: told with its size, before anything is allocated.

@@ -28,6 +28,9 @@ struct Input {
     store::Selection selection;
     std::optional<Phantom> phantom;
     std::optional<Described> described;
+    /// Of k-space: pairs of f32, from which the volume that `header` says is made. Absent: `header`
+    /// is of what is read.
+    std::optional<store::Header> pairs;
     Keep keep = Keep::values;
     double outside = 0;                       // labels: the value beyond the input
     std::shared_ptr<const LabelTable> table;  // that samples are places in; absent: they are values

@@ -64,7 +64,7 @@ std::string selection_text(const store::Selection& pick) {
 std::optional<InputIdentity> identity_of(const Input& input) {
     if (input.described) return std::nullopt;
     if (input.phantom) return InputIdentity{input.name, input.name + "|" + measured_by()};
-    const auto files = store::files_of(input.header);
+    const auto files = store::files_of(input.pairs ? *input.pairs : input.header);
     if (!files) return std::nullopt;
     InputIdentity identity;
     // "raw:..." is no path, but says more than one.

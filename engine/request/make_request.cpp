@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
+#include <string_view>
 #include <utility>
 
 #include "engine/measure/machine.hpp"
@@ -44,20 +46,32 @@ void take_budgets(Request& want, const RequestSpec& spec) {
 
 void take_light(Request& want, const RequestSpec& spec) {
     want.shading.by = spec.shade.value_or(want.mode->shade);
-    if (!spec.lights.empty() && !want.shading.on())
-        throw RequestError(fmt::format(
-            "--light: of --shade phong{} only",
-            want.mode->first_hit ? " and torrance-sparrow" : ", torrance-sparrow and particles"));
-    if (spec.material && !want.shading.has_normals())
-        throw RequestError("--material: of --shade phong and torrance-sparrow only");
+    const auto rules_of = [&](auto&& is_one) {
+        std::vector<std::string_view> names;
+        for (const Shade by : want.mode->shades)
+            if (is_one(Shading{.by = by})) names.push_back(name_of(by));
+        return fmt::to_string(fmt::join(names, ", "));
+    };
+    const auto all = [](const Shading&) { return true; };
+    if (want.shading.on() && std::find(want.mode->shades.begin(), want.mode->shades.end(),
+                                       want.shading.by) == want.mode->shades.end())
+        throw RequestError(fmt::format("--shade: {} is not of --mode {}; expected {} or none",
+                                       name_of(want.shading.by), want.mode->name, rules_of(all)));
+    const auto of_rules = [&](const char* option, bool given, bool sensible, auto&& is_one) {
+        if (!given || sensible) return;
+        const std::string rules = rules_of(is_one);
+        if (rules.empty())
+            throw RequestError(fmt::format("{}: of modes that light falls on, not of {}", option,
+                                           want.mode->name));
+        throw RequestError(fmt::format("{}: of --shade {} only", option, rules));
+    };
+    of_rules("--light", !spec.lights.empty(), want.shading.on(), all);
+    of_rules("--material", spec.material.has_value(), want.shading.has_normals(),
+             [](const Shading& by) { return by.has_normals(); });
     if (spec.phase && want.shading.by != Shade::particles)
-        throw RequestError("--phase: of --shade particles only");
-    if (want.shading.by == Shade::particles && want.mode->first_hit)
-        throw RequestError(
-            fmt::format("--shade: a {} has no particles; expected phong, torrance-sparrow or none",
-                        want.mode->name));
+        throw RequestError("--phase: of --mode composite with --shade particles only");
     const auto falls_on_samples = [&](const char* option, bool given, bool sensible) {
-        if (given && (!sensible || want.mode->first_hit))
+        if (given && (!sensible || !want.mode->takes_transfer))
             throw RequestError(fmt::format("{}: of --mode composite with {} only", option,
                                            option == std::string("--shadows")
                                                ? "--shade phong, torrance-sparrow or particles"
@@ -79,12 +93,12 @@ void take_light(Request& want, const RequestSpec& spec) {
 
 void take_mode(Request& want, const RequestSpec& spec) {
     want.mode = spec.mode;
-    const auto only = [&](const char* option, bool given, bool ModeTraits::*takes) {
+    const auto only = [&](const char* option, bool given, auto takes) {
         const ModeTraits& mode = *want.mode;
-        if (!given || mode.*takes) return;
+        if (!given || std::invoke(takes, mode)) return;
         std::vector<std::string_view> names;
         for (const Mode other : modes())
-            if ((*other).*takes) names.push_back(other->name);
+            if (std::invoke(takes, *other)) names.push_back(other->name);
         throw RequestError(fmt::format("{}: of --mode {} only, not of {}", option,
                                        fmt::join(names, ", "), mode.name));
     };

@@ -82,6 +82,8 @@ void lengthen(double factor, std::span<double, 4> values) {
     for (double& value : values) value *= scale;
 }
 
+constexpr Shade kShades[] = {Shade::phong, Shade::torrance_sparrow, Shade::particles};
+
 }  // namespace
 
 /// Emission and opacity, front to back (EQ 62 and 63).
@@ -92,7 +94,7 @@ const ModeTraits composite_mode = {
     .channels = 4,
     .over_background = true,
     .takes_transfer = true,
-    .takes_light = true,
+    .shades = kShades,
     .takes_cue = true,
     .cancelled = cancelled,
     .skips = ModeTraits::Levels::opacities,

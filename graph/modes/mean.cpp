@@ -11,6 +11,14 @@ void add(Stretch& stretch, std::span<const double> values, const double* pieces,
     stretch.state[0] = sum;
 }
 
+void add_lit(Stretch& stretch, double value, double piece, const std::function<Lit()>& lit,
+             const Request&) {
+    const Lit by = lit();
+    stretch.state[0] += (by.diffuse * value + by.specular) * piece;
+}
+
+constexpr Shade kShades[] = {Shade::hemisphere, Shade::lambert};
+
 }  // namespace
 
 /// The integral over the ray's length inside the volume.
@@ -19,6 +27,7 @@ const ModeTraits mean_mode = {
     .help = "mean value over the ray's length inside the volume",
     .combine = Combine::mean,
     .miss = ModeTraits::Miss::lowest,
+    .shades = kShades,
     .takes_cue = true,
     .divides = true,
     .averages = true,
@@ -29,7 +38,7 @@ const ModeTraits mean_mode = {
     .gain = [](bool noise, double length, double,
                double) { return gain_of_integral(noise, length) / length; },
     .add = add,
-    .faded = [](double value, double left, const Request&) { return left * value; },
+    .add_lit = add_lit,
     .append = [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
     .result =
         [](const Stretch& stretch, const Request& want, double* values) {

@@ -117,6 +117,8 @@ void follow(Stretch& stretch, double t, double value, double piece, const AlongR
     state[kLastAt] = t;
 }
 
+constexpr Shade kShades[] = {Shade::phong, Shade::torrance_sparrow};
+
 }  // namespace
 
 /// The first place of a ray where the field passes a level, whether it rises or falls: the surface
@@ -128,7 +130,7 @@ const ModeTraits surface_mode = {
     .channels = 4,
     .over_background = true,
     .takes_level = true,
-    .takes_light = true,
+    .shades = kShades,
     .takes_cue = true,
     .shade = Shade::phong,
     .first_hit = true,

@@ -18,6 +18,14 @@ void add(Stretch& stretch, std::span<const double> values, const double* pieces,
     stretch.state[0] = sum;
 }
 
+void add_lit(Stretch& stretch, double value, double piece, const std::function<Lit()>& lit,
+             const Request& want) {
+    const Lit by = lit();
+    stretch.state[0] += (by.diffuse * (value - want.zero) + by.specular) * piece * want.unit;
+}
+
+constexpr Shade kShades[] = {Shade::hemisphere, Shade::lambert};
+
 std::string needs(const Request& want, double common, double, double) {
     return common != want.zero
                ? fmt::format("the commonest value is {}, --zero {}", common, want.zero)
@@ -32,6 +40,7 @@ const ModeTraits xray_mode = {
     .help = "integral of (value - zero) along the ray",
     .combine = Combine::sum,
     .takes_zero = true,
+    .shades = kShades,
     .takes_cue = true,
     .cancelled =
         [](const Request& want) {
@@ -46,8 +55,7 @@ const ModeTraits xray_mode = {
     .gain = [](bool noise, double length, double unit,
                double) { return gain_of_integral(noise, length) * unit; },
     .add = add,
-    .faded = [](double value, double left,
-                const Request& want) { return want.zero + left * (value - want.zero); },
+    .add_lit = add_lit,
     .append = [](Stretch& stretch, const Stretch& behind) { stretch.state[0] += behind.state[0]; },
     .result = [](const Stretch& stretch, const Request&,
                  double* values) { values[0] = stretch.state[0]; },

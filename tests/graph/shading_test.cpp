@@ -117,6 +117,35 @@ TEST(Shading, ParticlesDoNotAskForAGradient) {
     EXPECT_FALSE(shading.has_normals());
 }
 
+TEST(Shading, OfSumsAddsWhatGradientsSend) {
+    Shading shading{.by = Shade::hemisphere};
+    shading.material = {0.3, 0.8, 0.5, 10};
+    shading.lights = {{Vec3(0, 0, -1), 0.5}, {Vec3(1, 0, 0), 2}};
+    EXPECT_TRUE(shading.of_sums() && shading.has_normals());
+    const Vec3 gradient(-3, 0, 4);  // falls towards +x and -z
+    // Cosines 0.8 and 0.6, of a gradient of length 5; whatever the side of the eye.
+    for (const Vec3& eye : {Vec3(0, 0, -1), Vec3(0, 0, 1)}) {
+        Lit lit = shading.at(gradient, eye);
+        EXPECT_DOUBLE_EQ(lit.diffuse, 0.3);
+        EXPECT_DOUBLE_EQ(lit.specular, 0.8 * 5 * (0.5 * 1.8 / 2 + 2 * 1.6 / 2));
+        shading.by = Shade::lambert;
+        lit = shading.at(gradient, eye);
+        EXPECT_DOUBLE_EQ(lit.specular, 0.8 * 5 * (0.5 * 0.8 + 2 * 0.6));
+        EXPECT_DOUBLE_EQ(shading.at(-gradient, eye).specular, 0);
+        shading.by = Shade::hemisphere;
+        EXPECT_DOUBLE_EQ(shading.at(-gradient, eye).specular,
+                         0.8 * 5 * (0.5 * 0.2 / 2 + 2 * 0.4 / 2));
+    }
+    EXPECT_EQ(shading.at(Vec3::Zero(), Vec3(0, 0, -1)).specular, 0);
+    EXPECT_EQ(shading.at(Vec3(0, INFINITY, 0), Vec3(0, 0, -1)).specular, 0);
+}
+
+TEST(Shading, RulesHaveNames) {
+    for (const Shade by : {Shade::none, Shade::phong, Shade::torrance_sparrow, Shade::particles,
+                           Shade::hemisphere, Shade::lambert})
+        EXPECT_NE(name_of(by), "?");
+}
+
 TEST(Shading, LightFallsOffWithDepth) {
     const DepthCue by_exponent{0.5, false}, by_line{0.25, true};
     EXPECT_DOUBLE_EQ(by_exponent.left(0), 1);

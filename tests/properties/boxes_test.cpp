@@ -334,7 +334,7 @@ TEST(Boxes, OfALitPictureAreTheBytesOfTheWhole) {
     Tried tried{.stride = 14};
     int lit = 0;
     for (const Mode mode : modes()) {
-        if (!mode->takes_light) continue;
+        if (!mode->takes_light()) continue;
         SCOPED_TRACE(mode->name);
         for (const Shading& shading : shadings()) {
             if (shading.has_shade() && !mode->takes_transfer) continue;

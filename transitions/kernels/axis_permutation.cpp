@@ -42,7 +42,7 @@ void copy_row(const Copy& copy, std::int64_t begin, std::int64_t end, std::int64
 /// Small samples as fields of 64 bits: kSide of them are a row of a block that is transposed by
 /// exchanging halves, quarters and eighths of rows.
 template <std::size_t size>
-struct Block {
+struct Patch {
     static constexpr std::int64_t kSide = 8 / size;
     std::array<std::uint64_t, kSide> rows;
 
@@ -91,11 +91,11 @@ struct Square {
     }
     /// Blocks of rows that lie forwards in the input.
     void by_blocks() const {
-        constexpr std::int64_t kSide = Block<size>::kSide;
+        constexpr std::int64_t kSide = Patch<size>::kSide;
         const std::int64_t x2 = x1 - (x1 - x0) % kSide, a2 = a1 - (a1 - a0) % kSide;
         for (std::int64_t a = a0; a < a2; a += kSide)
             for (std::int64_t x = x0; x < x2; x += kSide) {
-                Block<size> block;
+                Patch<size> block;
                 for (std::int64_t i = 0; i < kSide; ++i)
                     std::memcpy(&block.rows[i], source(x + i, a), 8);
                 block.transpose();

@@ -12,7 +12,7 @@ void ray_cast(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t 
                 return ray_cast_max;
             case Combine::sum:
             case Combine::mean:
-                return cast.cue ? ray_cast_faded : ray_cast_line;
+                return cast.light || cast.cue ? ray_cast_lit_line : ray_cast_line;
             case Combine::hit:
                 return ray_cast_hit;
             case Combine::other:

@@ -144,10 +144,10 @@ struct RayCast {
     double level = 0;                              // of hit and other: Request::level
     const Optics* optics = nullptr;                // of over
     const TransferIntegrals* integrals = nullptr;  // of over without light: pieces between samples
-    const RayLight* light = nullptr;               // of over and hit; null: all of the light
-    const RayEdges* edges = nullptr;               // of over; null: opacities are by value alone
-    const RayTable* table = nullptr;               // of over, in place of optics but for their unit
-    const RayArriving* arriving = nullptr;         // null: all of the light
+    const RayLight* light = nullptr;        // of over, hit, sum and mean; null: all of the light
+    const RayEdges* edges = nullptr;        // of over; null: opacities are by value alone
+    const RayTable* table = nullptr;        // of over, in place of optics but for their unit
+    const RayArriving* arriving = nullptr;  // null: all of the light
     const RayCue* cue = nullptr;  // of all but max and other; null: light does not fall off
     const Gradients* gradients = nullptr;  // of all samples; null: light takes the filter's own
     double bound = 0;  // of over: a ray ends where less than this transparency is left; the result

@@ -112,7 +112,8 @@ class HitSum : public InOrder<HitSum<kNumbers>> {
         VF diffuse = hn::Set(d, 1.0f), specular = zero;
         if (cast_.light) {
             VF slope[3] = {zero, zero, zero};
-            if (!cast_.light->particles) spot.gradient_at(where, spot.value_at(where), slope);
+            if (cast_.light->by != Shade::particles)
+                spot.gradient_at(where, spot.value_at(where), slope);
             light_on(*cast_.light, slope, eye_, ArrivingLanes(), diffuse, specular);
         }
         VF light = hn::Add(diffuse, specular);
@@ -126,40 +127,54 @@ class HitSum : public InOrder<HitSum<kNumbers>> {
     Fading fading_ = {};
 };
 
-/// Integral and mean of what is left of each value.
+/// Integral and mean of samples that light falls on, and of what depth leaves of them.
 template <bool>
-class FadedSum : public LineSum<false> {
+class LitLine : public LineSum<false> {
  public:
     static constexpr bool kFinite = false;
 
-    explicit FadedSum(const RayCast& cast)
-        : LineSum<false>(cast), cast_(cast), origin_(hn::Set(DF(), fades_to(cast))) {}
-    void aim(const Packet& packet, double x, double y) { fading_ = fading_of(cast_, packet, x, y); }
+    explicit LitLine(const RayCast& cast)
+        : LineSum<false>(cast), cast_(cast), none_(hn::Set(DF(), stored_none(cast))) {
+        const double slope = cast.volume.values.slope;
+        if (cast.light) ambient_ = hn::Set(DF(), cast.light->ambient);
+        per_value_ = hn::Set(DF(), slope == 0 ? 0.0f : static_cast<float>(1 / slope));
+    }
+    void aim(const Packet& packet, double x, double y) {
+        if (cast_.cue) fading_ = fading_of(cast_, packet, x, y);
+    }
     const RayCast& cast() const { return cast_; }
 
     template <class At>
     HWY_INLINE void add(VF value, int cell, const At& spot) {
-        LineSum<false>::add(faded(value, spot.offset), cell);
+        LineSum<false>::add(lit(value, spot), cell);
     }
     template <class At>
     HWY_INLINE void add_part(VF value, VF weight, MF outside, int cell, const At& spot) {
-        LineSum<false>::add_part(faded(value, spot.offset), weight, outside, cell);
+        LineSum<false>::add_part(lit(value, spot), weight, outside, cell);
     }
 
  private:
     /// The stored number of no light: the one that adds nothing, or of a mean 0.
-    static float fades_to(const RayCast& cast) {
+    static float stored_none(const RayCast& cast) {
         const ValueMap& values = cast.volume.values;
         if (values.slope == 0) return 0;
         const double none = cast.rule == Combine::sum ? cast.zero : 0;
         return static_cast<float>((none - values.offset) / values.slope);
     }
-    HWY_INLINE VF faded(VF value, VF offset) const {
-        return hn::MulAdd(fading_.at(offset), hn::Sub(value, origin_), origin_);
+    template <class At>
+    HWY_INLINE VF lit(VF value, const At& spot) const {
+        VF above = hn::Sub(value, none_);
+        if (cast_.light) {
+            VF slope[3];
+            spot.gradient_at(spot.offset, value, slope);
+            above = hn::MulAdd(ambient_, above, hn::Mul(added_by(*cast_.light, slope), per_value_));
+        }
+        if (cast_.cue) above = hn::Mul(above, fading_.at(spot.offset));
+        return hn::Add(above, none_);
     }
 
     const RayCast& cast_;
-    VF origin_;
+    VF none_, ambient_ = hn::Set(DF(), 1.0f), per_value_;
     Fading fading_ = {};
 };
 
@@ -167,9 +182,9 @@ void cast_tile_hit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int
                    std::int64_t height, float* out, std::ptrdiff_t row_floats) {
     cast_tile<HitSum>({cast, x, y, width, height, out, row_floats});
 }
-void cast_tile_faded(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
-                     std::int64_t height, float* out, std::ptrdiff_t row_floats) {
-    cast_tile<FadedSum>({cast, x, y, width, height, out, row_floats});
+void cast_tile_lit_line(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                        std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    cast_tile<LitLine>({cast, x, y, width, height, out, row_floats});
 }
 
 }  // namespace
@@ -180,15 +195,15 @@ HWY_AFTER_NAMESPACE();
 namespace edgewise::kernels {
 
 HWY_EXPORT(cast_tile_hit);
-HWY_EXPORT(cast_tile_faded);
+HWY_EXPORT(cast_tile_lit_line);
 
 void ray_cast_hit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
                   std::int64_t height, float* out, std::ptrdiff_t row_floats) {
     HWY_DYNAMIC_DISPATCH(cast_tile_hit)(cast, x, y, width, height, out, row_floats);
 }
-void ray_cast_faded(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
-                    std::int64_t height, float* out, std::ptrdiff_t row_floats) {
-    HWY_DYNAMIC_DISPATCH(cast_tile_faded)(cast, x, y, width, height, out, row_floats);
+void ray_cast_lit_line(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                       std::int64_t height, float* out, std::ptrdiff_t row_floats) {
+    HWY_DYNAMIC_DISPATCH(cast_tile_lit_line)(cast, x, y, width, height, out, row_floats);
 }
 
 }  // namespace edgewise::kernels

@@ -51,7 +51,8 @@ class LitSum : public OverState<3> {
                             const At& spot) {
         if constexpr (!kFinite) opacity = hn::IfThenElseZero(is_finite(value), opacity);
         VF slope[3] = {hn::Zero(DF()), hn::Zero(DF()), hn::Zero(DF())};
-        if (cast_.edges || (by_ && !by_->particles)) spot.gradient_at(spot.offset, value, slope);
+        if (cast_.edges || (by_ && by_->by != Shade::particles))
+            spot.gradient_at(spot.offset, value, slope);
         if (cast_.edges) opacity = hn::Mul(opacity, edge_of(*cast_.edges, slope));
         shine(color, opacity, weight, slope, spot);
     }

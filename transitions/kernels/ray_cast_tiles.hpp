@@ -20,9 +20,9 @@ void ray_cast_integrated(const RayCast& cast, std::int64_t x, std::int64_t y, st
                          std::int64_t height, float* out, std::ptrdiff_t row_floats);
 void ray_cast_hit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
                   std::int64_t height, float* out, std::ptrdiff_t row_floats);
-/// Sums and means whose light falls off.
-void ray_cast_faded(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
-                    std::int64_t height, float* out, std::ptrdiff_t row_floats);
+/// Sums and means, where light falls on samples or falls off.
+void ray_cast_lit_line(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
+                       std::int64_t height, float* out, std::ptrdiff_t row_floats);
 /// Over, where light falls on samples or falls off.
 void ray_cast_lit(const RayCast& cast, std::int64_t x, std::int64_t y, std::int64_t width,
                   std::int64_t height, float* out, std::ptrdiff_t row_floats);

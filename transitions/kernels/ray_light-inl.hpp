@@ -134,7 +134,7 @@ struct ArrivingLanes {
                                             VF& specular) {
     const DF d;
     const VF zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-    if (by.particles) return scattered_on(by, eye, arriving, diffuse, specular);
+    if (by.by == Shade::particles) return scattered_on(by, eye, arriving, diffuse, specular);
     VF normal[3];
     for (int row = 0; row < 3; ++row) {
         const float* m = by.to_screen.data() + 3 * row;
@@ -161,7 +161,7 @@ struct ArrivingLanes {
         const VF facing = hn::Max(zero, dot(normal, towards)), along = dot(towards, eye);
         diffuse = hn::MulAdd(strength, facing, diffuse);
         VF sent;
-        if (!by.facets) {
+        if (by.by == Shade::phong) {
             const VF cosine = hn::MulSub(hn::Add(facing, facing), facing_eye, along);
             sent = hn::Mul(hn::Set(d, by.specular), raised(hn::Max(zero, cosine), by.exponent));
         } else {
@@ -197,6 +197,31 @@ struct ArrivingLanes {
     // Where there is no surface its share may be no number.
     diffuse = hn::IfThenElse(some, diffuse, ambient);
     specular = hn::IfThenElseZero(some, hn::Mul(surface, specular));
+}
+
+/// What light adds to samples of sums (Shading::of_sums), in values.
+/// @param gradient  of stored numbers by input index
+[[maybe_unused]] HWY_NOINLINE VF added_by(const RayLight& by, const VF3& gradient) {
+    const DF d;
+    VF slope[3];
+    for (int row = 0; row < 3; ++row) {
+        const float* m = by.to_screen.data() + 3 * row;
+        slope[row] = hn::MulAdd(
+            hn::Set(d, m[0]), gradient[0],
+            hn::MulAdd(hn::Set(d, m[1]), gradient[1], hn::Mul(hn::Set(d, m[2]), gradient[2])));
+    }
+    const VF length = hn::Sqrt(dot(slope, slope));
+    VF light = hn::Zero(d);
+    for (const RayLight::Source& source : by.sources) {
+        VF towards[3];
+        for (int axis = 0; axis < 3; ++axis) towards[axis] = hn::Set(d, -source.towards[axis]);
+        const VF along = dot(slope, towards);
+        const VF sent = by.by == Shade::hemisphere
+                            ? hn::Mul(hn::Set(d, 0.5f), hn::Add(length, along))
+                            : hn::Max(hn::Zero(d), along);
+        light = hn::MulAdd(hn::Set(d, source.intensity), sent, light);
+    }
+    return hn::IfThenElseZero(is_finite(length), hn::Mul(hn::Set(d, by.diffuse), light));
 }
 
 /// Neighbours that are not finite are taken for the sample itself.

@@ -36,10 +36,9 @@ struct RayLight {
     std::array<float, 9> to_screen;
     std::vector<Source> sources;
     float ambient, diffuse, specular, exponent, least;
-    bool facets;                     // Torrance-Sparrow's, else Phong's mirror
+    Shade by;                        // any but none
     float inverse_square;            // of facet_slope(exponent)
-    bool particles;                  // scatter light whatever the gradient is
-    float phase;                     // Henyey and Greenstein's g
+    float phase;                     // Henyey and Greenstein's g, of particles
     float phase_least, phase_share;  // (1 - |g|)^2 and 1 - g^2
 };
 

@@ -235,21 +235,37 @@ struct Slicer {
     }
     /// Interpolates samples and gives them response, phase and scale.
     void interpolate(const Stretch& stretch, Complex* samples) const;
+    /// What SliceView::derivative multiplies sample i of a run by, over the imaginary unit.
+    float derivative_at(const Line& line, std::int64_t i) const;
     /// Adds samples to the row of ky and, conjugated, to that of -ky.
     void fold(const Stretch& stretch, const Complex* samples) const;
 };
+
+float Slicer::derivative_at(const Line& line, std::int64_t i) const {
+    const SliceView& view = target.view;
+    double sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double f = line.first[axis] + static_cast<double>(i) * plane.x[axis];
+        const double turn = 2 * kPi * f;
+        sum += view.derivative[axis] * (view.between == Between::linear ? std::sin(turn) : turn);
+    }
+    return static_cast<float>(sum);
+}
 
 void Slicer::interpolate(const Stretch& stretch, Complex* samples) const {
     const SliceView& view = target.view;
     const Line line(plane, stretch);
     const auto sample = spectrum.hartley ? sample_hartley_row : sample_row;
     sample(spectrum, line.frequency, line.step, stretch.size(), samples);
+    const bool derived = view.derivative != std::array<double, 3>{};
     const bool edge = !view.folded && 2 * std::abs(stretch.ky) == view.height;
-    const Complex factor = turn(stretch.ky, plane.at_y, view.height) *
-                           static_cast<float>(plane.scale * (edge ? 0.5 : 1));
+    const Complex factor =
+        turn(stretch.ky, plane.at_y, view.height) *
+        static_cast<float>(plane.scale * (edge ? 0.5 : 1) * (derived ? 1 : view.value));
     const ResponseTable& response = ResponseTable::of(view.between);
     for (std::int64_t i = stretch.begin; i < stretch.end; ++i) {
         Complex weight = factor * turns[stretch.run.first + i];
+        if (derived) weight *= Complex(static_cast<float>(view.value), derivative_at(line, i));
         for (int axis = 0; axis < 3 && view.between != Between::band; ++axis)
             weight *= response.at(
                 static_cast<float>(line.first[axis] + static_cast<double>(i) * plane.x[axis]));

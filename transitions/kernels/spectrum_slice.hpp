@@ -31,6 +31,11 @@ struct SliceView {
     bool folded = true;
     /// Multiplies all: units of length, and of the transform that makes the picture.
     double scale = 1;
+    /// The slice is that of value x (the field) + derivative . (its gradient by voxel). A B-spline
+    /// and a band-limited field are derived, a trilinear one by differences of a voxel to both
+    /// sides.
+    double value = 1;
+    std::array<double, 3> derivative{0, 0, 0};
 
     /// Complex samples of the slice: kx from 0 to width / 2.
     Extent stored() const noexcept { return {width / 2 + 1, height, 1}; }

@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "transitions/kernels/spectrum_picture.hpp"
+#include "transitions/spectrum/gradients.hpp"
 #include "transitions/spectrum/moments.hpp"
 #include "transitions/spectrum/projection.hpp"
 
@@ -20,8 +21,9 @@ Extent faded_period(const Representation& slice) {
 }
 
 Offer faded_offer(const Representation& from, const Ask& ask, const Parameters& with) {
-    if (std::string reason = no_faded_projection(ask); !reason.empty())
-        return Offer::no(std::move(reason));
+    const std::string reason =
+        from.content == "lit" ? no_lit_projection(ask) : no_faded_projection(ask);
+    if (!reason.empty()) return Offer::no(reason);
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
 }
 
@@ -79,6 +81,12 @@ double light_between(const DepthCue& cue, double from, double to) noexcept {
     return last > from ? (last - from) * (1 - k * (from + last) / 2) : 0;
 }
 
+/// The integral of the light of a constant, whose gradient is 0, between two depths.
+double light_between(const Request& want, double from, double to) noexcept {
+    return want.cue ? light_between(*want.cue, from, to)
+                    : want.shading.material.ambient * (to - from);
+}
+
 void faded_run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
                Context& context) {
     const Request& want = ask.want;
@@ -90,14 +98,16 @@ void faded_run(const Offer& offer, const Ask& ask, const Data& in, Data& out, co
     const Inside inside(want, context.view);
     const double constant = offer.from.values.offset;
     const bool mean = want.mode->slices == ModeTraits::Slices::mean;
-    // No mean of light lies outside these.
-    const double low = std::min(0., ask.scene.low), high = std::max(0., ask.scene.high);
+    // No mean of light that falls off lies outside these. What light adds has no such ends.
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    const double low = want.cue ? std::min(0., ask.scene.low) : -kFar,
+                 high = want.cue ? std::max(0., ask.scene.high) : kFar;
     tbb::parallel_for(std::int64_t{0}, picture.y, [&](std::int64_t y) {
         if (context.stopped()) return;
         float* row = pixels + y * picture.x;
         for (std::int64_t x = 0; x < picture.x; ++x) {
             const auto [from, to] = inside.at(static_cast<double>(x), static_cast<double>(y));
-            const double light = light_between(*want.cue, from, to), length = to - from;
+            const double light = light_between(want, from, to), length = to - from;
             double value = mean ? want.miss : 0;
             if (length > 0)
                 value = mean ? std::clamp(row[x] / std::max(length, kShortestRay * want.unit) +
@@ -116,10 +126,10 @@ Transition spectrum_faded_picture() {
     Transition edge;
     edge.name = "spectrum.faded_picture";
     edge.source = "Totsuka, Levoy 1993; counts of FFTW's manual";
-    edge.joins = {{"slice/faded", "screen/picture"}};
+    edge.joins = {{"slice/faded", "screen/picture"}, {"slice/lit", "screen/picture"}};
     edge.offer = faded_offer;
     edge.work = faded_work;
-    edge.error = exact;  // all that moments get wrong is counted by spectrum.moments
+    edge.error = exact;  // all that the spectra get wrong is counted where they are made
     edge.run = faded_run;
     return edge;
 }

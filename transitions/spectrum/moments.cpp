@@ -7,7 +7,8 @@
 #include <limits>
 #include <tbb/parallel_for.h>
 
-#include "graph/with_type.hpp"
+#include "transitions/kernels/grid_of.hpp"
+#include "transitions/kernels/load_values.hpp"
 #include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 #include "transitions/kernels/spectrum.hpp"
@@ -17,15 +18,6 @@
 
 namespace edgewise {
 namespace {
-
-/// Windows that moments are made for: their spectra are many, and a few windows are enough.
-std::vector<kernels::KaiserBessel> moment_windows() {
-    std::vector<kernels::KaiserBessel> all;
-    for (const kernels::KaiserBessel& window : windows())
-        if ((window.width() == 4 || window.width() == 6) && window.padding() >= kTriedPadding)
-            all.push_back(window);
-    return all;
-}
 
 /// Beyond, light is gone in a fraction of the volume that no cubic follows.
 constexpr double kSteepest = 100;
@@ -195,22 +187,6 @@ Error moments_error(const Offer& offer, const Ask& ask) {
     return error;
 }
 
-/// (value - subtract) of n samples.
-void load_row(const Data& in, std::int64_t first, std::int64_t n, double subtract, double* out) {
-    const double slope = in.what.values.slope, offset = in.what.values.offset - subtract;
-    if (in.what.type == Type::f16) {
-        const auto* stored = in.as<std::uint16_t>() + first;
-        for (std::int64_t i = 0; i < n; ++i)
-            out[i] = slope * kernels::float_of_half(stored[i]) + offset;
-        return;
-    }
-    with_type(in.what.type, [&]<class T>(T) {
-        const T* stored = in.as<T>() + first;
-        for (std::int64_t i = 0; i < n; ++i)
-            out[i] = slope * static_cast<double>(stored[i]) + offset;
-    });
-}
-
 /// The coordinate of each voxel along an axis to a power [half periods].
 std::vector<double> powers_along(const kernels::SpectrumShape& shape, int axis, int power) {
     std::vector<double> powers(static_cast<std::size_t>(shape.volume[axis]));
@@ -227,6 +203,7 @@ std::vector<double> powers_along(const kernels::SpectrumShape& shape, int axis, 
 void multiply(const Data& in, double subtract, const kernels::SpectrumShape& shape,
               const Moment& moment, float* out, Context& context) {
     const Extent& n = in.what.extent;
+    const kernels::Grid volume = kernels::grid_of(in);
     std::array<std::vector<double>, 3> factors;
     for (int axis = 0; axis < 3; ++axis)
         factors[static_cast<std::size_t>(axis)] =
@@ -236,7 +213,7 @@ void multiply(const Data& in, double subtract, const kernels::SpectrumShape& sha
         kernels::Block<double> row(static_cast<std::size_t>(n.x), context.memory);
         for (std::int64_t y = 0; y < n.y; ++y) {
             const std::int64_t first = (z * n.y + y) * n.x;
-            load_row(in, first, n.x, subtract, row.data());
+            kernels::load_values(volume, first, n.x, subtract, row.data());
             const double of_row =
                 factors[1][static_cast<std::size_t>(y)] * factors[2][static_cast<std::size_t>(z)];
             for (std::int64_t x = 0; x < n.x; ++x)
@@ -284,6 +261,14 @@ std::string no_faded_projection(const Ask& ask) {
             "light falls by exp(-{:.4g}) within the volume: no polynomial of degree {} follows it",
             fall, DepthPolynomial::kMostDegree);
     return {};
+}
+
+std::vector<kernels::KaiserBessel> moment_windows() {
+    std::vector<kernels::KaiserBessel> all;
+    for (const kernels::KaiserBessel& window : windows())
+        if ((window.width() == 4 || window.width() == 6) && window.padding() >= kTriedPadding)
+            all.push_back(window);
+    return all;
 }
 
 std::string degree_facet(int degree) { return fmt::format("degree{}", degree); }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "graph/transition.hpp"
+#include "transitions/kernels/kaiser_bessel.hpp"
 
 namespace edgewise {
 
@@ -29,6 +30,9 @@ Transition spectrum_moments();
 /// Why a request's pictures are no sums of slices of moments; empty where they are.
 std::string no_faded_projection(const Ask& ask);
 
+/// Windows that several spectra of a volume are made for: they are many, and a few windows are
+/// enough.
+std::vector<kernels::KaiserBessel> moment_windows();
 /// "degree1" ...
 std::string degree_facet(int degree);
 /// The degree of a vertex of moments.

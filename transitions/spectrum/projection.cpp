@@ -90,6 +90,8 @@ std::string no_projection(const Ask& ask) {
         return fmt::format("{} does not commute with the Fourier slice theorem",
                            name_of(want.mode));
     if (want.cue) return "light falls off along rays, and a slice of a spectrum sums them alike";
+    if (want.shading.on())
+        return "light depends on gradients, and a slice of a spectrum has values";
     if (want.eye) return "the Fourier slice theorem needs parallel rays, the view is perspective";
     if (!want.clips.empty())
         return "a slice of a spectrum sums whole lines, and the view is clipped";

@@ -69,6 +69,10 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (!kept && ask.want.job->of_rays() && ask.want.mode->first_hit)
         return Offer::no(fmt::format("{} rounds values, and surfaces move by nobody knows how much",
                                      name_of(type)));
+    // The length of a gradient is nowhere negative, so what rounding makes of it does not cancel.
+    if (!kept && ask.want.job->of_rays() && ask.want.shading.of_sums())
+        return Offer::no(
+            fmt::format("{} rounds values, and lengths of gradients add up", name_of(type)));
     return made;
 }
 

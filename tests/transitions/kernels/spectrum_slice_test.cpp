@@ -145,6 +145,61 @@ TEST(Slice, ObliqueViewsOfAGaussianAreGaussians) {
     }
 }
 
+/// Of blobs, whose gradients are known: -f (x - c) scale^2 / width^2 by voxel.
+TEST(Slice, TakesDerivativesAlong) {
+    const Blobs blobs;
+    const Extent picture{60, 57, 1};
+    const std::array<double, 3> angles{2.5, -1.2, 3}, along{0.7, -0.4, 0.5};
+    const Affine m = turned(blobs.extent, angles, blobs.scale, 29.3, 28.8);
+    // The integral of along . gradient f is the derivative of the picture along what the view makes
+    // of that vector: what lies along the rays adds up to nothing.
+    std::array<double, 2> moved{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t row = 0; row < 2; ++row) moved[row] += m[4 * row + axis] * along[axis];
+    std::vector<double> want(static_cast<std::size_t>(picture.samples()));
+    for (const auto& centre : blobs.centres) {
+        const auto at = apply(m, centre[0], centre[1], centre[2]);
+        for (std::int64_t y = 0; y < picture.y; ++y)
+            for (std::int64_t x = 0; x < picture.x; ++x) {
+                const double dx = static_cast<double>(x) - at[0],
+                             dy = static_cast<double>(y) - at[1];
+                const double squares = Blobs::kWidth * Blobs::kWidth;
+                const double sum = Blobs::kWidth * std::sqrt(2 * kPi) *
+                                   std::exp(-(dx * dx + dy * dy) / (2 * squares));
+                want[static_cast<std::size_t>(y * picture.x + x)] +=
+                    sum * (0.25 - (dx * moved[0] + dy * moved[1]) / squares);
+            }
+    }
+    for (const bool folded : {true, false}) {
+        const auto got =
+            project(blobs.volume, m, picture, {8, 2, Between::band, folded, 0, 0.25, along});
+        EXPECT_LT(nrmse(got, want), 1e-5) << folded;
+        const auto spline =
+            project(blobs.volume, m, picture, {8, 2, Between::spline, folded, 0, 0.25, along});
+        EXPECT_LT(nrmse(spline, want), 2e-3) << folded;
+    }
+}
+
+/// A trilinear field is derived by differences, so a volume of these gives the same picture.
+TEST(Slice, OfATrilinearFieldDerivesByDifferences) {
+    const Extent n{15, 14, 13}, picture{26, 24, 1};
+    const PlainVolume volume = noise(n, 2);
+    PlainVolume differences(n);
+    const std::array<double, 3> along{0.7, -0.4, 0.5};
+    for (std::int64_t z = 1; z + 1 < n.z; ++z)
+        for (std::int64_t y = 1; y + 1 < n.y; ++y)
+            for (std::int64_t x = 1; x + 1 < n.x; ++x)
+                differences.at(x, y, z) = static_cast<float>(
+                    along[0] * (volume.at(x + 1, y, z) - volume.at(x - 1, y, z)) / 2 +
+                    along[1] * (volume.at(x, y + 1, z) - volume.at(x, y - 1, z)) / 2 +
+                    along[2] * (volume.at(x, y, z + 1) - volume.at(x, y, z - 1)) / 2);
+    const Affine m = turned(n, {0.4, 0.9, -0.3}, {1, 1, 1}, 12.6, 11.8);
+    const auto want = project(differences, m, picture, {8, 2, Between::linear, true, 0});
+    const auto got = project(volume, m, picture, {8, 2, Between::linear, true, 0, 0, along});
+    const double largest = *std::max_element(want.begin(), want.end());
+    for (std::size_t i = 0; i < want.size(); ++i) ASSERT_NEAR(got[i], want[i], 2e-5 * largest);
+}
+
 struct Scene {
     Extent extent, picture;
     std::array<double, 3> angles, scale;

@@ -71,6 +71,8 @@ struct Options {
     Between between = Between::spline;
     bool folded = true;
     std::int64_t period = 0;  // of the picture on both axes; 0: the least
+    double value = 1;
+    std::array<double, 3> derivative{};
 };
 
 inline std::vector<Complex> spectrum_of(const PlainVolume& volume, const SpectrumShape& shape) {
@@ -105,6 +107,8 @@ inline std::vector<float> project(const PlainVolume& volume, const Affine& to_sc
     if (options.period) view.width = view.height = options.period;
     view.between = options.between;
     view.folded = options.folded;
+    view.value = options.value;
+    view.derivative = options.derivative;
     view.scale = 1 / static_cast<double>(view.width * view.height);
     std::vector<Complex> slice(view.stored().samples());
     const Region all = Region::all(view.stored());
