@@ -96,6 +96,11 @@ Fourier Fourier::to_real_box(const Extent& n) {
     return Fourier(fftwf_plan_dft_c2r(3, lengths, in.data, out.data, FFTW_ESTIMATE));
 }
 
+bool Fourier::takes(const Complex* samples) noexcept {
+    auto* at = const_cast<float*>(reinterpret_cast<const float*>(samples));
+    return fftwf_alignment_of(at) == 0;  // as of fftwf_malloc, with which all are planned
+}
+
 void Fourier::run(Complex* tile) const { fftwf_execute_dft(plan_.get(), fftw(tile), fftw(tile)); }
 
 void Fourier::run(const float* in, Complex* out) const {

@@ -38,6 +38,8 @@ class Fourier {
     /// The way back; the input is overwritten. Both aligned.
     static Fourier to_real_box(const Extent& n);
 
+    /// Whether a plan may run on samples from here on, though they do not begin at 64 bytes.
+    static bool takes(const Complex* samples) noexcept;
     void run(Complex* tile) const;
     void run(const float* in, Complex* out) const;
     void run(Complex* in, float* out) const;

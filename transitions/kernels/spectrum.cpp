@@ -104,10 +104,11 @@ void rows_of_plane(const Grid& volume, double subtract, const SpectrumShape& sha
                  line.data() + period - before);
         load_row(volume, first + before, n - before, subtract, weights[0].data() + before, scale,
                  line.data());
-        fourier.run(line.data(), spectrum.data());
-        std::copy_n(spectrum.data(), half,
-                    out + wrapped(shape, 2, k) * plane + wrapped(shape, 1, j) * row +
-                        SpectrumShape::kColumnsBefore);
+        Complex* to = out + wrapped(shape, 2, k) * plane + wrapped(shape, 1, j) * row +
+                      SpectrumShape::kColumnsBefore;
+        const bool there = Fourier::takes(to);
+        fourier.run(line.data(), there ? to : spectrum.data());
+        if (!there) std::copy_n(spectrum.data(), half, to);
     }
 }
 
