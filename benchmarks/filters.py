@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """The filter job beside OpenCV, and the planner's choice beside every edge, on one thread.
 
-    EDGEWISE=build/release/bin/edgewise benchmarks/filters.py [images] [edges] [volumes] [morphology]
+    EDGEWISE=build/release/bin/edgewise benchmarks/filters.py [images] [edges] [volumes] [morphology] [extremes]
 
 images      kernels of k x k random weights on 2048 x 2048 f32: cv2.filter2D in the same run, in turns, and how far both
             are from scipy in f64 on a part of the image
 edges       the same kernels, and boxes and Gaussians: seconds of the chosen path over those of the fastest edge
 volumes     the same on 128^3, kernels of 3^3 to 31^3
 morphology  dilation of 2048 x 2048 u8 by flat squares and discs: cv2.dilate in the same run
+extremes    dilations and medians of u8, images and volumes: the chosen path over the fastest edge
 Medians of three rounds; all as Markdown tables.
 """
 
@@ -159,7 +160,19 @@ def morphology():
         print(f"| {kernel} {k} | {path} | {a:.2f} | {b:.2f} | {b / a:.1f} | {np.count_nonzero(read(out) != dilated())} |", flush=True)
 
 
+def extremes():
+    random = np.random.default_rng(5)
+    for axes, side in ((2, SIDE), (3, 128)):
+        source = FOLDER / f"bytes{axes}.nrrd"
+        write(source, random.integers(0, 255, (side,) * axes).astype("u1"))
+        radii = (1, 2, 3, 5, 7, 15, 31, 50) if axes == 2 else (1, 2, 3, 5, 7, 10, 15)
+        kernels = [(f"{axes}D {shape}:{r}", f"{shape}:{r}") for shape in ("box", "sphere") for r in radii]
+        beside_edges(source, kernels, "dilate", ["backward", "runs", "van_herk"])
+        kernels = [(f"{axes}D median sphere:{r}", f"sphere:{r}") for r in (1, 2, 4)]
+        beside_edges(source, kernels, "median", ["median", "median_histogram"])
+
+
 if __name__ == "__main__":
-    for name in sys.argv[1:] or ["images", "edges", "volumes", "morphology"]:
+    for name in sys.argv[1:] or ["images", "edges", "volumes", "morphology", "extremes"]:
         print(f"\n{name}\n")
         globals()[name]()

@@ -232,6 +232,12 @@ RequestSpec spec_of(const Trial& trial) {
 
 std::shared_ptr<const Data> Phantoms::of(const Trial& trial) {
     if (trial.empty_around) return framed(*whole(trial), &memory_);
+    if (trial.labels) {
+        const std::shared_ptr<const Data> of = whole(trial);
+        Representation numbers = of->what;
+        numbers.values = {};
+        return std::make_shared<const Data>(Data::sharing(*of, numbers));
+    }
     return whole(trial);
 }
 

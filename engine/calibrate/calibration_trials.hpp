@@ -30,7 +30,7 @@ struct Trial {
     std::optional<FilterSpec> filter = {};   // of filter jobs
     std::optional<RadonSetting> radon = {};  // of radon jobs
     std::optional<double> isovalue = {};     // of surfaces
-    bool labels = false;                     // samples are labels
+    bool labels = false;                     // stored numbers are labels
 };
 
 /// Sizes within the caches and beyond; volumes that are full or mostly empty, seen along different

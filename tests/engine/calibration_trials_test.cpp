@@ -52,5 +52,33 @@ TEST(CalibrationTrials, WhatIsCroppedFillsTheMiddleAlone) {
     EXPECT_GT(kept, 900);
 }
 
+TEST(CalibrationTrials, LinesAndSurfacesAreTimed) {
+    std::map<std::string, int> edges;
+    std::set<RadonSetting::To> lines;
+    for (const Trial& trial : trials(false)) {
+        if (trial.edge) ++edges[trial.edge];
+        if (trial.radon) lines.insert(trial.radon->to);
+        EXPECT_EQ(trial.radon.has_value(), trial.job == radon_job());
+        EXPECT_EQ(spec_of(trial).labels, trial.labels);
+    }
+    EXPECT_EQ(lines.size(), 2u);
+    for (const char* edge :
+         {"surface.flying_edges", "surface.nets", "surface.draw", "project.label_cast"})
+        EXPECT_GE(edges[edge], 2) << edge;
+}
+
+TEST(CalibrationTrials, LabelsAreWholeNumbers) {
+    Phantoms phantoms;
+    Trial trial{Job::mesh, "phantom:shepp-logan:20", Type::u8};
+    trial.labels = true;
+    const auto labels = phantoms.of(trial);
+    EXPECT_TRUE(labels->what.values.identity());
+    std::set<int> numbers;
+    for (std::int64_t i = 0; i < labels->what.samples(); ++i)
+        numbers.insert(labels->as<std::uint8_t>()[i]);
+    EXPECT_GT(numbers.size(), 2u);
+    EXPECT_LT(numbers.size(), 20u);
+}
+
 }  // namespace
 }  // namespace edgewise::cli

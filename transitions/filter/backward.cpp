@@ -33,6 +33,11 @@ struct Taps {
 /// Whether sums go over a box, row by row, in which every place counts.
 bool is_full_sum(const Neighbourhood& of) { return of.of_sum() && of.full(); }
 
+/// Whether extremes are found by comparisons alone, of floating types too.
+bool is_by_comparison(const Neighbourhood& of, bool finite) {
+    return !of.of_sum() && of.flat() && finite;
+}
+
 Extent tile_of(const Neighbourhood& of, const Extent& whole, std::size_t bytes) {
     Extent tile = tile_for(of, whole, bytes);
     if (!is_full_sum(of) || whole.z > 1) return tile;
@@ -64,6 +69,8 @@ void run_taps(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
     const Taps<T> of_copies(run.of, shape), in_place(run.of, {run.of, shape.tile, run.in});
     const bool least = run.of.rule == Neighbourhood::Rule::least;
+    // Heights and NaN take more than comparisons.
+    const bool by_comparison = is_by_comparison(run.of, run.finite);
     const auto work = [&](const Tile<T>& tile) {
         const Taps<T>& taps = &tile.shape == &shape ? of_copies : in_place;
         for (std::int64_t z = 0; z < tile.extent.z; ++z)
@@ -73,7 +80,9 @@ void run_taps(const PassRun& run) {
                 const std::int64_t n = tile.extent.x;
                 const std::size_t count = taps.places.size();
                 if constexpr (std::is_floating_point_v<T>) {
-                    if (run.of.of_sum())
+                    if (by_comparison)
+                        kernels::extreme_row(in, taps.places.data(), count, least, out, n);
+                    else if (run.of.of_sum())
                         kernels::sum_row(in, taps.places.data(), taps.weights.data(), count, false,
                                          out, n);
                     else
@@ -110,7 +119,11 @@ Transition filter_backward() {
         .operations =
             [](const PassAsk& ask) {
                 const double reads = is_full_sum(ask.of) ? 0.25 : 1;  // four rows share them
-                return (ask.of.of_sum() ? 2 + reads : 2) * double(ask.of.places());
+                const bool compares =
+                    is_integer(ask.type) || is_by_comparison(ask.of, ask.scene.non_finite == 0);
+                // Else two sums, a comparison, which of both are NaN, and which counts.
+                const double each = ask.of.of_sum() ? 2 + reads : compares ? 2 : 8;
+                return each * double(ask.of.places());
             },
         .in_place = true,
         .variant = [](const PassAsk& ask) -> std::string_view {

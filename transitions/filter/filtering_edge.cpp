@@ -200,7 +200,8 @@ void run(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask, c
         kernels::Grid grid = kernels::grid_of(*from);
         // Stored numbers are ordered as they are.
         if (to.what.values == from->what.values && !passes[i].of_sum()) grid.values = {};
-        algorithm.run({passes[i], grid, to, offer.with, context}, made[i + 1].type);
+        algorithm.run({passes[i], grid, to, offer.with, context, ask.scene.non_finite == 0},
+                      made[i + 1].type);
         from = &to;
     }
     if (differs) subtract(in, between.back(), out, context);

@@ -74,7 +74,15 @@ Transition filter_fourier() {
                 const double f32 = 4 / double(bytes_of(ask.type));
                 return f32 * transform_operations(Blocks(ask.of, ask.from.extent));
             },
+        .lines =
+            [](const PassAsk& ask) {
+                return transform_lines({ask.of, ask.from.extent});
+            },
         .in_place = true,
+        // Transforms along lines that lie apart take longer than operations and lines tell.
+        .variant = [](const PassAsk& ask) -> std::string_view {
+            return ask.from.extent.z > 1 ? "volume" : "";
+        },
         .scratch = [](const PassAsk& ask) { return Blocks(ask.of, ask.from.extent).scratch(); },
         .error = [](const PassAsk& ask) -> Error {
             return {.noise = of_integers(ask) ? 0 : fourier_noise(ask)};

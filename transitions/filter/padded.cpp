@@ -377,6 +377,17 @@ class TileWork {
 /// Short rows take as long as longer ones: a frame of them must be little beside the rest.
 bool has_long_rows(const Extent& whole) noexcept { return whole.x >= 8 * kernels::kRowStep; }
 
+template <class T>
+void work_all(const PassRun& run, const Tiles& tiles, const TileWork<T>& work) {
+    tbb::parallel_for(std::int64_t{0}, tiles.count() * run.in.channels, [&](std::int64_t number) {
+        run.context.poll();
+        bool inside = false;
+        const Region box = tiles.tile(number / run.in.channels, inside);
+        work.work(box, static_cast<int>(number % run.in.channels), inside);
+    });
+    run.context.poll();
+}
+
 }  // namespace
 
 template <class T>
@@ -386,13 +397,7 @@ void run_tiles(const PassRun& run, const TileShape& shape, const TilePass<T>& pa
     const bool apart = reads == TileReads::in_place_but_frames && reads_in_place<T>(run, reads) &&
                        has_long_rows(run.in.extent);
     const Tiles tiles(run, shape.tile, apart);
-    tbb::parallel_for(std::int64_t{0}, tiles.count() * run.in.channels, [&](std::int64_t number) {
-        run.context.poll();
-        bool inside = false;
-        const Region box = tiles.tile(number / run.in.channels, inside);
-        work.work(box, static_cast<int>(number % run.in.channels), inside);
-    });
-    run.context.poll();
+    work_all(run, tiles, work);
 }
 
 template void run_tiles(const PassRun&, const TileShape&, const TilePass<std::uint8_t>&, TileReads);

@@ -56,6 +56,7 @@ struct PassRun {
     Data& out;         // of in's extent and channels
     const Parameters& with;
     Context& context;
+    bool finite = false;  // no sample is NaN or infinite, as far as is known
 };
 
 template <class T>

@@ -21,6 +21,13 @@ Blocks::Blocks(const Neighbourhood& of, const Extent& whole) {
     }
 }
 
+Lines transform_lines(const Blocks& blocks) {
+    const Extent& n = blocks.transform;
+    const double axes = (n.x > 1) + (n.y > 1) + (n.z > 1), bytes = blocks.values() * sizeof(float);
+    return {.count = 2 * 2 * axes * bytes / kLineBytes / static_cast<double>(blocks.tile.samples()),
+            .span = 2 * bytes};
+}
+
 double transform_operations(const Blocks& blocks) {
     const double n = blocks.values();
     const double all = 5 * n * std::log2(std::max(2.0, n)) + 3 * n + 2 * n;

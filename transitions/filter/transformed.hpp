@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory_resource>
 
+#include "graph/cost.hpp"
 #include "transitions/filter/neighbourhood.hpp"
 #include "transitions/filter/padded.hpp"
 #include "transitions/kernels/fourier.hpp"
@@ -25,6 +26,8 @@ struct Blocks {
     double scratch() const { return (4 + 4 + 2 * 8) * values(); }
 };
 
+/// Lines of a tile's transforms, for each sample: each axis there and back reads and writes them.
+Lines transform_lines(const Blocks& blocks);
 /// Operations of two transforms, 2.5 n log2 n each, and of a complex product, for each sample.
 double transform_operations(const Blocks& blocks);
 

@@ -19,7 +19,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
 Work work(const Offer& offer, const Ask& ask, int) {
     const auto samples = static_cast<double>(offer.from.samples());
     const double vertices = vertices_of(ask, kVertices, offer.from), triangles = 2 * vertices;
-    return {.operations = samples + 140 * vertices + 30 * triangles,
+    constexpr double kAlone = 8;  // one by one: vectors hold eight
+    return {.operations = samples + kAlone * (140 * vertices + 30 * triangles),
             .streamed = offer.from.bytes() + surface::Mesh::bytes(vertices, triangles, false),
             .gathers = 14 * vertices,
             .workspace = surface::flying_edges_scratch(offer.from)};
