@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fmt/format.h>
 #include <map>
 #include <optional>
 #include <queue>
+#include <string>
 #include <vector>
 
 #include "graph/errors.hpp"
@@ -424,17 +426,68 @@ bool has_room(const Catalogue& catalogue, const Ask& ask, const Data& data, cons
     return bytes <= *most;
 }
 
+/// What the first steps of paths make once for all views, a spectrum for one: tiles of pictures
+/// share it, as the views of the request do.
+class MadeOnce {
+ public:
+    MadeOnce(const Ask& whole, const Data& input, std::pmr::memory_resource* memory)
+        : whole_(whole), input_(input), memory_(memory) {}
+
+    struct Start {
+        std::shared_ptr<const Data> data;
+        std::size_t steps = 0;  // that made it
+    };
+    Start start(const Catalogue& catalogue, const Arcs& path, const TransformGraph& spanned) {
+        std::vector<Offer> offers;
+        std::string key;
+        Representation from = input_.what;
+        for (const auto arc : path) {
+            const Arc& step = spanned.graph[arc];
+            Offer offer = edge_of(catalogue, step).offer(from, whole_, step.offer.with);
+            // What a tile's own request would make of the step is another thing.
+            if (!offer.refused.empty() || offer.to.placed.one_a_view() ||
+                offer.to.key() != step.offer.to.key())
+                break;
+            key += fmt::format("{} {} {}\n", step.edge, step.offer.with.text(), offer.to.key());
+            from = offer.to;
+            offers.push_back(std::move(offer));
+        }
+        std::shared_ptr<const Data>& made = made_[key];
+        if (!made) {
+            std::shared_ptr<const Data> data(std::shared_ptr<const Data>(), &input_);
+            for (std::size_t i = 0; i < offers.size(); ++i)
+                data = run_edge(edge_of(catalogue, spanned.graph[path[i]]), offers[i], whole_,
+                                *data, memory_);
+            made = std::move(data);
+        }
+        return {made, offers.size()};
+    }
+
+ private:
+    static const Transition& edge_of(const Catalogue& catalogue, const Arc& step) {
+        return catalogue[static_cast<std::size_t>(step.edge)];
+    }
+
+    Ask whole_;
+    const Data& input_;
+    std::pmr::memory_resource* memory_;
+    std::map<std::string, std::shared_ptr<const Data>> made_;
+};
+
+/// @param once  null: nothing is shared
 std::optional<Measured> measure_path(MeasuredTile& tile, const Catalogue& catalogue, const Ask& ask,
                                      const std::string& name, const Arcs& path,
-                                     const TransformGraph& spanned,
+                                     const TransformGraph& spanned, MadeOnce* once,
                                      std::pmr::memory_resource* memory) {
-    std::shared_ptr<const Data> made(std::shared_ptr<const Data>(), &tile.data());
+    MadeOnce::Start start{{std::shared_ptr<const Data>(), &tile.data()}};
+    if (once) start = once->start(catalogue, path, spanned);
+    std::shared_ptr<const Data> made = start.data;
     double gain = 1;
     bool passed = false;
-    for (const auto arc : path) {
-        const Arc& step = spanned.graph[arc];
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        const Arc& step = spanned.graph[path[i]];
         const Transition& by = catalogue[static_cast<std::size_t>(step.edge)];
-        made = run_edge(by, step.offer, ask, *made, memory);
+        if (i >= start.steps) made = run_edge(by, step.offer, ask, *made, memory);
         if (passed) gain *= by.error_of(step.offer, ask).gain;
         passed = passed || name == by.name;
     }
@@ -444,14 +497,15 @@ std::optional<Measured> measure_path(MeasuredTile& tile, const Catalogue& catalo
 /// Of the paths through an edge the one that errs most.
 std::optional<Measured> measure_on(MeasuredTile& tile, const Catalogue& catalogue,
                                    const Demand& edge, const Demands& asked, const Scene& seen,
-                                   const std::optional<double>& most_bytes,
+                                   const std::optional<double>& most_bytes, MadeOnce* once,
                                    std::pmr::memory_resource* memory) {
     const Ask ask{tile.want(), seen};
     TransformGraph spanned;
     std::optional<Measured> worst;
     for (const Arcs& path : paths_through(catalogue, ask, tile.data().what, edge, asked, spanned)) {
         if (!has_room(catalogue, ask, tile.data(), path, spanned, most_bytes)) continue;
-        const auto measured = measure_path(tile, catalogue, ask, edge.name, path, spanned, memory);
+        const auto measured =
+            measure_path(tile, catalogue, ask, edge.name, path, spanned, once, memory);
         if (measured && (!worst || measured->square > worst->square)) worst = measured;
     }
     return worst;
@@ -526,16 +580,20 @@ void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& 
     const Tiles tiles =
         pictures ? tiles_of_pictures(want) : tiles_of_warp(want, formula != nullptr);
     std::map<std::string, std::vector<Measured>> measured;
-    for (const Tile& drawn : tiles.drawn) {
-        const Scene seen = scene_of(scene, statistics, drawn, want.input);
-        const auto count = static_cast<std::int64_t>(tiles.drawn.size());
-        std::optional<MeasuredTile> tile;
-        for (const auto& [fact, edge] : edges) {
+    const auto count = static_cast<std::int64_t>(tiles.drawn.size());
+    std::vector<std::optional<MeasuredTile>> made(tiles.drawn.size());
+    for (const auto& [fact, edge] : edges) {
+        MadeOnce once({want, scene}, input, memory);
+        for (std::size_t i = 0; i < made.size(); ++i) {
+            const Tile& drawn = tiles.drawn[i];
+            std::optional<MeasuredTile>& tile = made[i];
             try {
                 if (!tile)
                     tile.emplace(input, want, formula, drawn, pictures ? kRays / count : 0, memory);
+                const Scene seen = scene_of(scene, statistics, drawn, want.input);
                 if (const auto found =
-                        measure_on(*tile, catalogue, edge, asked, seen, want.budget.bytes, memory))
+                        measure_on(*tile, catalogue, edge, asked, seen, want.budget.bytes,
+                                   pictures ? &once : nullptr, memory))
                     measured[fact].push_back(*found);
             } catch (const RequestError&) {  // not of this tile
             } catch (const RunError&) {

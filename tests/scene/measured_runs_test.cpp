@@ -14,6 +14,7 @@
 #include "transitions/catalogue.hpp"
 #include "transitions/project/shear_warp_perspective.hpp"
 #include "transitions/project/shear_warp_perspective_runs.hpp"
+#include "transitions/spectrum/gradients.hpp"
 #include "transitions/store/crop.hpp"
 
 namespace edgewise {
@@ -162,6 +163,52 @@ TEST(MeasuredRuns, CountTheWorseOfAWholeAndACroppedInput) {
     const Verified cropped = error_of(edge, in, want, by("foh"), 1024, &part);
     EXPECT_GT(std::abs(cropped.nrmse - whole.nrmse), 0.02 * whole.nrmse);
     EXPECT_LE(std::max(cropped.low, whole.low), promise);
+}
+
+TEST(MeasuredRuns, MakeOnceWhatAllViewsShare) {
+    const Extent n{24, 22, 20}, screen{32, 30, 28};
+    const Data in = lumps(n);
+    std::vector<Transform> views;
+    for (int view = 0; view < 3; ++view)
+        views.push_back(seen(Mode::xray, n, screen, turn(40 * view, {0.1, 1, 0.2}), Vec3::Ones(), 1)
+                            .views.at(0));
+    Request want = seen(Mode::xray, n, screen, turn(0, {0, 1, 0}), Vec3::Ones(), 1);
+    want.frames = 3;
+    want.views = Placement::each(std::move(views));
+    want.shading.by = Shade::hemisphere;
+    Catalogue counted;
+    int spectra = 0, slices = 0;
+    for (Transition edge : catalogue()) {
+        int* const count = edge.name == "spectrum.gradients"   ? &spectra
+                           : edge.name == "spectrum.lit_slice" ? &slices
+                                                               : nullptr;
+        if (count)
+            edge.run = [run = edge.run, count](auto&&... what) {
+                ++*count;
+                run(what...);
+            };
+        counted.push_back(std::move(edge));
+    }
+    const Parameters with{{"degree", 1.0}, {"padding", 1.25}, {"width", 4.0}};
+    Demands asked;
+    asked.via.push_back({.name = "spectrum.gradients", .with = with});
+    asked.without.push_back({.name = "store"});
+    const Scene scene =
+        measure_scene(counted, in, statistics_of(in, heap()), want, nullptr, heap(), 1, asked);
+    EXPECT_EQ(spectra, 1);
+    EXPECT_EQ(slices, 3);
+    // What one view after the other has, each with spectra of its own.
+    double square = 0;
+    for (int view = 0; view < 3; ++view) {
+        Request one = want;
+        one.frames = 1;
+        one.views = Placement(want.views.at(view));
+        const Scene of_one =
+            measure_scene(counted, in, statistics_of(in, heap()), one, nullptr, heap(), 1, asked);
+        square += std::pow(of_one.likely.at(fact_of_runs(spectrum_gradients(), with)), 2) / 3;
+    }
+    const double likely = scene.likely.at(fact_of_runs(spectrum_gradients(), with));
+    EXPECT_NEAR(likely / std::sqrt(square), 1, 0.2);
 }
 
 TEST(MeasuredRuns, SayNothingWhereMemoryIsTooSmall) {
