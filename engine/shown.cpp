@@ -8,6 +8,7 @@
 
 #include "engine/session.hpp"
 #include "graph/errors.hpp"
+#include "reference/job_reference.hpp"
 
 namespace edgewise {
 namespace {
@@ -102,14 +103,15 @@ void ShownResult::compare() {
             });
         session_.messages.end_progress();
         if (!reference) throw Cancelled();
-        show_difference(*reference);
+        const auto own = job_reference(session_.want(), field);
+        show_difference(*reference, own ? own->range() : std::nullopt);
     } catch (const std::bad_alloc&) {
         session_.shown->no_difference = "There was no memory left for an error map.";
     }
 }
 
 /// Of several channels the largest difference; pixels that do not see the input have none.
-void ShownResult::show_difference(const charts::Raster& reference) {
+void ShownResult::show_difference(const charts::Raster& reference, std::optional<double> range) {
     const auto channels = static_cast<std::size_t>(reference.channels);
     std::vector<double> differences(reference.values.size() / channels);
     for (std::size_t i = 0; i < reference.values.size(); ++i) {
@@ -121,11 +123,12 @@ void ShownResult::show_difference(const charts::Raster& reference) {
     const charts::SignedPicture picture =
         charts::signed_picture(differences, reference.width, reference.height);
     session_.shown->difference = {picture.uri, reference.width, reference.height,
-                                  difference_text(reference)};
+                                  difference_text(reference, range)};
     session_.shown->difference_scale = picture.scale;
 }
 
-std::string ShownResult::difference_text(const charts::Raster& reference) const {
+std::string ShownResult::difference_text(const charts::Raster& reference,
+                                         std::optional<double> own_range) const {
     const Request& want = session_.want();
     double squares = 0, low = INFINITY, high = -INFINITY, least = 0, most = 0;
     std::size_t count = 0, differ = 0;
@@ -141,7 +144,7 @@ std::string ShownResult::difference_text(const charts::Raster& reference) const 
     }
     std::string text = fmt::format("Error map. {}, minus the reference. ", small_.shown());
     if (count == 0) return text + "No pixel of it sees the input.";
-    const double range = range_of(want, low, high);
+    const double range = own_range ? *own_range : range_of(want, low, high);
     const double rms = std::sqrt(squares / double(count));
     const std::size_t pixels = count / static_cast<std::size_t>(reference.channels);
     if (want.job == Job::warp && want.field == Field::nearest)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "engine/chart_pictures.hpp"
 #include "engine/request/tail.hpp"
 
@@ -20,8 +22,10 @@ class ShownResult {
 
  private:
     charts::ReportPicture picture_of(const Data& result, const Shades& levels) const;
-    void show_difference(const charts::Raster& reference);
-    std::string difference_text(const charts::Raster& reference) const;
+    /// @param range  that counts as an error of 1, where the job has one of its own
+    void show_difference(const charts::Raster& reference, std::optional<double> range);
+    std::string difference_text(const charts::Raster& reference,
+                                std::optional<double> own_range) const;
 
     Session& session_;
     PictureTaker large_, small_;

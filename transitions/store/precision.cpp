@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "graph/filtering.hpp"
 #include "graph/with_type.hpp"
 
 namespace edgewise {
@@ -65,6 +66,10 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
         type == Type::f32 ? ask.scene.fits_f32(from.type, from.values) : is_kept(made);
     if (ask.want.field == Field::nearest && !kept)
         return Offer::no(fmt::format("{} cannot hold the labels as they are", name_of(type)));
+    // Rounded before, they would not come out as exactly as they are written.
+    if (!kept && ask.want.setting.as<Filtering>() && is_integer(from.type))
+        return Offer::no(
+            fmt::format("{} rounds integers, and filters give integers", name_of(type)));
     // How far a surface moves hangs on its gradients, and normals turn with it.
     if (!kept && ask.want.job->of_rays() && ask.want.mode->first_hit)
         return Offer::no(fmt::format("{} rounds values, and surfaces move by nobody knows how much",
