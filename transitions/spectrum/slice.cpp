@@ -1,6 +1,8 @@
 #include "transitions/spectrum/slice.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum_slice.hpp"
@@ -40,6 +42,26 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return offer;
 }
 
+/// Cache lines that one sample brings after the one before it. A step of d samples of the spectrum
+/// brings into the window d_y w + d_z w rows of w samples, and the ends of w^2 rows by d_x. What
+/// the row of samples before had read is near only where it did not go far: it is not counted.
+double lines_of_sample(const Representation& spectrum, const kernels::SliceView& slice) {
+    const Extent period = spectrum_period(spectrum);
+    const double width = window_of(spectrum).width();
+    const bool hartley = spectrum.content == kHartley;  // rows of f32, at f and at -f
+    const double bytes = hartley ? sizeof(float) : sizeof(kernels::Complex);
+    std::array<double, 3> step;
+    for (int axis = 0; axis < 3; ++axis)
+        step[axis] =
+            std::min(1., std::abs(slice.to_screen[axis]) * static_cast<double>(period[axis]) /
+                             static_cast<double>(slice.width));
+    // A row may begin anywhere in a line.
+    const double row = (width * bytes + kLineBytes - bytes) / kLineBytes;
+    const double rows = std::min(width * width, width * (step[1] + step[2]));
+    const double ends = (width * width - rows) * step[0] * bytes / kLineBytes;
+    return (hartley ? 2 : 1) * (rows * row + ends);
+}
+
 Work work(const Offer& offer, const Ask& ask, int view) {
     const kernels::SliceView slice = view_of(offer, ask.want, view);
     const double samples = kernels::slice_samples(slice);
@@ -50,9 +72,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .streamed = 2 * offer.to.bytes(),
             // A Hartley transform is read at f and at -f.
             .gathers = samples * width * width * (hartley ? 2 : 1),
-            // Rows of `width` c64, or twice as many of f32, across the plane, which is one sample
-            // thick.
-            .lines = {.count = samples * width * 2 * sizeof(float) / kLineBytes},
+            .lines = {.count = samples * lines_of_sample(offer.from, slice)},
             .scratch = kernels::slice_scratch(slice),
             .workspace = kernels::slice_workspace(slice, spectrum_period(offer.from))};
 }
