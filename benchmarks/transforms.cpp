@@ -1,6 +1,7 @@
 // The transform of a padded volume, by spectrum_of_volume and by FFTW's own plans in three
 // dimensions: one thread, in turns, medians, and the errors of all against a transform in f64.
 //   transforms_benchmark [SIDE[xPADDING]...] [--rounds N] [--patient SECONDS]
+//   transforms_benchmark --lengths: operations a second of sixteen lines at once, by their length
 // Ours begins at the samples; FFTW begins at a padded array that is there already, which costs it
 // nothing. Windows are of four taps; of padding 1 they are linear. Prints a Markdown table.
 #include <algorithm>
@@ -199,6 +200,25 @@ void measure(std::int64_t side, double padding, int rounds, double patience) {
     fftw_free(exact);
 }
 
+/// Lines in a tile as spectrum_of_volume transforms them: 5 n log2 n operations each.
+void measure_lengths() {
+    constexpr int kTogether = 16, kRuns = 50;
+    fmt::print("| length | a line [ns] | 1e9 operations a second |\n|---|---|---|\n");
+    for (const int n : {60,  64,  80,  96,  100, 120, 128, 144, 150, 160, 192, 200, 240,
+                        256, 288, 300, 320, 360, 384, 400, 448, 480, 512, 600, 640}) {
+        Aligned<Complex> tile(kTogether * n);
+        const Fourier fourier = Fourier::along_lines(n, kTogether, false);
+        double least = HUGE_VAL;
+        for (int round = 0; round < kRuns; ++round)
+            least = std::min(least, seconds_of([&] {
+                                        for (int i = 0; i < kRuns; ++i) fourier.run(tile.data());
+                                    }) / kRuns /
+                                        kTogether);
+        fmt::print("| {} | {:.0f} | {:.0f} |\n", n, 1e9 * least,
+                   1e-9 * fourier_operations(n) / least);
+    }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -208,6 +228,10 @@ int main(int argc, char** argv) {
     double patience = 120;
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
+        if (word == "--lengths") {
+            measure_lengths();
+            return 0;
+        }
         if (word == "--rounds" && i + 1 < argc)
             rounds = std::atoi(argv[++i]);
         else if (word == "--patient" && i + 1 < argc)
