@@ -66,7 +66,11 @@ Json filter_list() {
 
 Json mode_list() {
     Json list = Json::array();
-    for (const Mode mode : modes()) list.push_back({{"name", mode->name}, {"meaning", mode->help}});
+    for (const Mode mode : modes()) {
+        Json shades = Json::array();
+        for (const Shade by : mode->shades) shades.push_back(name_of(by));
+        list.push_back({{"name", mode->name}, {"meaning", mode->help}, {"shades", shades}});
+    }
     return list;
 }
 

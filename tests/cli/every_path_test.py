@@ -4,7 +4,6 @@ Nothing here names a mode or an edge that a sweep goes over, so that one that is
 request are compared with the same reference on all pixels. So any two of them differ by at most the sum of their promises."""
 
 import json
-import re
 import subprocess
 import unittest
 
@@ -61,8 +60,7 @@ class EveryPath(Running):
             found = set(more)
             more |= {join["from"] for edge in edges for join in edge["joins"] if join["to"].startswith(tuple(found))}
         cls.edges = [edge for edge in edges if any(join["to"].startswith(tuple(found)) for join in edge["joins"])]
-        help_text = subprocess.run([COMMAND, "render", "--help"], capture_output=True, text=True, check=True).stdout
-        cls.shades = re.search(r"^ +--shade ([a-z|-]+)", help_text, re.M)[1].split("|")
+        cls.shades = {mode["name"]: mode["shades"] for mode in json.loads(cls.listed("modes", "--json", "-"))["modes"]}
         vessels = cls.folder / "vessels.nrrd"
         files.write_nrrd(vessels, thin_vessels())
         labels = cls.folder / "tissues.nrrd"
@@ -195,7 +193,8 @@ class EveryPath(Running):
             reads = {join["from"] for join in edge["joins"]}
             before = [[other["name"]] for other in self.edges if other["name"] in self.run_by and reads & {join["to"] for join in other["joins"]}]
             views = [("vessels", [], self.modes[:4:3]), ("large", [], self.modes[:4:3]), ("artery", ["--perspective", "30"], self.modes[:4:3]),
-                     ("formula", ["--depth-cue", "0.01,linear"], self.modes[1:2]), ("labels", [], self.modes)]
+                     ("formula", ["--depth-cue", "0.01,linear"], self.modes[1:2]),
+                     ("formula", ["--shade", self.shades["xray"][0]], ["xray"]), ("labels", [], self.modes)]
             for scene, view, mode, via in [(scene, view, mode, via) for via in ([], *before[:2]) for scene, view, modes in views for mode in modes]:
                 request = [*self.request(scene, "--mode", mode), *view]
                 points = self.measured(request, 2, [*via, edge["name"]])
@@ -204,8 +203,11 @@ class EveryPath(Running):
                     break
 
     def test_light_and_cuts_by_every_edge(self):
-        ways = [("--mode", "composite", "--shade", shade) for shade in self.shades if shade != "none"]
-        ways += [("--mode", "composite", "--shade", self.shades[1], "--shadows", "--light", "-1,-1,-1"),
+        ways = [("--mode", "composite", "--shade", shade) for shade in self.shades["composite"]]
+        # Sums have the same rules, and each takes one.
+        sums = [mode for mode in self.shades if self.shades[mode] == self.shades["xray"]]
+        ways += [("--mode", mode, "--shade", shade, "--light", "-1,-1,-1") for mode, shade in zip(sums, self.shades["xray"])]
+        ways += [("--mode", "composite", "--shade", self.shades["composite"][0], "--shadows", "--light", "-1,-1,-1"),
                  ("--mode", "composite", "--perspective", "40"), ("--mode", "composite", "--depth-cue", "0.02"),
                  ("--mode", "mip", "--clip", "3,3,3,15,14,16"), ("--mode", "mean", "--clip-plane", "1,2,1,-40")]
         for words in ways:
