@@ -42,27 +42,46 @@ def line_of(options, side, error, way):
     return line_through(seconds), report["measured"]["error"]["nrmse"], path_of(planned)
 
 
-def views_chart(options):
-    figure, axes = panels(len(options.sides), 4.6, 3.8)
+def measured_views(options):
+    """Rows of the table: side, error, start and seconds a view of either way, views from which on the spectrum pays."""
     print("| side | error asked for | spectrum: start + each view [ms] | error | casting | error | from views on |\n"
           "|---|---|---|---|---|---|---|")
-    at = np.unique(np.round(np.logspace(0, 3, 100)))
-    for axis, side in zip(axes, options.sides):
-        for error, colour in COLOURS.items():
+    for side in options.sides:
+        for error in COLOURS:
             lines, errors = {}, {}
             for way in WAYS:
                 lines[way], errors[way], path = line_of(options, side, error, way)
                 print(f"{side}, {error}, {way}: {path}", file=sys.stderr)
-                start, each = lines[way]
-                axis.loglog(at, np.maximum(1e-4, start + each * at), "-" if way == "spectrum" else "--", color=colour,
-                            label=f"{way}, {error:.0e}")
-            pays = crossing(lines["spectrum"], lines["cast"])
-            if 1 < pays < at[-1]:
-                axis.plot(pays, sum(lines["cast"][i] * (1, pays)[i] for i in (0, 1)), "o", color="black", markersize=4)
             said = {way: "{:.0f} + {:.1f}".format(*(1e3 * part for part in lines[way])) for way in WAYS}
             print(f"| {side} | {error:.0e} | {said['spectrum']} | {errors['spectrum']:.1e} | {said['cast']} | "
-                  f"{errors['cast']:.1e} | {number(pays)} |", flush=True)
-        axis.set(title=f"{side}³, X-rays of {side}² pixels", xlabel="views")
+                  f"{errors['cast']:.1e} | {number(crossing(lines['spectrum'], lines['cast']))} |", flush=True)
+            yield side, error, lines
+
+
+def printed_views(file):
+    """The same from a table that was printed before."""
+    for line in file.read_text().splitlines():
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        if len(cells) == 7 and cells[0].isdigit():
+            lines = {way: [1e-3 * float(part) for part in cells[at].split(" + ")] for way, at in (("spectrum", 2), ("cast", 4))}
+            yield int(cells[0]), float(cells[1]), lines
+
+
+def views_chart(options):
+    rows = list(printed_views(options.table) if options.table else measured_views(options))
+    sides = sorted({side for side, _, _ in rows})
+    figure, axes = panels(len(sides), 4.6, 3.8)
+    at = np.unique(np.round(np.logspace(0, 3, 100)))
+    for side, error, lines in rows:
+        axis = axes[sides.index(side)]
+        for way in WAYS:
+            start, each = lines[way]
+            axis.loglog(at, max(0, start) + each * at, "-" if way == "spectrum" else "--", color=COLOURS[error],
+                        label=f"{way}, {error:.0e}")
+        pays = crossing(lines["spectrum"], lines["cast"])
+        if 1 < pays < at[-1]:
+            axis.plot(pays, lines["spectrum"][0] + pays * lines["spectrum"][1], "o", color="black", markersize=4)
+        axis.set(title=f"{side}³ samples", xlabel="views")
     axes[0].set(ylabel="seconds, one thread")
     axes[0].legend(fontsize=7)
     save(figure, ROOT / "docs/spectrum/views.svg")
@@ -74,7 +93,7 @@ def steps_image(side, levels):
     f = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side))
     soft = np.fft.irfft2(np.fft.rfft2(random.standard_normal((side, side))) * np.exp(-(f / 0.03) ** 2), (side, side))
     ranks = soft.ravel().argsort().argsort().reshape(side, side)
-    return np.ascontiguousarray((ranks * levels // side ** 2 * (240 // levels)).astype("u1").T)
+    return np.ascontiguousarray((ranks * levels // side ** 2).astype("u1").T)
 
 
 def dilation_chart(options):
@@ -139,6 +158,7 @@ def main():
     parser.add_argument("--phantom", default="gaussians")
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--machine")
+    parser.add_argument("--table", type=pathlib.Path, help="a table of views that was printed before: only drawn")
     options = parser.parse_args()
     options.sides = [int(side) for side in options.sides.split(",")]
     for chart in options.charts:
