@@ -4,13 +4,11 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 #include <tbb/parallel_for.h>
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/load_values.hpp"
 #include "transitions/kernels/pmr_block.hpp"
-#include "transitions/kernels/scalar_load.hpp"
 #include "transitions/kernels/spectrum.hpp"
 #include "transitions/spectrum/depth_polynomial.hpp"
 #include "transitions/spectrum/forward.hpp"
@@ -79,112 +77,6 @@ Work moments_work(const Offer& offer, const Ask& ask, int view) {
     work.streamed = count * (work.streamed + 8 * voxels);
     work.workspace += 4 * voxels;
     return work;
-}
-
-// ---- what rays add up ------------------------------------------------------------------------
-
-constexpr const char* kSquares = "moments/values2";  // of the sum of values, over drawn rays
-constexpr const char* kProducts = "moments/values_length";
-constexpr const char* kLengths = "moments/length2";
-
-/// Sums of values and of lengths along one ray through the box, by the nearest samples.
-struct RaySum {
-    double values = 0, length = 0;  // [value x file unit], [file unit]
-
-    RaySum(const Data& input, const Request& want, const Mat4& back, double x, double y) {
-        double from = -std::numeric_limits<double>::infinity(), to = -from;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double start = back(axis, 0) * x + back(axis, 1) * y + back(axis, 3);
-            const double step = back(axis, 2), high = static_cast<double>(want.input[axis]) - 0.5;
-            if (std::abs(step) < 1e-12) {
-                if (start < -0.5 || start > high) return;
-                continue;
-            }
-            const double a = (-0.5 - start) / step, b = (high - start) / step;
-            from = std::max(from, std::min(a, b));
-            to = std::min(to, std::max(a, b));
-        }
-        if (!(from < to)) return;
-        const kernels::ScalarLoad load = kernels::scalar_load(input.what.type);
-        const Extent& n = want.input;
-        const double pieces = std::ceil(to - from), piece = (to - from) / pieces;
-        for (double k = 0.5; k < pieces; ++k) {
-            std::int64_t at[3];
-            for (int axis = 0; axis < 3; ++axis)
-                at[axis] = std::clamp<std::int64_t>(
-                    std::llround(back(axis, 0) * x + back(axis, 1) * y +
-                                 back(axis, 2) * (from + k * piece) + back(axis, 3)),
-                    0, n[axis] - 1);
-            values +=
-                input.what.values(load(input.samples.data(), at[0] + n.x * (at[1] + n.y * at[2])));
-        }
-        length = (to - from) * want.unit;
-        values *= piece * want.unit;
-    }
-};
-
-/// Adds mean products of what drawn rays add up: of samples that stand above what is commonest, the
-/// root mean square of their sums is known for any such value.
-void count_rays(const Data& input, const Request& want, std::map<std::string, double>& facts,
-                std::pmr::memory_resource* /*memory*/) {
-    if (!want.cue || want.cue->linear || !want.job->of_rays() || want.eye || want.axes != 3 ||
-        want.mode->slices == ModeTraits::Slices::none || input.what.type == Type::c64 ||
-        input.what.channels != 1 || input.what.extent != want.input)
-        return;
-    constexpr int kRays = 1024;
-    constexpr std::array<double, 3> kRatio = {0.8191725, 0.6710436, 0.5497005};  // Roberts 2018
-    std::vector<std::array<double, 2>> drawn(kRays);
-    tbb::parallel_for(0, kRays, [&](int n) {
-        const auto part = [&](std::size_t axis) {
-            return std::fmod(0.5 + kRatio[axis] * (n + 1), 1.0);
-        };
-        const int view = static_cast<int>(part(2) * want.frames);
-        const RaySum ray(input, want, want.views.at(view).matrix().inverse(),
-                         std::floor(part(0) * static_cast<double>(want.screen.x)),
-                         std::floor(part(1) * static_cast<double>(want.screen.y)));
-        const double over = want.mode->divides && ray.length > 0 ? ray.length : 1;
-        drawn[static_cast<std::size_t>(n)] = {ray.values / over, ray.length / over};
-    });
-    double squares = 0, products = 0, lengths = 0, met = 0;
-    for (const auto& [values, length] : drawn) {
-        if (!(length > 0)) continue;
-        squares += values * values;
-        products += values * length;
-        lengths += length * length;
-        ++met;
-    }
-    if (!(met > 0) || !std::isfinite(squares)) return;
-    facts[kSquares] = squares / met;
-    facts[kProducts] = products / met;
-    facts[kLengths] = lengths / met;
-}
-
-/// The root mean square of what a ray adds up, all signs alike, of values less what is commonest;
-/// where rays were not drawn, the most.
-double sum_of_rays(const Request& want, const Scene& scene, double common) {
-    const auto squares = scene.fact(kSquares), products = scene.fact(kProducts),
-               lengths = scene.fact(kLengths);
-    const double above = scene.high - common, below = common - scene.low;
-    if (!squares || !products || !lengths)
-        return std::max(above, below) * (want.mode->divides ? 1 : longest_ray(want));
-    constexpr double kDrawn = 1.2;  // other rays, read by other filters
-    const double sum =
-        std::sqrt(std::max(0., *squares - 2 * common * *products + common * common * *lengths));
-    // Values on the far side count twice: once to undo their sign.
-    return kDrawn * (sum + 2 * std::max(0., std::min(above, below)) * std::sqrt(*lengths));
-}
-
-Error moments_error(const Offer& offer, const Ask& ask) {
-    const Request& want = ask.want;
-    const Request plain = without_cue(want);
-    Offer forward = offer;
-    forward.with = forward_parameters(offer.with);
-    Error error = spectrum_forward().error(forward, {plain, ask.scene});
-    const DepthPolynomial light(*want.cue, deepest(want),
-                                static_cast<int>(offer.with.number("degree")));
-    if (light.bound > 0)
-        error.bias += light.bound * sum_of_rays(want, ask.scene, offer.to.values.offset);
-    return error;
 }
 
 /// The coordinate of each voxel along an axis to a power [half periods].
@@ -303,11 +195,9 @@ Transition spectrum_moments() {
                           "of the polynomial that light follows with depth")},
         {"width", number(4, 6, {4, 6}, "taps of the window along each axis: 4 or 6")},
         {"padding", number(1.25, 2, {kTriedPadding}, "period over extent: 1.25, 1.5 or 2")}};
-    edge.on_demand = true;  // no preview measures its error
+    edge.on_demand = true;  // its error is measured by making pictures
     edge.offer = moments_offer;
     edge.work = moments_work;
-    edge.error = moments_error;
-    edge.count = count_rays;
     edge.run = moments_run;
     return edge;
 }

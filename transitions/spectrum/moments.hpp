@@ -20,10 +20,8 @@ namespace edgewise {
 ///         spectrum.forward needs
 /// Values  as spectrum.forward; coordinates count from the origin voxel, in half periods
 /// Work    that of spectrum.forward and 8 a voxel, once a moment
-/// Error   that of spectrum.forward where no preview tells. Of an exponential cue the bound of its
-///         polynomial (DepthPolynomial) times what rays add up: the root mean square over drawn
-///         rays ("moments/..."), or the most that one can. Left out: that light differs within the
-///         width of a sample, K voxels of what lies near half a cycle
+/// Error   measured by running the path. Of an exponential cue it is at most the bound of its
+///         polynomial (DepthPolynomial) times what a ray adds up, beside what any slice gets wrong
 /// Source  Totsuka, Levoy, "Frequency domain volume rendering", SIGGRAPH 1993, section 3
 Transition spectrum_moments();
 
