@@ -256,7 +256,8 @@ int do_info(const InfoOptions& options) {
 Verb add_info(CLI::App& main) {
     CLI::App* app = main.add_subcommand("info", "what is in a file");
     auto options = std::make_shared<InfoOptions>();
-    app->add_option("FILE", options->file, "file, folder, phantom:NAME:N or raw:...")->required();
+    app->add_option("FILE", options->file, "file, folder, phantom:NAME:N, raw:... or kspace:...")
+        ->required();
     add_selection(*app, options->selection);
     add_text(*app, "--json", options->json, "report, to FILE or - for standard output");
     app->add_flag("--quiet", options->quiet, "errors only; what is in the file is the output");

@@ -91,9 +91,10 @@ void add_clip(CLI::App& app, GeometryWords& words) {
 }
 
 void add_input(CLI::App& app, JobOptions& o) {
-    app.add_option("FILE", o.input,
-                   "file, folder, phantom:NAME:N, raw:FILE:WxHxD:TYPE or, for plans, "
-                   "describe:WxHxD:TYPE")
+    app.add_option(
+           "FILE", o.input,
+           "file, folder, phantom:NAME:N, raw:FILE:WxHxD:TYPE, kspace:FILE:WxHxD or, for plans, "
+           "describe:WxHxD:TYPE")
         ->required();
     add_selection(app, o.selection);
 }
