@@ -579,11 +579,6 @@ void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& 
     // A formula is told by the input's indices, of which a part has others.
     const Tiles tiles =
         pictures ? tiles_of_pictures(want) : tiles_of_warp(want, formula != nullptr);
-    if (tiles.are_all && tiles.drawn.empty()) {
-        // No output sample sees the input: none has an error.
-        for (const auto& [fact, edge] : edges) scene.facts[fact] = scene.likely[fact] = 0;
-        return;
-    }
     std::map<std::string, std::vector<Measured>> measured;
     const auto count = static_cast<std::int64_t>(tiles.drawn.size());
     std::vector<std::optional<MeasuredTile>> made(tiles.drawn.size());

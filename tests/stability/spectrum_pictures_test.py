@@ -121,7 +121,7 @@ class Moments(Driven):
         for shape in ((1, 1, 1), (1, 9, 8), (2, 3, 1)):
             samples = np.random.default_rng(2).random(shape).astype("<f4")
             for cue in ("0.05,linear", "0.1,exp"):
-                picture = self.faded(samples, cue, "--rotate", "10,20,30")
+                picture = self.faded(samples, cue, "--rotate", "10,20,30", "--size", "5x5")  # the middle sees it
                 self.assertTrue(np.isfinite(picture).all(), shape)
 
     def test_a_budget_chooses_the_degree(self):
