@@ -62,6 +62,14 @@ std::size_t verify_count(const std::string& text) {
     return static_cast<std::size_t>(whole_of("--verify", text, 1, 1'000'000'000));
 }
 
+std::vector<Shade> known_shades() {
+    std::vector<Shade> known{Shade::none};
+    for (const Mode mode : modes())
+        for (const Shade by : mode->shades)
+            if (std::find(known.begin(), known.end(), by) == known.end()) known.push_back(by);
+    return known;
+}
+
 namespace {
 
 constexpr std::int64_t kMostThreads = 1024, kMostRanks = 1 << 24;
@@ -123,11 +131,19 @@ DepthCue cue_of(const std::string& text) {
     return {number_of("--depth-cue", std::string(words[0])), linear};
 }
 
+/// A rule of light, in any case, that some mode takes.
+Shade shade_of(const std::string& word) {
+    std::vector<std::string> known;
+    for (const Shade by : known_shades()) {
+        if (same_word(word, name_of(by))) return by;
+        known.emplace_back(name_of(by));
+    }
+    throw RequestError(
+        fmt::format("--shade: '{}' is not known; {}", word, instead_of(word, known)));
+}
+
 void read_light(RequestSpec& spec, const JobOptions& o) {
-    if (o.shade)
-        spec.shade = static_cast<Shade>(
-            chosen("--shade", *o.shade,
-                   {"none", "phong", "torrance-sparrow", "particles", "hemisphere", "lambert"}));
+    if (o.shade) spec.shade = shade_of(*o.shade);
     for (const std::string& text : o.lights) spec.lights.push_back(light_of(text));
     if (o.material) spec.material = material_of(*o.material);
     if (o.phase) spec.phase = number_of("--phase", *o.phase);

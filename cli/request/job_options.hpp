@@ -37,6 +37,8 @@ RequestSpec spec_of(const JobOptions& options, const Catalogue& edges);
 
 /// "convolve, correlate, ...": what --op takes.
 std::string filter_op_words();
+/// None, and the rules of light that some mode takes.
+std::vector<Shade> known_shades();
 
 /// --window LO,HI: "0,255", "1%,99.5%". @throws RequestError
 Window window_of(const std::string& text);

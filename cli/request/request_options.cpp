@@ -108,6 +108,27 @@ std::string mode_help() {
     return help + "; shaded: composite with --shade phong and a preset";
 }
 
+/// "none|phong|..."
+std::string shade_words() {
+    std::string words;
+    for (const Shade by : known_shades())
+        words += (words.empty() ? "" : "|") + std::string(name_of(by));
+    return words;
+}
+
+/// What each mode takes, and what it does unasked.
+std::string shade_help() {
+    std::string help = "how light meets samples";
+    for (const Mode mode : modes()) {
+        if (!mode->takes_light()) continue;
+        help += "; " + std::string(mode->name) + ":";
+        for (const Shade by : mode->shades)
+            help += (by == mode->shades.front() ? " " : ", ") + std::string(name_of(by));
+        help += " (default " + std::string(name_of(mode->shade)) + ")";
+    }
+    return help + "; --mode shaded: phong";
+}
+
 void add_mode(CLI::App& app, JobOptions& o) {
     if (o.job == Job::warp) {
         add_text(app, "--outside", o.outside, "value beyond the input; default 0")->type_name("V");
@@ -125,11 +146,7 @@ void add_mode(CLI::App& app, JobOptions& o) {
                  "composite: a transfer function of `edgewise list presets`, or of a file; "
                  "default with --mode shaded: one that suits FILE")
             ->type_name("NAME|FILE");
-        add_text(app, "--shade", o.shade,
-                 "how light meets samples; default none, of surface and --mode shaded phong. "
-                 "composite: phong, torrance-sparrow, particles; surface: the first two; xray and "
-                 "mean: hemisphere, lambert")
-            ->type_name("none|phong|torrance-sparrow|particles|hemisphere|lambert");
+        add_text(app, "--shade", o.shade, shade_help())->type_name(shade_words());
         add_list(app, "--light", o.lights,
                  "towards a light, in screen space (z away from the eye); default 0,0,-1: at the "
                  "eye. Several add up")

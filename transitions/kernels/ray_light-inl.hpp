@@ -127,6 +127,17 @@ struct ArrivingLanes {
     }
 }
 
+/// A gradient of stored numbers by input index -> of values in screen space.
+[[maybe_unused]] HWY_INLINE void to_screen(const RayLight& by, const VF3& gradient, VF3& seen) {
+    const DF d;
+    for (int row = 0; row < 3; ++row) {
+        const float* m = by.to_screen.data() + 3 * row;
+        seen[row] = hn::MulAdd(
+            hn::Set(d, m[0]), gradient[0],
+            hn::MulAdd(hn::Set(d, m[1]), gradient[1], hn::Mul(hn::Set(d, m[2]), gradient[2])));
+    }
+}
+
 /// Shading::at, operation for operation.
 /// @param eye  to the eye, unit length
 [[maybe_unused]] HWY_NOINLINE void light_on(const RayLight& by, const VF3& gradient, const VF3& eye,
@@ -136,12 +147,7 @@ struct ArrivingLanes {
     const VF zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     if (by.by == Shade::particles) return scattered_on(by, eye, arriving, diffuse, specular);
     VF normal[3];
-    for (int row = 0; row < 3; ++row) {
-        const float* m = by.to_screen.data() + 3 * row;
-        normal[row] = hn::MulAdd(
-            hn::Set(d, m[0]), gradient[0],
-            hn::MulAdd(hn::Set(d, m[1]), gradient[1], hn::Mul(hn::Set(d, m[2]), gradient[2])));
-    }
+    to_screen(by, gradient, normal);
     const VF length = hn::Sqrt(dot(normal, normal));
     const MF some = hn::And(hn::Gt(length, zero), is_finite(length));
     const VF inverse = hn::IfThenElseZero(some, hn::Div(one, length));
@@ -204,12 +210,7 @@ struct ArrivingLanes {
 [[maybe_unused]] HWY_NOINLINE VF added_by(const RayLight& by, const VF3& gradient) {
     const DF d;
     VF slope[3];
-    for (int row = 0; row < 3; ++row) {
-        const float* m = by.to_screen.data() + 3 * row;
-        slope[row] = hn::MulAdd(
-            hn::Set(d, m[0]), gradient[0],
-            hn::MulAdd(hn::Set(d, m[1]), gradient[1], hn::Mul(hn::Set(d, m[2]), gradient[2])));
-    }
+    to_screen(by, gradient, slope);
     const VF length = hn::Sqrt(dot(slope, slope));
     VF light = hn::Zero(d);
     for (const RayLight::Source& source : by.sources) {

@@ -10,18 +10,10 @@
 #include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/spectrum.hpp"
 #include "transitions/kernels/volume_slopes.hpp"
-#include "transitions/spectrum/forward.hpp"
-#include "transitions/spectrum/moments.hpp"
 #include "transitions/spectrum/projection.hpp"
 
 namespace edgewise {
 namespace {
-
-constexpr int kMostDegree = 2;
-
-Parameters forward_parameters(const Parameters& with) {
-    return {{"width", with.number("width")}, {"padding", with.number("padding")}};
-}
 
 Request without_light(const Request& want) {
     Request plain = want;
@@ -30,11 +22,6 @@ Request without_light(const Request& want) {
 }
 
 int degree_in(const Parameters& with) { return static_cast<int>(with.number("degree")); }
-
-kernels::SpectrumShape shape_of(const Offer& offer) {
-    return {offer.from.extent,
-            {static_cast<int>(offer.with.number("width")), offer.with.number("padding")}};
-}
 
 /// What the square of a gradient's length is of: g . metric g.
 Eigen::Matrix3d metric_of(const Representation& from, const Request& want, int view) {
@@ -56,29 +43,16 @@ bool keeps_lengths(const Representation& from, const Request& want) {
 Offer gradients_offer(const Representation& from, const Ask& ask, const Parameters& with) {
     if (std::string reason = no_lit_projection(ask); !reason.empty())
         return Offer::no(std::move(reason));
-    const double degree = with.number("degree"), width = with.number("width"),
-                 padding = with.number("padding");
+    const double degree = with.number("degree");
     if (degree != 1 && degree != 2)
         return Offer::no(fmt::format("a degree of {}: harmonics are of degree 1 or 2", degree));
     if (degree == 2 && ask.want.shading.by == Shade::hemisphere)
         return Offer::no("light from a hemisphere is of degree 1");
-    const std::vector<kernels::KaiserBessel> known = moment_windows();
-    if (std::none_of(known.begin(), known.end(), [&](const kernels::KaiserBessel& window) {
-            return window.width() == width && window.padding() == padding;
-        }))
-        return Offer::no(fmt::format(
-            "no window of width {} for padding {}: gradients take 4 and 6, with 1.25, 1.5 and 2",
-            width, padding));
-    Offer offer = spectrum_forward().offer(from, {without_light(ask.want), ask.scene},
-                                           forward_parameters(with));
+    Offer offer = gradient_spectra().offer(from, {without_light(ask.want), ask.scene}, with);
     if (!offer.refused.empty()) return offer;
     if (!keeps_lengths(from, ask.want))
         return Offer::no(
             "views that stretch the volume: gradients are longer in some than in others");
-    offer.with = with;
-    offer.to.content = "gradients";
-    offer.to.facets.insert(degree_facet(degree_in(with)));
-    offer.to.extent.z *= spectra_of_degree(degree_in(with));
     return offer;
 }
 
@@ -86,18 +60,13 @@ Work gradients_work(const Offer& offer, const Ask& ask, int view) {
     // Of each axis two recursions of two operations, three more to begin with, and a difference;
     // then lengths. Products of degree 2 take a quotient and two products each.
     constexpr double kSlope = 9, kLength = 16, kProduct = 3;
-    const int degree = degree_in(offer.with);
-    const double count = spectra_of_degree(degree);
-    Offer one = offer;
-    one.with = forward_parameters(offer.with);
-    one.to.extent = shape_of(offer).stored();
-    Work work = spectrum_forward().work(one, {without_light(ask.want), ask.scene}, view);
-    const double voxels = static_cast<double>(offer.from.samples());
-    work.operations =
-        count * work.operations + voxels * (3 * kSlope + (count - 1) * (kLength + kProduct));
+    const Request plain = without_light(ask.want);
+    Work work = gradient_spectra().work(offer, {plain, ask.scene}, view);
+    const double voxels = static_cast<double>(offer.from.samples()),
+                 products = gradient_spectra().count(degree_in(offer.with)) - 1;
+    work.operations += voxels * (3 * kSlope + products * (kLength + kProduct));
     // Slopes are written, filtered and differenced; each product reads three of them.
-    work.streamed =
-        count * work.streamed + 3 * (offer.from.bytes() + 24 * voxels) + (count - 1) * 20 * voxels;
+    work.streamed += 3 * (offer.from.bytes() + 24 * voxels) + products * 20 * voxels;
     work.workspace += 16 * voxels;
     return work;
 }
@@ -128,7 +97,7 @@ void multiply(const Extent& n, const float* const (&slopes)[3], const Product& p
 void gradients_run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
                    Context& context) {
     using kernels::Block;
-    const kernels::SpectrumShape shape = shape_of(offer);
+    const kernels::SpectrumShape shape = SeveralSpectra::shape_of(offer);
     const int degree = degree_in(offer.with);
     const Extent& n = in.what.extent;
     const auto voxels = static_cast<std::size_t>(in.what.samples());
@@ -154,15 +123,14 @@ void gradients_run(const Offer& offer, const Ask& ask, const Data& in, Data& out
     const float* const slopes[3] = {made[0], made[1], made[2]};
     const Eigen::Matrix3d metric = metric_of(offer.from, ask.want, 0);
     const kernels::Grid products{product.data(), Type::f32, n, 1, {}};
-    for (int k = 0; k + 1 < spectra_of_degree(degree); ++k) {
+    for (int k = 0; k + 1 < gradient_spectra().count(degree); ++k) {
         Product of{metric};
         if (degree == 2)
             std::tie(of.i, of.j) = std::pair(kAxesOfProducts[k][0], kAxesOfProducts[k][1]);
         multiply(n, slopes, of, product.data(), context);
         add(products, 0);
     }
-    out.facets[window_facet(shape.window)] = shape.window;
-    out.facets[degree_facet(degree)] = degree;
+    SeveralSpectra::name_facets(offer, out);
 }
 
 }  // namespace
@@ -190,35 +158,22 @@ Eigen::Matrix3d gradients_to_screen(const Representation& from, const Request& w
     return steps.cwiseInverse().asDiagonal() * to_input.transpose();
 }
 
-int spectra_of_degree(int degree) noexcept {
-    return degree == 1 ? 2 : 1 + static_cast<int>(kAxesOfProducts.size());
-}
-
-Extent one_of_gradients(const Representation& gradients) {
-    Extent one = gradients.extent;
-    one.z /= spectra_of_degree(degree_of(gradients));
-    return one;
-}
-
-std::vector<std::string> gradient_kinds() {
-    std::vector<std::string> kinds;
-    for (int degree = 1; degree <= kMostDegree; ++degree)
-        for (const kernels::KaiserBessel& window : moment_windows())
-            kinds.push_back("object/gradients+" + degree_facet(degree) + "+" +
-                            window_facet(window));
-    return kinds;
+const SeveralSpectra& gradient_spectra() {
+    static const SeveralSpectra spectra{
+        .content = "gradients", .most_degree = 2, .count = [](int degree) {
+            return degree == 1 ? 2 : 1 + static_cast<int>(kAxesOfProducts.size());
+        }};
+    return spectra;
 }
 
 Transition spectrum_gradients() {
     Transition edge;
     edge.name = "spectrum.gradients";
     edge.source = "Levoy 1992; Totsuka, Levoy 1993; counts of FFTW's manual";
-    for (const std::string& kind : gradient_kinds()) edge.joins.emplace_back("object/scalar", kind);
-    edge.parameters = {
-        {"degree",
-         number(1, kMostDegree, {1, 2}, "of the harmonics that light is made of: 2 for lambert")},
-        {"width", number(4, 6, {4, 6}, "taps of the window along each axis: 4 or 6")},
-        {"padding", number(1.25, 2, {kTriedPadding}, "period over extent: 1.25, 1.5 or 2")}};
+    for (const std::string& kind : gradient_spectra().kinds())
+        edge.joins.emplace_back("object/scalar", kind);
+    edge.parameters =
+        gradient_spectra().parameters("of the harmonics that light is made of: 2 for lambert");
     edge.on_demand = true;  // its error is measured by making pictures
     edge.offer = gradients_offer;
     edge.work = gradients_work;

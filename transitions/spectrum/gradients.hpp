@@ -2,9 +2,9 @@
 
 #include <array>
 #include <string>
-#include <vector>
 
 #include "graph/transition.hpp"
+#include "transitions/spectrum/several_spectra.hpp"
 
 namespace edgewise {
 
@@ -47,13 +47,10 @@ std::string no_lit_projection(const Ask& ask);
 /// A gradient by index of `from` -> in screen space of a view, where all steps are as long.
 Eigen::Matrix3d gradients_to_screen(const Representation& from, const Request& want, int view);
 
-/// The extent of one of the spectra of a vertex of gradients, and how many there are.
-Extent one_of_gradients(const Representation& gradients);
-int spectra_of_degree(int degree) noexcept;
+/// Those of both degrees: two, or seven.
+const SeveralSpectra& gradient_spectra();
 /// The axes i and j of the spectra behind the first, of degree 2.
 inline constexpr std::array<std::array<int, 2>, 6> kAxesOfProducts{
     {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
-/// "object/gradients+degree1+window4x1.25" ...
-std::vector<std::string> gradient_kinds();
 
 }  // namespace edgewise

@@ -21,19 +21,10 @@ namespace {
 constexpr double kSteepest = 100;
 constexpr double kPowers = 8;  // operations a voxel: its value, three factors
 
-Parameters forward_parameters(const Parameters& with) {
-    return {{"width", with.number("width")}, {"padding", with.number("padding")}};
-}
-
 Request without_cue(const Request& want) {
     Request plain = want;
     plain.cue.reset();
     return plain;
-}
-
-kernels::SpectrumShape moment_shape(const Offer& offer) {
-    return {offer.from.extent,
-            {static_cast<int>(offer.with.number("width")), offer.with.number("padding")}};
 }
 
 Offer moments_offer(const Representation& from, const Ask& ask, const Parameters& with) {
@@ -45,36 +36,17 @@ Offer moments_offer(const Representation& from, const Ask& ask, const Parameters
     if (number != degree) return Offer::no(fmt::format("a degree of {} is no whole one", number));
     if (cue.linear && degree > 1)
         return Offer::no("light that falls off linearly needs no moments beyond the first");
-    const double width = with.number("width"), padding = with.number("padding");
-    const std::vector<kernels::KaiserBessel> known = moment_windows();
-    if (std::none_of(known.begin(), known.end(), [&](const kernels::KaiserBessel& window) {
-            return window.width() == width && window.padding() == padding;
-        }))
-        return Offer::no(fmt::format(
-            "no window of width {} for padding {}: moments take 4 and 6, with 1.25, 1.5 and 2",
-            width, padding));
-    const Request plain = without_cue(ask.want);
-    Offer offer = spectrum_forward().offer(from, {plain, ask.scene}, forward_parameters(with));
-    if (!offer.refused.empty()) return offer;
-    offer.with = with;
-    offer.to.content = "moments";
-    offer.to.facets.insert(degree_facet(degree));
-    offer.to.extent.z *= static_cast<std::int64_t>(moments_up_to(degree).size());
-    return offer;
+    return moment_spectra().offer(from, {without_cue(ask.want), ask.scene}, with);
 }
 
 Work moments_work(const Offer& offer, const Ask& ask, int view) {
     const Request plain = without_cue(ask.want);
-    const double count =
-        static_cast<double>(moments_up_to(static_cast<int>(offer.with.number("degree"))).size());
-    Offer one = offer;
-    one.with = forward_parameters(offer.with);
-    one.to.extent = moment_shape(offer).stored();
-    Work work = spectrum_forward().work(one, {plain, ask.scene}, view);
-    const double voxels = static_cast<double>(offer.from.samples());
+    Work work = moment_spectra().work(offer, {plain, ask.scene}, view);
+    const double voxels = static_cast<double>(offer.from.samples()),
+                 count = moment_spectra().count(static_cast<int>(offer.with.number("degree")));
     // The samples times their powers are written, and read in place of the samples.
-    work.operations = count * (work.operations + kPowers * voxels);
-    work.streamed = count * (work.streamed + 8 * voxels);
+    work.operations += count * kPowers * voxels;
+    work.streamed += count * 8 * voxels;
     work.workspace += 4 * voxels;
     return work;
 }
@@ -118,7 +90,7 @@ void multiply(const Data& in, double subtract, const kernels::SpectrumShape& sha
 
 void moments_run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region&,
                  Context& context) {
-    const kernels::SpectrumShape shape = moment_shape(offer);
+    const kernels::SpectrumShape shape = SeveralSpectra::shape_of(offer);
     const int degree = static_cast<int>(offer.with.number("degree"));
     kernels::Block<float> product(static_cast<std::size_t>(in.what.samples()), context.memory);
     auto* spectrum = out.as<kernels::Complex>();
@@ -130,8 +102,7 @@ void moments_run(const Offer& offer, const Ask&, const Data& in, Data& out, cons
         context.poll();
         spectrum += shape.stored().samples();
     }
-    out.facets[window_facet(shape.window)] = shape.window;
-    out.facets[degree_facet(degree)] = degree;
+    SeveralSpectra::name_facets(offer, out);
 }
 
 }  // namespace
@@ -155,46 +126,22 @@ std::string no_faded_projection(const Ask& ask) {
     return {};
 }
 
-std::vector<kernels::KaiserBessel> moment_windows() {
-    std::vector<kernels::KaiserBessel> all;
-    for (const kernels::KaiserBessel& window : windows())
-        if ((window.width() == 4 || window.width() == 6) && window.padding() >= kTriedPadding)
-            all.push_back(window);
-    return all;
-}
-
-std::string degree_facet(int degree) { return fmt::format("degree{}", degree); }
-
-int degree_of(const Representation& moments) {
-    for (int degree = 1; degree <= DepthPolynomial::kMostDegree; ++degree)
-        if (moments.facets.contains(degree_facet(degree))) return degree;
-    throw RunError("moments do not say of which degree they are");
-}
-
-Extent one_spectrum(const Representation& moments) {
-    Extent one = moments.extent;
-    one.z /= static_cast<std::int64_t>(moments_up_to(degree_of(moments)).size());
-    return one;
-}
-
-std::vector<std::string> moment_kinds() {
-    std::vector<std::string> kinds;
-    for (int degree = 1; degree <= DepthPolynomial::kMostDegree; ++degree)
-        for (const kernels::KaiserBessel& window : moment_windows())
-            kinds.push_back("object/moments+" + degree_facet(degree) + "+" + window_facet(window));
-    return kinds;
+const SeveralSpectra& moment_spectra() {
+    static const SeveralSpectra spectra{
+        .content = "moments", .most_degree = DepthPolynomial::kMostDegree, .count = [](int degree) {
+            return static_cast<int>(moments_up_to(degree).size());
+        }};
+    return spectra;
 }
 
 Transition spectrum_moments() {
     Transition edge;
     edge.name = "spectrum.moments";
     edge.source = "Totsuka, Levoy 1993; counts of FFTW's manual";
-    for (const std::string& kind : moment_kinds()) edge.joins.emplace_back("object/scalar", kind);
-    edge.parameters = {
-        {"degree", number(1, DepthPolynomial::kMostDegree, {1, 2, 3},
-                          "of the polynomial that light follows with depth")},
-        {"width", number(4, 6, {4, 6}, "taps of the window along each axis: 4 or 6")},
-        {"padding", number(1.25, 2, {kTriedPadding}, "period over extent: 1.25, 1.5 or 2")}};
+    for (const std::string& kind : moment_spectra().kinds())
+        edge.joins.emplace_back("object/scalar", kind);
+    edge.parameters =
+        moment_spectra().parameters("of the polynomial that light follows with depth");
     edge.on_demand = true;  // its error is measured by making pictures
     edge.offer = moments_offer;
     edge.work = moments_work;

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <array>
 #include <string>
-#include <vector>
 
 #include "graph/transition.hpp"
-#include "transitions/kernels/kaiser_bessel.hpp"
+#include "transitions/spectrum/several_spectra.hpp"
 
 namespace edgewise {
 
@@ -28,16 +26,7 @@ Transition spectrum_moments();
 /// Why a request's pictures are no sums of slices of moments; empty where they are.
 std::string no_faded_projection(const Ask& ask);
 
-/// Windows that several spectra of a volume are made for: they are many, and a few windows are
-/// enough.
-std::vector<kernels::KaiserBessel> moment_windows();
-/// "degree1" ...
-std::string degree_facet(int degree);
-/// The degree of a vertex of moments.
-int degree_of(const Representation& moments);
-/// The extent of one of its spectra.
-Extent one_spectrum(const Representation& moments);
-/// "object/moments+degree1+window4x1.25" ...
-std::vector<std::string> moment_kinds();
+/// Those of all degrees: as many as moments_up_to(degree) has, in its order.
+const SeveralSpectra& moment_spectra();
 
 }  // namespace edgewise

@@ -31,12 +31,12 @@ Work work(const Offer& offer, const Ask&, int) {
     const double vertices = vertices_in(offer.from), triangles = 2 * vertices;
     const auto pixels = static_cast<double>(offer.to.samples());
     constexpr double kCovered = 4;  // centres around a triangle that are looked at, each way twice
-    constexpr double kAlone = 8;  // one by one: vectors hold eight
-    return {.operations =
-                kAlone * (30 * vertices + (60 + 20 * kCovered) * triangles + 150 * pixels),
-            .streamed = 32 * vertices + 12 * triangles + offer.to.bytes(),
-            .gathers = 3 * 4 * triangles,
-            .workspace = surface::drawing_scratch(vertices, triangles, offer.to.extent)};
+    constexpr double kAlone = 8;    // one by one: vectors hold eight
+    return {
+        .operations = kAlone * (30 * vertices + (60 + 20 * kCovered) * triangles + 150 * pixels),
+        .streamed = 32 * vertices + 12 * triangles + offer.to.bytes(),
+        .gathers = 3 * 4 * triangles,
+        .workspace = surface::drawing_scratch(vertices, triangles, offer.to.extent)};
 }
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,

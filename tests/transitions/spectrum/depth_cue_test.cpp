@@ -113,8 +113,8 @@ TEST(SpectrumMoments, VerticesTellDegreeAndWindow) {
     for (int degree = 1; degree <= 3; ++degree) {
         const FadedPath path(c.data.what, c.ask(), degree, 4, 1.25);
         EXPECT_EQ(path.made.to.kind(), fmt::format("object/moments+degree{}+window4x1.25", degree));
-        EXPECT_EQ(degree_of(path.made.to), degree);
-        EXPECT_EQ(one_spectrum(path.made.to).samples() *
+        EXPECT_EQ(moment_spectra().degree_of(path.made.to), degree);
+        EXPECT_EQ(moment_spectra().one_of(path.made.to).samples() *
                       static_cast<std::int64_t>(moments_up_to(degree).size()),
                   path.made.to.samples());
         const auto& joins = path.forward.joins;

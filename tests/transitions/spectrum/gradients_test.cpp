@@ -93,8 +93,9 @@ TEST(SpectrumGradients, VerticesTellDegreeAndWindow) {
         const LitPath path(c.data.what, c.ask(), degree, 4, 1.25);
         EXPECT_EQ(path.made.to.kind(),
                   fmt::format("object/gradients+degree{}+window4x1.25", degree));
-        EXPECT_EQ(one_of_gradients(path.made.to).samples() * spectra_of_degree(degree),
-                  path.made.to.samples());
+        EXPECT_EQ(
+            gradient_spectra().one_of(path.made.to).samples() * gradient_spectra().count(degree),
+            path.made.to.samples());
         EXPECT_TRUE(is_target(path.seen.to, c.want));
     }
 }
