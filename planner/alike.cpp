@@ -109,8 +109,8 @@ Likeness likeness_of(const Route& route, const Priced& priced) {
     return label.known && label.error() <= priced.alike->most ? Likeness::alike : Likeness::worse;
 }
 
-std::vector<Route> routes_to_choose_from(const Priced& priced, double most_seconds) {
-    std::vector<Route> routes = pareto_routes(priced, most_seconds);
+std::vector<Route> routes_to_choose_from(const Priced& priced) {
+    std::vector<Route> routes = pareto_routes(priced);
     if (!priced.alike) return routes;
     const auto number = [&](Graph::edge_descriptor arc) { return priced.spanned.graph[arc].index; };
     const auto same = [&](const Route& a, const Route& b) {
@@ -119,7 +119,7 @@ std::vector<Route> routes_to_choose_from(const Priced& priced, double most_secon
                           [&](const auto& x, const auto& y) { return number(x) == number(y); });
     };
     const std::size_t front = routes.size();
-    for (Route& route : pareto_routes(priced.alike->likely, most_seconds))
+    for (Route& route : pareto_routes(priced.alike->likely))
         if (std::none_of(routes.begin(), routes.begin() + static_cast<std::ptrdiff_t>(front),
                          [&](const Route& other) { return same(other, route); }))
             routes.push_back(std::move(route));

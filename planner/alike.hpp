@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,9 +37,7 @@ Likeness likeness_of(const Route& route, const Priced& priced);
 
 /// Routes that no other dominates. Where Budget::like is set, also those that no other dominates
 /// among the paths that are not barred, since a path by nearest samples may beat all of these.
-/// @param most_seconds  none takes longer
-std::vector<Route> routes_to_choose_from(
-    const Priced& priced, double most_seconds = std::numeric_limits<double>::infinity());
+std::vector<Route> routes_to_choose_from(const Priced& priced);
 
 /// Whether a plan is as good as `like` asks, whatever the facts are that the scene does not have.
 /// Then they need not be measured. It is tried on scenes with made-up facts.

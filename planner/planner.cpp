@@ -4,7 +4,6 @@
 #include <chrono>
 #include <fmt/format.h>
 #include <functional>
-#include <limits>
 #include <tuple>
 
 #include "planner/alike.hpp"
@@ -173,12 +172,25 @@ void choose(Answer& answer, const std::vector<Plan>& choice, const std::vector<P
                                   : missed(want.budget);
 }
 
-/// The costs that a shortest path is looked for by: arcs of barred filters are none.
-const Priced& fastest_of(const Priced& priced) {
-    return priced.alike ? priced.alike->likely : priced;
+/// The shortest path (Dijkstra) where least time is asked for and it keeps all budgets, for the
+/// profile's processors and for the threads given; else none. Arcs of barred filters are left out.
+std::optional<Route> shortest_that_fits(const PricedGraph& graph, const Ask& ask,
+                                        const PlanOptions& options) {
+    if (ask.want.minimize != Minimize::time) return {};
+    const Priced& choice = graph.choice();
+    std::optional<Route> route = fastest_route(choice.alike ? choice.alike->likely : choice);
+    const auto fits = [&](const Priced& by) {
+        return feasible(predicted_of(*route, by, ask, options), ask.want.budget);
+    };
+    if (route && !(fits(choice) && fits(graph.real()))) route.reset();
+    return route;
 }
 
 }  // namespace
+
+const char* name_of(Search search) noexcept {
+    return search == Search::shortest_path ? "shortest path" : "label setting";
+}
 
 Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
             const Profile& profile, const PlanOptions& options) {
@@ -191,7 +203,6 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
     answer.refused = spanned.refused;
 
     const Priced &priced = answer.graph->choice(), &real_priced = answer.graph->real();
-    const Budget& budget = ask.want.budget;
     const bool others = ask.want.threads != profile.processors;
     const auto plans_of = [&](const std::vector<Route>& routes, const Priced& by) {
         std::vector<Plan> all;
@@ -199,18 +210,19 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
             all.push_back(plan_of(route, by, catalogue, ask, options));
         return all;
     };
-    // Where the shortest path keeps all budgets nothing that takes longer can be the answer: the
-    // search for labels is left with what ties.
-    double most_seconds = std::numeric_limits<double>::infinity();
-    if (!options.front && ask.want.minimize == Minimize::time)
-        if (const std::optional<Route> route = fastest_route(fastest_of(priced));
-            route && feasible(predicted_of(*route, priced, ask, options), budget) &&
-            feasible(predicted_of(*route, real_priced, ask, options), budget))
-            most_seconds = route->label.seconds;
-    const std::vector<Route> routes = routes_to_choose_from(priced, most_seconds);
-    const std::vector<Plan> choice = plans_of(routes, priced);
-    const std::vector<Plan> real = others ? plans_of(routes, real_priced) : choice;
-    choose(answer, choice, real, ask, options);
+    // Where the shortest path keeps all budgets it is the answer. Labels are set only where it does
+    // not, or for the front.
+    if (const std::optional<Route> route = shortest_that_fits(*answer.graph, ask, options)) {
+        answer.plan = plan_of(*route, real_priced, catalogue, ask, options);
+        answer.search = Search::shortest_path;
+    }
+    std::vector<Plan> real;
+    if (!answer.plan || options.front) {
+        const std::vector<Route> routes = routes_to_choose_from(priced);
+        const std::vector<Plan> choice = plans_of(routes, priced);
+        real = others ? plans_of(routes, real_priced) : choice;
+        if (!answer.plan) choose(answer, choice, real, ask, options);
+    }
     if (options.front) answer.front = reported_front(real);
     if (priced.alike && priced.alike->plain)
         answer.plain = {priced.alike->plain->step, priced.alike->plain->likely / ask.scene.range};

@@ -23,7 +23,7 @@ struct PlanOptions {
     /// Bytes that the process is expected to need in addition to what paths count: `resident`
     /// without reserves, for Predicted::expected alone. 0: not known.
     double held = 0;
-    /// Whether the front is worked out where a shortest path decides alone.
+    /// Whether the front is worked out also where the shortest path is the answer.
     bool front = true;
     /// Replaces costs by seeded random ones, so that tests run paths that would never win.
     std::optional<std::uint64_t> random_costs = {};
@@ -38,11 +38,18 @@ struct Compared {
 class PricedGraph;
 struct Priced;
 
+/// How the plan was found: as the shortest path in seconds (Dijkstra), which kept all budgets, or
+/// among all paths that no other dominates (label setting).
+enum class Search { shortest_path, labels };
+/// "shortest path" or "label setting".
+const char* name_of(Search search) noexcept;
+
 /// What a planner answers: a plan or none, and why.
 struct Answer {
     /// The graph that it was read from, for those who want to know more of it.
     std::shared_ptr<const PricedGraph> graph;
     std::optional<Plan> plan;
+    Search search = Search::labels;
     /// No path is better in seconds, bytes and error; fastest first. Empty where it was not asked
     /// for (PlanOptions::front).
     std::vector<Plan> front;

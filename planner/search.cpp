@@ -29,9 +29,10 @@ struct Reached {
 /// r_c_shortest_paths does the same, and tests compare this one with it.
 class LabelSetting {
  public:
-    LabelSetting(const Priced& priced, double most_seconds)
+    /// @param only  by edge_index, where given: the arcs that routes may take
+    explicit LabelSetting(const Priced& priced, const std::vector<char>* only = nullptr)
         : priced_(priced),
-          most_seconds_(most_seconds),
+          only_(only),
           fronts_(boost::num_vertices(priced.spanned.graph)),
           open_([this](std::size_t a, std::size_t b) { return later(a, b); }) {}
 
@@ -45,7 +46,7 @@ class LabelSetting {
             if (reached_[place].beaten) continue;
             for (const ArcOf arc :
                  boost::make_iterator_range(boost::out_edges(reached_[place].at, graph))) {
-                if (priced_.cost(arc).barred) continue;
+                if (priced_.cost(arc).barred || (only_ && !(*only_)[graph[arc].index])) continue;
                 reach({.label = priced_.step(reached_[place].label, arc),
                        .at = boost::target(arc, graph),
                        .before = static_cast<std::ptrdiff_t>(place),
@@ -69,7 +70,6 @@ class LabelSetting {
     }
 
     void reach(const Reached& next) {
-        if (next.label.seconds > most_seconds_) return;
         std::vector<Kept>& front = fronts_[next.at];
         for (const Kept& kept : front)
             if (dominates(kept.label, next.label)) return;  // must be "<=": see dominates()
@@ -120,7 +120,7 @@ class LabelSetting {
     }
 
     const Priced& priced_;
-    double most_seconds_;
+    const std::vector<char>* only_;
     std::vector<Reached> reached_;
     std::vector<std::vector<Kept>> fronts_;  // by vertex
     std::priority_queue<std::size_t, std::vector<std::size_t>,
@@ -158,9 +158,7 @@ Label Priced::step(const Label& label, ArcOf arc) const {
     return extend(label, spanned.graph[arc].offer, cost(arc), from_source, pinned);
 }
 
-std::vector<Route> pareto_routes(const Priced& priced, double most_seconds) {
-    return LabelSetting(priced, most_seconds).routes();
-}
+std::vector<Route> pareto_routes(const Priced& priced) { return LabelSetting(priced).routes(); }
 
 std::optional<Route> fastest_route(const Priced& priced) {
     const Graph& graph = priced.spanned.graph;
@@ -174,35 +172,26 @@ std::optional<Route> fastest_route(const Priced& priced) {
         return cost.barred ? kNone : start + cost.seconds;
     };
     std::vector<double> seconds(boost::num_vertices(graph));
-    std::vector<At> before(seconds.size());
     const auto index = boost::get(boost::vertex_index, graph);
     boost::dijkstra_shortest_paths(
         graph, priced.spanned.sources.begin(), priced.spanned.sources.end(),
-        boost::make_iterator_property_map(before.begin(), index),
-        boost::make_iterator_property_map(seconds.begin(), index),
+        boost::dummy_property_map(), boost::make_iterator_property_map(seconds.begin(), index),
         boost::make_function_property_map<ArcOf>(weight), index, std::less<>(),
         boost::closed_plus<double>(kNone), kNone, 0.0, boost::default_dijkstra_visitor());
     const auto total = [&](At at) {
         return graph[at].source >= 0 ? priced.start(at).seconds : seconds[at];
     };
-    std::optional<At> end;
-    for (const At target : priced.spanned.targets)
-        if (total(target) < kNone && (!end || total(target) < total(*end))) end = target;
-    if (!end) return {};
-    Route route{.source = *end, .arcs = {}, .label = {}};
-    for (; before[route.source] != route.source; route.source = before[route.source]) {
-        // Of parallel arcs the cheapest.
-        std::optional<ArcOf> by;
-        for (const ArcOf arc :
-             boost::make_iterator_range(boost::out_edges(before[route.source], graph)))
-            if (boost::target(arc, graph) == route.source && (!by || weight(arc) < weight(*by)))
-                by = arc;
-        route.arcs.push_back(*by);
-    }
-    std::reverse(route.arcs.begin(), route.arcs.end());
-    route.label = priced.start(route.source);
-    for (const ArcOf arc : route.arcs) route.label = priced.step(route.label, arc);
-    return route;
+    double least = kNone;
+    for (const At target : priced.spanned.targets) least = std::min(least, total(target));
+    if (least == kNone) return {};
+    // The arcs of all shortest paths are those that make no vertex later than it must be. Mostly
+    // they are a tree; where paths tie, that of least label is taken.
+    std::vector<char> tight(boost::num_edges(graph));
+    for (const ArcOf arc : boost::make_iterator_range(boost::edges(graph)))
+        tight[graph[arc].index] = seconds[boost::source(arc, graph)] + weight(arc) ==
+                                      seconds[boost::target(arc, graph)] &&
+                                  seconds[boost::target(arc, graph)] <= least;
+    return LabelSetting(priced, &tight).routes().front();
 }
 
 std::vector<Route> simple_routes(const Priced& priced, std::size_t limit) {

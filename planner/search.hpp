@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -33,12 +32,12 @@ struct Priced {
 };
 
 /// All routes that no other dominates, in the order of `before`; of those with equal labels one.
-/// None takes an arc that is barred, or more seconds than `most_seconds`.
-std::vector<Route> pareto_routes(const Priced& priced,
-                                 double most_seconds = std::numeric_limits<double>::infinity());
+/// None takes an arc that is barred.
+std::vector<Route> pareto_routes(const Priced& priced);
 
-/// The route of least seconds by arcs that are not barred (Dijkstra), or none. Peak and error are
-/// no sums along edges, so whether it keeps budgets is seen at its end.
+/// The route of least seconds by arcs that are not barred (Dijkstra), or none; of those that tie
+/// the first in the order of `before`. Peak and error are no sums along edges, so whether it keeps
+/// budgets is seen at its end.
 std::optional<Route> fastest_route(const Priced& priced);
 
 /// Every simple route, depth first; at most `limit`.

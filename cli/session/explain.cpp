@@ -189,11 +189,11 @@ std::string explanation_of(const Session& session) {
     const Request& want = session.want();
     std::string text = fmt::format(
         "{} {}: {} view{}, {} threads{}, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
-        "edges\n",
+        "edges; found by {}\n",
         name_of(want.job), session.spec.input, want.frames, want.frames > 1 ? "s" : "",
         want.threads, want.ranks > 1 ? fmt::format(" on each of {} ranks", want.ranks) : "",
         machine_text(session), budget_text(want), seconds_text(answer.seconds), answer.vertices,
-        answer.edges);
+        answer.edges, name_of(answer.search));
     const std::map<std::string, double> on_all = seconds_on_all(session);
     if (!on_all.empty())
         text += fmt::format(

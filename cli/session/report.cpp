@@ -129,6 +129,7 @@ void add_answer(Json& report, const Session& session, double startup_seconds) {
                             {"pilot", spent.pilot}}},
                           {"startup_seconds", startup_seconds},
                           {"planner", name_of(session.spec.planner)},
+                          {"found_by", name_of(answer.search)},
                           {"machine", session.profile.name},
                           {"vertices", answer.vertices},
                           {"edges", answer.edges}};

@@ -63,7 +63,7 @@ PlanOptions options() {
 
 TEST(Planner, ChoiceIsTheBestOfBruteForce) {
     std::mt19937 random(11);
-    int chosen = 0, impossible = 0;
+    int chosen = 0, impossible = 0, shortest = 0;
     for (int i = 0; i < kGraphs; ++i) {
         Planned planned(random_graph(random));
         planned.scene.range = kRange;
@@ -72,7 +72,7 @@ TEST(Planner, ChoiceIsTheBestOfBruteForce) {
             planned.want.minimize = what;
             planned.want.budget = random_budget(random);
             const Answer answer = planned.answer(unit_profile(), options());
-            // Nobody asks for the front: a shortest path that keeps all budgets decides.
+            // The plan is the same where nobody asks for the front.
             PlanOptions alone = options();
             alone.front = false;
             const Answer decided = planned.answer(unit_profile(), alone);
@@ -92,7 +92,22 @@ TEST(Planner, ChoiceIsTheBestOfBruteForce) {
                 continue;
             }
             ++chosen;
+            EXPECT_EQ(answer.search, decided.search);
+            if (answer.search == Search::shortest_path) ++shortest;
             const Predicted& p = answer.plan->predicted;
+            // Where the one path of least seconds keeps all budgets, it is the answer as the
+            // shortest path. Where several tie, each may be.
+            const auto fastest = std::min_element(
+                brute.paths().begin(), brute.paths().end(),
+                [](const Walked& a, const Walked& b) { return a.label.seconds < b.label.seconds; });
+            const auto ties = std::count_if(
+                brute.paths().begin(), brute.paths().end(),
+                [&](const Walked& path) { return path.label.seconds == fastest->label.seconds; });
+            if (answer.search == Search::shortest_path) {
+                EXPECT_EQ(p.seconds, fastest->label.seconds) << "graph " << i;
+            } else if (what == Minimize::time && ties == 1) {
+                EXPECT_FALSE(keeps(seen(*fastest), planned.want.budget)) << "graph " << i;
+            }
             const Seen ours{p.seconds, p.bytes, p.error, p.known};
             EXPECT_TRUE(keeps(ours, planned.want.budget)) << "graph " << i;
             if (std::isfinite(*best)) {
@@ -111,6 +126,8 @@ TEST(Planner, ChoiceIsTheBestOfBruteForce) {
     }
     EXPECT_GT(chosen, kGraphs);
     EXPECT_GT(impossible, kGraphs / 10);
+    EXPECT_GT(shortest, kGraphs / 10);
+    EXPECT_LT(shortest, chosen);
 }
 
 TEST(Planner, NoPathBeatsTheChosenOneInEverything) {
