@@ -43,7 +43,7 @@ TEST_F(MeshJob, IsPlannedAndRunWithinItsBytes) {
         ASSERT_TRUE(answer.plan) << answer.problem;
         EXPECT_EQ(
             answer.plan->texts(),
-            std::vector<std::string>{isovalue ? "surface.flying_edges" : "surface.nets/smooth=16"});
+            std::vector<std::string>{isovalue ? "surface.flying_edges" : "surface.nets/smooth=1"});
         std::optional<surface::Measures> first;
         for (const int threads : {1, 2, 7}) {
             const auto results = results_of(*answer.plan, {want, scene_}, data, threads, memory_);

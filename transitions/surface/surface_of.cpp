@@ -20,7 +20,7 @@ std::string no_surface(const Representation& from, const Request& want, bool lab
         return "needs samples in memory, row by row";
     if (from.axes != 3 || from.channels != 1)
         return fmt::format("{} axes and {} channels; needs 3 and 1", from.axes, from.channels);
-    if (!surface::can_be_cut(from.type))
+    if (labels ? from.type == Type::f16 || from.type == Type::c64 : !surface::can_be_cut(from.type))
         return fmt::format("{} samples are converted first", name_of(from.type));
     if (from.values.slope == 0) return "all stored numbers mean one value";
     if (want.projective()) return "the samples do not lie at even distances";
