@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace edgewise {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 constexpr double kAlike = 1.35;    // sizes within this factor are one, as in Rates
 constexpr int kQuantiles = 256;    // that stand for a log-normal distribution
 constexpr double kMeasured = 3;    // runs that a measurement takes
-constexpr double kFar = 2;         // times its bound: an edge that is missing
+constexpr double kFar = 2;         // times its bound: from there on an edge is missing
 constexpr double kNothing = 1e-6;  // of the plan's seconds
 
 using At = Graph::vertex_descriptor;
@@ -74,6 +75,10 @@ class Adviser {
         chosen_ = paths.find(plan.texts());
         if (!chosen_) return;
         name_arcs();
+        each_part([this](const Part& part) {
+            const auto [fastest, fresh] = fastest_.emplace(part.ends, part.seconds);
+            if (!fresh) fastest->second = std::min(fastest->second, part.seconds);
+        });
         for (const Candidate& path : paths.all())
             if (could_win(path.choice)) able_.push_back(&path);
     }
@@ -84,7 +89,7 @@ class Adviser {
         advice.seconds = chosen_->choice.seconds;
         if (!chosen_->route.arcs.empty())
             advice.bound =
-                bound(chosen_->route.source, boost::target(chosen_->route.arcs.back(), graph_));
+                bound({chosen_->route.source, boost::target(chosen_->route.arcs.back(), graph_)});
         for (std::size_t name = 0; name < names_.size(); ++name) advise_cost(name, advice);
         std::stable_sort(
             advice.costs.begin(), advice.costs.end(),
@@ -94,6 +99,31 @@ class Adviser {
     }
 
  private:
+    using Ends = std::pair<At, At>;
+
+    /// A part of a path: what there is between two vertices.
+    struct Part {
+        const Candidate* path = nullptr;
+        std::size_t begin = 0, end = 0;  // of its arcs
+        Ends ends = {};
+        double seconds = 0;
+    };
+
+    template <typename Visit>
+    void each_part(Visit visit) const {
+        for (const Candidate& path : paths_.all()) {
+            const auto& arcs = path.route.arcs;
+            for (std::size_t i = 0; i < arcs.size(); ++i) {
+                Part part{&path, i, i, {boost::source(arcs[i], graph_), {}}, 0};
+                for (; part.end < arcs.size(); visit(std::as_const(part))) {
+                    const ArcOf last = arcs[part.end++];
+                    part.seconds += path.scale * paths_.priced().cost(last).seconds;
+                    part.ends.second = boost::target(last, graph_);
+                }
+            }
+        }
+    }
+
     void name_arcs() {
         std::map<std::string, std::size_t> places;
         name_of_.resize(boost::num_edges(graph_));
@@ -179,14 +209,19 @@ class Adviser {
         return sum / kQuantiles;
     }
 
-    double bound(At from, At to) const {
-        const Representation &in = graph_[from].what, &out = graph_[to].what;
+    /// Algorithms that read a part of their input, a plane of a spectrum or what is not empty, can
+    /// take less than all of it moved once: then no more than the fastest of them.
+    double bound(const Ends& ends) const {
+        const Representation &in = graph_[ends.first].what, &out = graph_[ends.second].what;
         const Work least{.operations = static_cast<double>(std::max(in.samples(), out.samples())),
                          .streamed = in.bytes() + out.bytes(),
                          .swept = in.bytes() + out.bytes()};
         const bool spread = in.place == Place::ranks || out.place == Place::ranks;
-        return out.runs() * profile_.counted(least).seconds / std::max(1, profile_.processors) /
-               (spread ? std::max(1, want_.ranks) : 1);
+        const double moved = out.runs() * profile_.counted(least).seconds /
+                             std::max(1, profile_.processors) /
+                             (spread ? std::max(1, want_.ranks) : 1);
+        const auto known = fastest_.find(ends);
+        return known == fastest_.end() ? moved : std::min(moved, known->second);
     }
 
     /// A path with an ideal edge in place of its arcs from `i` to before `j`.
@@ -213,56 +248,39 @@ class Adviser {
                 label.error() / paths_.ask().scene.range, label.known};
     }
 
-    /// A part of a path: what there is between two vertices.
-    struct Known {
-        const Candidate* path = nullptr;
-        std::size_t begin = 0, end = 0;  // of its arcs
-        double seconds = 0;
-        bool serves = false;  // on a path that could win: preferred to a faster one
-    };
-
     std::vector<ArcAdvice> missing() const {
-        std::map<std::pair<At, At>, Known> known;     // the fastest path
-        std::map<std::pair<At, At>, double> planned;  // the fastest path with an ideal edge there
-        for (const Candidate& path : paths_.all()) {
-            const auto& arcs = path.route.arcs;
-            const bool serves = could_win(path.choice);
-            for (std::size_t i = 0; i < arcs.size(); ++i) {
-                double seconds = 0;
-                for (std::size_t j = i + 1; j <= arcs.size(); ++j) {
-                    seconds += path.scale * paths_.priced().cost(arcs[j - 1]).seconds;
-                    const std::pair ends{boost::source(arcs[i], graph_),
-                                         boost::target(arcs[j - 1], graph_)};
-                    Known& way = known[ends];
-                    if (!way.path || (serves == way.serves ? seconds < way.seconds : serves))
-                        way = {&path, i, j, seconds, serves};
-                    const Predicted ideal = with_ideal(path, i, j, bound(ends.first, ends.second));
-                    if (!could_win(ideal)) continue;
-                    const auto [best, fresh] = planned.emplace(ends, ideal.seconds);
-                    if (!fresh) best->second = std::min(best->second, ideal.seconds);
-                }
-            }
-        }
+        std::map<Ends, Part> known;      // the fastest; one on a path that could win before others
+        std::map<Ends, double> planned;  // the fastest path with an ideal edge there
+        each_part([&](const Part& part) {
+            Part& way = known[part.ends];
+            const bool serves = could_win(part.path->choice);
+            const bool served = way.path && could_win(way.path->choice);
+            if (!way.path || (serves == served ? part.seconds < way.seconds : serves)) way = part;
+            const Predicted ideal = with_ideal(*part.path, part.begin, part.end, bound(part.ends));
+            if (!could_win(ideal)) return;
+            const auto [best, fresh] = planned.emplace(part.ends, ideal.seconds);
+            if (!fresh) best->second = std::min(best->second, ideal.seconds);
+        });
         std::vector<ArcAdvice> all;
         for (const auto& [ends, seconds] : planned) {
-            const Known& way = known[ends];
-            const double least = bound(ends.first, ends.second);
+            const Part& way = known[ends];
+            const double least = bound(ends);
             const double gain = chosen_->choice.seconds - seconds;
-            if ((way.serves && way.seconds < kFar * least) ||
-                gain <= kNothing * chosen_->choice.seconds)
-                continue;
-            all.push_back(arc_advice(ends.first, ends.second, way, least));
+            if (way.seconds < kFar * least || gain <= kNothing * chosen_->choice.seconds) continue;
+            all.push_back(arc_advice(way, least));
             all.back().plan = seconds;
             all.back().gain = gain;
         }
         return ranked(std::move(all));
     }
 
-    ArcAdvice arc_advice(At from, At to, const Known& way, double least) const {
-        const Representation &in = graph_[from].what, &out = graph_[to].what;
+    ArcAdvice arc_advice(const Part& way, double least) const {
+        const Representation& in = graph_[way.ends.first].what;
+        const Representation& out = graph_[way.ends.second].what;
         const auto begin = way.path->steps.begin();
-        ArcAdvice one{in.text(), out.text(), in.kind(),   out.kind(),
-                      {},        way.serves, way.seconds, least};
+        ArcAdvice one{in.text(),   out.text(), in.kind(),
+                      out.kind(),  {},         could_win(way.path->choice),
+                      way.seconds, least};
         one.best.assign(begin + std::ptrdiff_t(way.begin), begin + std::ptrdiff_t(way.end));
         return one;
     }
@@ -285,6 +303,7 @@ class Adviser {
     const Request& want_;
     Budget budget_;
     const Candidate* chosen_ = nullptr;
+    std::map<Ends, double> fastest_;      // [s] of a part between these, whatever its error
     std::vector<std::string> names_;      // of costs
     std::vector<std::size_t> name_of_;    // of arcs, by edge_index
     std::vector<const Candidate*> able_;  // to win

@@ -47,7 +47,9 @@ struct Advice {
 /// once this cost is known. Paths that could win keep the budgets of error and memory and, where
 /// not time is minimised, are no worse than the plan in what is.
 /// Bound: one operation a sample of the larger of both ends, and each byte of both moved once in
-/// address order, by the profile's numbers shared by its processors, for every run.
+/// address order, by the profile's numbers shared by its processors, for every run; or what the
+/// fastest known way takes, where that reads only a part and is below it. An edge is missing where
+/// known ways take at least twice the bound.
 /// @param build  the version of this program: rates of another are stale
 Advice advise(const Candidates& paths, const Plan& plan, const Profile& profile,
               const std::string& build);

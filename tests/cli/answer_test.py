@@ -193,6 +193,10 @@ class Answer(unittest.TestCase):
         report = self.report_of_all()
         self.assertGreater(len(report["requests"]), 5)
         self.assertTrue(report["costs"] and report["missing_arcs"])
+        for arc in report["missing_arcs"]:  # one plane of a spectrum is read in less than the whole spectrum
+            self.assertGreaterEqual(arc["seconds"], 2 * arc["bound"], arc)
+        for each in report["requests"]:
+            self.assertGreaterEqual(each["seconds"], each["bound"], each)
         self.assertEqual(report, self.report_of_all())
         text = self.run_it(["advise"]).stdout
         for part in ("costs worth measuring", "missing edges", "times the bound"):

@@ -1,5 +1,6 @@
 #include "planner/advise.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -119,6 +120,48 @@ TEST(Advise, AnEdgeThatKeepsTheErrorBudgetIsMissedWhereOnlyInaccurateOnesAreFast
     ASSERT_EQ(advice.arcs.size(), 2u);
     EXPECT_DOUBLE_EQ(advice.arcs[0].gain, 96);
     EXPECT_DOUBLE_EQ(advice.arcs[1].gain, 92);  // 0 -> 1 without the error, then what there is
+}
+
+bool listed(const Advice& advice, const std::vector<std::string>& best) {
+    return std::any_of(advice.arcs.begin(), advice.arcs.end(),
+                       [&](const ArcAdvice& arc) { return arc.best == best; });
+}
+
+TEST(Advise, NothingIsMissingWhereAKnownWayIsAtTheBoundOrBelow) {
+    // 0 -> 1 errs too much. All samples read once take 4; an edge that reads few of them, less.
+    for (const double seconds : {0.5, 1.0, 4.0, 7.9, 8.1, 20.0}) {
+        ToyGraph toy;
+        toy.frames = 1;
+        toy.vertices = {{4}, {4}, {2, true}};
+        toy.edges = {{0, 1, {{.operations = seconds, .error = {.bias = 9}}}},
+                     {1, 2, {{.operations = 4}}},
+                     {0, 2, {{.operations = 100}}}};
+        Planned planned(toy);
+        planned.want.budget.error = 1;
+        const Advice advice = advice_on(planned, unit_profile());
+        EXPECT_EQ(listed(advice, {"toy.e0"}), seconds > 8) << seconds;
+        EXPECT_TRUE(listed(advice, {"toy.e2"})) << seconds;
+    }
+}
+
+TEST(Advise, ABoundIsNotAboveWhatAKnownWayTakes) {
+    ToyGraph toy;
+    toy.frames = 1;
+    toy.vertices = {{400}, {2, true}};
+    toy.edges = {{0, 1, {{.operations = 3}}}, {0, 1, {{.operations = 30}}}};
+    const Advice few = advice_on(Planned(toy), unit_profile());
+    EXPECT_DOUBLE_EQ(few.seconds, 3);
+    EXPECT_DOUBLE_EQ(few.bound, 3);
+    EXPECT_TRUE(few.arcs.empty());
+    // An accurate way takes ten times what an inaccurate one does.
+    toy.edges[0].choices[0].error = {.bias = 9};
+    Planned planned(toy);
+    planned.want.budget.error = 1;
+    const Advice accurate = advice_on(planned, unit_profile());
+    EXPECT_DOUBLE_EQ(accurate.bound, 3);
+    ASSERT_EQ(accurate.arcs.size(), 1u);
+    EXPECT_DOUBLE_EQ(accurate.arcs[0].seconds, 30);
+    EXPECT_DOUBLE_EQ(accurate.arcs[0].bound, 3);
 }
 
 }  // namespace
