@@ -7,7 +7,7 @@
 
 namespace edgewise {
 
-/// A picture of what lies in front, while a picture is made ([W93] Appendix B, 2.2 and 2.5).
+/// A picture of what lies in front, while a picture is made ([W93] Appendix B, 2.3 and 2.5).
 struct FrontPicture {
     int view;             // the first that this picture is of
     std::int64_t slices;  // of them it is made, from the front,

@@ -30,7 +30,7 @@ void add_one(Stretch& stretch, double value, double piece, const Request& want, 
     double& transparency = light[3];
     std::array<double, 4> optics = want.transfer.at(value);
     if (optics[3] <= 0) return;
-    // EQ 63: the transparency of a length is that of the unit length to its power.
+    // EQ 53: the transparency of a length is that of the unit length to its power.
     // Behind so much that nothing is seen nobody asks for light.
     constexpr double kNothing = 1e-9;
     const Lit lit = transparency > kNothing ? lit_at() : Lit{};
@@ -74,7 +74,7 @@ double cancelled(const Request& want) {
     return steepest * want.magnitude;
 }
 
-/// EQ 63: the transparency of a length is that of the unit length to its power.
+/// EQ 53: the transparency of a length is that of the unit length to its power.
 void lengthen(double factor, std::span<double, 4> values) {
     if (!(values[3] > 0)) return;
     const double opacity = 1 - std::pow(std::max(0.0, 1 - values[3]), factor);

@@ -72,7 +72,7 @@ TEST(Reference, KeepsHomogeneousMatterWhateverTheGeometry) {
             const RaySpan ray = *ViewGeometry(want).ray(at);
             return (ray.high - ray.low) * 0.8;
         }();
-        const double opacity = 1 - std::pow(1 - 0.15, length / 1.6);  // EQ 63
+        const double opacity = 1 - std::pow(1 - 0.15, length / 1.6);  // EQ 53
         const auto light = Reference(want, field, heap()).values(std::span(&at, 1));
         ASSERT_EQ(light.size(), 4u);
         EXPECT_NEAR(light[0], opacity * 0.5, 1e-9);

@@ -1,5 +1,5 @@
 // Counts of [W93]: TABLE 5, 6, 32 to 37, EQ 16, 21, 67 to 69, 89. Formulas beside numbers that a
-// loop counts here: the thesis contradicts itself in places (EQ 89, 256 points, TABLE 34 and 37).
+// loop counts here: the thesis contradicts itself in places (EQ 89; TABLE 6, 34 and 37).
 #include "transitions/project/counts.hpp"
 
 #include <bit>

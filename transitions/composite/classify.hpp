@@ -11,7 +11,7 @@ namespace edgewise {
 /// Work    a sample: that of project.combine, whose loop it is, and EQ 83 and 88; 16 bytes written
 /// Error   none of its own: gains of pictures are measured from samples to pixels, and so belong to
 ///         the edge that composites
-/// Source  [W93] Appendix B, EQ 83 and 88; EQ 63 for the length of a cell
+/// Source  [W93] Appendix B, EQ 83 and 88; EQ 53 for the length of a cell
 Transition classify();
 
 /// What it leads to.

@@ -10,7 +10,7 @@
 namespace edgewise::kernels {
 
 // Conventions of compositing. Opacity a is per `unit` of length; a piece of length d of one medium
-// keeps the transparency (1 - a)^(d / unit) (EQ 63), whatever the number of samples it is cut into.
+// keeps the transparency (1 - a)^(d / unit) (EQ 53), whatever the number of samples it is cut into.
 // A ray keeps pairs (I, t): premultiplied light and the transparency that is left. Pairs join by
 // (I1, t1) over (I2, t2) = (I1 + t1 I2, t1 t2), associative, not commutative (Lemmas 4.1, 4.2).
 

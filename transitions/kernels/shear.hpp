@@ -57,7 +57,7 @@ std::size_t shear_scratch(const ShearPass& pass) noexcept;
 /// @param hold  foh: linear; bspline3: cubic B-spline through the samples of each line (prefiltered
 ///              with the pole sqrt(3) - 2, mirrored at the ends of the line); weighted: by the
 ///              weights of the pass's filter, beyond the ends of a line its outermost samples
-/// Source  [W93] EQ 10 to 12 and 3.6.6 (multipass warp); four-shear chains in volumes
+/// Source  [W93] EQ 10 and 3.6.6 (multipass warp); four-shear chains in volumes
 void run_shear_pass(const ShearPass& pass, const Grid& in, float* out, const Region& held,
                     Hold hold, const Region& part, float* scratch) noexcept;
 

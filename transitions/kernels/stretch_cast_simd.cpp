@@ -151,7 +151,7 @@ class OverOfRay {
             composite(own, opacities[lane]);
         }
     }
-    /// EQ 63: the transparency of a length is that of the unit length to its power.
+    /// EQ 53: the transparency of a length is that of the unit length to its power.
     HWY_INLINE void cross(float value, double cells) {
         const DF d;
         VF color[kColors], opacity = look_up<kColors>(optics_, hn::Set(d, value), color);

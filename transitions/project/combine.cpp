@@ -113,7 +113,7 @@ double combining_operations(const Request& want, const ValueMap& values) {
 Transition combine() {
     Transition edge;
     edge.name = "project.combine";
-    edge.source = "Wittenbrink 1993, 4.3, EQ 62 and 63";
+    edge.source = "Wittenbrink 1993, 4.1.3, EQ 62 and 63";
     edge.joins = {{"screen/scalar", "screen/picture"}};
     edge.laws = {Law::constant};
     edge.offer = offer;

@@ -6,7 +6,7 @@ namespace edgewise {
 
 /// Ray casting through an octree: leaves are crossed at once, elsewhere cells are sampled as
 /// project.ray_cast does. A leaf gives its mean: to a maximum once, to an integral times the length
-/// of the ray in it, to a composite with the opacity of that length (EQ 63). Leaves and whole nodes
+/// of the ray in it, to a composite with the opacity of that length (EQ 53). Leaves and whole nodes
 /// are passed by where nothing in them is seen, or (MIP) exceeds what the ray has.
 ///
 /// A composite crosses a leaf only where opacity and colours change no faster between its least and

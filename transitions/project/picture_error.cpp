@@ -11,7 +11,7 @@ namespace edgewise {
 namespace {
 
 /// RMS errors over the range of the picture where nothing was measured: those of a real MR head,
-/// 160 x 232 x 160 samples turned by 30, 20 and 10 degrees, step 1 (DESIGN, section 4).
+/// 160 x 232 x 160 samples turned by 30, 20 and 10 degrees, step 1.
 double guess(const Filter& filter, Mode mode) {
     const int hold = filter.taps == 1 ? 0 : filter.coefficients ? 2 : 1;
     return mode->guess[static_cast<std::size_t>(hold)];

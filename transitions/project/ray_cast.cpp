@@ -103,7 +103,7 @@ double brick_bytes(const Representation& from, bool ranges) {
     return floats * (4 * static_cast<double>(from.samples()) / kBrick * 1.1 + 4096);
 }
 
-/// Operations to combine one sample (TABLE 37: 3 a colour and 2 of transparency).
+/// Operations to combine one sample (TABLE 36 and 37: 3 a colour and 2 of transparency).
 double combining(const Ask& ask, const kernels::Optics& optics) {
     if (!ask.want.mode->takes_transfer) return ask.want.mode->operations;
     const double colors = optics.grey ? 1 : 3;
@@ -231,8 +231,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     const double taken = taken_of(offer, ask, samples, bricks);
     const kernels::Optics optics = optics_of(ask.want, offer.from.values);
     const double pixels = static_cast<double>(offer.to.samples());
-    // The thesis counts 60 to set a ray up, where a rank works rays out one by one. Packets that
-    // may meet the data take 60 a ray in f64, of which a vector holds half as many as of f32, and
+    // To set a ray up takes 60 operations, where a rank works rays out one by one. Packets that may
+    // meet the data take 60 a ray in f64, of which a vector holds half as many as of f32, and
     // keep 64 bytes a ray, written and read. A lane's result is worked out by itself: 20 numbers
     // are stored and read again.
     const kernels::RayCast cast = cast_of(offer, ask, view);
@@ -547,7 +547,7 @@ Transition gradient_cast() {
 Transition level_cast() {
     Transition edge = ray_cast();
     edge.name = "project.level_cast";
-    edge.source = "Williams, Pyramidal parametrics, SIGGRAPH 1983; Wittenbrink 1993, 4.1.4";
+    edge.source = "Williams, Pyramidal parametrics, SIGGRAPH 1983; Wittenbrink 1993, 4.2.1";
     edge.joins.clear();
     for (int level = 1; level <= kLevels; ++level)
         edge.joins.emplace_back(level_space(level) + "/scalar", "screen/picture");
@@ -584,7 +584,7 @@ Transition preintegrated_cast() {
 Transition ray_cast() {
     Transition edge;
     edge.name = "project.ray_cast";
-    edge.source = "Wittenbrink 1993, 4.1.4, EQ 62 and 63, TABLE 6 and 37";
+    edge.source = "Wittenbrink 1993, 4.2.1, EQ 62 and 63, TABLE 6, 36 and 37";
     edge.joins = {{"object/scalar", "screen/picture"}, {"object/coefficients", "screen/picture"}};
     edge.parameters = {{"filter", any_filter({"zoh", "foh", "bspline3"})},
                        {"step", number(0.01, 4, {1, 0.5, 0.25, 2},

@@ -11,7 +11,7 @@ namespace edgewise {
 /// Work    a sample: place 9, filter 0, 21 or 195, combining; 1, 8 or 64 gathers (TABLE 6)
 /// Error   reconstruction and quadrature, measured on the preview; early termination leaves at most
 ///         kTerminated of the brightest emission
-/// Source  [W93] 4.1.4, EQ 62 and 63
+/// Source  [W93] 4.2.1, EQ 62 and 63
 Transition ray_cast();
 
 /// The same with the gradients that lie beside the samples, instead of the filter's own.

@@ -30,7 +30,7 @@ bool is_windowed(const Representation& polar) {
     return polar.facets.contains(angle_facet(kWindow));
 }
 
-/// Planes in a whole turn that sampling needs [W93 5.2].
+/// Planes in a whole turn that sampling needs.
 std::int64_t needed_of(const Turntable& table) {
     return table.needed(kernels::cutoff(kernels::Between::spline), angle_window().padding());
 }

@@ -112,7 +112,7 @@ void run(const Offer& offer, const Ask&, const Data& in, Data& out, const Region
 Transition crop() {
     return {
         .name = "store.crop",
-        .source = "edgewise: what is empty need not be touched (DESIGN, scene)",
+        .source = "edgewise: what is empty need not be touched",
         .joins = {{"object/scalar", "object/scalar"}},
         .offer = offer,
         .work = [](const Offer& made, const Ask&, int) -> Work {

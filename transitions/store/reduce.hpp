@@ -39,7 +39,7 @@ ReducedGrid reduced_grid(const Extent& samples, const Vec3& spacing, int level);
 /// Needs   all samples where the input has them, finite, and no labels
 /// Work    a sample: a product and a sum along z, 1 / 2^level of it along y, of that along x
 /// Error   of rounding alone: what means leave out is measured with the casts that read them
-/// Source  Williams 1983 (pyramids by means); [W93] 4.1.4 for the casts behind it
+/// Source  Williams 1983 (pyramids by means); [W93] 4.2.1 for the casts behind it
 Transition reduce();
 
 /// The same of samples that are classified already: optical depths and the light that they emit are

@@ -259,7 +259,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 Transition axis_permutation_warp() {
     Transition edge;
     edge.name = "warp.axis_permutation";
-    edge.source = "Wittenbrink 1993, 3.6; principal axis: Lacroute, Levoy 1994";
+    edge.source = "Wittenbrink 1993, 3.6.5; principal axis: Lacroute, Levoy 1994";
     edge.joins = {{"object/scalar", "screen/scalar"}, {"object/scalar", "aligned/scalar"}};
     edge.parameters = {
         {"to", one_of({"screen", "aligned"}, "the screen itself, or slices across the rays")}};

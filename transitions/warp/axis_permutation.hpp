@@ -15,7 +15,7 @@ namespace edgewise {
 ///         that the stored type can hold, if it is needed at all
 /// Work    reads and writes every sample once, in squares that keep lines of the cache whole
 /// Error   none
-/// Source  [W93] 3.6 (90 degree turns); principal axis: Lacroute, Levoy 1994
+/// Source  [W93] 3.6.5 (90 degree turns); principal axis: Lacroute, Levoy 1994
 Transition axis_permutation_warp();
 
 }  // namespace edgewise

@@ -291,7 +291,7 @@ Domain filters_between_samples() {
 Transition shear_warp_passes() {
     Transition edge;
     edge.name = "warp.shear";
-    edge.source = "Wittenbrink 1993, 3.6.6, EQ 10 to 12, TABLE 6";
+    edge.source = "Wittenbrink 1993, 3.6.6, EQ 10 and 32, TABLE 6";
     edge.joins = {{"object/scalar", "screen/scalar"}};
     edge.parameters = {{"filter", filters_between_samples()}};
     edge.laws = {Law::identity, Law::constant, Law::linear, Law::whole_shift, Law::quarter_turn};

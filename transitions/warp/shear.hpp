@@ -14,7 +14,7 @@ namespace edgewise {
 /// Work    8 operations a sample and pass with foh (TABLE 6's multipass), 18 with bspline3, over
 ///         boxes that are larger than input and screen; two intermediate boxes of f32
 /// Error   the hold's, once a pass: the bias of warp.backward times passes over axes
-/// Source  [W93] 3.6.6, EQ 10 to 12, TABLE 6; four passes instead of EQ 35's six
+/// Source  [W93] 3.6.6, EQ 10 and 32, TABLE 6; four passes instead of EQ 35's six
 Transition shear_warp_passes();
 
 }  // namespace edgewise
