@@ -11,6 +11,7 @@ clearly beaten, or where a chart has fewer paths than promised. `thesis` needs n
 """
 import argparse
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -100,7 +101,13 @@ def scenes_table(names):
                      f"{sum(point['front'] for point in points)} | `{route(chosen['plan'])}` | "
                      f"{median(chosen) * 1e3:.3g} | {error(chosen)} | {chart['request']['budget']['error']:g} | "
                      f"{median(best) * 1e3:.3g} | {error(best)} |")
-    return "\n".join(lines)
+    return "\n".join([*lines, "", made_by()])
+
+
+def made_by():
+    version = subprocess.run([EDGEWISE, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+    cpu = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo", encoding="utf8") if line.startswith("model name")), "unknown processor")
+    return f"Measured with {version}, {os.cpu_count()} cores of {cpu}."
 
 
 def chart_command(name, request):
@@ -147,7 +154,7 @@ def main():
         for name, request in SWEEPS.items():
             run(chart_command(name, request))
     if options.part in ("all", "left-out"):
-        rewrite(PAGE, {"left out": left_out_table()})
+        rewrite(PAGE, {"left out": left_out_table() + "\n\n" + made_by()})
     if options.part in ("all", "thesis"):
         from gallery_thesis import thesis_figures  # the only part that needs matplotlib
         rewrite(PAGE, {"thesis": thesis_figures()})
