@@ -7,8 +7,10 @@
 #include <fmt/format.h>
 #include <limits>
 #include <map>
+#include <type_traits>
 
 #include "graph/errors.hpp"
+#include "io/dicom_copies.hpp"
 #include "io/dicom_file.hpp"
 #include "io/dicom_pixels.hpp"
 #include "io/dicom_stack.hpp"
@@ -194,8 +196,12 @@ class DicomReader : public Reader {
         const std::size_t slice = into.size() / static_cast<std::size_t>(stack_.slices);
         for (std::int64_t z = 0; z < stack_.slices; ++z) {
             const auto& plane = stack_.plane(z, stack_.times > 1 ? pick.time.value_or(0) : 0);
-            MemoryStream stream(planes.samples(plane));
             const auto place = into.subspan(static_cast<std::size_t>(z) * slice, slice);
+            if (is_missing(z)) {
+                std::fill(place.begin(), place.end(), std::byte{0});
+                continue;
+            }
+            MemoryStream stream(planes.samples(plane));
             scatter(one, pick, stream, header.file, place, warnings);
         }
         if (planes.overlaps > 0)
@@ -203,7 +209,11 @@ class DicomReader : public Reader {
                 fmt::format("{}: {} samples belong to several segments; the one "
                             "that comes last in the file counts",
                             header.file, planes.overlaps));
-        if (pick.padding != Padding::stored && files_[0].padding && header.channels == 1)
+        if (header.channels > 1) return;
+        const bool marked = pick.padding != Padding::stored && files_[0].padding;
+        bool missing = false;
+        for (std::int64_t z = 0; z < stack_.slices; ++z) missing |= is_missing(z);
+        if (marked || missing)
             with_number(loaded_type(header.type, pick.as_stored), [&]<class T>(T) {
                 fill_padding(std::span(reinterpret_cast<T*>(into.data()), into.size() / sizeof(T)),
                              header, pick, warnings);
@@ -305,35 +315,67 @@ class DicomReader : public Reader {
         Bytes plane_, values_;
     };
 
+    bool is_missing(std::int64_t slice) const {
+        return !stack_.labels && stack_.plane(slice, 0).empty();
+    }
+
+    /// Samples that are no measurements take the value that they are to count as: those that the
+    /// file calls padding, unless they are kept as stored, and those of missing slices.
     template <class T>
     void fill_padding(std::span<T> samples, const Header& header, const Selection& pick,
                       std::vector<std::string>& warnings) const {
-        const Range range = *files_[0].padding;
+        const bool keeps = pick.padding == Padding::stored;
+        const bool marked = !keeps && files_[0].padding;
+        const Range range = files_[0].padding.value_or(Range{1, 0});
         const auto is_padding = [&](T sample) {
+            if (!marked) return false;
             if (rescales_) return sample != sample;
             const auto number = static_cast<double>(sample);
             return number >= range[0] && number <= range[1];
         };
+        const std::size_t slice = samples.size() / static_cast<std::size_t>(stack_.slices);
+        const auto of_slice = [&](std::int64_t z) {
+            return samples.subspan(static_cast<std::size_t>(z) * slice, slice);
+        };
         double smallest = std::numeric_limits<double>::infinity(), largest = -smallest;
-        std::int64_t count = 0;
-        for (const T sample : samples) {
-            if (is_padding(sample)) {
-                ++count;
+        std::size_t count = 0, missing = 0;
+        for (std::int64_t z = 0; z < stack_.slices; ++z) {
+            if (is_missing(z)) {
+                missing += slice;
                 continue;
             }
-            const double value = header.values(static_cast<double>(sample));
-            smallest = std::min(smallest, value);
-            largest = std::max(largest, value);
+            for (const T sample : of_slice(z)) {
+                if (is_padding(sample)) {
+                    ++count;
+                    continue;
+                }
+                const double value = header.values(static_cast<double>(sample));
+                smallest = std::min(smallest, value);
+                largest = std::max(largest, value);
+            }
         }
-        if (count == 0) return;
-        const bool all = static_cast<std::size_t>(count) == samples.size();
-        warnings.push_back(fmt::format("{}: {}{} samples are padding (0028,0120), no measurements",
-                                       header.file, all ? "all " : "", count));
-        if (all) smallest = largest = 0;
+        if (count + missing == 0) return;
+        const bool all = count + missing == samples.size();
+        if (count > 0)
+            warnings.push_back(
+                fmt::format("{}: {}{} samples are padding (0028,0120), no "
+                            "measurements",
+                            header.file, all ? "all " : "", count));
+        if (!(smallest <= largest)) smallest = largest = 0;
         double value = pick.padding == Padding::largest ? largest : smallest;
-        if (pick.padding == Padding::nothing)
+        if (pick.padding == Padding::nothing || keeps)
             value = pick.nothing.value_or(std::min(0.0, smallest));
-        double stored = (value - header.values.offset) / header.values.slope;
+        // Beside padding that stays, missing slices are padding too.
+        if (keeps && files_[0].padding && !rescales_) value = header.values(range[0]);
+        const T filled = nearest_to<T>(value, header, warnings);
+        for (std::int64_t z = 0; z < stack_.slices; ++z)
+            for (T& sample : of_slice(z))
+                if (is_missing(z) || is_padding(sample)) sample = filled;
+    }
+    /// The stored number of a value, as near as its type holds it.
+    template <class T>
+    T nearest_to(double value, const Header& header, std::vector<std::string>& warnings) const {
+        const double stored = (value - header.values.offset) / header.values.slope;
         if constexpr (std::is_integral_v<T>) {
             const double nearest =
                 std::clamp(std::nearbyint(stored), double(std::numeric_limits<T>::lowest()),
@@ -343,10 +385,10 @@ class DicomReader : public Reader {
                     fmt::format("{}: padding counts as {:.6g}, the nearest to {:.6g} "
                                 "that its type holds",
                                 header.file, header.values(nearest), value));
-            stored = nearest;
+            return static_cast<T>(nearest);
+        } else {
+            return static_cast<T>(stored);
         }
-        for (T& sample : samples)
-            if (is_padding(sample)) sample = static_cast<T>(stored);
     }
 
     Files files_;
@@ -384,11 +426,12 @@ Header inspect_dicom(const std::string& path, const Selection& pick) {
         files = chosen(path, pick, header).files;
     else
         files.emplace_back(path);
-    const DicomFile& first = files[0];
-    if (first.kind == DicomFile::Pixels::none)
-        refuse(path, "pixel data (7fe0,0010) are missing: it is " + first.kind_of_object() +
+    if (files[0].kind == DicomFile::Pixels::none)
+        refuse(path, "pixel data (7fe0,0010) are missing: it is " + files[0].kind_of_object() +
                          ", no picture");
     for (const DicomFile& file : files) DicomFrames check(file);
+    if (files.size() > 1) leave_out_copies(files, header);
+    const DicomFile& first = files[0];
     DicomStack stack = stack_of(files, folder, header);
     if (first.photometric == "MONOCHROME1")
         header.warnings.push_back(header.file +

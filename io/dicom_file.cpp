@@ -542,6 +542,15 @@ class Parser {
             case 0x00080032:
                 out_.acquired += text(here);
                 break;
+            case 0x00080033:  // ContentTime
+            case 0x00180081:  // EchoTime
+            case 0x00180086:  // EchoNumbers
+            case 0x00181060:  // TriggerTime
+                out_.moment += fmt::format("{:x}={} ", here.tag, text(here));
+                break;
+            case 0x00189087:  // DiffusionBValue
+                out_.moment += fmt::format("b={} ", fmt::join(numbers(here, "FD"), ","));
+                break;
             case 0x00080060:
                 out_.modality = text(here);
                 break;

@@ -86,6 +86,7 @@ struct DicomFile {
     std::int64_t instance = 0;
     std::int64_t acquisition = 0;  // its number, from 1; 0: not said
     std::string acquired;          // date and time
+    std::string moment;  // echo, trigger time, b-value: all that tells images at one place apart
     DicomFrame own, shared;
     std::vector<DicomFrame> each;  // per-frame functional groups, as many as were found
     std::optional<std::array<double, 2>> detector_spacing;  // at the detector, or on the film [mm]

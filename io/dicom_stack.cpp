@@ -25,6 +25,8 @@ constexpr double kUneven = 0.01;               // of the spacing
 constexpr double kSameDirection = 1e-3;        // entries of unit vectors
 constexpr double kTilt = 1e-3;                 // sine between stack and slice normal
 constexpr double kAside = 0.1, kFarAside = 1;  // of a pixel
+constexpr double kOffGrid = 0.1;               // of the spacing
+constexpr double kFar = 1e6;                   // of the spacing: no series has so many slices
 
 constexpr std::array<double, 6> kUpright{1, 0, 0, 0, 1, 0};
 
@@ -86,6 +88,7 @@ class Builder {
             join_segments();
         else
             make_times();
+        if (!stack_.labels) keep_missing_places();
         take_geometry();
         return std::move(stack_);
     }
@@ -516,17 +519,124 @@ class Builder {
         grid_step_ = places.size() > 1 ? step : 0;
     }
 
-    /// The median distance, which one missing slice does not move.
+    std::vector<double> gaps() const {
+        std::vector<double> all;
+        for (std::size_t i = 1; i < starts_.size(); ++i)
+            all.push_back(planes_[starts_[i]].place - planes_[starts_[i - 1]].place);
+        return all;
+    }
+
+    /// Places as whole steps from the first, where all of them lie on a grid.
+    struct Grid {
+        double step = 0;               // [mm]
+        std::vector<std::int64_t> at;  // of each place; empty: there is no grid
+        double off = 0;                // farthest that a place lies beside it, of the step
+        std::int64_t count() const { return at.back() + 1; }
+    };
+    /// @param step  the distance of most neighbours, about
+    Grid grid_of(const std::vector<double>& distances, double step) const {
+        Grid grid;
+        double sum = 0;
+        std::int64_t singles = 0;
+        for (const double gap : distances)
+            if (std::abs(gap / step - 1) < 0.5) sum += gap, ++singles;
+        grid.step = sum / static_cast<double>(singles);
+        grid.at.push_back(0);
+        for (const double gap : distances) {
+            const double steps = std::round(gap / grid.step);
+            if (!(steps >= 1)) return {};
+            grid.at.push_back(grid.at.back() + static_cast<std::int64_t>(std::min(steps, kFar)));
+            if (steps > kFar) return grid;
+        }
+        const double first = planes_[starts_[0]].place;
+        grid.step = (planes_[starts_.back()].place - first) / static_cast<double>(grid.at.back());
+        for (std::size_t i = 0; i < grid.at.size(); ++i)
+            grid.off = std::max(grid.off, std::abs((planes_[starts_[i]].place - first) / grid.step -
+                                                   static_cast<double>(grid.at[i])));
+        if (grid.off > kOffGrid) return {};
+        return grid;
+    }
+
+    /// Where slices lie on an even grid and some are missing, their places stay, empty: so what
+    /// lies behind them stays where it is.
+    void keep_missing_places() {
+        std::vector<double> sorted = gaps();
+        if (sorted.size() < 2) return;
+        std::sort(sorted.begin(), sorted.end());
+        const double median = sorted[(sorted.size() - 1) / 2];
+        if (sorted.back() < 1.5 * median) return;
+        Grid grid = grid_of(gaps(), median);
+        // Where more than half of the distances are of several steps, the least is one.
+        if (grid.at.empty()) {
+            grid = grid_of(gaps(), sorted.front());
+            if (grid.at.empty() || too_sparse(grid)) return;
+        }
+        if (too_sparse(grid)) refuse_sparse(grid);
+        tell_missing(grid);
+        std::vector<std::vector<DicomPiece>> planes(
+            static_cast<std::size_t>(grid.count() * stack_.times));
+        for (std::size_t i = 0; i < grid.at.size(); ++i)
+            for (std::int64_t time = 0; time < stack_.times; ++time)
+                planes[static_cast<std::size_t>(grid.at[i] * stack_.times + time)] =
+                    stack_.plane(static_cast<std::int64_t>(i), time);
+        stack_.planes = std::move(planes);
+        stack_.slices = grid.count();
+        grid_step_ = grid.step;
+    }
+    /// At most a third may be missing: with more the places are no grid of this series.
+    bool too_sparse(const Grid& grid) const {
+        const auto there = static_cast<std::int64_t>(grid.at.size());
+        return 3 * (grid.count() - there) > grid.count();
+    }
+    const Plane& at_place(std::size_t i) const { return planes_[starts_[i]]; }
+    [[noreturn]] void refuse_sparse(const Grid& grid) const {
+        std::size_t widest = 1;
+        for (std::size_t i = 1; i < grid.at.size(); ++i)
+            if (grid.at[i] - grid.at[i - 1] > grid.at[widest] - grid.at[widest - 1]) widest = i;
+        const auto there = static_cast<std::int64_t>(starts_.size());
+        refuse(header_.file,
+               fmt::format("slices '{}' and '{}' lie {:.6g} mm apart, others {:.6g}: {} of {} "
+                           "slices would be missing, more than a third. Move what belongs "
+                           "together into a folder of its own",
+                           shown(name_of_file(files_[at_place(widest - 1).pieces[0].file])),
+                           shown(name_of_file(files_[at_place(widest).pieces[0].file])),
+                           at_place(widest).place - at_place(widest - 1).place, grid.step,
+                           grid.count() - there, grid.count()));
+    }
+    void tell_missing(const Grid& grid) {
+        constexpr int kMostNamed = 5;
+        std::string places;
+        int named = 0;
+        for (std::size_t i = 1; i < grid.at.size(); ++i)
+            for (std::int64_t k = grid.at[i - 1] + 1; k < grid.at[i]; ++k)
+                if (named++ < kMostNamed)
+                    places += fmt::format("{}{:.6g}", places.empty() ? "" : ", ",
+                                          at_place(0).place + static_cast<double>(k) * grid.step);
+        warn(fmt::format(
+            "{} of {} slices {} missing, at {}{} mm along the normal of the slices: "
+            "{} empty",
+            named, grid.count(), named > 1 ? "are" : "is", places, named > kMostNamed ? " ..." : "",
+            named > 1 ? "their places stay" : "its place stays"));
+        if (grid.off > kUneven)
+            warn(fmt::format("slices lie up to {:.3g} mm beside an even grid of {:.6g} mm",
+                             grid.off * grid.step, grid.step));
+    }
+
+    /// The median distance.
     double distance() {
         if (grid_step_ > 0) return grid_step_;
-        std::vector<double> gaps;
-        for (std::size_t i = 1; i < starts_.size(); ++i)
-            gaps.push_back(planes_[starts_[i]].place - planes_[starts_[i - 1]].place);
-        std::sort(gaps.begin(), gaps.end());
-        const double median = gaps[(gaps.size() - 1) / 2];
-        if (gaps.back() - gaps.front() > kUneven * median)
-            warn(fmt::format("slices lie unevenly, {:.6g} to {:.6g} mm apart; taken as {:.6g}",
-                             gaps.front(), gaps.back(), median));
+        std::vector<double> sorted = gaps();
+        std::sort(sorted.begin(), sorted.end());
+        const double median = sorted[(sorted.size() - 1) / 2];
+        if (sorted.back() - sorted.front() <= kUneven * median) return median;
+        double off = 0;
+        for (std::size_t i = 0; i < starts_.size(); ++i)
+            off = std::max(off, std::abs(at_place(i).place - at_place(0).place -
+                                         static_cast<double>(i) * median));
+        warn(
+            fmt::format("slices lie unevenly, {:.6g} to {:.6g} mm apart; taken as {:.6g}, which "
+                        "moves them by up to {:.3g} mm",
+                        sorted.front(), sorted.back(), median, off));
         return median;
     }
 
@@ -603,7 +713,7 @@ class Builder {
     bool lies_nowhere_ = false;        // some position is missing
     bool is_image_ = false, is_volume_ = false;
     std::string guessed_;
-    double grid_step_ = 0;  // of segments
+    double grid_step_ = 0;  // where slices are missing
 };
 
 }  // namespace

@@ -20,8 +20,10 @@ struct DicomPiece {
 /// The frames of a series as planes: sorted by place along the normal, each place with its times.
 struct DicomStack {
     std::int64_t columns = 0, rows = 0, slices = 1, times = 1;
-    std::vector<std::vector<DicomPiece>> planes;  // all times of the first slice, then of the next
-    bool labels = false;                          // planes hold the numbers of segments
+    /// All times of the first slice, then of the next. Without pieces: the slice is missing, or
+    /// holds no segment.
+    std::vector<std::vector<DicomPiece>> planes;
+    bool labels = false;  // planes hold the numbers of segments
     std::int64_t most_label = 0;
 
     const std::vector<DicomPiece>& plane(std::int64_t slice, std::int64_t time) const {
