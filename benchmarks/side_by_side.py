@@ -17,7 +17,7 @@ import numpy as np
 import scipy.ndimage
 
 EDGEWISE = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
-ROUNDS = 5
+ROUNDS = int(os.environ.get("EDGEWISE_ROUNDS", 5))
 SIDE = 256
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="edgewise-bench-"))
 os.environ["OMP_NUM_THREADS"] = "1"

@@ -35,8 +35,7 @@ EDGEWISE = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
 VIPS = os.environ.get("VIPS", "vips")
 PYTHON = "/usr/bin/python3"
 DEGREES, SIDE, FIELD_OF_VIEW = 10, 512, 20
-LOW, HIGH = -1000, 1948  # of the MIP's window [HU]
-SHARE = 0.007            # of white, which a sample of HIGH adds to VTK's additive picture
+SHARE = 0.007  # of white, which the largest sample adds to VTK's additive picture
 
 OPENCV = """
 import sys
@@ -275,26 +274,27 @@ def turned(photo, work, peers, ending):
 
 
 def cast(scan, work, peers, mode):
-    """Front view. White in an X-ray is the integral over 1 / SHARE samples of HIGH, as VTK adds them."""
+    """Front view, windowed by the range of the data. White in an X-ray is the integral over 1 / SHARE of the largest samples, as VTK adds them."""
     about = described(scan)
+    low, high = about["range"]
     spacing = min(about["spacing"])
-    window, share, bounds = (LOW, HIGH), 1, {"fixed": 6, "gpu": 0.2}
+    window, share, bounds = (low, high), 1, {"fixed": 6, "gpu": 0.2}
     if mode == "xray":
-        window, share, bounds = (0, (HIGH - LOW) / SHARE * spacing), SHARE, {"gpu": 1}
+        window, share, bounds = (0, (high - low) / SHARE * spacing), SHARE, {"gpu": 1}
     ours = edgewise("PNG", work / f"ours_{mode}.png", "render", scan, "--mode", mode, "--size", f"{SIDE}x{SIDE}",
-                    "--window", "{},{}".format(*window), *(["--zero", LOW] if mode == "xray" else []))
+                    "--window", "{},{}".format(*window), *(["--zero", low] if mode == "xray" else []))
     others = []
     names = {"fixed": "VTK, fixed-point ray cast", "gpu": "VTK, OpenGL ray cast"}
     if peers.vtk(display=True):
         for kind, bound in bounds.items():
             out = work / f"vtk_{kind}_{mode}.png"
             others.append(Side(names[kind], "PNG of three channels",
-                               [*peers.script("cast"), scan, out, kind, mode, SIDE, LOW, HIGH, share], out,
+                               [*peers.script("cast"), scan, out, kind, mode, SIDE, low, high, share], out,
                                peers.script("cast"), bound))
     if mode == "xray" and peers.vtk(display=False):
         out = work / "slab.png"
         others.append(Side("VTK, vtkImageReslice, mean of a slab", "PNG",
-                           [*peers.script("slab"), scan, out, SIDE, LOW, window[1]], out, peers.script("slab"), 1))
+                           [*peers.script("slab"), scan, out, SIDE, low, window[1]], out, peers.script("slab"), 1))
     rows, columns = (int(about["extent"][axis] - 4) * about["spacing"][axis] / spacing for axis in (2, 0))
     title = "{} of a CT {}x{}x{}, front, DICOM -> {}x{} PNG".format(
         "MIP" if mode == "mip" else "X-ray", *about["extent"], SIDE, SIDE)
