@@ -77,7 +77,7 @@ def rows_of_16k():
                   seconds=r["mean_s"], fit=int(r["size"]) <= 128)
     for r in table(17):
         for angle in ANGLES:
-            # Its "backward foh" repeats Table 14's forward foh: the label is taken for a slip.
+            # Its "backward foh" has the times of forward foh (Tables 14 and 23): the label is taken for a slip.
             yield one(17, layout="columns", edges=FASTEST[r["filter"]], size=r["size"], turn=r["axes"],
                       degrees=angle, seconds=r[f"deg{angle}_s"], fit=r["axes"] in "xy" and r["size"] == "128")
     for r in table(23):
