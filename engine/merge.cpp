@@ -136,7 +136,9 @@ class Merging {
         const Geometry geometry = take_geometry(want, spec_, input, outputs_);
         merge_.frames = want.frames;
         merge_.extent = want.output();
-        expect_frames(spec_, outputs_, want.frames);
+        if (const std::string left_out = expect_frames(spec_, outputs_, want.frames);
+            !left_out.empty())
+            merge_.messages.warning(left_out);
         writes_ = outputs_ && !outputs_->none();
         want.mode = coloured_mode();
         if (writes_) written_ = written_of(want, spec_, geometry, input, *outputs_, 0, 1);

@@ -35,6 +35,8 @@ class ResultWriter {
 };
 
 /// @throws RequestError several frames and no place for their number; --fps of what is no animation
-void expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs, int frames);
+/// @return  a warning where the file leaves out some of the frames, or ""
+std::string expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs,
+                          int frames);
 
 }  // namespace edgewise

@@ -549,7 +549,9 @@ void take_request(Session& session) {
     say_what_is_squeezed(session);
     say_what_is_not_seen(session);
     say_what_is_finer(session);
-    expect_frames(o, session.outputs, session.want().frames);
+    if (const std::string left_out = expect_frames(o, session.outputs, session.want().frames);
+        !left_out.empty())
+        session.messages.warning(left_out);
     if (session.refinement) expect_place_for_pictures(session);
     take_written(session, 0, 0);  // refuses what the format cannot hold before samples are read
     take_exactness(session);

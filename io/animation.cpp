@@ -22,6 +22,12 @@ struct Animation::Content {
     }
 };
 
+int frames_left_out(std::string_view path, const Pace& pace) {
+    const Format* format = format_of(path);
+    if (!format || format->name != "GIF" || pace.frames < 2) return 0;
+    return pace.frames - GifPace(pace).shown();
+}
+
 Animation::Animation(const std::string& path, const Header& what, const Pace& pace,
                      const std::atomic<bool>* stop) {
     if (const std::string why = cannot_animate(path, what); !why.empty())

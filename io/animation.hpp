@@ -15,6 +15,10 @@ struct Pace {
     double fps = 15;  // pictures a second, 0.01 to 100
 };
 
+/// How many of the frames a file of this name leaves out so that none is shown for less than
+/// viewers keep: in a GIF 0.02 s. Else 0.
+int frames_left_out(std::string_view path, const Pace& pace);
+
 /// One file of several pictures, of a format with Format::frames. Pictures are written as they
 /// come, and the file is there when all of them are.
 class Animation {

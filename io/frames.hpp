@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "io/animation.hpp"
@@ -16,6 +17,24 @@ class FrameWriter {
     virtual ~FrameWriter() = default;
     virtual void add(const void* samples) = 0;
     virtual void finish() = 0;
+};
+
+/// When pictures of a GIF begin, in whole hundredths of a second. Browsers show a delay of one
+/// hundredth, or none, for ten. So pictures last for two at least: of more than 50 a second some
+/// are left out, evenly, and the film lasts as long as asked.
+class GifPace {
+ public:
+    explicit GifPace(const Pace& pace) noexcept;
+
+    int shown() const noexcept { return shown_; }
+    /// The place of a frame among those that are shown, or nothing where it is left out.
+    std::optional<int> place_of(int frame) const noexcept;
+    /// From a shown picture to the next [0.01 s].
+    int delay(int place) const noexcept;
+
+ private:
+    int frames_, shown_;
+    double lasts_, places_;  // so many hundredths of a second for so many places
 };
 
 /// GIF 89a. Grey levels and up to 256 colours of a picture are kept; more are quantised.

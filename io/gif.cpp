@@ -116,6 +116,7 @@ class GifFrames final : public FrameWriter {
           width_(static_cast<std::size_t>(what.extent.x)),
           height_(static_cast<std::size_t>(what.extent.y)),
           channels_(static_cast<std::size_t>(what.channels)),
+          moves_(pace.frames > 1),
           pace_(pace) {
         text("GIF89a");
         number(width_), number(height_);
@@ -126,7 +127,7 @@ class GifFrames final : public FrameWriter {
             const auto part = static_cast<std::uint8_t>(level);
             bytes({part, part, part});
         }
-        if (pace.frames == 1) return;
+        if (!moves_) return;
         bytes({0x21, 0xff, 11});
         text("NETSCAPE2.0");
         bytes({3, 1, 0, 0, 0});  // again, for ever
@@ -135,15 +136,13 @@ class GifFrames final : public FrameWriter {
     void add(const void* samples) override {
         const std::span pixels(static_cast<const std::uint8_t*>(samples),
                                width_ * height_ * channels_);
-        if (pace_.frames > 1) {
-            // Whole hundredths of a second, which together last as long as asked.
-            const auto at = [&](int frame) { return std::round(100 * frame / pace_.fps); };
-            const double delay = std::min(at(frame_ + 1) - at(frame_), 65535.0);
+        const std::optional<int> place = pace_.place_of(frame_++);
+        if (!place) return;
+        if (moves_) {
             bytes({0x21, 0xf9, 4, 0x04});
-            number(static_cast<std::size_t>(delay));
+            number(static_cast<std::size_t>(pace_.delay(*place)));
             bytes({0, 0});
         }
-        ++frame_;
         bytes({0x2c, 0, 0, 0, 0});
         number(width_), number(height_);
         if (channels_ == 1)
@@ -190,11 +189,35 @@ class GifFrames final : public FrameWriter {
 
     Replacement& out_;
     const std::size_t width_, height_, channels_;
-    const Pace pace_;
+    const bool moves_;
+    const GifPace pace_;
     int frame_ = 0;
 };
 
 }  // namespace
+
+GifPace::GifPace(const Pace& pace) noexcept
+    : frames_(pace.frames), shown_(pace.frames), lasts_(100), places_(pace.fps) {
+    constexpr double kLeast = 2;  // [0.01 s]
+    if (lasts_ / places_ >= kLeast) return;
+    lasts_ = std::max(kLeast, std::round(frames_ * lasts_ / places_));
+    shown_ = std::min(frames_, static_cast<int>(lasts_ / kLeast));
+    places_ = shown_;
+}
+
+std::optional<int> GifPace::place_of(int frame) const noexcept {
+    // The first frame of each of so many equal stretches.
+    const auto first = [&](std::int64_t place) { return (place * frames_ + shown_ - 1) / shown_; };
+    const auto place = static_cast<std::int64_t>(frame) * shown_ / frames_;
+    if (first(place) != frame) return std::nullopt;
+    return static_cast<int>(place);
+}
+
+int GifPace::delay(int place) const noexcept {
+    constexpr double kMost = 65535;
+    const auto at = [&](int i) { return std::round(lasts_ * i / places_); };
+    return static_cast<int>(std::min(at(place + 1) - at(place), kMost));
+}
 
 std::unique_ptr<FrameWriter> gif_frames(Replacement& out, const Header& what, const Pace& pace) {
     return std::make_unique<GifFrames>(out, what, pace);

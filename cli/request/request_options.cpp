@@ -264,7 +264,7 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
     }
     if (o.job == Job::render)
         text("--fps", o.fps, "F",
-             "pictures a second of a .gif, .apng or .mp4 of several; default 15");
+             "pictures a second of a .gif (at most 50), .apng or .mp4 of several; default 15");
     if (o.job == Job::render && out != OutNeeded::absent) {
         app.add_flag("--progressive", o.progressive,
                      "composite: writes OUT again and again on the way, from the front")

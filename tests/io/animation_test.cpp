@@ -160,6 +160,52 @@ TEST(Animation, GreyFramesOfAGifAreKept) {
     EXPECT_EQ(gif.delays, (std::vector<int>{7, 6, 7, 7}));
 }
 
+/// A GIF of so many pictures, each of one level that is its number.
+Gif counted(const std::string& path, int frames, double fps) {
+    Animation animation(path, picture_of(3, 2, 1), {.frames = frames, .fps = fps});
+    for (int i = 0; i < frames; ++i) {
+        const std::vector<std::uint8_t> pixels(6, static_cast<std::uint8_t>(i));
+        animation.add(pixels.data());
+    }
+    animation.commit();
+    return Gif(bytes_in(path));
+}
+
+TEST(Animation, NoPictureOfAGifIsShorterThanViewersKeep) {
+    Scratch scratch;
+    const std::string path = scratch.path("a.gif");
+    for (const double fps : {0.5, 7.0, 12.5, 15.0, 24.0, 29.97, 30.0, 40.0, 49.0, 50.0, 51.0, 59.94,
+                             60.0, 75.0, 99.0, 100.0})
+        for (const int frames : {2, 3, 7, 30, 100, 255}) {
+            const Gif gif = counted(path, frames, fps);
+            const int left_out = frames_left_out(path, {frames, fps});
+            ASSERT_EQ(gif.frames.size() + static_cast<std::size_t>(left_out),
+                      static_cast<std::size_t>(frames));
+            if (fps <= 50) {
+                EXPECT_EQ(left_out, 0) << fps;
+            }
+            if (gif.delays.empty()) continue;
+            double lasts = 0;
+            for (const int delay : gif.delays) {
+                EXPECT_GE(delay, 2) << fps << " of " << frames;
+                lasts += delay;
+            }
+            // Whole hundredths, and a single picture lasts for two.
+            EXPECT_NEAR(lasts, std::max(2.0, 100 * frames / fps), 0.5 + 1e-9) << fps << frames;
+            // Each picture is on where it belongs, to within a hundredth and what was left out.
+            double at = 0;
+            for (std::size_t i = 0; i < gif.frames.size(); ++i) {
+                const double belongs = 100 * gif.frames[i][0] / fps;
+                EXPECT_NEAR(at, belongs, fps <= 50 ? 0.51 : 2.01) << fps << ' ' << frames;
+                at += gif.delays[i];
+            }
+        }
+    EXPECT_EQ(frames_left_out("a.gif", {30, 60}), 5);
+    EXPECT_EQ(frames_left_out("a.gif", {100, 100}), 50);
+    EXPECT_EQ(frames_left_out("a.apng", {30, 60}), 0);
+    EXPECT_EQ(frames_left_out("a.mp4", {30, 60}), 0);
+}
+
 TEST(Animation, FewColoursOfAGifAreKept) {
     Scratch scratch;
     for (const int colours : {1, 2, 3, 5, 17, 256}) {
