@@ -309,18 +309,21 @@ class Performance {
         Measured& measured = *session_.measured;
         const Verified& error = *measured.error;
         if (error.high <= budget) return;
-        const std::string interval = fmt::format("error: {:.3g} (95 %: {:.3g} to {:.3g})",
-                                                 error.nrmse, error.low, error.high);
+        const auto words = [&](double value) {
+            return error_words(value, session_.spec.notation.error);
+        };
+        const std::string interval = fmt::format("error: {} (95 %: {} to {})", words(error.nrmse),
+                                                 words(error.low), words(error.high));
         if (error.low > budget) {
             measured.kept = false;
             session_.messages.warning(
-                fmt::format("{} is beyond the budget of {:.3g}", interval, budget));
+                fmt::format("{} is beyond the budget of {}", interval, words(budget)));
             return;
         }
         if (measured.kept == true) measured.kept.reset();
         session_.messages.warning(
-            fmt::format("{} leaves open whether the budget of {:.3g} is kept; --verify=all decides",
-                        interval, budget));
+            fmt::format("{} leaves open whether the budget of {} is kept; --verify=all decides",
+                        interval, words(budget)));
     }
 
     Session& session_;

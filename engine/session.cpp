@@ -349,13 +349,14 @@ void hint_at_labels(Session& session) {
             input.name));
 }
 
-std::string nearest_text(const std::vector<Plan>& nearest) {
+std::string nearest_text(const Session& session) {
     std::string text;
-    for (const Plan& plan : nearest)
-        text += fmt::format(
-            "\n  {}: {:.3g} s, {:.0f} MiB, error {}", fmt::join(plan.texts(), ", "),
-            plan.predicted.seconds, plan.predicted.bytes / 0x1p20,
-            plan.predicted.known ? fmt::format("{:.3g}", plan.predicted.error) : "unknown");
+    for (const Plan& plan : session.answer->nearest)
+        text += fmt::format("\n  {}: {:.3g} s, {:.0f} MiB, error {}", fmt::join(plan.texts(), ", "),
+                            plan.predicted.seconds, plan.predicted.bytes / 0x1p20,
+                            plan.predicted.known
+                                ? error_words(plan.predicted.error, session.spec.notation.error)
+                                : "unknown");
     return text.empty() ? text : "; the nearest are" + text;
 }
 
@@ -602,7 +603,7 @@ void make_plan(Session& session) {
     const std::string refused = refused_demand(session);
     session.way_out = way_out_of(session);
     throw NoPlan((refused.empty() ? session.answer->problem : refused) + rounding_text(session) +
-                 nearest_text(session.answer->nearest) + text_of(*session.way_out));
+                 nearest_text(session) + text_of(*session.way_out));
 }
 
 }  // namespace edgewise

@@ -42,10 +42,13 @@ std::string text_of(const WayOut& way_out);
 nlohmann::ordered_json to_json(const WayOut& way_out);
 
 /// A time that `--max-time` reads as no less than this, and at most 0.1 % more: "12.35ms".
-std::string time_text(double seconds);
-/// The same for --max-error.
-std::string error_limit_text(double error);
+/// @param like  a time as it was typed, whose unit is taken; "": one that suits
+std::string time_text(double seconds, const std::string& like = "");
+/// The same for --max-error: an NRMSE, or in percent or dB where `like` is.
+std::string error_limit_text(double error, const std::string& like = "");
+/// An error in words, in dB or percent where `like` is: "58.9 dB", "0.113 %", "0.00113".
+std::string error_words(double error, const std::string& like);
 /// The same for --max-memory; with room for what a process's own pages differ by from run to run.
-std::string memory_text(double bytes);
+std::string memory_text(double bytes, const std::string& like = "");
 
 }  // namespace edgewise

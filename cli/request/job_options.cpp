@@ -91,6 +91,8 @@ void read_budgets(RequestSpec& spec, const JobOptions& o) {
             static_cast<Minimize>(chosen("--minimize", *o.minimize, {"time", "error", "memory"}));
     spec.like_linear = o.max_error == "linear";
     if (o.max_error && !spec.like_linear) spec.max_error = error_budget(*o.max_error);
+    spec.notation = {spec.max_error ? *o.max_error : "", o.max_time.value_or(""),
+                     o.max_memory.value_or("")};
     if (o.range) spec.range = number_of("--range", *o.range);
     const char* variable = std::getenv("EDGEWISE_THREADS");
     const std::string threads = o.threads ? *o.threads : variable ? variable : "";
@@ -153,7 +155,8 @@ void read_light(RequestSpec& spec, const JobOptions& o) {
 }
 
 /// Composite with light, and with a preset where no transfer function is given.
-bool is_shaded(const JobOptions& o) { return o.mode && same_word(*o.mode, "shaded"); }
+constexpr const char* kShaded = "shaded";
+bool is_shaded(const JobOptions& o) { return o.mode && same_word(*o.mode, kShaded); }
 
 void read_transfer(RequestSpec& spec, const JobOptions& o) {
     if (o.transfer && o.preset)
@@ -174,9 +177,21 @@ Mode lit_mode() {
                          [](Mode mode) { return mode->takes_light() && mode->takes_transfer; });
 }
 
+/// A mode of the library; the list of a message has the command's own word too.
+Mode typed_mode(const std::string& word) {
+    std::vector<std::string> known;
+    for (const Mode mode : modes()) {
+        if (same_word(word, mode->name)) return mode;
+        known.emplace_back(mode->name);
+    }
+    known.emplace_back(kShaded);
+    throw RequestError(
+        fmt::format("--mode: no mode is called '{}'; {}", word, instead_of(word, known)));
+}
+
 void read_mode(RequestSpec& spec, const JobOptions& o) {
     const bool shaded = is_shaded(o);
-    if (o.mode) spec.mode = shaded ? lit_mode() : mode_named(*o.mode);
+    if (o.mode) spec.mode = shaded ? lit_mode() : typed_mode(*o.mode);
     if (shaded) spec.shade = Shade::phong;
     read_light(spec, o);
     spec.keeps_alpha = o.background && same_word(*o.background, "none");

@@ -104,6 +104,12 @@ struct FilterSpec {
 enum class Planner { estimate, pilot, exhaustive };
 const char* name_of(Planner planner) noexcept;
 
+/// How budgets were typed, so that messages speak of them in the same units: "60dB", "50ms",
+/// "512MiB". Empty: nobody typed one.
+struct Notation {
+    std::string error, seconds, bytes;
+};
+
 /// A request as somebody makes it: which file, how it is seen, how good, how fast. What is absent
 /// is worked out from the data. Errors call a member as the command line does: `max_error` is
 /// "--max-error".
@@ -143,6 +149,7 @@ struct RequestSpec {
     std::optional<double> range;       // the difference in values that counts as an error of 1
     std::optional<double> max_time;    // [s]
     std::optional<double> max_memory;  // [byte], peak of the process
+    Notation notation;                 // of these three
     std::optional<Minimize> minimize;
     std::optional<int> threads, ranks;  // else the cores of this process; the machine's
     Planner planner = Planner::estimate;
