@@ -43,19 +43,32 @@ void take_ranks(Session& session) {
         throw RequestError(
             fmt::format("{}: {} ranks: a run is on one rank; `edgewise plan` plans for more",
                         o.ranks ? "--ranks" : "--machine", want.ranks));
-    if (!o.threads) want.threads = session.profile.processors;
+}
+
+/// Whether another machine than this one is planned for.
+bool is_elsewhere(const Session& session) {
+    return session.want().ranks > 1 || (!session.runs && is_of_another(session.profile));
+}
+
+/// Who runs the paths: here the cores of this process, elsewhere the processors of a rank.
+void take_threads(Session& session) {
+    if (session.spec.threads) return;
+    session.threads_of_machine = is_elsewhere(session);
+    if (session.threads_of_machine) session.request.threads = session.profile.processors;
 }
 
 void take_machine(Session& session) {
     take_ranks(session);
+    take_threads(session);
     if (session.spec.max_time && !session.explained && session.runs && is_built_in(session.profile))
         session.messages.notice(
             "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "
             "measures this machine");
-    if (session.want().ranks == 1 && !session.profile.cpu.empty() &&
-        session.profile.cpu != cpu_name())
-        session.messages.warning(fmt::format("the profile '{}' is of another machine ({})",
-                                             session.profile.name, session.profile.cpu));
+    if (session.want().ranks == 1 && is_of_another(session.profile) &&
+        (session.runs || !session.profile.cpu.empty()))
+        session.messages.warning(fmt::format(
+            "the profile '{}' is of another machine{}", session.profile.name,
+            session.profile.cpu.empty() ? "" : fmt::format(" ({})", session.profile.cpu)));
     if (!session.profile.build.empty() && session.profile.build != version())
         session.messages.warning(
             fmt::format("the profile '{}' was measured by version {}, this is {}: calibrate again",
@@ -72,14 +85,18 @@ void open_memory(Session& session) {
         return;
     }
     session.peak_before = resident_peak();
+    if (is_elsewhere(session) && !budget.bytes && session.profile.memory > 0)
+        budget.bytes = session.profile.memory;
     session.resident = resident_now() + kReserve + kReserveAThread * session.want().threads;
     if (!budget.bytes) budget.bytes = resident_now() + free_memory();
     // Samples of the program count once, as the input's.
     const double given = session.given ? double(session.given->samples.bytes()) : 0;
     session.resident -= given;
     constexpr double kMost = 0x1p60;  // the whole address space, and whole numbers hold it
-    const double left =
+    double left =
         std::clamp(*budget.bytes - session.resident - given, 0.0, kMost);  // see expect_room
+    // Samples are looked at here, whatever another machine has room for.
+    if (is_elsewhere(session)) left = std::min(left, free_memory());
     session.memory = std::make_unique<MemoryBudget>(static_cast<std::size_t>(left));
     if (session.spec.max_memory)
         session.messages.memory_opened(left + kReserve + 10e6 * session.want().threads);

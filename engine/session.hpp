@@ -76,6 +76,7 @@ struct Session {
     double resident = 0;                   // bytes of the process without `memory`
     double peak_before = 0;                // most bytes that the process ever had until then
     Request request;                       // what the graph knows of it
+    bool threads_of_machine = false;       // its threads are the profile's, of one rank
     std::optional<Window> window;          // of the result; nothing where it became a grey ramp
     std::optional<Outputs> outputs;
     Profile profile;

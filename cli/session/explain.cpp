@@ -116,6 +116,16 @@ std::string machine_text(const Session& session) {
                : name;
 }
 
+/// Whose threads they are.
+std::string threads_text(const Session& session) {
+    const Request& want = session.want();
+    const std::string whose = session.spec.threads         ? "(--threads)"
+                              : session.threads_of_machine ? "(the machine's)"
+                                                           : "(of this process)";
+    if (want.ranks == 1) return whose;
+    return fmt::format("on each of {} ranks {}", want.ranks, whose);
+}
+
 std::string steps_text(const Plan& plan) {
     std::string text;
     for (const Step& step : plan.steps)
@@ -188,12 +198,12 @@ std::string explanation_of(const Session& session) {
     const Answer& answer = *session.answer;
     const Request& want = session.want();
     std::string text = fmt::format(
-        "{} {}: {} view{}, {} threads{}, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
+        "{} {}: {} view{}, {} thread{} {}, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
         "edges; found by {}\n",
         name_of(want.job), session.spec.input, want.frames, want.frames > 1 ? "s" : "",
-        want.threads, want.ranks > 1 ? fmt::format(" on each of {} ranks", want.ranks) : "",
-        machine_text(session), budget_text(want), seconds_text(answer.seconds), answer.vertices,
-        answer.edges, name_of(answer.search));
+        want.threads, want.threads > 1 ? "s" : "", threads_text(session), machine_text(session),
+        budget_text(want), seconds_text(answer.seconds), answer.vertices, answer.edges,
+        name_of(answer.search));
     const std::map<std::string, double> on_all = seconds_on_all(session);
     if (!on_all.empty())
         text += fmt::format(

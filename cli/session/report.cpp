@@ -184,6 +184,9 @@ Json request_json(const Session& session) {
     json["minimize"] = name_of(want.minimize);
     json["frames"] = want.frames;
     json["threads"] = want.threads;
+    json["threads_of"] = session.spec.threads         ? "option"
+                         : session.threads_of_machine ? "machine"
+                                                      : "process";
     json["ranks"] = want.ranks;
     return json;
 }

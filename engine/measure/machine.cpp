@@ -150,6 +150,11 @@ bool is_built_in(const Profile& profile) {
     return profile.cpu.empty() && profile.name == default_profile().name;
 }
 
+bool is_of_another(const Profile& profile) {
+    if (is_built_in(profile)) return false;
+    return profile.ranks > 1 || profile.cpu.empty() || profile.cpu != cpu_name();
+}
+
 int usable_cores() {
     cpu_set_t set;
     CPU_ZERO(&set);

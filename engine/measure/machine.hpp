@@ -39,5 +39,8 @@ Profile chosen_profile(const std::optional<std::string>& machine);
 
 /// Whether a profile is the built-in one: nobody measured this machine.
 bool is_built_in(const Profile& profile);
+/// Whether a profile is of another machine than this: of other processors, of several memories, or
+/// of none that was measured.
+bool is_of_another(const Profile& profile);
 
 }  // namespace edgewise
