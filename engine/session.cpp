@@ -201,9 +201,10 @@ void take_exactness(Session& session) {
 /// What hangs on values, of which a composite's transfer function has something to say.
 void take_transfer(Session& session, const Statistics& statistics) {
     const Input& input = *session.input;
-    for (const std::string& warning : take_values(session.request, session.window, session.spec,
-                                                  *input.data, statistics, input.header.modality))
-        session.messages.warning(warning);
+    const Remarks remarks = take_values(session.request, session.window, session.spec, *input.data,
+                                        statistics, input.header);
+    for (const std::string& warning : remarks.warnings) session.messages.warning(warning);
+    for (const std::string& notice : remarks.notices) session.messages.notice(notice);
 }
 
 /// What there is no data of: guesses take the place of measurements.

@@ -405,13 +405,14 @@ TransferSpec suiting_spec(const std::optional<Window>& window, const Data& data,
 
 /// Where nobody named the preset for labels and they are none that it can show, the general one.
 Suited suited_or_general(const TransferSpec& asked, const RequestSpec& spec, const Data& data,
-                         const Statistics& statistics, double unit) {
+                         const Statistics& statistics, const Vec3& spacing,
+                         const std::string& unit) {
     if (spec.transfer || asked.values != TransferValues::labels)
-        return suited(asked, data, statistics, unit);
+        return suited(asked, data, statistics, spacing, unit);
     try {
-        return suited(asked, data, statistics, unit);
+        return suited(asked, data, statistics, spacing, unit);
     } catch (const RequestError& error) {
-        Suited found = suited(preset_named("general"), data, statistics, unit);
+        Suited found = suited(preset_named("general"), data, statistics, spacing, unit);
         found.warnings.push_back(fmt::format("{}; --preset general is taken", error.what()));
         return found;
     }
@@ -435,20 +436,19 @@ std::vector<std::string> take_level(Request& want, const Statistics& statistics)
 
 }  // namespace
 
-std::vector<std::string> take_values(Request& want, std::optional<Window>& window,
-                                     const RequestSpec& spec, const Data& data,
-                                     const Statistics& statistics, const std::string& modality) {
+Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+                    const Data& data, const Statistics& statistics, const store::Header& header) {
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
                                                                : 0;
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
     std::vector<std::string> warnings = take_level(want, statistics);
-    if (!warnings.empty()) return warnings;
+    if (!warnings.empty()) return {warnings};
     if (shows_labels(want)) {
         Suited colored = label_colors("--labels", data, statistics);
         want.transfer = std::move(colored.transfer);
-        return std::move(colored.warnings);
+        return {std::move(colored.warnings)};
     }
     if (want.job != Job::render || !want.mode->takes_transfer) return {};
     // Far below the noise of any scanner, far above the rounding of differences.
@@ -456,11 +456,12 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
     want.shading.least = kNoSurface * range_between(statistics.low, statistics.high);
     const double unit = want.spacing.minCoeff();
     if (spec.transfer || spec.suiting_preset) {
-        const TransferSpec asked = spec.transfer ? *spec.transfer
-                                                 : suiting_spec(window, data, statistics, modality,
-                                                                want.field == Field::nearest);
+        const TransferSpec asked = spec.transfer
+                                       ? *spec.transfer
+                                       : suiting_spec(window, data, statistics, header.modality,
+                                                      want.field == Field::nearest);
         if (!spec.transfer) window.reset();
-        Suited found = suited_or_general(asked, spec, data, statistics, unit);
+        Suited found = suited_or_general(asked, spec, data, statistics, want.spacing, header.unit);
         if (asked.values == TransferValues::labels && want.field != Field::nearest)
             found.warnings.push_back(
                 asked.from +
@@ -468,7 +469,7 @@ std::vector<std::string> take_values(Request& want, std::optional<Window>& windo
                 "--labels");
         want.transfer = std::move(found.transfer);
         if (!spec.material && asked.material) want.shading.material = *asked.material;
-        return std::move(found.warnings);
+        return {std::move(found.warnings), std::move(found.notices)};
     }
     // Without a transfer function the window is where the grey ramp runs, so it is no view of the
     // result as well.

@@ -23,15 +23,18 @@ store::Selection selection_of(const RequestSpec& spec);
 Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
                        const std::optional<Outputs>& outputs);
 
+/// What is to be said of a request: what may be wrong with it, and what is worth knowing.
+struct Remarks {
+    std::vector<std::string> warnings = {}, notices = {};
+};
+
 /// Puts in what hangs on values: what a MIP's misses show, an X-ray's zero, a composite's transfer
 /// function and the material that comes with it.
 /// @param window    is taken away where the transfer function runs over it
-/// @param modality  of the data, as store::Header has it
-/// @return warnings
+/// @param header    of the data
 /// @throws RequestError
-std::vector<std::string> take_values(Request& want, std::optional<Window>& window,
-                                     const RequestSpec& spec, const Data& data,
-                                     const Statistics& statistics, const std::string& modality);
+Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+                    const Data& data, const Statistics& statistics, const store::Header& header);
 
 /// A grey ramp: opacity 0 to 0.05 per `unit` of length between two values.
 Transfer grey_ramp(double low, double high, double unit);

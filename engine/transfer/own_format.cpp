@@ -171,11 +171,17 @@ TransferSpec own_transfer(const nlohmann::json& json, const std::string& where) 
         refuse(where, fmt::format("points is missing; expected {{\"points\": [{}]}}, a preset of "
                                   "ParaView or a volume property of Slicer",
                                   kPoint));
-    expect_known(json, where, "", {"points", "unit", "values", "material", "gradient", "table"});
+    expect_known(json, where, "",
+                 {"points", "unit", "by_size", "values", "material", "gradient", "table"});
     TransferSpec read;
     Transfer& transfer = read.transfer;
     read.unit_given = json.contains("unit");
     if (read.unit_given) transfer.unit = number_in(json["unit"], where, "unit", 1e-12, 1e12);
+    if (json.contains("by_size")) {
+        if (!json["by_size"].is_boolean() || !read.unit_given)
+            refuse(where, "by_size: expected true or false, and the unit of a patient's scan");
+        read.by_size = json["by_size"].get<bool>();
+    }
     if (json.contains("values")) read.values = values_of(json["values"], where);
     if (json.contains("material")) read.material = material_of(json["material"], where);
     if (json.contains("gradient")) transfer.edges = edges_of(json["gradient"], where);
@@ -193,6 +199,7 @@ TransferSpec own_transfer(const nlohmann::json& json, const std::string& where) 
         refuse(where, "a table tells opacities by gradient; leave out gradient, or table");
     if (read.values == TransferValues::labels)
         refuse(where, "labels have no gradients; leave out table");
+    if (read.by_size) refuse(where, "a table's gradients are per length; leave out by_size");
     transfer.table = std::make_shared<const TransferTable>(
         table_of(json["table"], where, transfer.points.size()));
     return read;

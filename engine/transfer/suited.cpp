@@ -81,10 +81,33 @@ const char* name_of(TransferValues values) noexcept {
     return kNames[static_cast<int>(values)];
 }
 
+double size_share(const Extent& extent, const Vec3& spacing) noexcept {
+    constexpr double kPatient = 0.3, kStructure = 3.16;  // [mm]
+    const double least = spacing.minCoeff();
+    if (!(least < kPatient) || !(least > 0)) return 1;
+    std::array<double, 3> sides;
+    for (int axis = 0; axis < 3; ++axis)
+        sides[static_cast<std::size_t>(axis)] = static_cast<double>(extent[axis]) * spacing[axis];
+    std::sort(sides.begin(), sides.end());
+    const double between = std::sqrt(sides[1] * least);
+    // Lengths that were divided by a hundred are in the same class but for their rounding.
+    constexpr double kRounding = 1e-9;
+    const double tens = std::floor(std::log10(between / kStructure) + kRounding);
+    return std::pow(10.0, std::min(0.0, tens));
+}
+
 Suited suited(const TransferSpec& spec, const Data& data, const Statistics& statistics,
-              double spacing) {
+              const Vec3& spacing, const std::string& unit) {
     Suited out{spec.transfer, spec.warnings};
-    if (!spec.unit_given) out.transfer.unit = spacing;
+    if (!spec.unit_given) out.transfer.unit = spacing.minCoeff();
+    const double share = spec.by_size && unit == "mm" ? size_share(data.what.extent, spacing) : 1;
+    out.transfer.unit *= share;
+    for (Transfer::Edge& edge : out.transfer.edges) edge.magnitude /= share;
+    if (share < 1)
+        out.notices.push_back(
+            fmt::format("{}: opacities are for {:.4g} mm, {:g} of a patient's: so much smaller are "
+                        "what samples {:.3g} mm apart show",
+                        spec.from, out.transfer.unit, share, spacing.minCoeff()));
     const bool samples = data.samples.data() != nullptr;
     switch (spec.values) {
         case TransferValues::data:

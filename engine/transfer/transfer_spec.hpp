@@ -22,6 +22,9 @@ const char* name_of(TransferValues values) noexcept;
 struct TransferSpec {
     Transfer transfer;
     bool unit_given = false;  // else its opacities are per smallest spacing of the input
+    /// The unit is for a patient's scan, and shrinks with the structures of smaller objects: see
+    /// size_share().
+    bool by_size = false;
     TransferValues values = TransferValues::data;
     std::optional<Material> material = {};   // where light falls and the request names none
     std::string from = "--transfer";         // what messages call it

@@ -382,19 +382,45 @@ TEST(Presets, AreThere) {
     EXPECT_EQ(preset_named("CT-Bone").from, "--preset ct-bone");
 }
 
+TEST(Presets, ShrinkWithStructuresByPowersOfTen) {
+    const auto share = [](Extent extent, double x, double y, double z) {
+        return size_share(extent, Vec3(x, y, z));
+    };
+    // Scans of patients: head, chest, whole body, temporal bone, dental; thick and few slices.
+    EXPECT_EQ(share({512, 512, 200}, 0.48, 0.48, 1), 1);
+    EXPECT_EQ(share({512, 512, 400}, 0.9, 0.9, 0.7), 1);
+    EXPECT_EQ(share({512, 512, 1200}, 1.4, 1.4, 1.5), 1);
+    EXPECT_EQ(share({400, 400, 200}, 0.2, 0.2, 0.2), 1);
+    EXPECT_EQ(share({512, 512, 1}, 0.5, 0.5, 5), 1);
+    EXPECT_EQ(share({8, 8, 8}, 1, 1, 1), 1);
+    // A mouse, a tooth, trabeculae.
+    EXPECT_EQ(share({600, 600, 1000}, 0.05, 0.05, 0.05), 0.1);
+    EXPECT_DOUBLE_EQ(share({1000, 1000, 900}, 0.01, 0.01, 0.01), 0.01);
+    // A hundredth of all lengths is a hundredth, in any order of the axes.
+    for (const double spacing : {0.5, 0.7, 1.0, 1.37})
+        for (const std::int64_t n : {64, 200, 512})
+            for (const double part : {10.0, 100.0, 1000.0}) {
+                const double fine = spacing / part;
+                EXPECT_DOUBLE_EQ(share({n, n, n / 2}, fine, fine, 2 * fine), 1 / part) << n;
+                EXPECT_DOUBLE_EQ(share({n / 2, n, n}, 2 * fine, fine, fine), 1 / part) << n;
+            }
+}
+
 TEST(Presets, AreFittedToTheData) {
     const Data data = mixture({{0, 0, 0.98}, {120, 30, 0.02}}, 0);
     const Statistics statistics = look_at(data);
     const ValueWindow window = robust_window(data, statistics);
     const TransferSpec spec = preset_named("mr-angio");
-    const Suited fitted = suited(spec, data, statistics, 0.4);
+    const Suited fitted = suited(spec, data, statistics, Vec3(0.4, 0.6, 2), "mm");
     EXPECT_TRUE(fitted.warnings.empty());
     EXPECT_EQ(fitted.transfer.points.back().value, window.low + (window.high - window.low));
     EXPECT_EQ(fitted.transfer.unit, 1);
-    EXPECT_EQ(suited(preset_named("microscopy"), data, statistics, 0.4).transfer.unit, 0.4);
+    EXPECT_EQ(
+        suited(preset_named("microscopy"), data, statistics, Vec3(0.9, 0.4, 1), "mm").transfer.unit,
+        0.4);
     // A CT's on these data: they are not Hounsfield units, and nothing is seen.
     const Suited bone = suited(preset_named("ct-bone"), volume(std::vector<float>(512, 7)),
-                               look_at(volume(std::vector<float>(512, 7))), 1);
+                               look_at(volume(std::vector<float>(512, 7))), Vec3::Ones(), "mm");
     EXPECT_EQ(bone.warnings.size(), 2u);
 }
 
