@@ -1,8 +1,11 @@
 #pragma once
 
 #include <array>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "engine/transfer/transfer_spec.hpp"
 #include "graph/request.hpp"
 
 namespace edgewise::transfer {
@@ -30,5 +33,20 @@ bool is_constant(const Curve& curve, double value) noexcept;
 /// costs time at each sample.
 /// @param opacity, color  ascending places, at least one knot each
 std::vector<Transfer::Point> joined(const Curve& opacity, const Curve& color);
+
+/// Numbers between blanks. @throws RequestError naming what is none
+std::vector<double> numbers_in(std::string_view line, const std::string& where,
+                               const std::string& field);
+
+/// A curve as volume properties of VTK's family list it: how many numbers follow, then a value and
+/// `parts` shares a point (one of opacity, three of colour). @throws RequestError
+Curve listed_curve(std::string_view line, const std::string& where, const std::string& field,
+                   std::size_t parts);
+
+/// A volume property of these.
+/// @param gradient  opacity by the length of the gradient; empty: none
+/// @param unit      length that opacities are for [mm]
+TransferSpec property_of(const Curve& opacity, const Curve& gradient, const Curve& color,
+                         double unit, const Material& material);
 
 }  // namespace edgewise::transfer

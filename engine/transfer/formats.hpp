@@ -24,6 +24,10 @@ bool is_slicer(const nlohmann::json& json);
 /// A volume property of Slicer: .vp.json. @throws RequestError
 TransferSpec slicer_transfer(const nlohmann::json& json, const std::string& where);
 
+bool is_vtkjs(const nlohmann::json& json);
+/// A volume preset of vtk.js, cornerstone or OHIF. @throws RequestError
+TransferSpec vtkjs_transfer(const nlohmann::json& json, const std::string& where);
+
 /// The older volume property of Slicer, nine lines of text: .vp. @throws RequestError
 bool is_slicer_text(std::string_view text);
 TransferSpec slicer_text_transfer(std::string_view text, const std::string& where);

@@ -10,6 +10,7 @@
 
 #include "engine/transfer/fields.hpp"
 #include "engine/transfer/formats.hpp"
+#include "engine/transfer/named.hpp"
 
 namespace edgewise {
 namespace {
@@ -53,11 +54,14 @@ nlohmann::json transfer::parsed(std::string_view text, const std::string& where)
 }
 
 TransferSpec load_transfer(const std::string& file, const std::string& option) {
+    const transfer::NamedFile from = transfer::named_file(file);
     const std::string where = fmt::format("{} {}", option, file);
-    const std::string text = text_in(file, where);
+    const std::string text = text_in(from.file, where);
     const auto read = [&] {
         if (transfer::is_slicer_text(text)) return transfer::slicer_text_transfer(text, where);
-        const nlohmann::json json = transfer::parsed(text, where);
+        const nlohmann::json all = transfer::parsed(text, where);
+        const nlohmann::json& json = transfer::preset_named_in(all, from.name, where);
+        if (transfer::is_vtkjs(json)) return transfer::vtkjs_transfer(json, where);
         if (transfer::is_paraview(json)) return transfer::paraview_transfer(json, where);
         if (transfer::is_slicer(json)) return transfer::slicer_transfer(json, where);
         return transfer::own_transfer(json, where);

@@ -7,7 +7,9 @@
 namespace edgewise {
 
 /// Reads a transfer function of any format that docs/files.md describes: its own, a ParaView
-/// preset, a volume property of Slicer. What the file holds says which it is.
+/// preset, a volume property of Slicer, a volume preset of vtk.js. What the file holds says which
+/// it is.
+/// @param file    of several presets with the name of one behind: "FILE#NAME"
 /// @param option  what messages call it
 /// @throws RequestError naming the file and the field
 TransferSpec load_transfer(const std::string& file, const std::string& option = "--transfer");

@@ -24,9 +24,10 @@ void expect_ascending(const Curve& curve, const std::string& where, const std::s
                                       field, i, curve[i].at, curve[i - 1].at));
 }
 
-/// @param gradient  opacity by the length of the gradient; empty: none
-TransferSpec spec_of(const Curve& opacity, const Curve& gradient, const Curve& color, double unit,
-                     const Material& material) {
+}  // namespace
+
+TransferSpec property_of(const Curve& opacity, const Curve& gradient, const Curve& color,
+                         double unit, const Material& material) {
     TransferSpec read;
     read.transfer = {joined(opacity, color), unit, {}};
     read.unit_given = true;
@@ -36,6 +37,8 @@ TransferSpec spec_of(const Curve& opacity, const Curve& gradient, const Curve& c
             read.transfer.edges.push_back({std::max(0.0, point.value), point.opacity});
     return read;
 }
+
+namespace {
 
 // ---- .vp.json
 
@@ -124,7 +127,8 @@ std::string field_of(std::size_t line) {
     return fmt::format("line {} ({})", line + 1, kLines[line]);
 }
 
-/// Numbers between blanks. @throws RequestError naming what is none
+}  // namespace
+
 std::vector<double> numbers_in(std::string_view line, const std::string& where,
                                const std::string& field) {
     constexpr std::size_t kMost = 1 + 4 * kMostKnots;
@@ -147,9 +151,8 @@ std::vector<double> numbers_in(std::string_view line, const std::string& where,
     return numbers;
 }
 
-/// How many numbers follow, then a value and `parts` shares a point.
-Curve curve_of(std::string_view line, const std::string& where, const std::string& field,
-               std::size_t parts) {
+Curve listed_curve(std::string_view line, const std::string& where, const std::string& field,
+                   std::size_t parts) {
     const std::vector<double> numbers = numbers_in(line, where, field);
     const std::size_t size = 1 + parts;
     const char* shape = parts == 1 ? "value and opacity" : "value, red, green and blue";
@@ -175,8 +178,6 @@ Curve curve_of(std::string_view line, const std::string& where, const std::strin
     return curve;
 }
 
-}  // namespace
-
 bool is_slicer(const nlohmann::json& json) {
     return json.is_object() && json.contains("volumeProperties");
 }
@@ -199,7 +200,7 @@ TransferSpec slicer_transfer(const nlohmann::json& json, const std::string& wher
     if (component.contains("scalarOpacityUnitDistance"))
         unit = number_in(component["scalarOpacityUnitDistance"], where,
                          field + ".scalarOpacityUnitDistance", 1e-12, 1e12);
-    return spec_of(opacity, gradient, color, unit, material_of(component, where, field));
+    return property_of(opacity, gradient, color, unit, material_of(component, where, field));
 }
 
 bool is_slicer_text(std::string_view text) {
@@ -224,10 +225,11 @@ TransferSpec slicer_text_transfer(std::string_view text, const std::string& wher
     Material material{
         .ambient = number(3, 0, 1), .diffuse = number(2, 0, 1), .specular = number(4, 0, 1)};
     if (material.specular > 0) material.exponent = number(5, 1, 1024);
-    const Curve opacity = curve_of(lines[6], where, field_of(6), 1);
+    const Curve opacity = listed_curve(lines[6], where, field_of(6), 1);
     const bool has_gradient = lines[7].find_first_not_of(" \t") != std::string_view::npos;
-    const Curve gradient = has_gradient ? curve_of(lines[7], where, field_of(7), 1) : Curve{};
-    return spec_of(opacity, gradient, curve_of(lines[8], where, field_of(8), 3), 1, material);
+    const Curve gradient = has_gradient ? listed_curve(lines[7], where, field_of(7), 1) : Curve{};
+    return property_of(opacity, gradient, listed_curve(lines[8], where, field_of(8), 3), 1,
+                       material);
 }
 
 }  // namespace edgewise::transfer
