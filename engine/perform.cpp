@@ -251,13 +251,16 @@ class Performance {
             for (double& label : labels) label = (*table)[static_cast<std::size_t>(label)];
         const store::Header& header = session_.input->header;
         const std::string file = session_.outputs->file(0);
-        store::write_surface(file, {.positions = mesh->positions(),
-                                    .normals = mesh->normals(),
-                                    .triangles = mesh->triangles(),
-                                    .groups = mesh->groups(),
-                                    .labels = labels,
-                                    .unit = header.unit,
-                                    .anatomical = header.anatomical});
+        store::write_surface(file,
+                             {.positions = mesh->positions(),
+                              .normals = mesh->normals(),
+                              .triangles = mesh->triangles(),
+                              .groups = mesh->groups(),
+                              .labels = labels,
+                              .unit = header.unit,
+                              .anatomical = header.anatomical,
+                              .offset = {session_.geometry.offset.x(), session_.geometry.offset.y(),
+                                         session_.geometry.offset.z()}});
         session_.measured->write_seconds += since(begin);
         session_.files.push_back(file);
     }

@@ -19,6 +19,7 @@
 #include "graph/errors.hpp"
 #include "graph/transform_graph.hpp"
 #include "graph/version.hpp"
+#include "io/surface_file.hpp"
 #include "planner/cost.hpp"
 #include "scene/scene.hpp"
 
@@ -440,6 +441,52 @@ void say_what_is_squeezed(Session& session) {
         spacing.x(), spacing.y(), session.input->header.unit, std::min(spacing.x(), spacing.y())));
 }
 
+/// Rays of a picture that is smaller than the volume pass between samples: the brightest may be
+/// met by none.
+void say_what_is_missed(Session& session) {
+    const Request& want = session.want();
+    const bool keeps_one = want.mode->extreme != 0 || want.mode->sampled_every > 0;
+    if (want.job != Job::render || !keeps_one) return;
+    // A sample that is interpolated linearly reaches one sample each way: closer rays meet all.
+    constexpr double kSeen = 2 - 1e-6;  // [sample]
+    double apart = 0;
+    for (int view = 0; view < want.frames; ++view) {
+        const Mat4 back = want.views.at(view).matrix().inverse();
+        for (int axis = 0; axis < 2; ++axis)
+            apart = std::max(apart, back.col(axis).head<3>().norm());
+    }
+    if (!(apart >= kSeen) || !std::isfinite(apart)) return;
+    const auto grown = [&](std::int64_t side) {
+        return static_cast<std::int64_t>(std::ceil(static_cast<double>(side) * apart - 1e-6));
+    };
+    const std::string size =
+        fmt::format("--size {}x{}", grown(want.screen.x), grown(want.screen.y));
+    const Vec3& spacing = session.geometry.grid.spacing;
+    const std::string finer =
+        session.spec.geometry.spacing
+            ? fmt::format("--spacing {:.4g} {}", spacing.head<2>().minCoeff() / apart, size)
+            : size;
+    session.messages.warning(
+        fmt::format("--mode {}: rays are {:.3g} samples apart, so single {} samples between them "
+                    "are not in the picture; {} meets all of them",
+                    want.mode->name, apart, want.mode->extreme < 0 ? "dark" : "bright", finer));
+}
+
+/// A surface that is far from the origin, in a format of 32 bits.
+void say_what_is_shifted(Session& session) {
+    const Vec3& offset = session.geometry.offset;
+    if (session.want().job != Job::mesh || !session.outputs || session.outputs->none() ||
+        offset == Vec3::Zero())
+        return;
+    const store::SurfaceFormat* format = store::surface_format_of(session.outputs->file(0));
+    if (!format || format->name != "STL") return;
+    session.messages.warning(fmt::format(
+        "{}: the numbers of an STL are too short for a surface so far from the origin: {:.17g}, "
+        "{:.17g}, {:.17g} is to be added to its places, as its header says; .ply and .obj hold "
+        "the places themselves",
+        session.outputs->file(0), offset.x(), offset.y(), offset.z()));
+}
+
 /// A coarser resolution of the file may hold all that the result can show.
 void say_what_is_finer(Session& session) {
     const store::Header& header = session.input->header;
@@ -568,6 +615,8 @@ void take_request(Session& session) {
     say_what_is_squeezed(session);
     say_what_is_not_seen(session);
     say_what_is_finer(session);
+    say_what_is_missed(session);
+    say_what_is_shifted(session);
     if (const std::string left_out = expect_frames(o, session.outputs, session.want().frames);
         !left_out.empty())
         session.messages.warning(left_out);

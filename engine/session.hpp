@@ -134,7 +134,8 @@ void make_plan(Session& session);
 void forget_errors(Session& session);
 
 /// Receives each frame of the last repetition, one at a time, in any order, before budgets are
-/// judged. It is what the path made: pictures are f32 (a composite's four channels premultiplied);
+/// judged. It is what the path made (a mesh lies Geometry::offset away from where the file says):
+/// pictures are f32 (a composite's four channels premultiplied);
 /// the samples of a warp have the type and the value map that `what` says, labels that f32 cannot
 /// hold are places in Input::table.
 using FrameSink = std::function<void(int frame, const Data& result)>;

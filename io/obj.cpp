@@ -39,7 +39,14 @@ void write_obj(const std::string& path, const SurfaceView& surface) {
         out.add(std::string_view("# x to the left, y to the back, z to the head (LPS)\n"));
     if (!surface.unit.empty()) add(FMT_COMPILE("# unit {}\n"), surface.unit);
     // The shortest text that reads as the same number.
-    for (const auto& p : surface.positions) add(FMT_COMPILE("v {} {} {}\n"), p[0], p[1], p[2]);
+    const auto add_place = [&](const auto& p) {
+        add(FMT_COMPILE("v {} {} {}\n"), p[0], p[1], p[2]);
+    };
+    for (std::size_t v = 0; v < surface.positions.size(); ++v)
+        if (surface.is_far())
+            add_place(surface.place(v));
+        else
+            add_place(surface.positions[v]);
     for (const auto& n : surface.normals) add(FMT_COMPILE("vn {} {} {}\n"), n[0], n[1], n[2]);
     const auto add_triangle = [&](const std::array<std::uint32_t, 3>& t) {
         // Counted from 1.

@@ -23,8 +23,9 @@ std::string head_of(const SurfaceView& surface, bool whole) {
     if (surface.anatomical) head += "comment x to the left, y to the back, z to the head (LPS)\n";
     if (!surface.unit.empty()) head += fmt::format("comment unit {}\n", surface.unit);
     head += fmt::format("element vertex {}\n", surface.positions.size());
-    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
-        head += fmt::format("property float {}\n", name);
+    for (const char* name : {"x", "y", "z"})
+        head += fmt::format("property {} {}\n", surface.is_far() ? "double" : "float", name);
+    for (const char* name : {"nx", "ny", "nz"}) head += fmt::format("property float {}\n", name);
     head += fmt::format("element face {}\nproperty list uchar int vertex_indices\n",
                         surface.triangles.size());
     if (!surface.groups.empty())
@@ -41,7 +42,10 @@ void write_ply(const std::string& path, const SurfaceView& surface) {
     FileBuffer out(file);
     out.add(std::string_view(head_of(surface, whole)));
     for (std::size_t v = 0; v < surface.positions.size(); ++v) {
-        out.add(surface.positions[v]);
+        if (surface.is_far())
+            out.add(surface.place(v));
+        else
+            out.add(surface.positions[v]);
         out.add(surface.normals[v]);
     }
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {

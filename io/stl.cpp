@@ -1,8 +1,10 @@
 #include "io/stl.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <fmt/format.h>
 
 #include "io/file.hpp"
 #include "io/file_buffer.hpp"
@@ -31,6 +33,11 @@ void write_stl(const std::string& path, const SurfaceView& surface) {
     FileBuffer out(file);
     // It must not begin with "solid", which says that text follows.
     std::array<char, 80> head{"edgewise"};
+    if (surface.is_far()) {
+        const auto& [x, y, z] = surface.offset;
+        const std::string text = fmt::format("edgewise; add {:.17g} {:.17g} {:.17g}", x, y, z);
+        std::copy_n(text.begin(), std::min(text.size(), head.size()), head.begin());
+    }
     out.add(head);
     out.add(static_cast<std::uint32_t>(surface.triangles.size()));
     for (const auto& triangle : surface.triangles) {

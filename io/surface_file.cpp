@@ -12,9 +12,15 @@ namespace edgewise::store {
 
 const std::vector<SurfaceFormat>& surface_formats() {
     static const std::vector<SurfaceFormat> kFormats{
-        {"PLY", {".ply"}, "binary; normals; the label of each triangle", write_ply},
+        {"PLY",
+         {".ply"},
+         "binary; normals; the label of each triangle; f64 far from the origin",
+         write_ply},
         {"OBJ", {".obj"}, "text; normals; a group for each label", write_obj},
-        {"STL", {".stl"}, "binary; triangles share no vertices", write_stl},
+        {"STL",
+         {".stl"},
+         "binary; triangles share no vertices; far from the origin the header says what to add",
+         write_stl},
     };
     return kFormats;
 }

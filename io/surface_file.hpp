@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -17,6 +18,15 @@ struct SurfaceView {
     std::span<const double> labels;                            // of groups
     std::string unit;                                          // "mm", or ""
     bool anatomical = false;                                   // positions are in LPS
+    /// Is added to all positions, in f64: PLY and OBJ then hold f64. STL has no such numbers; its
+    /// header says what is to be added.
+    std::array<double, 3> offset{0, 0, 0};
+
+    bool is_far() const noexcept { return offset != std::array<double, 3>{0, 0, 0}; }
+    std::array<double, 3> place(std::size_t vertex) const noexcept {
+        const std::array<float, 3>& p = positions[vertex];
+        return {p[0] + offset[0], p[1] + offset[1], p[2] + offset[2]};
+    }
 };
 
 struct SurfaceFormat {

@@ -46,6 +46,9 @@ struct Geometry {
     Mat4 lies = Mat4::Identity();
     double depth = 1;  // warp: of the moved volume, along the output's z [output sample]
     double cut = 0;    // of that, what lies beyond the output at its worse end
+    /// mesh: what is to be added to its vertices, where the origin is so far away that f32 would
+    /// take their shape from them [file unit]; else 0.
+    Vec3 offset = Vec3::Zero();
 };
 
 /// Works geometry out, for both jobs.
