@@ -11,6 +11,7 @@
 #include "cli/merge.hpp"
 #include "cli/request/channel_words.hpp"
 #include "cli/request/request_options.hpp"
+#include "cli/series.hpp"
 #include "cli/session/explain.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/run_page.hpp"
@@ -124,6 +125,8 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
     return {app, [app, options, job, runs] {
                 options->words = typed_words(*app);
                 order_geometry(*app, *options);
+                if (job == Job::render && names_all_times(options->selection))
+                    return do_series(*options, runs);
                 if (job == Job::render && names_colours(options->selection))
                     return do_merge(*options, runs);
                 return do_job(*options, runs);

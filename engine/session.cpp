@@ -202,8 +202,18 @@ void take_exactness(Session& session) {
 /// What hangs on values, of which a composite's transfer function has something to say.
 void take_transfer(Session& session, const Statistics& statistics) {
     const Input& input = *session.input;
-    const Remarks remarks = take_values(session.request, session.window, session.spec, *input.data,
-                                        statistics, input.header);
+    Statistics seen = statistics;
+    if (session.series) {
+        if (const Session* first = session.series->first) {
+            take_values_of(first->want(), session.request);
+            session.window = first->window;
+            return;
+        }
+        seen.low = session.series->low;
+        seen.high = session.series->high;
+    }
+    const Remarks remarks =
+        take_values(session.request, session.window, session.spec, *input.data, seen, input.header);
     for (const std::string& warning : remarks.warnings) session.messages.warning(warning);
     for (const std::string& notice : remarks.notices) session.messages.notice(notice);
 }

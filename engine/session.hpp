@@ -22,6 +22,8 @@
 
 namespace edgewise {
 
+struct Session;
+
 /// What a run turned out to take.
 struct Measured {
     std::vector<double> seconds;       // one a repetition
@@ -44,6 +46,12 @@ struct Shown {
 /// When errors are measured on a preview: never, so that they are guessed; where a choice depends
 /// on them; or because somebody wants to know them.
 enum class ErrorsWanted { never, for_choice, asked };
+
+/// What a time point takes from a series, so that its picture can be held against the others'.
+struct InSeries {
+    double low = 0, high = 0;        // of the values of all of them
+    const Session* first = nullptr;  // that what hangs on values is taken from; null: it is this
+};
 
 /// What choosing took [s].
 struct Spent {
@@ -89,6 +97,7 @@ struct Session {
     std::optional<Input> input;
     Geometry geometry;
     Statistics statistics;  // of the input's samples, where there are any
+    std::optional<InSeries> series;
     Scene scene;
     int drawn = 1;  // so many times the usual draws of its preview; 0: none, errors are guesses
     Spent spent;

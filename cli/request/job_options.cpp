@@ -269,6 +269,10 @@ void read_output(RequestSpec& spec, const JobOptions& o) {
 
 }  // namespace
 
+bool names_all_times(const SelectionWords& words) {
+    return words.time && same_word(*words.time, "all");
+}
+
 store::Selection selection_of(const SelectionWords& words) {
     constexpr std::int64_t kMost = std::numeric_limits<int>::max();
     store::Selection selection;

@@ -506,6 +506,15 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
     return {};
 }
 
+void take_values_of(const Request& from, Request& want) {
+    want.miss = from.miss;
+    want.magnitude = from.magnitude;
+    want.zero = from.zero;
+    want.surface = from.surface;
+    want.transfer = from.transfer;
+    want.shading = from.shading;
+}
+
 Transfer grey_ramp(double low, double high, double unit) {
     constexpr double kMostOpacity = 0.05;
     // A step would tell a constant from its own rounding.

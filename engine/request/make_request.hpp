@@ -36,6 +36,9 @@ struct Remarks {
 Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
                     const Data& data, const Statistics& statistics, const store::Header& header);
 
+/// The same as of another request of one kind.
+void take_values_of(const Request& from, Request& want);
+
 /// A grey ramp: opacity 0 to 0.05 per `unit` of length between two values.
 Transfer grey_ramp(double low, double high, double unit);
 

@@ -1,0 +1,120 @@
+#include "cli/series.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "cli/job_words.hpp"
+#include "cli/request/channel_words.hpp"
+#include "cli/request/messages.hpp"
+#include "cli/session/explain.hpp"
+#include "cli/session/report.hpp"
+#include "cli/session/series_report.hpp"
+#include "cli/session/typed_session.hpp"
+#include "cli/verbs/verbs.hpp"
+#include "engine/measure/machine.hpp"
+#include "engine/rivals.hpp"
+#include "engine/series.hpp"
+#include "graph/errors.hpp"
+#include "transitions/catalogue.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+/// What shows one run is not there for several.
+void expect_no_files_of_one_run(const JobOptions& options) {
+    for (const auto& [option, file] : {std::pair{"--trace", &options.trace},
+                                       {"--flow", &options.flow},
+                                       {"--report", &options.report},
+                                       {"--stop-after", &options.stop_after}})
+        if (*file)
+            throw RequestError(fmt::format(
+                "{}: is about one picture, and --time all makes one for each time point; name one "
+                "by --time N",
+                option));
+    if (options.progressive)
+        throw RequestError(
+            "--progressive: shows one picture, and --time all makes one for each time point; name "
+            "one by --time N");
+    if (names_colours(options.selection))
+        throw RequestError(
+            "--channel: channels are merged at one time point; name one by --time N, or one "
+            "channel");
+}
+
+RequestSpec series_spec(const JobOptions& options, Messages& messages) {
+    configure(messages, options);
+    JobOptions without = options;
+    without.selection.time.reset();
+    return spec_of(without, catalogue());
+}
+
+/// The work and its messages, as TypedSession has them of one session.
+struct TypedSeries {
+    explicit TypedSeries(const JobOptions& options)
+        : series(series_spec(options, messages), catalogue(), chosen_profile(options.machine),
+                 messages) {}
+
+    double startup_seconds = process_seconds();
+    Messages messages;
+    Series series;
+};
+
+std::string times_heading(const Series& series) {
+    return fmt::format("{} time points, each by the plan of the first:\n", series.times);
+}
+
+}  // namespace
+
+int do_series(const JobOptions& options, bool runs) {
+    std::optional<TypedSeries> typed;
+    const auto write_report = [&](const std::optional<Failure>& failure) {
+        if (options.json)
+            write_text(*options.json, text_of(series_report(typed->series, typed->startup_seconds,
+                                                            runs, failure)));
+    };
+    return guarded(
+        [&] {
+            expect_no_files_of_one_run(options);
+            check_outputs(options);
+            typed.emplace(options);
+            Series& series = typed->series;
+            series.runs = series.announces = runs;
+            series.explained = options.explain;
+            if (runs && !options.explain && !options.verify)
+                series.errors = ErrorsWanted::for_choice;
+            series.front = !runs || options.explain || options.json;
+            perform(series, [&](Session& first) {
+                if (options.explain || options.json || !runs) weigh(first);
+                forget_errors(first);
+                if (options.explain || (!runs && options.json != "-"))
+                    explain(options, times_heading(series) + explanation_of(first));
+            });
+            if (runs) {
+                if (options.explain || (options.verify && options.json != "-"))
+                    explain(options, measurement_of(*series.first));
+                typed->messages.result(result_of(series));
+            }
+            write_report({});
+            return 0;
+        },
+        [&](int code, const std::string& message) {
+            if (!typed) {
+                if (options.json) write_text(*options.json, text_of(failure_of(code, message)));
+                return;
+            }
+            Session* first = typed->series.first.get();
+            typed->messages.end_progress();
+            if (first) {
+                first->planning.reset();
+                forget_errors(*first);
+                const bool unplanned = first->answer && !first->answer->plan;
+                if (unplanned && (options.explain || !runs))
+                    explain(options, explanation_of(*first));
+            }
+            write_report(Failure{code, message});
+        });
+}
+
+}  // namespace edgewise::cli
