@@ -29,7 +29,7 @@ std::vector<std::optional<Colour>> channel_colours(const std::string& source,
                                                    const Selection& pick) {
     std::error_code none;
     std::vector<std::optional<Colour>> colours;
-    if (std::filesystem::is_directory(source, none) && is_zarr(source))
+    if (is_zarr(source))
         colours = zarr_colours(source, pick);
     else if (std::filesystem::is_regular_file(source, none) && is_tiff(File(source).head(4)))
         colours = tiff_colours(source, pick);

@@ -26,7 +26,6 @@ bool is_picture(const std::string& path) {
 }
 
 Header inspect_folder(const std::string& path, const Selection& pick) {
-    if (is_zarr(path)) return inspect_zarr(path, pick);
     std::vector<std::string> pictures;
     bool dicom = false;
     for (const auto& entry : fs::directory_iterator(path)) {
@@ -103,6 +102,8 @@ Header inspect(const std::string& source, const Selection& pick) {
     std::error_code error;
     if (source.starts_with("raw:")) {
         header = inspect_raw(source);
+    } else if (is_zarr(source)) {
+        header = inspect_zarr(source, pick);
     } else if (!fs::exists(source, error)) {
         refuse(source, error ? error.message() : "does not exist");
     } else if (fs::is_directory(source, error)) {

@@ -1,10 +1,13 @@
 #include "io/zarr_array.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fmt/format.h>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "graph/errors.hpp"
@@ -13,42 +16,46 @@
 namespace edgewise::store {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr std::size_t kMostText = 16 << 20;
 
 /// A file of JSON in the folder; null where it is not there.
-Json json_in(const std::string& folder, const char* name) {
-    const std::string path = folder + "/" + name;
-    if (!fs::exists(path)) return {};
-    const File file(path);
-    if (file.size() > kMostText)
-        refuse(path, fmt::format("{} bytes of text are not supported", file.size()));
-    const Bytes bytes = file.head(kMostText);
+Json json_in(const ZarrStore& store, const std::string& folder, const char* name) {
+    const std::string key = zarr_key(folder, name);
+    if (!store.has_file(key)) return {};
+    const auto file = store.open(key, kMostText);
+    if (file->size() > kMostText)
+        refuse(store.name_of(key), fmt::format("{} bytes of text are not supported", file->size()));
+    Bytes bytes(static_cast<std::size_t>(file->size()));
+    file->read(0, bytes);
     const char* text = reinterpret_cast<const char*>(bytes.data());
     Json json = Json::parse(text, text + bytes.size(), nullptr, false);
-    if (!json.is_object()) refuse(path, "is not a JSON object");
+    if (!json.is_object()) refuse(store.name_of(key), "is not a JSON object");
     return json;
+}
+
+std::vector<std::size_t> in_turn(std::size_t axes) {
+    std::vector<std::size_t> order(axes);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    return order;
 }
 
 /// Reads the fields of an array's description.
 class ArrayParser {
  public:
-    ArrayParser(const std::string& folder, const ZarrNode& node)
-        : file_(folder + "/" + (node.version3 ? kZarrVersion3 : ".zarray")), json_(node.array) {
-        array_.folder = folder;
+    ArrayParser(std::shared_ptr<const ZarrStore> store, const std::string& key,
+                const ZarrNode& node)
+        : file_(store->name_of(zarr_key(key, node.version3 ? kZarrVersion3 : ".zarray"))),
+          json_(node.array) {
+        array_.store = std::move(store);
+        array_.key = key;
         array_.shape = sizes("shape", json_.value("shape", Json()), 0);
         if (node.version3)
             take_version3();
         else
             take_version2();
-        if (array_.chunks.size() != array_.shape.size())
-            fail("chunks", "has another number of axes than the shape");
-        std::int64_t bytes = static_cast<std::int64_t>(array_.width());
-        for (const std::int64_t side : array_.chunks) bytes = product(file_, bytes, side);
-        constexpr std::int64_t kMostBytes = std::numeric_limits<std::int32_t>::max();
-        if (bytes > kMostBytes) fail("chunks", fmt::format("{} bytes are not supported", bytes));
+        take_fill();
     }
     ZarrArray take() { return std::move(array_); }
 
@@ -74,25 +81,39 @@ class ArrayParser {
         return all;
     }
 
+    void check_chunks() const {
+        if (array_.chunks.size() != array_.shape.size())
+            fail("chunks", "has another number of axes than the shape");
+        std::int64_t bytes = static_cast<std::int64_t>(array_.width());
+        for (const std::int64_t side : array_.chunks) bytes = product(file_, bytes, side);
+        constexpr std::int64_t kMostBytes = std::numeric_limits<std::int32_t>::max();
+        if (bytes > kMostBytes) fail("chunks", fmt::format("{} bytes are not supported", bytes));
+    }
+
     void take_version2() {
         if (json_.value("zarr_format", 0) != 2) fail("zarr_format", "expected 2");
         array_.chunks = sizes("chunks", json_.value("chunks", Json()), 1);
-        const std::string dtype = text("dtype", json_.value("dtype", Json()));
-        array_.big_endian = dtype.starts_with('>');
-        take_type(dtype.size() > 1 ? dtype.substr(1) : "");
-        if (const Json filters = json_.value("filters", Json());
-            !filters.is_null() && !filters.empty())
-            fail("filters", "are not supported");
+        take_type("dtype", text("dtype", json_.value("dtype", Json())));
+        check_chunks();
+        array_.order = in_turn(array_.shape.size());
         const std::string order = text("order", json_.value("order", Json("C")));
         if (order != "C" && order != "F") fail("order", "expected C or F");
-        array_.first_is_fastest = order == "F";
+        if (order == "F") std::reverse(array_.order.begin(), array_.order.end());
         array_.separator =
             text("dimension_separator", json_.value("dimension_separator", Json(".")));
         if (array_.separator != "." && array_.separator != "/")
             fail("dimension_separator", "expected . or /");
+        bool packed = false;
+        if (const Json filters = json_.value("filters", Json()); !filters.is_null())
+            for (const Json& filter : filters) {
+                const std::string name = text("filters", filter.value("id", Json()));
+                if (take_filter("filters", name, filter, packed)) continue;
+                take_codec("filters", name, filter);
+                packed = true;
+            }
         if (const Json how = json_.value("compressor", Json()); !how.is_null())
-            take_codec(text("compressor", how.value("id", Json())));
-        take_fill();
+            take_codec("compressor", text("compressor", how.value("id", Json())), how);
+        end_codecs();
     }
 
     void take_version3() {
@@ -103,7 +124,11 @@ class ArrayParser {
         array_.chunks =
             sizes("chunk_shape",
                   grid.value("configuration", Json::object()).value("chunk_shape", Json()), 1);
-        take_type3(text("data_type", json_.value("data_type", Json())));
+        if (const Json more = json_.value("storage_transformers", Json());
+            !more.is_null() && !more.empty())
+            fail("storage_transformers", "are not supported");
+        take_type("data_type", text("data_type", json_.value("data_type", Json())));
+        if (array_.chunks.size() != array_.shape.size()) check_chunks();
         const Json key = json_.value("chunk_key_encoding", Json::object());
         const std::string kind = key.value("name", "default");
         if (kind != "default" && kind != "v2") fail("chunk_key_encoding", "expected default or v2");
@@ -113,69 +138,238 @@ class ArrayParser {
         if (array_.separator != "." && array_.separator != "/")
             fail("separator", "expected . or /");
         if (!array_.prefix.empty()) array_.prefix += array_.separator;
+        array_.order = in_turn(array_.shape.size());
+        take_codecs(json_.value("codecs", Json()));
+        check_chunks();
+        end_codecs();
+    }
+
+    /// A codec's name and its settings; some writers give a name alone.
+    std::pair<std::string, Json> codec_of(const Json& codec) const {
+        if (codec.is_string()) return {codec.get<std::string>(), Json::object()};
+        if (!codec.is_object()) fail("codecs", "expected a list of codecs");
+        Json settings = codec.value("configuration", Json::object());
+        if (!settings.is_object()) fail("codecs", "a configuration is no object");
+        return {text("codecs", codec.value("name", Json())), std::move(settings)};
+    }
+
+    /// Numbers to numbers, then numbers to bytes, then bytes to bytes.
+    void take_codecs(const Json& codecs) {
+        if (!codecs.is_array()) fail("codecs", "expected a list of codecs");
         bool bytes = false;
-        for (const Json& codec : json_.value("codecs", Json::array())) {
-            const std::string name = codec.value("name", "");
-            if (name == "bytes") {
+        for (const Json& each : codecs) {
+            const auto [name, settings] = codec_of(each);
+            if (array_.shards && !in_shard_)
+                fail("codecs",
+                     fmt::format("{} behind sharding_indexed is not supported", in_quotes(name)));
+            if (name == "bytes" || name == "endian") {
+                if (bytes) fail("codecs", "bytes is there twice");
                 bytes = true;
-                array_.big_endian =
-                    codec.value("configuration", Json::object()).value("endian", "little") == "big";
-            } else if (!bytes) {
-                fail("codecs", fmt::format("{} before bytes is not supported", shown(name)));
-            } else {
-                take_codec(name);
+                array_.stored.big_endian = settings.value("endian", "little") == "big";
+            } else if (name == "transpose") {
+                if (bytes) fail("codecs", "transpose behind bytes");
+                take_transpose(settings);
+            } else if (name == "sharding_indexed") {
+                if (bytes) fail("codecs", "sharding_indexed behind bytes");
+                take_shards(settings);
+                bytes = true;
+            } else if (!take_filter("codecs", name, settings, bytes)) {
+                take_codec("codecs", name, settings);
+                if (!bytes) fail("codecs", fmt::format("{} before bytes", in_quotes(name)));
             }
         }
         if (!bytes) fail("codecs", "bytes is missing");
-        std::reverse(array_.codecs.begin(), array_.codecs.end());
-        take_fill();
     }
 
-    void take_codec(const std::string& name) {
-        const std::optional<ZarrCodec> codec = zarr_codec(name);
+    void take_transpose(const Json& settings) {
+        const std::size_t axes = array_.shape.size();
+        const Json said = settings.value("order", Json());
+        std::vector<std::size_t> order;
+        // Drafts had the words that version 2 has.
+        if (said == "C") order = in_turn(axes);
+        if (said == "F") {
+            order = in_turn(axes);
+            std::reverse(order.begin(), order.end());
+        }
+        if (said.is_array())
+            for (const Json& axis : said)
+                order.push_back(axis.is_number_unsigned() ? axis.get<std::size_t>() : axes);
+        std::vector<std::size_t> sorted = order;
+        std::sort(sorted.begin(), sorted.end());
+        if (sorted != in_turn(axes))
+            fail("codecs", "transpose: expected an order that has each axis once");
+        if (filters_in_order_.empty()) {
+            std::vector<std::size_t> composed;
+            for (const std::size_t axis : order) composed.push_back(array_.order[axis]);
+            array_.order = std::move(composed);
+            return;
+        }
+        // What was done to the numbers before depends on their order: they must be put back.
+        ZarrFilter filter{
+            ZarrFilter::Kind::transpose, array_.stored, array_.stored, 1, 0, order, {}};
+        for (const std::size_t axis : array_.order) filter.shape.push_back(array_.chunks[axis]);
+        for (const ZarrFilter& before : filters_in_order_) {
+            if (before.kind == ZarrFilter::Kind::pack_bits)
+                fail("codecs", "transpose behind packbits is not supported");
+            if (before.kind == ZarrFilter::Kind::transpose) filter.shape = permuted(before);
+        }
+        filters_in_order_.push_back(std::move(filter));
+    }
+    /// Sides of a chunk after it was transposed.
+    static std::vector<std::int64_t> permuted(const ZarrFilter& filter) {
+        std::vector<std::int64_t> sides;
+        for (const std::size_t axis : filter.order) sides.push_back(filter.shape[axis]);
+        return sides;
+    }
+
+    void take_shards(const Json& settings) {
+        if (in_shard_) fail("codecs", "shards within shards are not supported");
+        if (!filters_in_order_.empty())
+            fail("codecs", "filters before sharding_indexed are not supported");
+        ZarrShards shards;
+        shards.sides = array_.chunks;
+        shards.order = array_.order;
+        const auto sides = sizes("chunk_shape", settings.value("chunk_shape", Json()), 1);
+        if (sides.size() != array_.shape.size())
+            fail("chunk_shape", "has another number of axes than the shape");
+        // Chunks of a shard are counted along its own axes.
+        std::int64_t count = 1;
+        for (std::size_t i = 0; i < sides.size(); ++i) {
+            const std::size_t axis = array_.order[i];
+            if (shards.sides[axis] % sides[i] != 0)
+                fail("chunk_shape", fmt::format("a shard of {} does not divide into chunks of {}",
+                                                shards.sides[axis], sides[i]));
+            count = product(file_, count, shards.sides[axis] / sides[i]);
+            array_.chunks[axis] = sides[i];
+        }
+        constexpr std::int64_t kMostChunks = 1 << 22;
+        if (count > kMostChunks)
+            fail("chunk_shape", fmt::format("{} chunks in a shard are not supported", count));
+        const std::string where = settings.value("index_location", "end");
+        if (where != "end" && where != "start") fail("index_location", "expected end or start");
+        shards.index_first = where == "start";
+        take_index(settings.value("index_codecs", Json()), shards);
+        array_.shards = std::move(shards);
+        in_shard_ = true;
+        take_codecs(settings.value("codecs", Json()));
+        in_shard_ = false;
+    }
+    void take_index(const Json& codecs, ZarrShards& shards) const {
+        if (!codecs.is_array()) fail("index_codecs", "expected a list of codecs");
+        bool bytes = false;
+        for (const Json& each : codecs) {
+            const auto [name, settings] = codec_of(each);
+            if (name == "bytes" && !bytes) {
+                bytes = true;
+                shards.index_big_endian = settings.value("endian", "little") == "big";
+            } else if (name == "crc32c" && bytes && !shards.index_summed) {
+                shards.index_summed = true;
+            } else {
+                fail("index_codecs", fmt::format("{} is not supported; expected bytes, then crc32c",
+                                                 in_quotes(name)));
+            }
+        }
+        if (!bytes) fail("index_codecs", "bytes is missing");
+    }
+
+    /// @return false  it is no filter of numbers
+    bool take_filter(const char* field, const std::string& name, const Json& settings,
+                     bool packed) {
+        std::string problem;
+        auto filter = zarr_filter(name, settings, array_.stored, problem);
+        if (!problem.empty()) fail(field, fmt::format("{}: {}", in_quotes(name), problem));
+        if (!filter) return false;
+        if (packed)
+            fail(field,
+                 fmt::format("{} behind a codec of bytes is not supported", in_quotes(name)));
+        array_.stored = filter->stored;
+        filters_in_order_.push_back(std::move(*filter));
+        return true;
+    }
+
+    void take_codec(const char* field, const std::string& name, const Json& settings) {
+        std::string problem;
+        const std::optional<ZarrCodec> codec = zarr_codec(name, settings, problem);
         if (!codec)
-            fail("compressor",
-                 fmt::format("'{}' is not supported; expected blosc, zstd, zlib, gzip "
-                             "or bz2",
-                             shown(name)));
+            fail(field,
+                 fmt::format("{} {}", in_quotes(name),
+                             problem.empty() ? "is not supported; expected blosc, zstd, zlib, "
+                                               "gzip, bz2, lzma, lz4, shuffle, delta, "
+                                               "fixedscaleoffset, quantize, astype or packbits"
+                                             : ": " + problem));
         array_.codecs.push_back(*codec);
     }
-
-    /// "u2", "f4" ...
-    void take_type(const std::string& name) {
-        const std::pair<const char*, Type> types[] = {
-            {"b1", Type::u8},  {"u1", Type::u8},  {"i1", Type::i8},  {"u2", Type::u16},
-            {"i2", Type::i16}, {"u4", Type::u32}, {"i4", Type::i32}, {"f2", Type::f16},
-            {"f4", Type::f32}, {"f8", Type::f64}, {"u8", Type::f64}, {"i8", Type::f64}};
-        const auto found = std::find_if(std::begin(types), std::end(types),
-                                        [&](const auto& type) { return name == type.first; });
-        if (found == std::end(types))
-            fail("dtype", fmt::format("'{}' is not supported", shown(name)));
-        array_.type = found->second;
-        if (name == "u8") array_.wide = Wide::without_sign;
-        if (name == "i8") array_.wide = Wide::with_sign;
+    /// So far they are as they were applied.
+    void end_codecs() {
+        std::reverse(array_.codecs.begin(), array_.codecs.end());
+        std::reverse(filters_in_order_.begin(), filters_in_order_.end());
+        array_.filters = std::move(filters_in_order_);
     }
-    /// "uint16", "float32" ...
-    void take_type3(const std::string& name) {
-        const std::pair<const char*, const char*> types[] = {
-            {"bool", "b1"},  {"uint8", "u1"},   {"int8", "i1"},    {"uint16", "u2"},
-            {"int16", "i2"}, {"uint32", "u4"},  {"int32", "i4"},   {"uint64", "u8"},
-            {"int64", "i8"}, {"float16", "f2"}, {"float32", "f4"}, {"float64", "f8"}};
-        for (const auto& [full, brief] : types)
-            if (name == full) return take_type(brief);
-        fail("data_type", fmt::format("'{}' is not supported", shown(name)));
+
+    /// "<u2", "float32" ...
+    void take_type(const char* field, const std::string& name) {
+        const std::optional<ZarrNumber> number = zarr_number(name);
+        if (!number) fail(field, fmt::format("{} is not supported", in_quotes(name)));
+        array_.stored = *number;
+        const bool has_sign = number->kind == 'i';
+        switch (number->bytes) {
+            case 1:
+                array_.type = has_sign ? Type::i8 : Type::u8;
+                break;
+            case 2:
+                array_.type = number->is_float() ? Type::f16 : has_sign ? Type::i16 : Type::u16;
+                break;
+            case 4:
+                array_.type = number->is_float() ? Type::f32 : has_sign ? Type::i32 : Type::u32;
+                break;
+            default:
+                array_.type = Type::f64;
+                if (!number->is_float())
+                    array_.wide = has_sign ? Wide::with_sign : Wide::without_sign;
+        }
+    }
+
+    /// "0x7fc00000": the bits of a float, the highest first.
+    bool take_bits(const std::string& text) {
+        if (!text.starts_with("0x") && !text.starts_with("0X")) return false;
+        std::uint64_t bits = 0;
+        const char* end = text.data() + text.size();
+        const auto [at, error] = std::from_chars(text.data() + 2, end, bits, 16);
+        const std::size_t bytes = array_.width();
+        if (error != std::errc() || at != end || is_integer(array_.type) ||
+            array_.wide != Wide::no || text.size() != 2 + 2 * bytes)
+            fail("fill_value",
+                 fmt::format("{} is not of type {}", in_quotes(text), name_of(array_.type)));
+        for (std::size_t i = 0; i < bytes; ++i)
+            array_.fill[std::endian::native == std::endian::little ? i : bytes - 1 - i] =
+                static_cast<std::byte>(bits >> 8 * i & 0xff);
+        return true;
+    }
+    /// Numbers as texts, as some writers have them.
+    Json number_of(const Json& fill) const {
+        if (!fill.is_string()) return fill;
+        const std::string text = fill.get<std::string>();
+        if (const auto whole = to_integer(text)) return *whole;
+        if (text != "NaN" && text != "Infinity" && text != "-Infinity")
+            if (const auto number = to_double(text)) return *number;
+        return fill;
     }
 
     /// The number that missing chunks hold.
     void take_fill() {
-        const Json fill = json_.value("fill_value", Json());
         array_.fill.assign(array_.width(), std::byte{0});
-        if (fill.is_null()) return;
+        const Json said = json_.value("fill_value", Json());
+        if (said.is_null()) return;
+        if (said.is_string() && take_bits(said.get<std::string>())) return;
+        const Json fill = number_of(said);
         if (array_.wide != Wide::no) {
-            if (!fill.is_number_integer()) fail("fill_value", "expected a whole number");
-            put(fill.is_number_unsigned() ? fill.get<std::uint64_t>()
-                                          : static_cast<std::uint64_t>(fill.get<std::int64_t>()));
-            return;
+            const bool whole = fill.is_number_float() && std::abs(fill.get<double>()) < 9e18 &&
+                               fill.get<double>() == std::round(fill.get<double>());
+            if (!fill.is_number_integer() && !whole) fail("fill_value", "expected a whole number");
+            if (whole) return put(static_cast<std::int64_t>(fill.get<double>()));
+            return put(fill.is_number_unsigned()
+                           ? fill.get<std::uint64_t>()
+                           : static_cast<std::uint64_t>(fill.get<std::int64_t>()));
         }
         double value = 0;
         if (fill.is_boolean())
@@ -189,7 +383,9 @@ class ArrayParser {
         else if (fill == "-Infinity")
             value = -std::numeric_limits<double>::infinity();
         else
-            fail("fill_value", "expected a number, NaN, Infinity or -Infinity");
+            fail("fill_value",
+                 "expected a number, NaN, Infinity, -Infinity or the bits of a "
+                 "float, as 0x7fc00000");
         if (is_integer(array_.type)) {
             const auto [least, most] = limits_of(array_.type);
             if (!(value >= least && value <= most) || value != std::round(value))
@@ -222,19 +418,26 @@ class ArrayParser {
     template <class T>
     void put(T value) {
         std::memcpy(array_.fill.data(), &value, std::min(sizeof value, array_.fill.size()));
-        if (array_.big_endian) swap_bytes(array_.fill.data(), array_.fill.size(), 1);
     }
 
     std::string file_;
     const Json& json_;
     ZarrArray array_;
+    std::vector<ZarrFilter> filters_in_order_;
+    bool in_shard_ = false;
 };
 
 }  // namespace
 
-ZarrNode zarr_node_of(const std::string& folder) {
+bool is_zarr_node(const ZarrStore& store, const std::string& key) {
+    for (const char* name : {".zattrs", ".zgroup", ".zarray", kZarrVersion3})
+        if (store.has_file(zarr_key(key, name))) return true;
+    return false;
+}
+
+ZarrNode zarr_node_of(const ZarrStore& store, const std::string& key) {
     ZarrNode node;
-    if (const Json json = json_in(folder, kZarrVersion3); !json.is_null()) {
+    if (const Json json = json_in(store, key, kZarrVersion3); !json.is_null()) {
         node.version3 = true;
         if (json.value("node_type", "") == "array") node.array = json;
         if (const auto found = json.find("attributes"); found != json.end())
@@ -244,13 +447,14 @@ ZarrNode zarr_node_of(const std::string& folder) {
             node.attributes = Json(node.attributes["ome"]);
         return node;
     }
-    node.array = json_in(folder, ".zarray");
-    node.attributes = json_in(folder, ".zattrs");
+    node.array = json_in(store, key, ".zarray");
+    node.attributes = json_in(store, key, ".zattrs");
     return node;
 }
 
-ZarrArray zarr_array_of(const std::string& folder, const ZarrNode& node) {
-    return ArrayParser(folder, node).take();
+ZarrArray zarr_array_of(std::shared_ptr<const ZarrStore> store, const std::string& key,
+                        const ZarrNode& node) {
+    return ArrayParser(std::move(store), key, node).take();
 }
 
 }  // namespace edgewise::store

@@ -1,6 +1,7 @@
 #include "io/zarr_image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fmt/format.h>
 #include <utility>
@@ -96,28 +97,30 @@ void take_transforms(const std::string& folder, const Json& transforms, ZarrLeve
 }
 
 /// A folder that the metadata name, inside their own.
-std::string inside(const std::string& folder, const std::string& name) {
+std::string inside(const ZarrStore& store, const std::string& key, const std::string& name) {
     const fs::path path(name);
     const bool climbs =
         std::any_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
     if (name.empty() || path.is_absolute() || climbs)
-        refuse(folder, fmt::format("field 'path': {} is not a folder inside", in_quotes(name)));
-    const std::string whole = folder + "/" + name;
-    if (!fs::is_directory(whole))
-        refuse(folder, fmt::format("field 'path': {} is missing", in_quotes(name)));
+        refuse(store.name_of(key),
+               fmt::format("field 'path': {} is not a folder inside", in_quotes(name)));
+    const std::string whole = zarr_key(key, name);
+    if (!store.has_folder(whole))
+        refuse(store.name_of(key), fmt::format("field 'path': {} is missing", in_quotes(name)));
     return whole;
 }
 
 }  // namespace
 
-ZarrImage zarr_image_of_array(const std::string& folder, std::size_t axes) {
+ZarrImage zarr_image_of_array(const ZarrStore& store, const std::string& key, std::size_t axes) {
     ZarrImage image;
-    image.axes = usual_axes(folder, axes);
-    image.levels.push_back({folder, std::vector<double>(axes, 1), std::vector<double>(axes, 0)});
+    image.axes = usual_axes(store.name_of(key), axes);
+    image.levels.push_back({key, std::vector<double>(axes, 1), std::vector<double>(axes, 0)});
     return image;
 }
 
-ZarrImage zarr_image_of(const std::string& folder, const Json& multiscales) {
+ZarrImage zarr_image_of(const ZarrStore& store, const std::string& key, const Json& multiscales) {
+    const std::string folder = store.name_of(key);
     if (!multiscales.is_array() || multiscales.empty() || !multiscales[0].is_object())
         refuse(folder, "field 'multiscales': expected a list of images");
     const Json& first = multiscales[0];
@@ -127,9 +130,9 @@ ZarrImage zarr_image_of(const std::string& folder, const Json& multiscales) {
     if (first.contains("axes")) image.axes = axes_of(folder, first["axes"]);
     for (const Json& dataset : datasets) {
         ZarrLevel level;
-        level.folder = inside(folder, dataset.is_object() ? dataset.value("path", "") : "");
+        level.key = inside(store, key, dataset.is_object() ? dataset.value("path", "") : "");
         if (image.axes.empty()) {
-            const Json shape = zarr_node_of(level.folder).array.value("shape", Json::array());
+            const Json shape = zarr_node_of(store, level.key).array.value("shape", Json::array());
             image.axes = usual_axes(folder, shape.size());
         }
         level.scale.assign(image.axes.size(), 1);
@@ -150,23 +153,35 @@ Extent extent_of(const std::vector<ZarrImage::Named>& axes,
 }
 
 void take_lengths(Header& header, const ZarrImage& image, const ZarrLevel& level) {
-    bool known = true;
-    for (const ZarrImage::Named& axis : image.axes) {
-        if (axis.kind > Axis::z) continue;
-        known = known && millimetres(axis.unit) > 0;
-        if (!axis.unit.empty() && !(millimetres(axis.unit) > 0))
-            header.warnings.push_back(fmt::format("{}: field 'axes': the unit {} is not known",
-                                                  header.file, in_quotes(axis.unit)));
+    constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
+    std::array<const ZarrImage::Named*, 3> named{};
+    std::array<std::size_t, 3> place{};
+    for (std::size_t i = 0; i < image.axes.size(); ++i)
+        if (image.axes[i].kind <= Axis::z) {
+            named[static_cast<std::size_t>(image.axes[i].kind)] = &image.axes[i];
+            place[static_cast<std::size_t>(image.axes[i].kind)] = i;
+        }
+    // Of x where it has one: converters leave out what a microscope does not say, that of z first.
+    const ZarrImage::Named* first = nullptr;
+    for (const ZarrImage::Named* axis : named)
+        if (!first && axis && millimetres(axis->unit) > 0) first = axis;
+    const double usual = first ? millimetres(first->unit) : 1;
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (!named[k]) continue;
+        const std::string& unit = named[k]->unit;
+        const bool known = millimetres(unit) > 0;
+        if (!known && (first || !unit.empty()))
+            header.warnings.push_back(fmt::format(
+                "{}: field 'axes': {}{}", header.file,
+                unit.empty()
+                    ? fmt::format("{} has no unit", kAxes[k])
+                    : fmt::format("the unit {} of {} is not known", in_quotes(unit), kAxes[k]),
+                first ? fmt::format("; taken as {}", in_quotes(first->unit)) : ""));
+        const double factor = known ? millimetres(unit) : usual;
+        header.spacing[k] = without_noise(level.scale[place[k]] * factor);
+        header.origin[k] = level.move[place[k]] * factor;
     }
-    for (std::size_t i = 0; i < image.axes.size(); ++i) {
-        const ZarrImage::Named& axis = image.axes[i];
-        if (axis.kind > Axis::z) continue;
-        const double unit = known ? millimetres(axis.unit) : 1;
-        const auto k = static_cast<std::size_t>(axis.kind);
-        header.spacing[k] = without_noise(level.scale[i] * unit);
-        header.origin[k] = level.move[i] * unit;
-        if (known) header.unit = "mm", header.file_unit = unit;
-    }
+    if (first) header.unit = "mm", header.file_unit = usual;
     check_spacing(header, "scale");
 }
 

@@ -1,8 +1,9 @@
 #include "io/zarr_reader.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <fmt/format.h>
 #include <mutex>
 #include <tbb/parallel_for.h>
@@ -20,69 +21,142 @@ std::int64_t ZarrReader::only(std::size_t axis, const Selection& pick) const {
     return -1;
 }
 
-std::vector<std::int64_t> ZarrReader::chunk_counts(const Selection& pick) const {
-    std::vector<std::int64_t> counts;
-    for (std::size_t i = 0; i < axes_.size(); ++i)
-        counts.push_back(
-            only(i, pick) >= 0 ? 1 : (array_.shape[i] + array_.chunks[i] - 1) / array_.chunks[i]);
+ZarrReader::Place ZarrReader::file_counts(const Selection& pick) const {
+    Place counts;
+    for (std::size_t i = 0; i < axes_.size(); ++i) {
+        const std::int64_t side = array_.file_sides()[i];
+        counts.push_back(only(i, pick) >= 0 ? 1 : (array_.shape[i] + side - 1) / side);
+    }
     return counts;
 }
 
-std::vector<std::int64_t> ZarrReader::chunk_at(std::int64_t number,
-                                               const std::vector<std::int64_t>& counts,
-                                               const Selection& pick) const {
-    std::vector<std::int64_t> chunk(counts.size());
+ZarrReader::Place ZarrReader::file_at(std::int64_t number, const Place& counts,
+                                      const Selection& pick) const {
+    Place file(counts.size());
     for (std::size_t i = counts.size(); i-- > 0; number /= counts[i]) {
         const std::int64_t index = only(i, pick);
-        chunk[i] = index >= 0 ? index / array_.chunks[i] : number % counts[i];
+        file[i] = index >= 0 ? index / array_.file_sides()[i] : number % counts[i];
     }
-    return chunk;
+    return file;
 }
 
-Bytes ZarrReader::chunk_bytes(const std::vector<std::int64_t>& chunk,
-                              const std::string& file) const {
-    const std::string path =
-        fmt::format("{}/{}{}", array_.folder, array_.prefix, fmt::join(chunk, array_.separator));
-    Bytes bytes;
-    if (std::filesystem::exists(path)) {
-        try {
-            bytes = decoded(path, array_.codecs, array_.chunk_bytes());
-        } catch (const InputError& error) {
-            refuse(file, error.what());
-        }
-    } else {
-        bytes.resize(array_.chunk_bytes());
-        for (std::size_t at = 0; at < bytes.size(); at += array_.fill.size())
-            std::memcpy(bytes.data() + at, array_.fill.data(), array_.fill.size());
+bool ZarrReader::is_read(const Place& low, const Selection& pick) const {
+    for (std::size_t i = 0; i < axes_.size(); ++i) {
+        if (low[i] >= array_.shape[i]) return false;
+        const std::int64_t index = only(i, pick);
+        if (index >= 0 && (index < low[i] || index >= low[i] + array_.chunks[i])) return false;
     }
-    if (array_.big_endian && array_.width() > 1)
-        swap_bytes(bytes.data(), array_.width(),
-                   static_cast<std::int64_t>(bytes.size() / array_.width()));
+    return true;
+}
+
+Bytes ZarrReader::fill_chunk() const {
+    Bytes bytes(array_.chunk_bytes());
+    for (std::size_t at = 0; at < bytes.size(); at += array_.fill.size())
+        std::memcpy(bytes.data() + at, array_.fill.data(), array_.fill.size());
     return bytes;
 }
 
+Bytes ZarrReader::unpacked(const std::string& name, Bytes packed) const {
+    const std::size_t count = array_.chunk_numbers(), width = array_.stored.bytes;
+    const std::size_t bytes =
+        array_.filters.empty() ? count * width : filtered_bytes(array_.filters.front(), count);
+    Bytes numbers = decoded(name, std::move(packed), array_.codecs, bytes);
+    if (array_.stored.big_endian && width > 1)
+        swap_bytes(numbers.data(), width, static_cast<std::int64_t>(numbers.size() / width));
+    return unfiltered(name, std::move(numbers), array_.filters, count);
+}
+
+std::vector<ZarrReader::Part> ZarrReader::index_of(const ZarrFile& shard,
+                                                   const std::string& name) const {
+    const ZarrShards& shards = *array_.shards;
+    const std::size_t count = array_.chunks_in_file();
+    const std::vector<ZarrCodec> sum(shards.index_summed ? 1 : 0, {ZarrCodec::Kind::crc32c});
+    const std::uint64_t size = 16 * count + (shards.index_summed ? 4 : 0);
+    if (shard.size() < size)
+        refuse(name, fmt::format("a shard of {} bytes, too short for its index of {}", shard.size(),
+                                 size));
+    Bytes packed(static_cast<std::size_t>(size));
+    shard.read(shards.index_first ? 0 : shard.size() - size, packed);
+    Bytes bytes = decoded(name + ", its index", std::move(packed), sum, 16 * count);
+    if (shards.index_big_endian != (std::endian::native == std::endian::big))
+        swap_bytes(bytes.data(), 8, static_cast<std::int64_t>(2 * count));
+    std::vector<Part> parts(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        std::memcpy(&parts[i].offset, bytes.data() + 16 * i, 8);
+        std::memcpy(&parts[i].bytes, bytes.data() + 16 * i + 8, 8);
+        if (!parts[i].missing() &&
+            (parts[i].offset > shard.size() || parts[i].bytes > shard.size() - parts[i].offset))
+            refuse(name,
+                   fmt::format("chunk {} of the shard lies beyond its {} bytes", i, shard.size()));
+    }
+    return parts;
+}
+
+template <class Use>
+void ZarrReader::each_chunk(const Place& file, const Selection& pick, Use use) const {
+    const std::string key =
+        zarr_key(array_.key, fmt::format("{}{}", array_.prefix, fmt::join(file, array_.separator)));
+    const std::string name = array_.store->name_of(key);
+    const std::uint64_t most_of_chunk =
+        std::min<std::uint64_t>(most_packed(array_.chunk_bytes()), UINT32_MAX);
+    const std::size_t count = array_.chunks_in_file();
+    // What a whole file may hold, where it has to be unpacked before it can be read.
+    const std::uint64_t most = most_of_chunk > UINT64_MAX / (count + 1)
+                                   ? UINT64_MAX
+                                   : most_of_chunk * count + 16 * count + 4;
+    const std::unique_ptr<ZarrFile> from = array_.store->open(key, most);
+    const auto packed = [&](std::uint64_t offset, std::uint64_t bytes) {
+        if (bytes > most_of_chunk)
+            refuse(name, fmt::format("holds {} bytes, expected {}", bytes, array_.chunk_bytes()));
+        Bytes all(static_cast<std::size_t>(bytes));
+        from->read(offset, all);
+        return all;
+    };
+    Place low;
+    for (std::size_t i = 0; i < file.size(); ++i) low.push_back(file[i] * array_.file_sides()[i]);
+    if (!array_.shards) {
+        use(low, from ? unpacked(name, packed(0, from->size())) : fill_chunk());
+        return;
+    }
+    const ZarrShards& shards = *array_.shards;
+    const std::vector<Part> parts = from ? index_of(*from, name) : std::vector<Part>{};
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t number) {
+        Place at = low;
+        std::size_t left = number;
+        for (std::size_t k = shards.order.size(); k-- > 0;) {
+            const std::size_t axis = shards.order[k];
+            const auto side = static_cast<std::size_t>(shards.sides[axis] / array_.chunks[axis]);
+            at[axis] += static_cast<std::int64_t>(left % side) * array_.chunks[axis];
+            left /= side;
+        }
+        if (!is_read(at, pick)) return;
+        const bool there = from && !parts[number].missing();
+        use(at, there ? unpacked(fmt::format("{}, chunk {}", name, number),
+                                 packed(parts[number].offset, parts[number].bytes))
+                      : fill_chunk());
+    });
+}
+
 template <class Run>
-void ZarrReader::each_run(const std::vector<std::int64_t>& chunk, const Selection& pick,
-                          Run run) const {
+void ZarrReader::each_run(const Place& origin, const Selection& pick, Run run) const {
     const std::size_t axes = axes_.size();
     // The axis along which numbers of a chunk are neighbours.
-    const std::size_t fastest = array_.first_is_fastest ? 0 : axes - 1;
-    std::vector<std::int64_t> low(axes), high(axes), stride(axes);
+    const std::size_t fastest = array_.order.back();
+    Place low(axes), high(axes), stride(axes);
     std::int64_t step = 1;
-    for (std::size_t k = 0; k < axes; ++k) {
-        const std::size_t i = array_.first_is_fastest ? k : axes - 1 - k;
+    for (std::size_t k = axes; k-- > 0;) {
+        const std::size_t i = array_.order[k];
         stride[i] = step;
         step *= array_.chunks[i];
-        low[i] = chunk[i] * array_.chunks[i];
+        low[i] = origin[i];
         high[i] = std::min(low[i] + array_.chunks[i], array_.shape[i]);
         if (const std::int64_t index = only(i, pick); index >= 0)
             low[i] = index, high[i] = index + 1;
     }
-    std::vector<std::int64_t> at = low;
+    Place at = low;
     for (;;) {
         std::int64_t from = 0;
-        for (std::size_t i = 0; i < axes; ++i)
-            from += (at[i] - chunk[i] * array_.chunks[i]) * stride[i];
+        for (std::size_t i = 0; i < axes; ++i) from += (at[i] - origin[i]) * stride[i];
         run(at.data(), static_cast<std::size_t>(from), high[fastest] - low[fastest]);
         std::size_t i = 0;
         for (; i < axes; ++i) {
@@ -94,39 +168,40 @@ void ZarrReader::each_run(const std::vector<std::int64_t>& chunk, const Selectio
     }
 }
 
-void ZarrReader::put_chunk(const std::vector<std::int64_t>& chunk, const Target& target,
+void ZarrReader::put_chunk(const Place& low, const Bytes& numbers, const Target& target,
                            Rounding& rounding) const {
-    Bytes bytes = chunk_bytes(chunk, target.header.file);
+    Bytes narrowed;
     if (array_.wide != Wide::no) {
-        Bytes narrowed(bytes.size() / 8 * bytes_of(array_.type));
-        narrow_numbers(bytes.data(), bytes.size() / 8, array_.wide, array_.type, narrowed.data());
-        bytes = std::move(narrowed);
+        narrowed.resize(numbers.size() / 8 * bytes_of(array_.type));
+        narrow_numbers(numbers.data(), numbers.size() / 8, array_.wide, array_.type,
+                       narrowed.data());
     }
+    const Bytes& bytes = array_.wide != Wide::no ? narrowed : numbers;
     const Extent& extent = target.header.extent;
     const std::int64_t strides[] = {target.channels, target.channels * extent.x,
                                     target.channels * extent.x * extent.y};
     const Type out = loaded_type(array_.type, target.pick.as_stored);
     const std::size_t width = bytes_of(array_.type), out_width = bytes_of(out);
-    const std::size_t fastest = array_.first_is_fastest ? 0 : axes_.size() - 1;
+    const std::size_t fastest = array_.order.back();
     const auto stride_of = [&](std::size_t i) -> std::int64_t {
         const Axis::Kind kind = axes_[i].kind;
         if (kind <= Axis::z) return strides[kind];
         return kind == Axis::channel && !target.pick.channel ? 1 : 0;
     };
-    each_run(chunk, target.pick, [&](const std::int64_t* at, std::size_t from, std::int64_t n) {
+    each_run(low, target.pick, [&](const std::int64_t* at, std::size_t from, std::int64_t n) {
         std::int64_t to = 0;
         for (std::size_t i = 0; i < axes_.size(); ++i) to += at[i] * stride_of(i);
         const std::int64_t stride = stride_of(fastest);
         std::byte* place = target.into.data() + static_cast<std::size_t>(to) * out_width;
-        const std::byte* numbers = bytes.data() + from * width;
+        const std::byte* first = bytes.data() + from * width;
         if (out != array_.type) {
-            rounding.convert(array_.type, numbers, n, place, stride);
+            rounding.convert(array_.type, first, n, place, stride);
         } else if (stride == 1) {
-            std::memcpy(place, numbers, static_cast<std::size_t>(n) * width);
+            std::memcpy(place, first, static_cast<std::size_t>(n) * width);
         } else {
             for (std::int64_t k = 0; k < n; ++k)
                 std::memcpy(place + static_cast<std::size_t>(k * stride) * width,
-                            numbers + static_cast<std::size_t>(k) * width, width);
+                            first + static_cast<std::size_t>(k) * width, width);
         }
     });
 }
@@ -134,33 +209,53 @@ void ZarrReader::put_chunk(const std::vector<std::int64_t>& chunk, const Target&
 void ZarrReader::read(const Header& header, const Selection& pick, std::span<std::byte> into,
                       std::vector<std::string>& warnings) const {
     const Target target{header, pick, into, loaded_channels(header, pick)};
-    const std::vector<std::int64_t> counts = chunk_counts(pick);
+    const Place counts = file_counts(pick);
     std::int64_t all = 1;
     for (const std::int64_t count : counts) all *= count;
     Rounding rounding;
     std::mutex telling;
-    tbb::parallel_for(std::int64_t{0}, all, [&](std::int64_t number) {
-        Rounding here;
-        put_chunk(chunk_at(number, counts, pick), target, here);
-        const std::lock_guard lock(telling);
-        rounding.rounded += here.rounded;
-        rounding.beyond += here.beyond;
-    });
+    try {
+        tbb::parallel_for(std::int64_t{0}, all, [&](std::int64_t number) {
+            each_chunk(file_at(number, counts, pick), pick,
+                       [&](const Place& low, const Bytes& numbers) {
+                           Rounding here;
+                           put_chunk(low, numbers, target, here);
+                           const std::lock_guard lock(telling);
+                           rounding.rounded += here.rounded;
+                           rounding.beyond += here.beyond;
+                       });
+        });
+    } catch (const InputError& error) {
+        refuse(header.file, error.what());
+    }
     rounding.tell(header.file, array_.type, warnings);
 }
 
 void ZarrReader::narrow(Header& header) {
     if (array_.wide == Wide::no) return;
-    WideRange range(array_.wide);
-    const std::vector<std::int64_t> counts = chunk_counts({});
+    const Place counts = file_counts({});
     std::int64_t all = 1;
-    for (const std::int64_t count : counts) all *= count;
-    for (std::int64_t number = 0; number < all; ++number) {
-        const std::vector<std::int64_t> chunk = chunk_at(number, counts, {});
-        const Bytes bytes = chunk_bytes(chunk, header.file);
-        each_run(chunk, {}, [&](const std::int64_t* /*at*/, std::size_t from, std::int64_t n) {
-            range.take(bytes.data() + 8 * from, static_cast<std::size_t>(n));
-        });
+    for (const std::int64_t count : counts) all = product(header.file, all, count);
+    constexpr std::int64_t kMostFiles = 1 << 22;
+    if (all > kMostFiles)
+        refuse(header.file,
+               fmt::format("64-bit integers in {} files are not supported: finding the type that "
+                           "holds them would read them all",
+                           all));
+    WideRange range(array_.wide);
+    std::mutex taking;
+    try {
+        for (std::int64_t number = 0; number < all; ++number)
+            each_chunk(
+                file_at(number, counts, {}), {}, [&](const Place& low, const Bytes& numbers) {
+                    const std::lock_guard lock(taking);
+                    each_run(low, {},
+                             [&](const std::int64_t* /*at*/, std::size_t from, std::int64_t n) {
+                                 range.take(numbers.data() + 8 * from, static_cast<std::size_t>(n));
+                             });
+                });
+    } catch (const InputError& error) {
+        refuse(header.file, error.what());
     }
     take_narrowed(header, range.narrowed());
     array_.type = header.type;

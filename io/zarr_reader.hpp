@@ -23,7 +23,7 @@ class ZarrReader : public Reader {
               std::vector<std::string>& warnings) const override;
 
     /// Chunks come and go without their folder's knowing.
-    std::optional<std::vector<std::string>> files() const override { return std::nullopt; }
+    std::optional<std::vector<std::string>> files() const override { return array_.store->files(); }
 
     /// Numbers of 64 bits become a type that holds all that the array has.
     void narrow(Header& header);
@@ -36,19 +36,34 @@ class ZarrReader : public Reader {
         std::int64_t channels;  // in memory
     };
 
+    using Place = std::vector<std::int64_t>;  // one an axis, slowest first
+
     /// The only index that is read along an axis, or -1: all are.
     std::int64_t only(std::size_t axis, const Selection& pick) const;
-    /// How many chunks are read along each axis.
-    std::vector<std::int64_t> chunk_counts(const Selection& pick) const;
-    std::vector<std::int64_t> chunk_at(std::int64_t number, const std::vector<std::int64_t>& counts,
-                                       const Selection& pick) const;
-    /// Decoded numbers in native byte order.
-    Bytes chunk_bytes(const std::vector<std::int64_t>& chunk, const std::string& file) const;
+    /// How many files are read along each axis.
+    Place file_counts(const Selection& pick) const;
+    Place file_at(std::int64_t number, const Place& counts, const Selection& pick) const;
+    /// Whether a chunk has numbers that are read. @param low  its first place in the array
+    bool is_read(const Place& low, const Selection& pick) const;
+
+    /// Calls use(first place in the array, native numbers) for the chunks of a file that are read.
+    template <class Use>
+    void each_chunk(const Place& file, const Selection& pick, Use use) const;
+    Bytes fill_chunk() const;
+    /// The same numbers, unpacked, in native byte order.
+    Bytes unpacked(const std::string& name, Bytes packed) const;
+    /// Where the chunks of a shard lie in its file.
+    struct Part {
+        std::uint64_t offset = 0, bytes = 0;
+        bool missing() const noexcept { return offset == ~0ull && bytes == ~0ull; }
+    };
+    std::vector<Part> index_of(const ZarrFile& shard, const std::string& name) const;
+
     /// Calls run(index of the first, its place in the chunk, how many) for numbers of a chunk that
     /// lie in the array and are read, one after another in the chunk.
     template <class Run>
-    void each_run(const std::vector<std::int64_t>& chunk, const Selection& pick, Run run) const;
-    void put_chunk(const std::vector<std::int64_t>& chunk, const Target& target,
+    void each_run(const Place& origin, const Selection& pick, Run run) const;
+    void put_chunk(const Place& low, const Bytes& numbers, const Target& target,
                    Rounding& rounding) const;
 
     ZarrArray array_;
