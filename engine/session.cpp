@@ -130,11 +130,38 @@ void take_written(Session& session, double low, double high) {
                                  *session.outputs, low, high);
     const Tail& tail = session.written.tail;
     want.written.reset();
-    if (want.job != Job::warp || tail.view || session.outputs->none()) return;
+    if (!want.job->samples || tail.view || session.outputs->none()) return;
     const WrittenAs written{tail.type, tail.values, tail.alpha == store::Alpha::straight,
                             tail.alpha_unit};
     // Places in a table are whole numbers, and none is written.
     if (written.rounds() && !tail.table) want.written = written;
+}
+
+/// What a file's type changes is the same whatever path is taken. Where it is no part of the
+/// budget, as of a filter that is to be equal but for rounding, paths are compared without it.
+void leave_writing_out(Session& session) {
+    if (session.request.budget.error_yields) session.request.written.reset();
+}
+
+/// What is promised and measured of the path that was chosen is of the file all the same.
+void count_writing(Session& session) {
+    Request& want = session.request;
+    if (!want.budget.error_yields || !session.outputs || session.input->described) return;
+    const Statistics& statistics = session.statistics;
+    take_written(session, statistics.low, statistics.high);
+    if (!want.written || !session.answer || session.drawn == 0) return;
+    const double error = rounding_of(session.ask()) / session.scene.range;
+    const auto copies = [&](const Step& step) {
+        return step.by->error_of(step.offer, session.ask()).copies;
+    };
+    const auto raise = [&](Plan& plan) {
+        if (std::all_of(plan.steps.begin(), plan.steps.end(), copies)) return;
+        plan.predicted.error = std::hypot(plan.predicted.error, error);
+        if (!plan.steps.empty()) plan.steps.back().predicted.error = plan.predicted.error;
+    };
+    if (session.answer->plan) raise(*session.answer->plan);
+    for (std::vector<Plan>* plans : {&session.answer->front, &session.answer->nearest})
+        for (Plan& plan : *plans) raise(plan);
 }
 
 /// Whether some path that may be chosen brings the samples to where they are wanted and computes
@@ -593,7 +620,7 @@ void take_request(Session& session) {
             *o.out, want.job == Job::mesh ? Outputs::Holds::surface : Outputs::Holds::samples);
     // Where the choice depends on errors as such, they are always wanted.
     if (session.errors == ErrorsWanted::for_choice &&
-        (want.budget.error || want.minimize == Minimize::error ||
+        ((want.budget.error && !want.budget.error_yields) || want.minimize == Minimize::error ||
          session.spec.planner != Planner::estimate))
         session.errors = ErrorsWanted::asked;
     take_machine(session);
@@ -639,6 +666,7 @@ void take_request(Session& session) {
 }
 
 void prepare_planning(Session& session) {
+    leave_writing_out(session);
     session.plan_options.demands = session.spec.demands;
     session.plan_options.pinned = pinned_bytes(session);
     session.plan_options.resident = session.resident;
@@ -670,6 +698,7 @@ void make_plan(Session& session) {
         ask_planner(session);
     }
     if (session.spec.planner != Planner::estimate) pilot(session);
+    count_writing(session);
     session.answer->seconds = session.spent.all();
     session.planning.reset();
     for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);

@@ -52,8 +52,8 @@ bool is_worth_all(const Request& want, std::int64_t there, std::int64_t samples)
 }
 
 /// Labels are copied as they are; where values are slope x stored + offset, f32 rounds that.
-bool differs(float a, double b, const ValueMap& map) {
-    if (map.identity()) return a != static_cast<float>(b);
+bool differs(double a, double b, const ValueMap& map) {
+    if (map.identity()) return static_cast<float>(a) != static_cast<float>(b);
     return !(std::abs(a - b) <= 1e-6 * std::max(1.0, std::abs(b)));
 }
 
@@ -72,7 +72,7 @@ double verifier_bytes(const Request& want, const ReferenceField& field, std::int
     const double channels = reference.channels();
     // Of vectors that grow there are two for a moment.
     const double a_look = 2 * (sizeof(OutputSample) + 4 * sizeof(double) +
-                               channels * (sizeof(float) + sizeof(double)));
+                               channels * (2 * sizeof(double)));
     const double a_comparison = 2 * (6 + channels) * sizeof(double);
     const auto bytes = [&](double looked, double compared) {
         return looked * a_look + compared * a_comparison + reference.bytes(compared, threads);
@@ -114,7 +114,7 @@ Verifier::Verifier(const Request& want, const ReferenceField& field, std::int64_
     if (all_) draw_all();
     std::sort(looked_.begin(), looked_.end(),
               [](const Looked& a, const Looked& b) { return is_before(a.at, b.at); });
-    delivered_.assign(looked_.size() * channels_, std::numeric_limits<float>::quiet_NaN());
+    delivered_.assign(looked_.size() * channels_, std::numeric_limits<double>::quiet_NaN());
 }
 
 bool Verifier::counts(const OutputSample& at) const {
@@ -166,8 +166,8 @@ void Verifier::look_around_extremes() {
         nearby_.end());
     const auto near = static_cast<double>(nearby_.size());
     std::vector<Looked> joined;
-    std::vector<float> delivered;
-    const auto take = [&](const Looked& looked, const float* values) {
+    std::vector<double> delivered;
+    const auto take = [&](const Looked& looked, const double* values) {
         joined.push_back(looked);
         delivered.insert(delivered.end(), values, values + channels_);
     };
@@ -328,14 +328,14 @@ void Verifier::take_looked(int frame, const Data& result) {
 }
 
 /// All written channels of the sample at a place.
-void Verifier::copy_written(const Data& result, std::int64_t place, float* values) const {
+void Verifier::copy_written(const Data& result, std::int64_t place, double* values) const {
     std::array<double, 4> delivered{};
     const auto channels = static_cast<std::size_t>(result.what.channels);
     for (std::size_t c = 0; c < channels; ++c)
         delivered[c] = value_at(result, place * result.what.channels + static_cast<int>(c));
     if (want_.written) round_as(*want_.written, {delivered.data(), channels});
     as_written(want_, delivered.data());
-    for (std::size_t c = 0; c < channels_; ++c) values[c] = static_cast<float>(delivered[c]);
+    for (std::size_t c = 0; c < channels_; ++c) values[c] = delivered[c];
 }
 
 /// Keeps the places of the largest and smallest values so far. Chunks are joined in order, and of
@@ -365,15 +365,13 @@ void Verifier::find_extremes(int frame, const Data& result) {
         auto& most = large[static_cast<std::size_t>(chunk)];
         auto& least = small[static_cast<std::size_t>(chunk)];
         const std::int64_t end = std::min(n.samples(), (chunk + 1) * kChunk);
-        std::vector<float> written(channels_);
+        std::vector<double> written(channels_);
         for (std::int64_t place = chunk * kChunk; place < end; ++place) {
-            const float* values = written.data();
-            if (is_plain)
-                values = result.as<float>() + place * channels;
-            else
-                copy_written(result, place, written.data());
+            const float* plain = is_plain ? result.as<float>() + place * channels : nullptr;
+            if (!plain) copy_written(result, place, written.data());
             for (std::int64_t c = 0; c < channels; ++c) {
-                const float value = values[c];
+                const auto value =
+                    plain ? plain[c] : static_cast<float>(written[static_cast<std::size_t>(c)]);
                 const bool up = beaten(most, value, larger), down = beaten(least, value, smaller);
                 if (!(up || down) || !std::isfinite(value)) continue;
                 const OutputSample at = sample_at(n, frame, place);
@@ -412,7 +410,7 @@ void Verifier::keep_nearby(int frame, const Data& result) {
                      x <= std::min(n.x - 1, of.x + reach); ++x) {
                     const OutputSample at{of.view, x, y, z};
                     if (!counts(at)) continue;
-                    Nearby nearby{of, at, std::vector<float>(channels_)};
+                    Nearby nearby{of, at, std::vector<double>(channels_)};
                     copy_written(result, place_in(n, at), nearby.values.data());
                     nearby_.push_back(std::move(nearby));
                 }
@@ -427,7 +425,7 @@ void Verifier::compare_whole(int frame, const Data& result) {
     // Boxes of a volume, bands of a picture: what lies together meets few tiles of the input.
     const Extent box = n.z > 1 ? Extent{kBox, kBox, kBox} : Extent{n.x, kBox, 1};
     std::vector<OutputSample> samples;
-    std::vector<float> delivered(channels_);
+    std::vector<double> delivered(channels_);
     for (std::int64_t z0 = 0; z0 < n.z; z0 += box.z)
         for (std::int64_t y0 = 0; y0 < n.y; y0 += box.y)
             for (std::int64_t x0 = 0; x0 < n.x; x0 += box.x) {
@@ -467,7 +465,7 @@ void Verifier::take_range(const std::vector<double>& reference) {
     }
 }
 
-void Verifier::compare(const float* delivered, const double* expected, const Draw& draw) {
+void Verifier::compare(const double* delivered, const double* expected, const Draw& draw) {
     if (std::isnan(expected[0])) {
         compared_.left_out += draw.weight;
         return;
@@ -516,7 +514,7 @@ Interval Verifier::interval(double mean) const {
 }
 
 void Verifier::begin_again() {
-    std::fill(delivered_.begin(), delivered_.end(), std::numeric_limits<float>::quiet_NaN());
+    std::fill(delivered_.begin(), delivered_.end(), std::numeric_limits<double>::quiet_NaN());
     largest_.clear();
     smallest_.clear();
     compared_ = {};

@@ -79,7 +79,7 @@ class Verifier {
     /// What lies around an extreme of the first result, as delivered there.
     struct Nearby {
         OutputSample of, at;
-        std::vector<float> values;
+        std::vector<double> values;
     };
     struct Draw {
         std::size_t looked = 0;
@@ -112,8 +112,8 @@ class Verifier {
     void keep_nearby(int frame, const Data& result);
     void compare_whole(int frame, const Data& result);
     std::vector<double> written_reference(std::span<const OutputSample> samples) const;
-    void copy_written(const Data& result, std::int64_t place, float* values) const;
-    void compare(const float* delivered, const double* expected, const Draw& draw);
+    void copy_written(const Data& result, std::int64_t place, double* values) const;
+    void compare(const double* delivered, const double* expected, const Draw& draw);
     void take_range(const std::vector<double>& reference);
     Interval interval(double mean) const;
     void begin_again();
@@ -128,7 +128,7 @@ class Verifier {
     double population_ = 0;  // samples that see the input, about
     bool looked_at_all_ = false;
     std::vector<Looked> looked_;    // in order of frames
-    std::vector<float> delivered_;  // [looked][channels]
+    std::vector<double> delivered_;  // [looked][channels]
     std::vector<Draw> draws_;
     std::vector<double> reference_of_drawn_;     // [draw][channels]
     std::vector<double> reference_of_extremes_;  // of the guess

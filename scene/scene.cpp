@@ -4,6 +4,7 @@
 
 #include "graph/range.hpp"
 #include "reference/written.hpp"
+#include "scene/measured_results.hpp"
 #include "scene/measured_runs.hpp"
 #include "scene/preview.hpp"
 
@@ -43,7 +44,10 @@ Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statist
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
                     int times, const Demands& asked) {
     Scene scene = unseen_scene(statistics);
-    if (want.job->values == JobTraits::Values::other) return scene;
+    if (want.job->values == JobTraits::Values::other) {
+        measure_results(catalogue, asked, input, statistics, want, scene, memory);
+        return scene;
+    }
 
     const ReferenceField field(input, want.field, formula);
     const auto see = want.job->of_points() ? preview_points : preview_rays;

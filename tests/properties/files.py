@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-NRRD_TYPES = {"u1": "uint8", "i1": "int8", "u2": "uint16", "i2": "int16", "u4": "uint32", "i4": "int32", "f4": "float"}
+NRRD_TYPES = {"u1": "uint8", "i1": "int8", "u2": "uint16", "i2": "int16", "u4": "uint32", "i4": "int32", "f4": "float", "f8": "double"}
 NRRD_NAMES = {"uint8": "u1", "unsigned char": "u1", "uchar": "u1", "uint8_t": "u1", "int8": "i1", "signed char": "i1",
               "ushort": "u2", "unsigned short": "u2", "uint16": "u2", "short": "i2", "signed short": "i2", "int16": "i2",
               "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "double": "f8"}

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <optional>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -133,26 +134,94 @@ Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) 
     return work;
 }
 
+/// Whether what is added to samples, or subtracted, is exact in the type of the pass.
+bool adds_exactly(const Neighbourhood& pass, const Representation& from, Type type,
+                  const Scene& scene) {
+    double highest = 0;
+    for (const double weight : pass.weights)
+        if (pass.counts(weight)) highest = std::max(highest, std::abs(weight));
+    constexpr double kWhole = 0x1p24, kWide = 0x1p53;
+    const bool whole = is_integer(from.type) && pass.whole() &&
+                       from.values.slope == std::round(from.values.slope) &&
+                       from.values.offset == std::round(from.values.offset);
+    return whole && largest_of(scene) + highest < (type == Type::f64 ? kWide : kWhole);
+}
+
+/// RMS of what a rounding changes, as a part of the value: a step of 2^-23 to 2^-24 of it, evenly
+/// within half of it, over values of all mantissas [log-uniform: sqrt(3 / (8 ln 2) / 3)].
+constexpr double kRounded = 0.425;
+
+double unit_of(Type type) { return type == Type::f64 ? 0x1p-53 : 0x1p-24; }
+
+/// What rounding adds in one pass. Without measurements on the data it is a bound; with them what
+/// roundings of sums that grow like a random walk, or steadily, come to.
+double rounding_noise(const PassAsk& ask) {
+    const Neighbourhood& pass = ask.of;
+    const double unit = unit_of(ask.type), largest = largest_of(ask.scene);
+    if (!pass.of_sum()) {
+        if (pass.flat() || adds_exactly(pass, ask.from, ask.type, ask.scene)) return 0;
+        double highest = 0;
+        for (const double weight : pass.weights)
+            if (pass.counts(weight)) highest = std::max(highest, std::abs(weight));
+        return unit * (largest + highest);
+    }
+    const double scale = std::abs(pass.scale), all = scale * pass.sum_of_magnitudes();
+    const auto rms = ask.scene.facts.find("result/rms");
+    const bool is_measured = rms != ask.scene.facts.end();
+    if (exact_in_f32(pass, ask.from, ask.scene)) {
+        // A sum of equal weights is scaled in the end, and rounded once.
+        if (pass.scale == 1) return 0;
+        return is_measured ? kRounded * unit * rms->second : unit * all * largest;
+    }
+    if (!is_measured) return unit * all * largest;
+    double square = 0;
+    for (const double weight : pass.weights)
+        if (pass.counts(weight)) square += weight * weight;
+    // Partial sums rise to the result, or walk as far as weights of random signs take them; each is
+    // rounded as its size is. A product that is rounded by itself adds half as much again.
+    const double walk = scale * std::sqrt(square) * largest;
+    const double sums = std::hypot(rms->second, walk);
+    return 1.5 * kRounded * unit * sums * std::sqrt(double(pass.places()) / 2);
+}
+
+/// Whether results are samples as they were read, or the 0 beyond them.
+bool only_copies(const std::vector<Neighbourhood>& passes, const Filtering& filtering) {
+    return filtering.op != FilterOp::tophat &&
+           std::all_of(passes.begin(), passes.end(), [](const Neighbourhood& pass) {
+               return pass.rule == Neighbourhood::Rule::median ||
+                      (!pass.of_sum() && pass.flat());
+           });
+}
+
+/// What running the edge gave (scene/measured_results.hpp).
+std::optional<double> measured_noise(const FilterAlgorithm& algorithm, const Offer& offer,
+                                     const Scene& scene) {
+    const auto found = scene.facts.find("run/" + algorithm.name + offer.with.text());
+    return found == scene.facts.end() ? std::nullopt : std::optional(found->second);
+}
+
 Error error(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
-    const std::vector<Neighbourhood> passes = passes_of(*ask.want.setting.as<Filtering>());
-    const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
+    const Filtering& filtering = *ask.want.setting.as<Filtering>();
+    const std::vector<Neighbourhood> passes = passes_of(filtering);
     Error error;
+    error.copies = only_copies(passes, filtering);
+    if (const auto measured = measured_noise(algorithm, offer, ask.scene)) {
+        error.noise = *measured;
+        return error;
+    }
+    const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
     for (std::size_t i = 0; i < passes.size(); ++i) {
-        const Neighbourhood& pass = passes[i];
-        const Type type = made[i + 1].type;
-        const PassAsk about{pass, made[i], ask.scene, offer.with, type};
-        if (pass.of_sum() && !exact_in_f32(pass, made[i], ask.scene)) {
-            const double unit = type == Type::f64 ? 0x1p-53 : 0x1p-24;
-            error.noise =
-                std::hypot(error.noise, unit * std::abs(pass.scale) * pass.sum_of_magnitudes() *
-                                            largest_of(ask.scene));
-        }
+        const PassAsk about{passes[i], made[i], ask.scene, offer.with, made[i + 1].type};
+        error.noise = std::hypot(error.noise, rounding_noise(about));
         if (!algorithm.error) continue;
         const Error added = algorithm.error(about);
         error.known = error.known && added.known;
         error.bias += added.bias;
         error.noise = std::hypot(error.noise, added.noise);
     }
+    if (filtering.op == FilterOp::tophat && !is_integer(offer.from.type))
+        error.noise = std::hypot(error.noise, unit_of(offer.to.type) * largest_of(ask.scene));
+    error.copies = error.copies && error.known;
     return error;
 }
 

@@ -16,7 +16,7 @@ Transition radon_backward() {
             const double cells = ask.visits() * kCrossed * kCells;
             return {.operations = cells * kCell * kAlone, .scratch = 64};
         },
-        .error = [](const RadonAsk& ask) -> Error { return {.noise = 0x1p-24 * ask.magnitude()}; },
+        .error = [](const RadonAsk& ask) -> Error { return {.noise = ask.rounding()}; },
         .run =
             [](const RadonRun& run) {
                 for_each_angle(run, [&](int k) {

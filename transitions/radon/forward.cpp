@@ -54,7 +54,7 @@ Transition radon_forward() {
                 .operations = ask.visits() * (kLooked + share * (kLines * kLine + kPlace) * kAlone),
                 .scratch = static_cast<double>(ask.lines.offsets) * sizeof(double)};
         },
-        .error = [](const RadonAsk& ask) -> Error { return {.noise = 0x1p-24 * ask.magnitude()}; },
+        .error = [](const RadonAsk& ask) -> Error { return {.noise = ask.rounding()}; },
         .run =
             [](const RadonRun& run) {
                 const RadonLines& lines = run.lines;

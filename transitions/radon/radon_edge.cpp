@@ -76,6 +76,14 @@ double RadonAsk::magnitude() const noexcept {
     return std::max(std::abs(scene.low), std::abs(scene.high));
 }
 
+double RadonAsk::rounding() const noexcept {
+    // RMS of what rounding to f32 changes, as a part of the value, over all mantissas.
+    constexpr double kRounded = 0.425;
+    const auto rms = scene.facts.find("result/rms");
+    if (rms == scene.facts.end()) return 0x1p-24 * magnitude();
+    return kRounded * 0x1p-24 * rms->second / lines.diagonal;
+}
+
 double RadonAsk::visits() const noexcept {
     return static_cast<double>(lines.input.samples()) * lines.angles;
 }
@@ -124,6 +132,9 @@ Transition radon_edge(const RadonAlgorithm& algorithm) {
         return work_of_lines(algorithm, offer, ask);
     };
     edge.error = [algorithm](const Offer& offer, const Ask& ask) {
+        // What running it gave (scene/measured_results.hpp).
+        const auto found = ask.scene.facts.find("run/" + algorithm.name + offer.with.text());
+        if (found != ask.scene.facts.end()) return Error{.noise = found->second};
         const RadonSetting& setting = *ask.want.setting.as<RadonSetting>();
         return algorithm.error({setting, lines_of(setting, ask.want), ask.scene, offer.with});
     };

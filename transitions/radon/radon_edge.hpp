@@ -43,6 +43,9 @@ struct RadonAsk {
 
     /// The largest magnitude of a value.
     double magnitude() const noexcept;
+    /// What rounding results to f32 adds to the mean along the diagonal: as the results are, where
+    /// they were drawn, else a bound.
+    double rounding() const noexcept;
     /// Samples of all slices, for each angle.
     double visits() const noexcept;
 };
