@@ -112,6 +112,7 @@ Json json_of(const Facts& facts) {
                  {"kind", header.volume ? "volume" : "image"},
                  {"extent", extent_of(header.extent, axes)},
                  {"channels", header.channels},
+                 {"colour", header.colour},
                  {"times", header.times},
                  {"spacing", axes_of(header.spacing, axes)},
                  {"unit", header.unit.empty() ? Json() : Json(header.unit)},
@@ -160,9 +161,12 @@ std::string text_of_facts(const Facts& facts) {
     const auto line = [&](const char* key, const std::string& value) {
         text += fmt::format("  {:<12} {}\n", key, value);
     };
-    line("extent", text_of(h.extent, axes) + fmt::format(", {} channel{}, {} time{}", h.channels,
-                                                         h.channels > 1 ? "s" : "", h.times,
-                                                         h.times > 1 ? "s" : ""));
+    const char* alpha = h.alpha == store::Alpha::none ? "" : " with alpha";
+    line("extent",
+         text_of(h.extent, axes) +
+             fmt::format(", {} channel{}{}, {} time{}", h.channels, h.channels > 1 ? "s" : "",
+                         h.colour ? fmt::format(" that are colours{}", alpha) : "", h.times,
+                         h.times > 1 ? "s" : ""));
     for (std::size_t i = 0; i < h.levels.size() && h.levels.size() > 1; ++i)
         line("level", fmt::format("{}: {}{}", i, text_of(h.levels[i], axes),
                                   static_cast<int>(i) == h.level ? " (this)" : ""));

@@ -89,7 +89,12 @@ int do_job(const JobOptions& options, bool runs) {
             if (runs && !options.explain && !options.verify && !options.report)
                 session.errors = ErrorsWanted::for_choice;
             session.plan_options.front = !runs || options.explain || options.json || options.report;
-            take_request(session);
+            try {
+                take_request(session);
+            } catch (const ColoursToMerge&) {
+                typed.reset();
+                return do_merge(options, runs);
+            }
             make_plan(session);
             if (options.explain || options.json || options.report || !runs) weigh(session);
             forget_errors(session);

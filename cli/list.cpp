@@ -87,6 +87,7 @@ Json formats() {
                         {"images", format.images},
                         {"volumes", format.volumes},
                         {"channels", format.channels},
+                        {"library", store::library_of(format)},
                         {"meaning", format.note}});
     }
     return list;
@@ -201,6 +202,7 @@ std::string line_of(const Json& entry) {
         if (entry["writes"].get<bool>()) can += can.empty() ? "writes" : ", writes";
         text = fmt::format("{:<16} {:<14}", text, can);
         for (const Json& ending : entry["endings"]) text += " " + ending.get<std::string>();
+        text += " [" + entry["library"].get<std::string>() + "]";
     }
     if (entry.contains("axes")) text += fmt::format(" ({}D)", entry["axes"].get<int>());
     if (entry.contains("processors"))

@@ -28,6 +28,24 @@ Mode coloured_mode() {
                          [](Mode mode) { return mode->over_background; });
 }
 
+/// Whether results are values of the data: largest, least and mean ones are.
+bool shows_values(const ModeTraits& mode) {
+    return mode.extreme != 0 || mode.slices == ModeTraits::Slices::mean;
+}
+
+/// The modes that show colours, for who asked for another.
+std::string modes_of_colours() {
+    std::string names;
+    for (const Mode mode : modes())
+        if (!mode->over_background) names += (names.empty() ? "" : ", ") + std::string(mode->name);
+    return names;
+}
+
+/// Red, green and blue of one colour, each in its own.
+std::vector<ChannelSpec> parts_of_colour() {
+    return {{0, store::Colour{1, 0, 0}}, {1, store::Colour{0, 1, 0}}, {2, store::Colour{0, 0, 1}}};
+}
+
 /// Why channels of such a request cannot be merged is its own error, told at once.
 void expect_mergeable(const RequestSpec& spec) {
     if (spec.job != Job::render)
@@ -53,6 +71,7 @@ void expect_mergeable(const RequestSpec& spec) {
 std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
     const int there = input.header.channels;
     std::vector<ChannelSpec> wanted = merge.wanted;
+    if (wanted.empty() && input.header.colour) wanted = parts_of_colour();
     if (wanted.empty())
         for (int channel = 0; channel < there; ++channel) wanted.push_back({channel, {}});
     std::set<int> seen;
@@ -65,9 +84,11 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
     }
     const bool asks_file = std::any_of(wanted.begin(), wanted.end(),
                                        [](const ChannelSpec& one) { return !one.colour; });
+    const bool is_file = !input.phantom && !input.described && !input.pairs;
     std::vector<std::optional<store::Colour>> said;
-    if (asks_file && !input.phantom && !input.described && !input.pairs)
-        said = store::channel_colours(input.name, input.selection);
+    if (asks_file && is_file) said = store::channel_colours(input.name, input.selection);
+    std::vector<std::optional<std::array<double, 2>>> ranges;
+    if (is_file) ranges = store::channel_ranges(input.name);
     std::vector<MergedChannel> channels;
     for (const ChannelSpec& one : wanted) {
         MergedChannel& channel = channels.emplace_back();
@@ -77,6 +98,7 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
         channel.colour = one.colour ? *one.colour
                          : of_file  ? *of_file
                                     : store::colour_by_number(one.channel);
+        if (at < ranges.size()) channel.range = ranges[at];
         for (const double part : channel.colour)
             if (!(part >= 0 && part <= 1))
                 throw RequestError("--channel: expected colours from 0 to 1");
@@ -94,6 +116,8 @@ Representation picture_of(const Extent& extent, int channels) {
     return what;
 }
 
+using Pictures = std::vector<std::shared_ptr<Data>>;  // a frame each
+
 class Merging {
  public:
     Merging(Merge& merge, const std::function<void(MergedChannel&)>& planned,
@@ -104,6 +128,7 @@ class Merging {
         look();
         if (merge_.runs) open();
         for (std::size_t i = 0; i < found_.size(); ++i) {
+            part_ = colours_ ? i : 0;
             merge_.channels.push_back(std::move(found_[i]));
             MergedChannel& channel = merge_.channels.back();
             plan_one(channel, static_cast<int>(found_.size() - i));
@@ -113,6 +138,7 @@ class Merging {
             channel.session->input->data.reset();
             channel.session->memory->trim();
         }
+        if (merge_.runs && colours_) add_colours();
         if (merge_.runs) end();
     }
 
@@ -132,6 +158,14 @@ class Merging {
             throw RequestError(
                 fmt::format("{}: a description has no samples to run on", spec_.input));
         found_ = channels_of(merge_, input);
+        colours_ = merge_.wanted.empty() && input.header.colour;
+        by_alpha_ = colours_ && input.header.alpha == store::Alpha::straight;
+        bytes_ = input.header.type == Type::u8;
+        if (colours_ && spec_.mode->over_background)
+            throw RequestError(fmt::format(
+                "--mode {}: {} holds colours, which have no opacity by their value; --mode {} show "
+                "them, and --channel 0 takes one of red, green and blue",
+                spec_.mode->name, input.name, modes_of_colours()));
         input.selection.channel = found_.front().channel;
         const Geometry geometry = take_geometry(want, spec_, input, outputs_);
         merge_.frames = want.frames;
@@ -153,7 +187,8 @@ class Merging {
         const auto frames = static_cast<std::size_t>(merge_.frames);
         const Representation value = picture_of(merge_.extent, 1),
                              colours = picture_of(merge_.extent, kColours);
-        const double bytes = double(frames) * (value.bytes() + colours.bytes());
+        const std::size_t parts = colours_ ? found_.size() : 1;
+        const double bytes = double(frames) * (double(parts) * value.bytes() + colours.bytes());
         const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
         if (bytes > left)
             throw NoPlan(fmt::format(
@@ -163,18 +198,26 @@ class Merging {
                 std::max(0.0, left) / 0x1p20));
         // What the pictures are made of and what they are written as; budgets are the sessions'.
         memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
-        for (std::size_t i = 0; i < frames; ++i) {
+        const auto add = [&](Pictures& to, const Representation& what) {
             poll();
-            values_.push_back(std::make_shared<Data>(Data::make(value, memory_.get())));
-            pictures_.push_back(std::make_shared<Data>(Data::make(colours, memory_.get())));
-            for (const auto& made : {values_.back(), pictures_.back()})
-                std::fill_n(made->as<float>(), made->samples.bytes() / sizeof(float), 0.0f);
+            to.push_back(std::make_shared<Data>(Data::make(what, memory_.get())));
+            Data& made = *to.back();
+            std::fill_n(made.as<float>(), made.samples.bytes() / sizeof(float), 0.0f);
+        };
+        values_.resize(parts);
+        for (std::size_t i = 0; i < frames; ++i) {
+            for (Pictures& part : values_) add(part, value);
+            add(pictures_, colours);
         }
     }
 
     RequestSpec spec_of(const MergedChannel& channel, int left) const {
         RequestSpec one = spec_;
         one.selection.channel = channel.channel;
+        one.selection.by_alpha = by_alpha_;
+        const bool takes = shows_values(*one.mode) || (one.mode->takes_transfer && !one.transfer);
+        if (!one.window && channel.range && takes)
+            one.window = Window{{(*channel.range)[0], false}, {(*channel.range)[1], false}};
         one.out.reset();
         one.fps.reset();
         // Predicted, not measured: the same request has the same plans.
@@ -214,18 +257,43 @@ class Merging {
         edgewise::perform(session, [&](int frame, const Data& result) {
             const auto channels = static_cast<std::size_t>(result.what.channels);
             const float* in = result.as<float>();
-            float* out = values_[static_cast<std::size_t>(frame)]->as<float>();
+            float* out = values_[part_][static_cast<std::size_t>(frame)]->as<float>();
             // Of shades of grey, premultiplied and over black, one colour is all of them.
             for (std::size_t i = 0; i < pixels; ++i) out[i] = in[i * channels];
         });
+        if (colours_) return;
         const auto begin = Clock::now();
-        const std::vector<std::shared_ptr<const Data>> values(values_.begin(), values_.end());
+        const std::vector<std::shared_ptr<const Data>> values(values_[0].begin(), values_[0].end());
         channel.shades = shades_of(values, session.window, Tail{});
+        add(values_[0], channel);
+        merging_ += since(begin);
+    }
+
+    /// Red, green and blue go through one window, or colours would change: that of the request,
+    /// else 0 to 255 of bytes, else 0 to the largest of all.
+    void add_colours() {
+        const auto begin = Clock::now();
+        Shades shades{0, 255};
+        if (const auto& window = merge_.channels[0].session->window;
+            window || !bytes_ || !shows_values(*spec_.mode)) {
+            std::vector<std::shared_ptr<const Data>> all;
+            for (const Pictures& part : values_) all.insert(all.end(), part.begin(), part.end());
+            shades = shades_of(all, window, Tail{});
+            if (!window && shades.white > 0) shades.black = 0;
+        }
         for (std::size_t i = 0; i < values_.size(); ++i) {
-            poll();
-            add(*values_[i], *channel.shades, channel.colour, *pictures_[i]);
+            merge_.channels[i].shades = shades;
+            add(values_[i], merge_.channels[i]);
         }
         merging_ += since(begin);
+    }
+
+    /// The frames of one channel into the picture.
+    void add(const Pictures& values, const MergedChannel& channel) const {
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            poll();
+            add(*values[i], *channel.shades, channel.colour, *pictures_[i]);
+        }
     }
 
     static void add(const Data& values, const Shades& shades, const store::Colour& colour,
@@ -302,11 +370,16 @@ class Merging {
     const std::function<void(MergedChannel&)>& planned_;
     const MergedSink& sink_;
     std::vector<MergedChannel> found_;
+    bool colours_ = false;   // they are red, green and blue of one colour
+    bool by_alpha_ = false;  // and multiplied by alpha before rays see them
+    bool bytes_ = false;     // of 8 bits
+    std::size_t part_ = 0;   // of values_, whose turn it is
     std::optional<Outputs> outputs_;
     bool writes_ = false;
     Written written_;
-    std::unique_ptr<MemoryBudget> memory_;                  // before all that gives back to it
-    std::vector<std::shared_ptr<Data>> values_, pictures_;  // of one channel; of all, a frame each
+    std::unique_ptr<MemoryBudget> memory_;  // before all that gives back to it
+    std::vector<Pictures> values_;          // of one channel, or of each part of a colour
+    Pictures pictures_;                     // of all
     double merging_ = 0;
 };
 

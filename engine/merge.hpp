@@ -22,6 +22,8 @@ struct ChannelSpec {
 struct MergedChannel {
     int channel = 0;
     store::Colour colour{};
+    /// The values that the file says it is shown from and to.
+    std::optional<std::array<double, 2>> range{};
     /// Its own request: plan, measurements. Its samples are given back when its turn is over.
     std::unique_ptr<Session> session;
     std::optional<Shades> shades;  // of its result: what became black, what its full colour
@@ -31,6 +33,10 @@ struct MergedChannel {
 /// another, so that memory holds the samples of one. Its result goes through its window (that of
 /// the request, else its own range over all frames) and takes its colour; colours are added up and
 /// end at 1. What is not finite adds nothing.
+///
+/// Channels that are red, green and blue of one colour (store::Header::colour), where none is
+/// named, go through one window together. Straight colours are multiplied by their alpha before
+/// rays meet them: what is transparent is black.
 ///
 /// Budgets: seconds are those of all channels together: each is planned for an equal share of what
 /// is left. Errors are each channel's own. Bytes are the process's, as always.

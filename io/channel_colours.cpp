@@ -39,6 +39,13 @@ std::vector<std::optional<Colour>> channel_colours(const std::string& source,
     return colours;
 }
 
+std::vector<std::optional<std::array<double, 2>>> channel_ranges(const std::string& source) {
+    std::error_code none;
+    if (std::filesystem::is_regular_file(source, none) && is_tiff(File(source).head(4)))
+        return tiff_ranges(source);
+    return {};
+}
+
 Colour colour_by_number(int channel) noexcept { return kNamed[channel % kNumbered].colour; }
 
 std::optional<Colour> colour_of(const std::string& text) {

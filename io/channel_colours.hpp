@@ -19,6 +19,10 @@ using Colour = std::array<double, 3>;
 std::vector<std::optional<Colour>> channel_colours(const std::string& source,
                                                    const Selection& pick = {});
 
+/// The values that a source says its channels are shown from and to: ImageJ's display ranges.
+/// Absent, or beyond the end: it says none. @throws InputError as inspect
+std::vector<std::optional<std::array<double, 2>>> channel_ranges(const std::string& source);
+
 /// The colour of a channel that has none of its own, as ImageJ shows it: red, green, blue, white,
 /// cyan, magenta, yellow, and from the start.
 Colour colour_by_number(int channel) noexcept;

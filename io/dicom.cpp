@@ -449,6 +449,7 @@ Header inspect_dicom(const std::string& path, const Selection& pick) {
                   {Axis::z, stack.slices},
                   {Axis::time, stack.times}};
     take_axes(header, shape);
+    header.colour = header.channels == 3;
     const bool rescales = takes_values(header, files, stack);
     if (rescales) header.type = Type::f32;
     header.reading_bytes =

@@ -53,6 +53,16 @@ std::vector<Format> table() {
          64,
          false,
          "written with its data inside"},
+        {"MGH",
+         {".mgz", ".mgh", ".mgh.gz"},
+         true,
+         true,
+         {Type::u8, Type::i16, Type::i32, Type::f32},
+         false,
+         true,
+         1,
+         false,
+         "FreeSurfer; its frames are time points"},
         {"DICOM",
          {".dcm"},
          true,
@@ -265,6 +275,35 @@ const std::vector<Format>& formats() {
         return all;
     }();
     return kFormats;
+}
+
+std::string library_of(const Format& format) {
+    struct Row {
+        std::string_view format, library;
+    };
+    constexpr std::string_view kOwn = "edgewise";
+    // What is not here and has no name of OpenImageIO's is read and written by own code.
+    constexpr Row kRows[] = {{"NIfTI", "edgewise, zlib"},
+                             {"NRRD", "edgewise, zlib, libbz2"},
+                             {"MetaImage", "edgewise, zlib"},
+                             {"MGH", "edgewise, zlib"},
+                             {"VTI", "edgewise, zlib"},
+                             {"DICOM", "edgewise; compressed frames: DCMTK, CharLS, OpenJPEG"},
+                             {"OME-Zarr", "edgewise, Blosc, zlib, Zstandard"},
+                             {"PNG", "libpng"},
+                             {"APNG", "libpng"},
+                             {"JPEG", "libjpeg"},
+                             {"TIFF", "libtiff; written by edgewise; rare pages: OpenImageIO"},
+                             {"MP4", "ffmpeg"},
+                             {"WebP", "libwebp"},
+                             {"JPEG 2000", "OpenJPEG"},
+                             {"PNM", "OpenImageIO; written by edgewise"},
+                             {"PFM", "OpenImageIO; written by edgewise"},
+                             {"SGI", "OpenImageIO; written by edgewise"},
+                             {"GIF", "OpenImageIO; written by edgewise"}};
+    for (const Row& row : kRows)
+        if (row.format == format.name) return std::string(row.library);
+    return std::string(format.library.empty() ? kOwn : "OpenImageIO");
 }
 
 const Format* format_of(std::string_view path) {

@@ -189,6 +189,7 @@ Header inspect_jpeg(const std::string& path) {
     header.file = path;
     header.format = "JPEG";
     header.channels = decoder.jpeg.num_components == 1 ? 1 : 3;
+    header.colour = header.channels == 3;
     for (auto* marker = decoder.jpeg.marker_list; marker; marker = marker->next) {
         const std::string_view data(reinterpret_cast<const char*>(marker->data),
                                     marker->data_length);

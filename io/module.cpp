@@ -161,6 +161,7 @@ Header inspect_by(Library library, const std::string& path, const char* format,
     header.format = image.format;
     header.volume = image.axes == 3;
     header.channels = image.channels;
+    header.colour = !header.volume && (image.channels == 3 || image.channels == 4);
     header.type = static_cast<Type>(image.type);
     header.alpha = static_cast<Alpha>(image.alpha);
     std::int64_t bytes = static_cast<std::int64_t>(edgewise::bytes_of(module_type(image)));

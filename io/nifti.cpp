@@ -321,6 +321,7 @@ Header inspect_nifti(const std::string& path) {
     if (std::isfinite(f.slope) && f.slope != 0 && std::isfinite(f.inter) && code.channels == 1)
         header.values = {f.slope, f.inter};
     header.labels = f.intent == kLabelIntent;
+    header.colour = code.channels > 1;
     if (code.channels == 4) header.alpha = Alpha::straight;
     take_reader(header, std::move(stored));
     return header;

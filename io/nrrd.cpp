@@ -166,6 +166,8 @@ class Nrrd {
                                               "one of channels are not supported",
                                               dimension_));
             stored_.axes.push_back({what, sizes_[index]});
+            header_.colour |= (kind == "rgb-color" && sizes_[index] == 3) ||
+                              (kind == "rgba-color" && sizes_[index] == 4);
             if (kind == "rgba-color") header_.alpha = Alpha::straight;
             if (kind == "complex" && sizes_[index] > 1)
                 refuse(path_, "field 'kinds' says complex: complex samples are not supported");

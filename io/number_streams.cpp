@@ -10,6 +10,7 @@
 #include <span>
 #include <type_traits>
 
+#include "graph/with_type.hpp"
 #include "io/text.hpp"
 
 namespace edgewise::store {
@@ -176,44 +177,48 @@ class WideNumbers {
     Bytes bytes_ = Bytes(8 * kChunkNumbers);
 };
 
-class NarrowStream : public Stream {
+class WideStream : public Stream {
  public:
-    NarrowStream(std::unique_ptr<Stream> from, Wide wide, bool big_endian, Type type,
-                 std::string file)
+    WideStream(std::unique_ptr<Stream> from, Wide wide, bool big_endian, std::string file,
+               std::int64_t& rounded)
         : from_(std::move(from)),
           wide_(wide),
-          type_(type),
           file_(std::move(file)),
-          numbers_(big_endian, file_) {}
+          numbers_(big_endian, file_),
+          rounded_(rounded) {}
 
     std::size_t read(std::span<std::byte> into) override {
-        const std::size_t width = bytes_of(type_);
         std::size_t done = 0;
-        while (done + width <= into.size()) {
-            const std::size_t count = numbers_.next(*from_, (into.size() - done) / width);
-            narrow_numbers(numbers_.data(), count, wide_, type_, into.data() + done);
-            done += count * width;
+        while (done + 8 <= into.size()) {
+            const std::size_t count = numbers_.next(*from_, (into.size() - done) / 8);
+            rounded_ += wide_numbers(numbers_.data(), count, wide_, into.data() + done);
+            done += 8 * count;
         }
         return done;
     }
-    bool skip(std::uint64_t bytes) override { return from_->skip(bytes / bytes_of(type_) * 8); }
+    bool skip(std::uint64_t bytes) override { return from_->skip(bytes); }
 
  private:
     std::unique_ptr<Stream> from_;
     Wide wide_;
-    Type type_;
     std::string file_;
     WideNumbers numbers_;
+    std::int64_t& rounded_;
 };
 
 template <class T>
-void to_doubles(const std::byte* from, std::size_t count, std::byte* to) {
+std::int64_t to_doubles(const std::byte* from, std::size_t count, std::byte* to) {
+    // What rounds up to 2^63 or 2^64 must not be cast back.
+    constexpr double kBeyond = std::is_signed_v<T> ? 0x1p63 : 0x1p64;
+    std::int64_t rounded = 0;
     for (std::size_t i = 0; i < count; ++i) {
         T value;
         std::memcpy(&value, from + 8 * i, 8);
         const double number = static_cast<double>(value);
+        rounded += !(number < kBeyond && static_cast<T>(number) == value);
         std::memcpy(to + 8 * i, &number, 8);
     }
+    return rounded;
 }
 
 }  // namespace
@@ -227,80 +232,67 @@ std::unique_ptr<Stream> hex_stream(std::unique_ptr<Stream> from, std::string fil
     return std::make_unique<HexStream>(std::move(from), std::move(file));
 }
 
-template <class T>
-void WideRange::Range<T>::take(T value) {
-    constexpr double kBeyond = std::is_signed_v<T> ? 0x1p63 : 0x1p64;
-    low = std::min(low, value);
-    high = std::max(high, value);
-    // What rounds up to 2^63 or 2^64 must not be cast back.
-    const double rounded = static_cast<double>(value);
-    exact = exact && rounded < kBeyond && static_cast<T>(rounded) == value;
+std::int64_t wide_numbers(const std::byte* from, std::size_t count, Wide wide, std::byte* to) {
+    return wide == Wide::with_sign ? to_doubles<std::int64_t>(from, count, to)
+                                   : to_doubles<std::uint64_t>(from, count, to);
 }
 
-template <class T>
-Narrowed WideRange::Range<T>::narrowed() const {
-    Narrowed narrowed{Type::f64, fmt::format("{} to {}", low, high), exact};
-    for (const Type type : {Type::u8, Type::i8, Type::i16, Type::u16, Type::i32, Type::u32}) {
-        // Doubles hold the limits of these types; a bound that rounds stays beyond them.
-        const auto [least, greatest] = limits_of(type);
-        if (static_cast<double>(low) < least || static_cast<double>(high) > greatest) continue;
-        narrowed.type = type;
-        break;
-    }
-    return narrowed;
+std::unique_ptr<Stream> wide_stream(std::unique_ptr<Stream> from, Wide wide, bool big_endian,
+                                    std::string file, std::int64_t& rounded) {
+    return std::make_unique<WideStream>(std::move(from), wide, big_endian, std::move(file),
+                                        rounded);
 }
 
-void WideRange::take(const std::byte* numbers, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) {
-        std::uint64_t value;
-        std::memcpy(&value, numbers + 8 * i, 8);
-        if (wide_ == Wide::with_sign)
-            with_sign_.take(static_cast<std::int64_t>(value));
-        else
-            without_sign_.take(value);
-    }
-}
-
-Narrowed WideRange::narrowed() const {
-    return wide_ == Wide::with_sign ? with_sign_.narrowed() : without_sign_.narrowed();
-}
-
-Narrowed narrowest(Stream& from, std::int64_t count, Wide wide, bool big_endian,
-                   const std::string& file) {
-    WideNumbers numbers(big_endian, file);
-    WideRange range(wide);
-    for (std::int64_t left = count; left > 0;) {
-        const std::size_t part = numbers.next(from, static_cast<std::size_t>(left));
-        range.take(numbers.data(), part);
-        left -= static_cast<std::int64_t>(part);
-    }
-    return range.narrowed();
-}
-
-void take_narrowed(Header& header, const Narrowed& found) {
-    if (!found.exact && header.labels)
-        refuse(header.file, fmt::format("labels of {}: 64-bit integers beyond 2^53, which no type "
+void tell_wide(const Header& header, std::int64_t rounded, std::vector<std::string>& warnings) {
+    if (rounded == 0) return;
+    if (header.labels)
+        refuse(header.file, fmt::format("{} labels are 64-bit integers beyond 2^53, which no type "
                                         "here holds; number them anew",
-                                        found.range));
-    header.type = found.type;
-    header.warnings.push_back(fmt::format("{}: its 64-bit integers of {} are read as {}{}",
-                                          header.file, found.range, name_of(found.type),
-                                          found.exact ? "" : ", which rounds some of them"));
+                                        rounded));
+    warnings.push_back(
+        fmt::format("{}: {} of its 64-bit integers are beyond 2^53, and f64 rounds "
+                    "them",
+                    header.file, rounded));
 }
 
-void narrow_numbers(const std::byte* from, std::size_t count, Wide wide, Type type, std::byte* to) {
-    if (type == Type::f64)
-        return wide == Wide::with_sign ? to_doubles<std::int64_t>(from, count, to)
-                                       : to_doubles<std::uint64_t>(from, count, to);
-    // They fit, as their range said: the low bytes are the number.
-    const std::size_t width = bytes_of(type);
-    const std::size_t low = std::endian::native == std::endian::little ? 0 : 8 - width;
-    for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * width, from + 8 * i + low, width);
+namespace {
+
+/// Integers that are held by a wider type.
+template <class From, class To>
+void narrow_each(const Array& from, Array& to) {
+    const auto* in = static_cast<const From*>(from.data());
+    auto* out = static_cast<To*>(to.data());
+    const std::size_t count = from.bytes() / sizeof(From);
+    for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<To>(in[i]);
 }
 
-std::unique_ptr<Stream> narrow_stream(std::unique_ptr<Stream> from, Wide wide, bool big_endian,
-                                      Type type, std::string file) {
-    return std::make_unique<NarrowStream>(std::move(from), wide, big_endian, type, std::move(file));
+template <class From>
+Type narrow_from(const Header& header, Type& type, Array& samples,
+                 std::pmr::memory_resource* memory, std::vector<std::string>& warnings) {
+    const auto* numbers = static_cast<const From*>(samples.data());
+    const std::size_t count = samples.bytes() / sizeof(From);
+    const auto [low, high] = std::minmax_element(numbers, numbers + count);
+    Type found = Type::f64;
+    for (const Type one : {Type::u32, Type::i32, Type::u16, Type::i16, Type::i8, Type::u8}) {
+        const auto [least, most] = limits_of(one);
+        if (static_cast<double>(*low) >= least && static_cast<double>(*high) <= most) found = one;
+    }
+    warnings.push_back(fmt::format("{}: its 64-bit integers of {:.0f} to {:.0f} are read as {}",
+                                   header.file, *low, *high, name_of(found)));
+    if (bytes_of(found) >= sizeof(From)) return found;
+    Array narrow(count * bytes_of(found), memory);
+    with_type(found, [&](auto zero) { narrow_each<From, decltype(zero)>(samples, narrow); });
+    samples = std::move(narrow);
+    type = found;
+    return found;
+}
+
+}  // namespace
+
+Type narrow_wide(const Header& header, Type& type, Array& samples, std::pmr::memory_resource* from,
+                 std::vector<std::string>& warnings) {
+    return type == Type::f32 ? narrow_from<float>(header, type, samples, from, warnings)
+                             : narrow_from<double>(header, type, samples, from, warnings);
 }
 
 }  // namespace edgewise::store

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "io/reader.hpp"
 
@@ -17,42 +17,13 @@ std::unique_ptr<Stream> text_stream(std::unique_ptr<Stream> from, Type type, Wid
 /// Bytes written as pairs of hexadecimal digits, with blanks anywhere.
 std::unique_ptr<Stream> hex_stream(std::unique_ptr<Stream> from, std::string file);
 
-/// The smallest type that holds each of some 64-bit integers; f64 where none does.
-struct Narrowed {
-    Type type = Type::f64;
-    std::string range;  // "-3 to 993"
-    bool exact = true;  // false: f64 rounds some of them
-};
-/// Finds it, while the integers go by.
-class WideRange {
- public:
-    explicit WideRange(Wide wide) : wide_(wide) {}
-    /// Native numbers.
-    void take(const std::byte* numbers, std::size_t count);
-    Narrowed narrowed() const;
-
- private:
-    template <class T>
-    struct Range {
-        T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::min();
-        bool exact = true;
-        void take(T value);
-        Narrowed narrowed() const;
-    };
-    Wide wide_;
-    Range<std::int64_t> with_sign_;
-    Range<std::uint64_t> without_sign_;
-};
-/// Reads all of them. @throws InputError short data
-Narrowed narrowest(Stream& from, std::int64_t count, Wide wide, bool big_endian,
-                   const std::string& file);
-/// Sets the type that 64-bit integers are read as, and says so in a warning.
-/// @throws InputError labels that no type holds exactly
-void take_narrowed(Header&, const Narrowed&);
-/// Native 64-bit integers as numbers of a type that holds them (or f64, rounded).
-void narrow_numbers(const std::byte* from, std::size_t count, Wide wide, Type type, std::byte* to);
-/// 64-bit integers as native numbers of a type that holds them (or f64, rounded).
-std::unique_ptr<Stream> narrow_stream(std::unique_ptr<Stream> from, Wide wide, bool big_endian,
-                                      Type type, std::string file);
+/// Native 64-bit integers as doubles. @return how many of them f64 rounds
+std::int64_t wide_numbers(const std::byte* from, std::size_t count, Wide wide, std::byte* to);
+/// 64-bit integers as native doubles.
+/// @param rounded  counts those that f64 rounds, and outlives the stream
+std::unique_ptr<Stream> wide_stream(std::unique_ptr<Stream> from, Wide wide, bool big_endian,
+                                    std::string file, std::int64_t& rounded);
+/// Says that some were rounded. @throws InputError labels, which must not be
+void tell_wide(const Header&, std::int64_t rounded, std::vector<std::string>& warnings);
 
 }  // namespace edgewise::store

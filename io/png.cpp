@@ -206,6 +206,7 @@ Header inspect_png(const std::string& path) {
     header.format = "PNG";
     header.type = shape.bits == 16 ? Type::u16 : Type::u8;
     header.channels = shape.channels;
+    header.colour = shape.channels >= 3;
     header.alpha = shape.channels % 2 == 0 ? Alpha::straight : Alpha::none;
     for (const Chunk& chunk : chunks) {
         const bool colour = chunk.name == "gAMA" || chunk.name == "cHRM" || chunk.name == "sRGB" ||

@@ -26,7 +26,7 @@ struct Axis {
     std::int64_t size;
 };
 
-/// Integers of 64 bits, which no Type is: they are read as the smallest type that holds them all.
+/// Integers of 64 bits, which no Type is: they are read as f64.
 enum class Wide { no, with_sign, without_sign };
 
 /// Plain samples in one or several files: all that most volume formats are behind their header.
@@ -40,7 +40,7 @@ struct Stored {
     Encoding encoding = Encoding::raw;
     std::uint64_t skip = 0;  // bytes to drop after decompression, in every piece
     bool big_endian = false;
-    Type type = Type::u8;  // where `wide`: f64 until take_reader knows what fits
+    Type type = Type::u8;  // where `wide`: f64
     Wide wide = Wide::no;
     std::vector<Axis> axes;  // fastest first
 
@@ -58,16 +58,13 @@ void check_density(const std::string& file, std::int64_t bytes, std::uint64_t th
 /// Fills the header's extent, channels and times from the axes.
 /// @throws InputError a size below 1, products that overflow, two axes of one kind
 void take_axes(Header&, const Stored&);
+/// Three or four channels of u8 are how VTK keeps colours: it shows them as they are.
+void take_bytes_of_colour(Header&) noexcept;
 /// Checks that every piece is there and long enough. A file that holds more is no error.
 void check_pieces(const std::string& file, const Stored&);
 std::shared_ptr<const Reader> stored_reader(Stored);
-/// The last step of most formats: checks the pieces, finds the type of 64-bit integers, and makes
-/// the reader. take_axes came before.
+/// The last step of most formats: checks the pieces and makes the reader. take_axes came before.
 void take_reader(Header&, Stored);
-/// Sets the type that 64-bit integers are read as, and says so in a warning.
-/// @param from  all of them, in the byte order of `stored`
-/// @throws InputError labels that no type holds exactly
-void narrow(Header&, Stored&, Stream& from);
 
 /// Puts numbers that arrive in the order of `stored.axes` where they belong in memory: swaps
 /// bytes, converts to the loaded type, keeps what is selected.
@@ -91,6 +88,7 @@ void swap_bytes(std::byte* data, std::size_t width, std::int64_t count) noexcept
 Header inspect_nifti(const std::string& path);
 Header inspect_nrrd(const std::string& path);
 Header inspect_metaimage(const std::string& path);
+Header inspect_mgh(const std::string& path);
 Header inspect_vtk(const std::string& path);
 Header inspect_vti(const std::string& path);
 Header inspect_json(const std::string& path);
@@ -112,6 +110,7 @@ bool is_dicom(const std::string& path);
 void write_nifti(Replacement&, const Header&, const void* samples);
 void write_nrrd(Replacement&, const Header&, const void* samples);
 void write_metaimage(Replacement&, const Header&, const void* samples);
+void write_mgh(Replacement&, const Header&, const void* samples);
 void write_png(Replacement&, const Header&, const void* samples);
 void write_jpeg(Replacement&, const Header&, const void* samples, int quality);
 void write_tiff(Replacement&, const Header&, const void* samples);
@@ -122,11 +121,15 @@ void write_sgi(Replacement&, const Header&, const void* samples);
 void write_gif(Replacement&, const Header&, const void* samples);
 void write_by_oiio(Replacement&, const Format&, const Header&, const void* samples, int quality);
 
+/// Whether three or four channels are written as one colour. Pictures always are.
+inline bool is_colour(const Header& what) {
+    return (what.channels == 3 || what.channels == 4) && (what.colour || !what.volume);
+}
+
 /// NIfTI has types for RGB and RGBA, whose values are never scaled; other channels are its fifth
 /// axis, and that makes a volume.
 inline bool is_nifti_colour(const Header& what) {
-    return what.type == Type::u8 && (what.channels == 3 || what.channels == 4) &&
-           what.values.identity();
+    return is_colour(what) && what.type == Type::u8 && what.values.identity();
 }
 
 inline std::span<const std::byte> samples_of(const Header& what, const void* samples) {

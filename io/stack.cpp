@@ -58,6 +58,7 @@ Header inspect_stack(const std::string& folder, const std::vector<std::string>& 
     Header header = planes[0];
     header.file = folder;
     header.volume = true;
+    header.colour = header.channels >= 3;
     header.extent.z = static_cast<std::int64_t>(planes.size());
     header.warnings.clear();
     if (!header.unit.empty())

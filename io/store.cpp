@@ -72,6 +72,7 @@ Header inspect_file(const std::string& path, const Selection& pick) {
     if (ends_with_any(path, {".hdr"}) && !radiance) return inspect_nifti(path);
     if (ends_with_any(path, {".nrrd", ".nhdr"})) return inspect_nrrd(path);
     if (ends_with_any(path, {".mha", ".mhd"})) return inspect_metaimage(path);
+    if (ends_with_any(path, {".mgh", ".mgz", ".mgh.gz"})) return inspect_mgh(path);
     if (ends_with_any(path, {".vtk"})) return inspect_vtk(path);
     if (ends_with_any(path, {".vti"})) return inspect_vti(path);
     if (ends_with_any(path, {".json"})) return inspect_json(path);
@@ -173,8 +174,11 @@ Loaded load(const std::string& source, const Selection& pick, std::pmr::memory_r
     for (std::string& warning :
          read_samples(header, pick, loaded.samples.data(), loaded.samples.bytes()))
         header.warnings.push_back(std::move(warning));
+    Type type = loaded_type(header.type, pick.as_stored);
+    if (header.wide) narrow_wide(header, type, loaded.samples, from, header.warnings);
+    header.wide = false;
     header.channels = loaded_channels(header, pick);
-    header.type = loaded_type(header.type, pick.as_stored);
+    header.type = type;
     header.times = 1;
     if (pick.channel) header.alpha = Alpha::none;
     return loaded;
@@ -192,6 +196,7 @@ void write(const std::string& path, const Header& what, const void* samples,
     if (format->name == "NIfTI") write_nifti(out, what, samples);
     if (format->name == "NRRD") write_nrrd(out, what, samples);
     if (format->name == "MetaImage") write_metaimage(out, what, samples);
+    if (format->name == "MGH") write_mgh(out, what, samples);
     if (format->name == "PNG" || format->name == "APNG") write_png(out, what, samples);
     if (format->name == "JPEG") write_jpeg(out, what, samples, options.quality.value_or(95));
     if (format->name == "TIFF") write_tiff(out, what, samples);

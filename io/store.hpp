@@ -33,6 +33,7 @@ struct Header {
     int channels = 1;    // of one sample, together in memory
     int times = 1;
     Type type = Type::u8;  // as stored
+    bool wide = false;     // integers of 64 bits: f64 until they are read (see narrow_wide)
     ValueMap values;
     Vector spacing{1, 1, 1}, origin{0, 0, 0};  // [unit]; origin: centre of the first sample
     /// Columns: where x, y and z point, unit vectors. In LPS (x to the left, y to the back, z up)
@@ -45,6 +46,8 @@ struct Header {
     bool labels = false;      // the file says that it holds labels
     std::string modality;     // "CT", "MR" ...: DICOM; "" where the file does not say
     Alpha alpha = Alpha::none;
+    /// The first three channels are red, green and blue of one colour, not three measurements.
+    bool colour = false;
     Bytes exif, icc;                                        // TIFF block of EXIF; ICC profile
     std::vector<std::pair<std::string, Bytes>> png_chunks;  // colour chunks of a PNG, kept as found
     std::vector<Extent> levels;  // resolutions that the file holds, finest first; empty: this one
@@ -71,6 +74,7 @@ struct Selection {
     std::vector<double> spacing;        // overrides the file's, one for all axes or one each
     std::string unit;                   // of these, and of the file's: "mm", "um", "nm" ...
     Padding padding = Padding::stored;
+    bool by_alpha = false;  // the channel of a colour: to be multiplied by the last, its alpha
     std::optional<double> nothing;  // that value; none: 0, or the smallest where that is negative
     std::size_t memory_limit = 0;   // for samples and reading, bytes; 0: no limit
     bool as_stored = false;         // 32-bit integers and f64 too
@@ -113,6 +117,14 @@ std::vector<std::string> read_samples(const Header&, const Selection&, void* int
 /// neither do these. Absent where a library that reads them does not tell.
 std::optional<std::vector<std::string>> files_of(const Header&);
 
+/// 64-bit integers that were read, in the smallest type that holds them all: only now is it known.
+/// @param type  of the samples: f32 or f64; becomes that of integers of 8 or 16 bits, of 32 bits
+///              too where it is f64
+/// @return the type that stands for what is stored: Header::type from now on
+/// @throws std::bad_alloc
+Type narrow_wide(const Header&, Type& type, Array& samples, std::pmr::memory_resource* from,
+                 std::vector<std::string>& warnings);
+
 struct Loaded {
     Header header;  // channels and type as in memory, one time point, warnings of both
     Array samples;
@@ -150,6 +162,8 @@ struct Format {
     bool frames = false;                 // holds several pictures, one after another (Animation)
 };
 const std::vector<Format>& formats();
+/// Which libraries decode and encode it.
+std::string library_of(const Format&);
 /// The format of a path's ending (the longest that fits), or none. "-", standard output, is PNG.
 const Format* format_of(std::string_view path);
 /// Why a file of this name cannot hold this (by its ending, type, axes, channels), or "".

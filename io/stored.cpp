@@ -209,14 +209,16 @@ class StoredReader : public Reader {
         try {
             std::unique_ptr<Stream> stream = std::make_unique<PieceStream>(stored_, warnings);
             Stored plain = stored_;
+            std::int64_t rounded = 0;
             if (stored_.wide != Wide::no) {
-                stream = narrow_stream(std::move(stream), stored_.wide, swaps(stored_),
-                                       stored_.type, header.file);
+                stream = wide_stream(std::move(stream), stored_.wide, swaps(stored_), header.file,
+                                     rounded);
                 plain.wide = Wide::no;
                 plain.big_endian = false;
             }
             plain.big_endian = swaps(plain);
             scatter(plain, pick, *stream, header.file, into, warnings);
+            tell_wide(header, rounded, warnings);
         } catch (const InputError& error) {
             // What is wrong with a data file is told under the name that was asked for.
             const std::string what = error.what();
@@ -273,6 +275,11 @@ void take_axes(Header& header, const Stored& stored) {
     header.type = stored.type;
 }
 
+void take_bytes_of_colour(Header& header) noexcept {
+    header.colour = header.type == Type::u8 && (header.channels == 3 || header.channels == 4);
+    header.alpha = header.colour && header.channels == 4 ? Alpha::straight : Alpha::none;
+}
+
 void check_pieces(const std::string& file, const Stored& stored) {
     const auto bytes = stored.numbers() * static_cast<std::int64_t>(stored.width());
     const auto count = static_cast<std::int64_t>(stored.pieces.size());
@@ -306,19 +313,9 @@ std::shared_ptr<const Reader> stored_reader(Stored stored) {
     return std::make_shared<const StoredReader>(std::move(stored));
 }
 
-void narrow(Header& header, Stored& stored, Stream& from) {
-    take_narrowed(header,
-                  narrowest(from, stored.numbers(), stored.wide, swaps(stored), header.file));
-    stored.type = header.type;
-}
-
 void take_reader(Header& header, Stored stored) {
     check_pieces(header.file, stored);
-    if (stored.wide != Wide::no) {
-        std::vector<std::string> told_when_read;
-        PieceStream stream(stored, told_when_read);
-        narrow(header, stored, stream);
-    }
+    header.wide = stored.wide != Wide::no;
     header.reader = stored_reader(std::move(stored));
 }
 

@@ -329,11 +329,13 @@ class TiffReader : public Reader {
         Rows rows(page.width, page.height, channels, header.type, page.orientation, pick, into);
         if (const Wide wide = wide_of(page); wide != Wide::no) {
             const std::size_t count = static_cast<std::size_t>(page.width * page.samples);
-            Bytes narrow(count * bytes_of(header.type));
+            Bytes doubles(count * sizeof(double));
+            std::int64_t rounded = 0;
             decoder.rows(page, false, [&](std::int64_t y, const std::byte* row) {
-                narrow_numbers(row, count, wide, header.type, narrow.data());
-                rows.put(y, narrow.data());
+                rounded += wide_numbers(row, count, wide, doubles.data());
+                rows.put(y, doubles.data());
             });
+            tell_wide(header, rounded, warnings);
         } else if (colours_ == Colours::none) {
             decoder.rows(page, page.photometric != kPalette,
                          [&](std::int64_t y, const std::byte* row) { rows.put(y, row); });
@@ -462,7 +464,9 @@ struct Lengths {
     std::vector<std::uint64_t> resolution[2];
 };
 std::optional<Lengths> lengths_of(const Header& what) {
-    if (what.unit.empty() && what.spacing == Vector{1, 1, 1}) return std::nullopt;
+    // ImageJ's axes never turn, so of a grid that is turned it can say no origin.
+    const bool placed = is_identity(what.direction) && what.origin != Vector{0, 0, 0};
+    if (what.unit.empty() && what.spacing == Vector{1, 1, 1} && !placed) return std::nullopt;
     const double factor = what.unit.empty() ? 1 : 1e3;
     Lengths lengths;
     for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -473,6 +477,11 @@ std::optional<Lengths> lengths_of(const Header& what) {
     lengths.text =
         fmt::format("ImageJ=1.53t\nimages={0}\nslices={0}\nunit={1}\nspacing={2}\n", what.extent.z,
                     what.unit.empty() ? "pixel" : "micron", what.spacing[2] * factor);
+    constexpr const char* kOrigins[] = {"xorigin", "yorigin", "zorigin"};
+    for (std::size_t axis = 0; axis < 3 && placed; ++axis)
+        if (what.origin[axis] != 0)
+            lengths.text +=
+                fmt::format("{}={}\n", kOrigins[axis], -what.origin[axis] / what.spacing[axis]);
     return lengths;
 }
 
@@ -486,7 +495,8 @@ Fields fields_of(const Header& what, const std::optional<Lengths>& lengths, bool
     fields.add(257, 4, {static_cast<std::uint64_t>(what.extent.y)});
     fields.add(258, 3, std::vector<std::uint64_t>(channels, 8 * bytes_of(what.type)));
     fields.add(259, 3, {1});
-    fields.add(262, 3, {channels >= 3 ? 2u : 1u});
+    const bool colour = is_colour(what);
+    fields.add(262, 3, {colour ? 2u : 1u});
     if (lengths && first) {
         std::vector<std::uint64_t> text(lengths->text.begin(), lengths->text.end());
         text.push_back(0);
@@ -502,11 +512,13 @@ Fields fields_of(const Header& what, const std::optional<Lengths>& lengths, bool
     }
     fields.add(284, 3, {1});
     if (lengths) fields.add(296, 3, {1});
-    if (channels % 2 == 0)
-        fields.add(338, 3,
-                   {what.alpha == Alpha::premultiplied ? 1u
-                    : what.alpha == Alpha::straight    ? 2u
-                                                       : 0u});
+    // Samples beyond grey, or red, green and blue: only the last may be alpha.
+    std::vector<std::uint64_t> more(channels - (colour ? 3 : 1));
+    if (!more.empty() && (colour || channels == 2))
+        more.back() = what.alpha == Alpha::premultiplied ? 1
+                      : what.alpha == Alpha::straight    ? 2
+                                                         : 0;
+    if (!more.empty()) fields.add(338, 3, std::move(more));
     fields.add(339, 3, std::vector<std::uint64_t>(channels, format));
     if (!what.icc.empty()) {
         std::vector<std::uint64_t> profile;
@@ -514,21 +526,6 @@ Fields fields_of(const Header& what, const std::optional<Lengths>& lengths, bool
         fields.add(34675, 7, std::move(profile));
     }
     return fields;
-}
-
-/// 64-bit integers are looked at once to know what they fit into.
-void take_wide(Header& header, const File& file, const std::vector<TiffPage>& pages,
-               const TiffLayout& layout) {
-    const Wide wide = wide_of(pages[layout.pages[0]]);
-    WideRange range(wide);
-    Decoder decoder(file);
-    for (const std::size_t index : layout.pages) {
-        const TiffPage& page = pages[index];
-        decoder.rows(page, false, [&](std::int64_t, const std::byte* row) {
-            range.take(row, static_cast<std::size_t>(page.width * page.samples));
-        });
-    }
-    take_narrowed(header, range.narrowed());
 }
 
 /// ImageJ writes stacks of more than 4 GB with one directory: all samples follow its own.
@@ -589,6 +586,10 @@ Header inspect_tiff(const std::string& path, const Selection& pick) {
     header.times = static_cast<int>(layout.times);
     if (channels == first.samples && first.samples % 2 == 0 && first.samples <= 4 && first.alpha)
         header.alpha = first.premultiplied ? Alpha::premultiplied : Alpha::straight;
+    constexpr int kRgb = 2;
+    header.colour =
+        layout.channels == 1 && (channels == 3 || channels == 4) &&
+        (first.photometric == kRgb || first.photometric == kYcbcr || colours == Colours::rgb);
     take_size(header, first.width, first.height, first.orientation);
     if (first.orientation >= 5) std::swap(header.spacing[0], header.spacing[1]);
     header.extent.z = layout.slices;
@@ -607,8 +608,7 @@ Header inspect_tiff(const std::string& path, const Selection& pick) {
         header.icc.resize(first.icc_bytes);
         file->read(first.icc, header.icc, "the ICC profile");
     }
-    if (!layout.one_directory && wide_of(first) != Wide::no)
-        take_wide(header, *file, pages, layout);
+    header.wide = wide_of(first) != Wide::no;
     if (layout.one_directory)
         take_one_directory(header, first, layout);
     else

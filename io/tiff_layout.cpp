@@ -1,5 +1,5 @@
-// What the pages of a TIFF are. ImageJ writes lines of "key=value" into the description of the
-// first page; OME-TIFF an XML document (www.openmicroscopy.org/Schemas/OME/2016-06).
+// What the pages of a TIFF are. OME-TIFF has an XML document in the description of the first page
+// (www.openmicroscopy.org/Schemas/OME/2016-06); for ImageJ see tiff_imagej.cpp.
 
 #include "io/tiff_layout.hpp"
 
@@ -13,6 +13,7 @@
 #include "graph/errors.hpp"
 #include "io/geometry.hpp"
 #include "io/text.hpp"
+#include "io/tiff_imagej.hpp"
 #include "io/xml.hpp"
 
 namespace edgewise::store {
@@ -31,27 +32,12 @@ std::string start_of(const File& file, const TiffPage& page, std::uint64_t most)
     return text;
 }
 
-TiffLayout stack_of(const std::vector<TiffPage>& pages) {
-    TiffLayout layout;
-    for (std::size_t i = 0; i < pages.size(); ++i)
-        if (pages.size() == 1 || !pages[i].reduced) layout.pages.push_back(i);
-    layout.slices = static_cast<std::int64_t>(layout.pages.size());
-    layout.volume = layout.slices > 1;
-    return layout;
-}
-
 /// Spacing in pages of a size that was said: x and y by their resolution, `between` pages.
 void take_resolution(Header& header, const TiffPage& page, double millimetres_a_unit,
                      std::optional<double> between) {
     for (std::size_t axis = 0; axis < 2; ++axis) header.spacing[axis] = 1 / page.resolution[axis];
     header.spacing[2] = between.value_or(header.spacing[0]);
     if (millimetres_a_unit > 0) to_millimetres(header, millimetres_a_unit);
-}
-
-bool has_resolution(const TiffPage& page) {
-    return std::all_of(page.resolution, page.resolution + 2, [](double value) {
-        return std::isfinite(value) && value > 1e-12 && value < 1e12;
-    });
 }
 
 /// A resolution without more is how dense to print, unless it is a scientist's. Pictures keep
@@ -75,126 +61,6 @@ void plain_spacing(Header& header, const TiffPage& page, bool volume) {
             "does not say; --input-spacing says otherwise",
             header.file, page.resolution[0], centimetre ? "a centimetre" : "an inch",
             header.spacing[0]));
-}
-
-// ImageJ -------------------------------------------------------------------------------------
-
-std::map<std::string, std::string> lines_of(const std::string& text) {
-    std::map<std::string, std::string> values;
-    for (std::string_view line : split(text, '\n'))
-        if (const auto equal = line.find('='); equal != line.npos)
-            values.emplace(trim(line.substr(0, equal)), trim(line.substr(equal + 1)));
-    return values;
-}
-
-class ImageJ {
- public:
-    ImageJ(Header& header, const std::vector<TiffPage>& pages, const std::string& text)
-        : header_(header), pages_(pages), values_(lines_of(text)) {}
-
-    TiffLayout run() {
-        TiffLayout layout = stack_of(pages_);
-        layout.indices = true;
-        const auto there = static_cast<std::int64_t>(layout.pages.size());
-        const std::int64_t channels = count("channels"), frames = count("frames");
-        const std::int64_t images = count("images");
-        std::int64_t slices = count("slices");
-        // A stack of no more words is one of slices.
-        if (!values_.contains("slices") && channels * frames == 1) slices = images;
-        const std::int64_t planes =
-            product(header_.file, product(header_.file, channels, slices), frames);
-        layout.one_directory = there == 1 && planes > 1 && planes <= kMostPlanes;
-        if (planes == there || layout.one_directory) {
-            layout.channels = channels;
-            layout.slices = slices;
-            layout.times = frames;
-            layout.volume = slices > 1;
-            layout.pages.resize(static_cast<std::size_t>(planes), 0);
-        } else {
-            header_.warnings.push_back(fmt::format(
-                "{}: its description says {} channels, {} slices and {} frames, but it has {} "
-                "pages: taken as a stack of these",
-                header_.file, channels, slices, frames, there));
-        }
-        spacing();
-        return layout;
-    }
-
- private:
-    std::string value(const std::string& key) const {
-        const auto found = values_.find(key);
-        return found == values_.end() ? "" : found->second;
-    }
-    std::int64_t count(const std::string& key) const {
-        return std::max<std::int64_t>(to_integer(value(key)).value_or(1), 1);
-    }
-    void spacing() {
-        const TiffPage& page = pages_[0];
-        if (!has_resolution(page)) {
-            if (const auto step = to_double(value("spacing")); step && *step != 0)
-                header_.spacing[2] = std::abs(*step);
-            return;
-        }
-        std::string unit = value("unit");
-        // As ImageJ: 72 pixels an inch are what programs write that know no size.
-        const bool nominal = page.resolution[0] == 72 && page.resolution_unit == 2;
-        if (unit.empty() && nominal) return;
-        if (unit.empty())
-            unit = page.resolution_unit == 3 ? "cm" : page.resolution_unit == 2 ? "inch" : "pixel";
-        const double factor = millimetres(unit);
-        const auto step = to_double(value("spacing"));
-        const bool known = step && std::isfinite(*step) && *step != 0;
-        take_resolution(header_, page, factor, known ? std::abs(*step) : 1);
-        if (factor == 0 && unit != "pixel" && unit != "pixels")
-            header_.warnings.push_back(
-                fmt::format("{}: its unit {} is not known: lengths are kept as they stand; "
-                            "--input-unit says which it is",
-                            header_.file, in_quotes(unit)));
-    }
-
-    Header& header_;
-    const std::vector<TiffPage>& pages_;
-    std::map<std::string, std::string> values_;
-};
-
-/// The last entries of lookup tables, which are the brightest; black ones, of tables that run the
-/// other way, are none. The block begins with a head that names kinds of parts and counts them; the
-/// parts follow in that order. All numbers are as the file's.
-std::vector<std::optional<Colour>> imagej_colours(const File& file, const TiffPage& page) {
-    constexpr std::size_t kEntries = 256, kNumber = 4, kKind = 2 * kNumber;
-    constexpr std::uint64_t kLargestHead = 1 << 12, kLuts = 0x6c757473;  // "luts"
-    std::vector<std::optional<Colour>> colours;
-    if (page.imagej_parts.empty() || page.imagej_parts[0] > kLargestHead || page.samples > 1)
-        return colours;
-    Bytes head(page.imagej_parts[0]);
-    if (head.size() > page.imagej_bytes || file.read_some(page.imagej, head) != head.size())
-        return colours;
-    const auto number = [&](std::size_t at) {
-        std::uint64_t value = 0;
-        for (std::size_t i = 0; i < kNumber; ++i)
-            value |= std::to_integer<std::uint64_t>(head[at + i])
-                     << 8 * (page.big_endian ? kNumber - 1 - i : i);
-        return value;
-    };
-    std::uint64_t at = head.size();
-    std::size_t part = 1;
-    for (std::size_t kind = kNumber; kind + kKind <= head.size(); kind += kKind)
-        for (std::uint64_t i = number(kind + kNumber); i > 0 && part < page.imagej_parts.size();
-             --i) {
-            const std::uint64_t bytes = page.imagej_parts[part++];
-            std::byte table[3 * kEntries];
-            if (number(kind) == kLuts && bytes == sizeof(table) &&
-                at + bytes <= page.imagej_bytes &&
-                file.read_some(page.imagej + at, table) == sizeof(table)) {
-                Colour last{};
-                for (std::size_t c = 0; c < 3; ++c)
-                    last[c] = std::to_integer<int>(table[kEntries * (c + 1) - 1]) / 255.0;
-                const bool black = last == Colour{};
-                colours.push_back(black ? std::nullopt : std::optional(last));
-            }
-            at += bytes;
-        }
-    return colours;
 }
 
 // OME ----------------------------------------------------------------------------------------
@@ -464,6 +330,21 @@ std::size_t chosen(const std::string& file, const Ome& ome, const Selection& pic
 
 }  // namespace
 
+TiffLayout stack_of(const std::vector<TiffPage>& pages) {
+    TiffLayout layout;
+    for (std::size_t i = 0; i < pages.size(); ++i)
+        if (pages.size() == 1 || !pages[i].reduced) layout.pages.push_back(i);
+    layout.slices = static_cast<std::int64_t>(layout.pages.size());
+    layout.volume = layout.slices > 1;
+    return layout;
+}
+
+bool has_resolution(const TiffPage& page) {
+    return std::all_of(page.resolution, page.resolution + 2, [](double value) {
+        return std::isfinite(value) && value > 1e-12 && value < 1e12;
+    });
+}
+
 TiffLayout tiff_layout(Header& header, FilePointer file, const std::vector<TiffPage>& pages,
                        const Selection& pick) {
     const std::string text = start_of(*file, pages[0], kLongestImageJ);
@@ -476,7 +357,7 @@ TiffLayout tiff_layout(Header& header, FilePointer file, const std::vector<TiffP
         if (!ome.images.empty())
             return OmeLayout(header, pages, ome.images[chosen(header.file, ome, pick)]).run();
     }
-    if (text.starts_with("ImageJ=")) return ImageJ(header, pages, text).run();
+    if (is_imagej(text)) return imagej_layout(header, pages, text);
     TiffLayout layout = stack_of(pages);
     if (!layout.pages.empty()) plain_spacing(header, pages[layout.pages[0]], layout.volume);
     return layout;
@@ -499,7 +380,7 @@ std::vector<std::optional<Colour>> tiff_colours(const std::string& path, const S
     const auto file = std::make_shared<const File>(path);
     const TiffPage page = tiff_pages(*file)[0];
     const std::string text = start_of(*file, page, 1 << 14);
-    if (text.starts_with("ImageJ=")) return imagej_colours(*file, page);
+    if (is_imagej(text)) return imagej_colours(*file, page);
     std::vector<std::optional<Colour>> colours;
     if (!is_ome(text) || page.text_bytes > kLongestOme) return colours;
     const Ome ome = parsed(file, page);
@@ -512,6 +393,14 @@ std::vector<std::optional<Colour>> tiff_colours(const std::string& path, const S
             colours.resize(colours.size() +
                            static_cast<std::size_t>(std::min(channel.samples, kMostSamples)));
     return colours;
+}
+
+std::vector<std::optional<std::array<double, 2>>> tiff_ranges(const std::string& path) {
+    const auto file = std::make_shared<const File>(path);
+    const TiffPage page = tiff_pages(*file)[0];
+    const std::string text = start_of(*file, page, kLongestImageJ);
+    if (is_imagej(text)) return imagej_ranges(*file, page, text);
+    return {};
 }
 
 }  // namespace edgewise::store

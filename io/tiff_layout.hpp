@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,8 +26,14 @@ struct TiffLayout {
     }
 };
 
+/// All pages but thumbnails, as slices.
+TiffLayout stack_of(const std::vector<TiffPage>&);
+
+/// Whether it says pixels a unit along x and y that can be meant.
+bool has_resolution(const TiffPage&);
+
 /// What the file says of its pages: ImageJ's or OME's description, else a stack in their order.
-/// Sets the header's spacing and unit too, and warns.
+/// Sets the header's spacing, unit, origin and values too, and warns.
 /// @throws InputError   an OME description that contradicts the pages, or of several files
 /// @throws RequestError several images, and none of them selected as a series
 TiffLayout tiff_layout(Header&, FilePointer, const std::vector<TiffPage>&, const Selection&);
@@ -37,5 +44,10 @@ std::vector<Series> tiff_series(const std::string& path);
 /// The colours of channels as an OME-TIFF or a hyperstack of ImageJ says them; empty for all other
 /// files. @throws InputError, RequestError as tiff_layout
 std::vector<std::optional<Colour>> tiff_colours(const std::string& path, const Selection&);
+
+/// The values that a hyperstack of ImageJ shows its channels from and to; empty for all other
+/// files.
+/// @throws InputError as tiff_layout
+std::vector<std::optional<std::array<double, 2>>> tiff_ranges(const std::string& path);
 
 }  // namespace edgewise::store

@@ -1,4 +1,4 @@
-// Writing NIfTI-1 and -2, NRRD and MetaImage. Their data are plain samples behind a header.
+// Writing NIfTI-1 and -2, NRRD, MetaImage and MGH. Their data are plain samples behind a header.
 
 #include <algorithm>
 #include <bit>
@@ -298,7 +298,10 @@ std::string nrrd_geometry(const Header& what) {
 }
 
 std::string nrrd_header(const Header& what) {
-    constexpr const char* kKinds[] = {"", "", "2-vector ", "RGB-color ", "RGBA-color "};
+    constexpr const char* kColours[] = {"RGB-color ", "RGBA-color "};
+    const std::string kind = is_colour(what)      ? kColours[what.channels - 3]
+                             : what.channels <= 4 ? fmt::format("{}-vector ", what.channels)
+                                                  : "vector ";
     const bool channels = what.channels > 1;
     std::string text =
         fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes:", nrrd_type(what.type),
@@ -308,7 +311,7 @@ std::string nrrd_header(const Header& what) {
     if (what.volume) text += fmt::format(" {}", what.extent.z);
     (text += "\n") += nrrd_geometry(what);
     if (channels)
-        text += fmt::format("kinds: {}{}\n", what.channels <= 4 ? kKinds[what.channels] : "vector ",
+        text += fmt::format("kinds: {}{}\n", kind,
                             what.volume ? "domain domain domain" : "domain domain");
     return text + fmt::format("endian: {}\nencoding: raw\n\n", kBig ? "big" : "little");
 }
@@ -338,6 +341,42 @@ std::string metaimage_header(const Header& what) {
            fmt::format("ElementType = {}\nElementDataFile = LOCAL\n", metaimage_type(what.type));
 }
 
+/// The first 284 bytes, big-endian; what is not used is 0.
+Bytes mgh_header_of(const Header& what) {
+    Header ras = what;
+    flip_xy(ras);
+    Bytes bytes;
+    const auto put = [&](std::uint32_t bits, int width) {
+        for (int i = width - 1; i >= 0; --i)
+            bytes.push_back(static_cast<std::byte>(bits >> 8 * i & 0xff));
+    };
+    const auto real = [&](double value) {
+        put(std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+    };
+    const std::uint32_t type = what.type == Type::u8    ? 0
+                               : what.type == Type::i32 ? 1
+                               : what.type == Type::i16 ? 4
+                                                        : 3;
+    put(1, 4);
+    for (int axis = 0; axis < 3; ++axis) put(static_cast<std::uint32_t>(what.extent[axis]), 4);
+    put(1, 4);
+    put(type, 4);
+    put(0, 4);
+    put(1, 2);  // what follows is said
+    for (const double step : ras.spacing) real(step);
+    for (const Vector& column : ras.direction)
+        for (const double entry : column) real(entry);
+    for (std::size_t row = 0; row < 3; ++row) {
+        double centre = ras.origin[row];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            centre += ras.direction[axis][row] * ras.spacing[axis] * 0.5 *
+                      static_cast<double>(what.extent[static_cast<int>(axis)]);
+        real(centre);
+    }
+    bytes.resize(284);
+    return bytes;
+}
+
 }  // namespace
 
 void write_nifti(Replacement& out, const Header& what, const void* samples) {
@@ -365,6 +404,23 @@ void write_nrrd(Replacement& out, const Header& what, const void* samples) {
     const std::string header = nrrd_header(what);
     out.write(std::as_bytes(std::span(header)));
     out.write(samples_of(what, samples));
+}
+
+void write_mgh(Replacement& out, const Header& what, const void* samples) {
+    Sink sink(out, !lower(out.path()).ends_with(".mgh"));
+    sink.write(mgh_header_of(what));
+    std::span<const std::byte> left = samples_of(what, samples);
+    const std::size_t width = bytes_of(what.type);
+    Bytes chunk;
+    while (!left.empty()) {
+        const auto part = left.first(std::min<std::size_t>(left.size(), width << 16));
+        chunk.assign(part.begin(), part.end());
+        if (!kBig && width > 1)
+            swap_bytes(chunk.data(), width, static_cast<std::int64_t>(chunk.size() / width));
+        sink.write(chunk);
+        left = left.subspan(part.size());
+    }
+    sink.finish();
 }
 
 void write_metaimage(Replacement& out, const Header& what, const void* samples) {

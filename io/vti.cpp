@@ -135,13 +135,15 @@ class VtiReader : public Reader {
               std::vector<std::string>& warnings) const override {
         auto stream = stream_of(header.file, stored_, array_);
         Stored plain = stored_;
+        std::int64_t rounded = 0;
         if (stored_.wide != Wide::no) {
-            stream = narrow_stream(std::move(stream), stored_.wide, stored_.big_endian,
-                                   stored_.type, header.file);
+            stream = wide_stream(std::move(stream), stored_.wide, stored_.big_endian, header.file,
+                                 rounded);
             plain.wide = Wide::no;
             plain.big_endian = false;
         }
         scatter(plain, pick, *stream, header.file, into, warnings);
+        tell_wide(header, rounded, warnings);
     }
 
     std::optional<std::vector<std::string>> files() const override {
@@ -176,10 +178,7 @@ class Vti {
                 for (std::size_t row = 0; row < 3; ++row)
                     header_.origin[row] += header_.direction[axis][row] * header_.spacing[axis] / 2;
         if (array_.form == Array::Form::ascii) stored_.big_endian = false;  // native numbers
-        if (stored_.wide != Wide::no) {
-            const auto stream = stream_of(path_, stored_, array_);
-            narrow(header_, stored_, *stream);
-        }
+        header_.wide = stored_.wide != Wide::no;
         header_.reader = std::make_shared<const VtiReader>(std::move(stored_), array_);
         return std::move(header_);
     }
@@ -273,6 +272,7 @@ class Vti {
         }
         if (channels > 1) stored_.axes.insert(stored_.axes.begin(), {Axis::channel, channels});
         take_axes(header_, stored_);
+        take_bytes_of_colour(header_);
         done_ = appended_ = false;
         const std::string format = tag.attribute("format", "ascii");
         array_.begin = tag.end;

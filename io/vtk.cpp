@@ -80,6 +80,7 @@ class Vtk {
             stored_.axes.insert(stored_.axes.begin(), {Axis::channel, best_.channels});
         stored_.pieces = {{path_, best_.at}};
         take_axes(header_, stored_);
+        take_bytes_of_colour(header_);
         check_spacing(header_, "SPACING");
         take_reader(header_, std::move(stored_));
     }

@@ -71,9 +71,8 @@ Header described(const std::string& path, const Store& store, const ZarrImage& i
     header.volume = header.extent.z > 1;
     take_lengths(header, image, level);
     header.reading_bytes = reading_bytes_of(array);
-    auto reader = std::make_shared<ZarrReader>(std::move(array), image.axes);
-    reader->narrow(header);
-    header.reader = std::move(reader);
+    header.wide = stored.wide != Wide::no;
+    header.reader = std::make_shared<const ZarrReader>(std::move(array), image.axes);
     return header;
 }
 

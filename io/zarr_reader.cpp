@@ -169,14 +169,14 @@ void ZarrReader::each_run(const Place& origin, const Selection& pick, Run run) c
 }
 
 void ZarrReader::put_chunk(const Place& low, const Bytes& numbers, const Target& target,
-                           Rounding& rounding) const {
-    Bytes narrowed;
+                           Rounding& rounding, std::int64_t& wide_rounded) const {
+    Bytes doubles;
     if (array_.wide != Wide::no) {
-        narrowed.resize(numbers.size() / 8 * bytes_of(array_.type));
-        narrow_numbers(numbers.data(), numbers.size() / 8, array_.wide, array_.type,
-                       narrowed.data());
+        doubles.resize(numbers.size());
+        wide_rounded +=
+            wide_numbers(numbers.data(), numbers.size() / 8, array_.wide, doubles.data());
     }
-    const Bytes& bytes = array_.wide != Wide::no ? narrowed : numbers;
+    const Bytes& bytes = array_.wide != Wide::no ? doubles : numbers;
     const Extent& extent = target.header.extent;
     const std::int64_t strides[] = {target.channels, target.channels * extent.x,
                                     target.channels * extent.x * extent.y};
@@ -213,52 +213,26 @@ void ZarrReader::read(const Header& header, const Selection& pick, std::span<std
     std::int64_t all = 1;
     for (const std::int64_t count : counts) all *= count;
     Rounding rounding;
+    std::int64_t wide_rounded = 0;
     std::mutex telling;
     try {
         tbb::parallel_for(std::int64_t{0}, all, [&](std::int64_t number) {
             each_chunk(file_at(number, counts, pick), pick,
                        [&](const Place& low, const Bytes& numbers) {
                            Rounding here;
-                           put_chunk(low, numbers, target, here);
+                           std::int64_t wide_here = 0;
+                           put_chunk(low, numbers, target, here, wide_here);
                            const std::lock_guard lock(telling);
                            rounding.rounded += here.rounded;
                            rounding.beyond += here.beyond;
+                           wide_rounded += wide_here;
                        });
         });
     } catch (const InputError& error) {
         refuse(header.file, error.what());
     }
     rounding.tell(header.file, array_.type, warnings);
-}
-
-void ZarrReader::narrow(Header& header) {
-    if (array_.wide == Wide::no) return;
-    const Place counts = file_counts({});
-    std::int64_t all = 1;
-    for (const std::int64_t count : counts) all = product(header.file, all, count);
-    constexpr std::int64_t kMostFiles = 1 << 22;
-    if (all > kMostFiles)
-        refuse(header.file,
-               fmt::format("64-bit integers in {} files are not supported: finding the type that "
-                           "holds them would read them all",
-                           all));
-    WideRange range(array_.wide);
-    std::mutex taking;
-    try {
-        for (std::int64_t number = 0; number < all; ++number)
-            each_chunk(
-                file_at(number, counts, {}), {}, [&](const Place& low, const Bytes& numbers) {
-                    const std::lock_guard lock(taking);
-                    each_run(low, {},
-                             [&](const std::int64_t* /*at*/, std::size_t from, std::int64_t n) {
-                                 range.take(numbers.data() + 8 * from, static_cast<std::size_t>(n));
-                             });
-                });
-    } catch (const InputError& error) {
-        refuse(header.file, error.what());
-    }
-    take_narrowed(header, range.narrowed());
-    array_.type = header.type;
+    tell_wide(header, wide_rounded, warnings);
 }
 
 }  // namespace edgewise::store

@@ -25,9 +25,6 @@ class ZarrReader : public Reader {
     /// Chunks come and go without their folder's knowing.
     std::optional<std::vector<std::string>> files() const override { return array_.store->files(); }
 
-    /// Numbers of 64 bits become a type that holds all that the array has.
-    void narrow(Header& header);
-
  private:
     struct Target {
         const Header& header;
@@ -63,8 +60,9 @@ class ZarrReader : public Reader {
     /// lie in the array and are read, one after another in the chunk.
     template <class Run>
     void each_run(const Place& origin, const Selection& pick, Run run) const;
+    /// @param wide_rounded  integers of 64 bits that f64 rounds are added
     void put_chunk(const Place& low, const Bytes& numbers, const Target& target,
-                   Rounding& rounding) const;
+                   Rounding& rounding, std::int64_t& wide_rounded) const;
 
     ZarrArray array_;
     std::vector<ZarrImage::Named> axes_;  // slowest first

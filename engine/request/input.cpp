@@ -101,7 +101,20 @@ std::shared_ptr<const Data> premultiplied_data(const Data& straight, double opaq
     return data;
 }
 
+/// One channel of straight colour, multiplied by its alpha.
+template <class T>
+void multiply_channel(const T* colour, const T* alpha, std::size_t samples, double opaque,
+                      float* out) {
+    tbb::parallel_for(std::size_t{0}, (samples + 65535) / 65536, [&](std::size_t block) {
+        const std::size_t end = std::min(samples, (block + 1) * 65536);
+        for (std::size_t i = block * 65536; i < end; ++i)
+            out[i] = static_cast<float>(static_cast<double>(colour[i]) *
+                                        static_cast<double>(alpha[i]) / opaque);
+    });
+}
+
 Type loaded_type(const Input& input) noexcept {
+    if (input.by_alpha()) return Type::f32;
     return store::loaded_type(input.header.type, input.selection.as_stored);
 }
 
@@ -109,6 +122,10 @@ Type loaded_type(const Input& input) noexcept {
 
 bool Input::premultiplied() const noexcept {
     return keep == Keep::values && header.alpha == store::Alpha::straight && channels() > 1;
+}
+
+bool Input::by_alpha() const noexcept {
+    return selection.by_alpha && selection.channel && header.alpha == store::Alpha::straight;
 }
 
 double Input::opaque() const noexcept {
@@ -121,6 +138,9 @@ double Input::bytes() const {
     // The pairs, as many to work in, and the volume.
     if (pairs) return 2.5 * static_cast<double>(store::loaded_bytes(*pairs, selection));
     const auto stored = static_cast<double>(store::loaded_bytes(header, selection));
+    // Colour and alpha as they are stored, and their product.
+    if (by_alpha())
+        return 2 * stored + static_cast<double>(header.extent.samples()) * sizeof(float);
     if (!premultiplied()) return stored;
     return stored / static_cast<double>(bytes_of(loaded_type(*this))) * sizeof(float);
 }
@@ -299,10 +319,38 @@ std::shared_ptr<const Data> volume_of_kspace(const Input& input, std::pmr::memor
 
 }  // namespace
 
+namespace {
+
+/// @throws InputError, RequestError, std::bad_alloc
+std::shared_ptr<const Data> channel_by_alpha(const Input& input, std::pmr::memory_resource* memory,
+                                             std::vector<std::string>& warnings) {
+    store::Selection pick = input.selection;
+    Representation what = loaded_as(input);
+    what.type = store::loaded_type(input.header.type, pick.as_stored);
+    std::array<Data, 2> read;
+    for (Data& channel : read) {
+        channel = Data::make(what, memory);
+        for (std::string& warning : store::read_samples(input.header, pick, channel.samples.data(),
+                                                        channel.samples.bytes()))
+            warnings.push_back(std::move(warning));
+        pick.channel = input.header.channels - 1;
+    }
+    auto data = std::make_shared<Data>(Data::make(loaded_as(input), memory));
+    with_type(what.type, [&](auto zero) {
+        using T = decltype(zero);
+        multiply_channel(read[0].as<T>(), read[1].as<T>(), static_cast<std::size_t>(what.samples()),
+                         input.opaque(), data->as<float>());
+    });
+    return data;
+}
+
+}  // namespace
+
 std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory) {
     const auto identity = identity_of(input);
     const auto begin = std::chrono::steady_clock::now();
     std::vector<std::string> warnings = input.header.warnings;
+    Type type = input.header.type;
     if (input.phantom) {
         input.data =
             std::make_shared<Data>(make_phantom(input.phantom->name, input.phantom->side, memory));
@@ -312,19 +360,27 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
         const store::Header& header = input.header;
         // Beyond the selection's limit: told with its size, before anything is allocated.
         store::loaded_bytes(header, input.selection);
-        auto data = std::make_shared<Data>(Data::make(loaded_as(input), memory));
-        for (std::string& warning : store::read_samples(
-                 header, input.selection, data->samples.data(), data->samples.bytes()))
-            warnings.push_back(std::move(warning));
-        narrow(input, *data, memory, warnings);
-        input.data = std::move(data);
-        if (input.premultiplied())
-            input.data = premultiplied_data(*input.data, input.opaque(), memory);
+        if (input.by_alpha()) {
+            input.data = channel_by_alpha(input, memory, warnings);
+        } else {
+            auto data = std::make_shared<Data>(Data::make(loaded_as(input), memory));
+            for (std::string& warning : store::read_samples(
+                     header, input.selection, data->samples.data(), data->samples.bytes()))
+                warnings.push_back(std::move(warning));
+            if (header.wide)
+                type = store::narrow_wide(header, data->what.type, data->samples, memory, warnings);
+            narrow(input, *data, memory, warnings);
+            input.data = std::move(data);
+            if (input.premultiplied())
+                input.data = premultiplied_data(*input.data, input.opaque(), memory);
+        }
     }
     input.read_seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     input.identity.reset();
     if (identity && identity_of(input) == identity) input.identity = identity;
+    input.header.type = type;
+    input.header.wide = false;
     return warnings;
 }
 

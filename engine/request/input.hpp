@@ -42,6 +42,8 @@ struct Input {
     int channels() const noexcept { return store::loaded_channels(header, selection); }
     /// Straight colour is multiplied by its alpha before it is interpolated.
     bool premultiplied() const noexcept;
+    /// One channel of a colour is multiplied by its alpha.
+    bool by_alpha() const noexcept;
     /// The stored alpha that is opaque.
     double opaque() const noexcept;
     /// Bytes of the samples in memory.

@@ -53,10 +53,10 @@ std::string decoding_of(const Input& input) {
 
 std::string selection_text(const store::Selection& pick) {
     const std::string padding = pick.nothing ? fmt::format("{}", *pick.nothing) : std::string("-");
-    return fmt::format("|{}|{}|{}|{}|{}|{}|{}|{}|{}", pick.series.value_or("-"),
+    return fmt::format("|{}|{}|{}|{}|{}|{}|{}|{}|{}{}", pick.series.value_or("-"),
                        pick.time.value_or(-1), pick.channel.value_or(-1), pick.level.value_or(0),
                        pick.orient, fmt::join(pick.spacing, ","), pick.unit,
-                       static_cast<int>(pick.padding), padding);
+                       static_cast<int>(pick.padding), padding, pick.by_alpha ? "|by alpha" : "");
 }
 
 }  // namespace

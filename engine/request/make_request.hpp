@@ -8,9 +8,15 @@
 #include "engine/request/input.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/spec.hpp"
+#include "graph/errors.hpp"
 #include "scene/statistics.hpp"
 
 namespace edgewise {
+
+/// A volume whose channels are one colour: several requests render it, one for each (`Merge`).
+struct ColoursToMerge : RequestError {
+    using RequestError::RequestError;
+};
 
 /// What the graph needs to know of a request before its input is looked at: job, mode, budgets.
 /// @throws RequestError
@@ -20,6 +26,7 @@ Request request_of(const RequestSpec& spec);
 store::Selection selection_of(const RequestSpec& spec);
 
 /// Puts the geometry into the request. @throws RequestError, NoPlan
+/// @throws ColoursToMerge  a volume of colours, which `Merge` renders
 Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
                        const std::optional<Outputs>& outputs);
 
