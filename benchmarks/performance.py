@@ -40,15 +40,20 @@ class Failed(Exception):
     pass
 
 
+NOTES = []  # what scripts said at their end
+
+
 def output_of(words, environment=None, may_fail=False):
     done = subprocess.run(list(map(str, words)), cwd=ROOT, capture_output=True, text=True, env={**os.environ, **(environment or {})})
     if done.returncode and not may_fail:
         raise Failed(f"{' '.join(map(str, words))}: exit {done.returncode}: {done.stderr.strip()[-400:]}")
+    if done.returncode and words[0] not in ("dpkg-query", "g++"):
+        NOTES.append(f"{pathlib.Path(words[0]).name}: {done.stderr.strip()[-400:]}")
     return done.stdout
 
 
 def table_of(words, environment=None):
-    """The table that a script prints, whether all its goals are met or not."""
+    """The table that a script prints. Goals that are not met, and a row that fails, are told at the end."""
     out = output_of(words, environment, may_fail=True)
     lines = [line for line in out.splitlines() if line.startswith("|")]
     if len(lines) < 3:
@@ -60,6 +65,11 @@ def table_of(words, environment=None):
 def markdown(head, rows):
     lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def short(value):
+    """Three digits, and none behind the point from 100 on."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def cells(out):
@@ -125,7 +135,7 @@ def planning(options, work):
                 out = output_of([EDGEWISE, verb, HEAD, "-o", "null:", *words, "--json", "-", "--quiet"], kept_nowhere)
                 reports.append(json.loads(out))
         plan = [report["planning"] for report in reports]
-        middle = lambda values: f"{1e3 * statistics.median(values):.3g}"
+        middle = lambda values: short(1e3 * statistics.median(values))
         rows.append([f"`{request}`", str(plan[0]["vertices"]), str(plan[0]["edges"]), middle([one["seconds"] for one in plan]),
                      middle([one["parts"]["search"] for one in plan]), middle([one["parts"]["preview"] for one in plan]),
                      middle([report["measured"]["seconds"][0] for report in reports])])
@@ -143,7 +153,7 @@ def graphs(options, work):
             found[column][name.strip()] = took
     names = {"expand": "expansion", "price": "prices of the edges", "one objective": "search, one objective", "three criteria": "search, three criteria",
              "plan": "the whole call"}
-    return markdown(["[ms]", *found], [[text, *(f"{float(column[name]):.2g}" for column in found.values())] for name, text in names.items()])
+    return markdown(["[ms]", *found], [[text, *(short(float(column[name])) for column in found.values())] for name, text in names.items()])
 
 
 def gathers(options, work):
@@ -183,6 +193,8 @@ def made_by(loads, parts, rounds):
     compiler = output_of(["g++", "-dumpfullversion"], may_fail=True).strip()
     only = "" if parts == list(PARTS) else f" Of these: {', '.join(parts)}."
     only += f" Rounds of each comparison: {rounds}." if rounds else ""
+    if max(map(float, loads)) > os.cpu_count() + 1:
+        only += " Other programs ran meanwhile, so seconds are too long; ratios suffer less, errors not at all."
     return (f"{version}, {datetime.date.today()}: {os.cpu_count()} cores of {cpu}, g++ {compiler}; {', '.join(peers)}. Load of the machine before the first "
             f"table and after each (1: one busy core): {', '.join(loads)}.{only}")
 
@@ -211,6 +223,7 @@ def main():
             print(f"\n{name} ({(datetime.datetime.now() - begin).seconds} s)\n\n{table}", flush=True)
             if options.page:
                 rewrite(options.page, {name: table, "made by": made_by(loads, parts, options.rounds)})
+    print("\n".join(NOTES), file=sys.stderr)
     if failed:
         sys.exit("\n".join(failed))
 

@@ -316,7 +316,7 @@ class Volume:
         if self.planned:
             self.words += ["--max-error", self.peer_error]
             steps = self.scene.edgewise(self.words, "-o", "null:")["plan"]["steps"]
-            self.what += " by " + " > ".join(step["transition"] + "".join(f"/{key}={value}" for key, value in step["parameters"].items())
+            self.what += " by " + " > ".join(step["transition"] + "".join(f"/{key}={value:g}" if isinstance(value, float) else f"/{key}={value}" for key, value in step["parameters"].items())
                                              for step in steps)
         self.error = nrmse(self.scene.picture(self.words)[::EVERY], self.scene.exact(self.points, self.lit))
 
@@ -370,7 +370,7 @@ class Skipping:
     def prepare(self):
         exact = self.scene.exact(self.points)
         if not self.cast:  # as accurate as the cast
-            same = self.scene.edgewise(self.off, "-o", "null:", "--verify=all")["measured"]["error"]["nrmse"]
+            same = self.scene.edgewise(self.off, "-o", "null:", "--verify=8192")["measured"]["error"]["nrmse"]
             self.words = [*self.words, "--max-error", 1.05 * same]
         off, on = self.scene.picture(self.off), self.scene.picture(self.words)
         if self.cast and np.abs(on - off).max() > 1e-5:
