@@ -5,6 +5,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -141,6 +142,70 @@ Alpha alpha_of(const OIIO::ImageSpec& spec, const std::string& format) {
                : Alpha::premultiplied;
 }
 
+/// What of the picture is given out: of OpenVDB the box of the active voxels, around which
+/// OpenImageIO puts what fills its tiles; of all others everything.
+struct Window {
+    int begin[3], size[3];
+};
+Window window_of(const OIIO::ImageSpec& spec, const std::string& format) {
+    const int depth = std::max(spec.depth, 1);
+    const Window whole{{0, 0, 0}, {spec.width, spec.height, depth}};
+    if (format != "openvdb") return whole;
+    const Window active{{spec.full_x - spec.x, spec.full_y - spec.y, spec.full_z - spec.z},
+                        {spec.full_width, spec.full_height, spec.full_depth}};
+    for (int axis = 0; axis < 3; ++axis)
+        if (active.begin[axis] < 0 || active.size[axis] < 1 ||
+            active.size[axis] > whole.size[axis] - active.begin[axis])
+            return whole;
+    return active;
+}
+
+/// Where the samples of OpenVDB lie: its map from index to world, of row vectors. Maps that are not
+/// linear are not there.
+void place(const OIIO::ImageSpec& spec, const Window& window, ModuleImage& found) {
+    const auto* map = spec.find_attribute(
+        "openvdb:indextoworld", OIIO::TypeDesc(OIIO::TypeDesc::DOUBLE, OIIO::TypeDesc::MATRIX44));
+    if (!map) return;
+    const auto* entries = static_cast<const double*>(map->data());
+    const int first[3] = {spec.x + window.begin[0], spec.y + window.begin[1],
+                          spec.z + window.begin[2]};
+    double spacing[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const double* step = entries + 4 * axis;
+        spacing[axis] = std::sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
+        if (!(std::isfinite(spacing[axis]) && spacing[axis] > 0)) return;
+    }
+    for (int row = 0; row < 3; ++row) {
+        found.origin[row] = entries[12 + row];
+        for (int axis = 0; axis < 3; ++axis) {
+            found.origin[row] += entries[4 * axis + row] * first[axis];
+            found.direction[3 * axis + row] = entries[4 * axis + row] / spacing[axis];
+        }
+    }
+    std::copy_n(spacing, 3, found.spacing);
+}
+
+/// The samples of a window out of all of them.
+bool read_window(OIIO::ImageInput& input, const Window& window, OIIO::TypeDesc type,
+                 std::byte* into) {
+    const OIIO::ImageSpec& spec = input.spec();
+    const std::size_t pixel = static_cast<std::size_t>(spec.nchannels) * type.size();
+    const auto width = static_cast<std::size_t>(spec.width),
+               height = static_cast<std::size_t>(spec.height);
+    std::vector<std::byte> all(static_cast<std::size_t>(spec.image_pixels()) * pixel);
+    if (!input.read_image(0, 0, 0, spec.nchannels, type, all.data())) return false;
+    const std::size_t row = static_cast<std::size_t>(window.size[0]) * pixel;
+    for (int z = 0; z < window.size[2]; ++z)
+        for (int y = 0; y < window.size[1]; ++y, into += row) {
+            const auto at = (static_cast<std::size_t>(z + window.begin[2]) * height +
+                             static_cast<std::size_t>(y + window.begin[1])) *
+                                width +
+                            static_cast<std::size_t>(window.begin[0]);
+            std::memcpy(into, all.data() + at * pixel, row);
+        }
+    return true;
+}
+
 bool inspect(const char* path, ModuleImage* found, char* error) {
     const std::string format = found->format;
     if (format == "webp") {
@@ -155,9 +220,9 @@ bool inspect(const char* path, ModuleImage* found, char* error) {
         tell(error, "deep pictures are not supported");
         return false;
     }
-    found->size[0] = spec.width;
-    found->size[1] = spec.height;
-    found->size[2] = std::max(spec.depth, 1);
+    const Window window = window_of(spec, format);
+    std::copy_n(window.size, 3, found->size);
+    place(spec, window, *found);
     found->axes = spec.depth > 1 ? 3 : 2;
     found->channels = spec.nchannels;
     found->type = static_cast<int>(type_of(spec));
@@ -177,14 +242,21 @@ bool read(const char* path, const ModuleImage* image, void* into, std::size_t by
     if (!input) return false;
     const OIIO::ImageSpec& spec = input->spec();
     const OIIO::TypeDesc type = description_of(module_type(*image));
-    const auto expected = static_cast<std::size_t>(spec.image_pixels()) *
+    const Window window = window_of(spec, format);
+    const auto expected = static_cast<std::size_t>(window.size[0]) *
+                          static_cast<std::size_t>(window.size[1]) *
+                          static_cast<std::size_t>(window.size[2]) *
                           static_cast<std::size_t>(spec.nchannels) * type.size();
-    if (spec.width != image->size[0] || spec.height != image->size[1] ||
+    if (!std::equal(window.size, window.size + 3, image->size) ||
         spec.nchannels != image->channels || bytes != expected) {
         tell(error, "its size is not what its header said");
         return false;
     }
-    if (input->read_image(0, 0, 0, spec.nchannels, type, into)) return true;
+    const bool whole = window.size[0] == spec.width && window.size[1] == spec.height &&
+                       window.size[2] == std::max(spec.depth, 1);
+    if (whole ? input->read_image(0, 0, 0, spec.nchannels, type, into)
+              : read_window(*input, window, type, static_cast<std::byte*>(into)))
+        return true;
     tell(error, input->geterror());
     return false;
 }
