@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 #include <vector>
 
@@ -43,10 +44,17 @@ struct Counts {
     }
 };
 
+/// The middle of some values, the lower of two: of those that are numbers. They change places.
 template <class T>
-bool is_less(T a, T b) {
-    if constexpr (std::is_floating_point_v<T>) return std::isnan(b) ? !std::isnan(a) : a < b;
-    return a < b;
+T middle_of(std::vector<T>& values) {
+    auto end = values.end();
+    if constexpr (std::is_floating_point_v<T>) {
+        end = std::remove_if(values.begin(), end, [](T value) { return std::isnan(value); });
+        if (end == values.begin()) return std::numeric_limits<T>::quiet_NaN();
+    }
+    const auto at = values.begin() + (end - values.begin() - 1) / 2;
+    std::nth_element(values.begin(), at, end);
+    return *at;
 }
 
 template <class T>
@@ -54,7 +62,6 @@ void run_selection(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
     const auto of_copies = places_where(run.of, shape, Counts{run.of});
     const auto in_place = places_where(run.of, {run.of, shape.tile, run.in}, Counts{run.of});
-    const std::size_t middle = (of_copies.size() - 1) / 2;
     const auto work = [&](const Tile<T>& tile) {
         const auto& places = &tile.shape == &shape ? of_copies : in_place;
         std::vector<T> values(places.size());
@@ -63,9 +70,7 @@ void run_selection(const PassRun& run) {
                 for (std::int64_t x = 0; x < tile.extent.x; ++x) {
                     const T* in = tile.in_row(y, z) + x;
                     for (std::size_t i = 0; i < places.size(); ++i) values[i] = in[places[i]];
-                    const auto at = values.begin() + static_cast<std::ptrdiff_t>(middle);
-                    std::nth_element(values.begin(), at, values.end(), is_less<T>);
-                    tile.out_row(y, z)[x] = *at;
+                    tile.out_row(y, z)[x] = middle_of(values);
                 }
     };
     run_tiles<T>(run, shape, work, TileReads::in_place_but_frames);

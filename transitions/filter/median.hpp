@@ -4,7 +4,8 @@
 
 namespace edgewise {
 
-/// The middle of each neighbourhood, the lower of two; NaN counts as larger than all numbers.
+/// The middle of each neighbourhood, the lower of two. NaN is left out of it, and is the result
+/// where nothing else is there.
 ///
 /// `filter.median` selects among the samples of every neighbourhood (Hoare 1961).
 /// `filter.median_histogram` keeps a histogram along each row, which what enters and what leaves
