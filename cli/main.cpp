@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/request/errors.hpp"
+#include "cli/request/filter_words.hpp"
 #include "cli/session/report.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
@@ -48,8 +49,16 @@ std::string verbs_with(const CLI::App& app, const std::string& option) {
 }
 
 /// What to say of an option that a verb does not have.
-std::string no_option(const CLI::App& app, const std::string& typed) {
-    const std::string option = typed.substr(0, typed.find('='));
+/// @param next  the word behind it that belongs to nothing, or ""
+std::string no_option(const CLI::App& app, const std::string& typed, const std::string& next) {
+    const std::size_t equals = typed.find('=');
+    const std::string option = typed.substr(0, equals);
+    if (app.get_name() == name_of(Job::filter)) {
+        const std::string value = equals == std::string::npos ? next : typed.substr(equals + 1);
+        if (const std::string meant = meant_by_filter_option(option, value); !meant.empty())
+            return fmt::format("there is no option {}; it is edgewise filter FILE -o OUT {}",
+                               option, meant);
+    }
     const std::string help = fmt::format("`edgewise {} --help` shows all", app.get_name());
     const std::string others = verbs_with(app, option);
     return fmt::format(
@@ -63,7 +72,8 @@ std::string problem_of(const CLI::App& main, const CLI::ParseError& error) {
     const std::string where = &app == &main ? "" : app.get_name() + ": ";
     const std::vector<std::string> extra = app.remaining();
     if (extra.empty()) return where + error.what();
-    if (extra[0].starts_with("-")) return where + no_option(app, extra[0]);
+    if (extra[0].starts_with("-"))
+        return where + no_option(app, extra[0], extra.size() > 1 ? extra[1] : "");
     if (!app.get_subcommands({}).empty()) {
         const std::vector<std::string> verbs = verb_names(app);
         return fmt::format(

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <tbb/task_arena.h>
 
+#include "engine/filter_result.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/since.hpp"
 #include "engine/refinement.hpp"
@@ -198,6 +199,8 @@ class Performance {
     void write(int frame, const Data& result, const Shades& levels) {
         poll();
         const auto begin = Clock::now();
+        if (const auto cut = cut_off_text(want_, result, session_.written.tail))
+            session_.messages.warning(*cut);
         const Array samples =
             finished(result, session_.written.tail, levels, session_.memory.get());
         if (!writer_)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "engine/filter_result.hpp"
 #include "graph/errors.hpp"
 #include "io/animation.hpp"
 #include "io/geometry.hpp"
@@ -173,25 +174,37 @@ bool f32_may_round(Type type, double low, double high) {
            (bytes_of(type) == 4 && is_integer(type) && (low < -kWhole || high > kWhole));
 }
 
+/// What becomes of a derivative of unsigned integers.
+std::string sign_text(const Written& written, const Input& input, const RequestSpec& spec) {
+    const std::string why = fmt::format("a derivative is negative as well, which {} is not",
+                                        name_of(input.header.type));
+    if (!written.tail.view)
+        return fmt::format("{}: it is written as {}", why, name_of(written.header.type));
+    return fmt::format("{}: {} holds a view of it, {}", why, written.header.format,
+                       spec.window ? "through the window" : "from its least value to its largest");
+}
+
 /// Values of a warp in the input's type, where the format cannot hold that in the smallest type
 /// that means the same, or else f32; or nothing where the format holds pictures alone.
-bool take_value_type(Written& written, const Input& input, const Files& files, double low,
-                     double high) {
+bool take_value_type(Written& written, const Input& input, const FilterResult& meant,
+                     const Files& files) {
     store::Header& header = written.header;
-    header.type = input.header.type;
+    header.type = meant.header.type;
+    header.values = meant.header.values;
+    header.labels = meant.header.labels;
     header.channels = input.channels();
     if (files.fit(header)) return true;
     header.values = {};
-    if (!input.header.values.identity()) {
-        header.type = plain_type(input.header, low, high);
+    if (!meant.header.values.identity()) {
+        header.type = plain_type(meant.header, meant.low, meant.high);
         if (files.fit(header)) return true;
     }
     header.type = Type::f32;
     if (files.fit(header)) {
-        if (f32_may_round(input.header.type, low, high))
+        if (f32_may_round(meant.header.type, meant.low, meant.high))
             written.warnings.push_back(
                 fmt::format("{} cannot hold {}: values are written as f32, which rounds them",
-                            files.outputs.format().name, name_of(input.header.type)));
+                            files.outputs.format().name, name_of(meant.header.type)));
         return true;
     }
     header.values = input.header.values;
@@ -207,6 +220,8 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     written.header = described(want, geometry, input, outputs);
     written.header.format = outputs.none() ? "" : outputs.format().name;
     store::Header& header = written.header;
+    const FilterResult meant = filter_result(want, input.header, low, high);
+    written.warnings = meant.notes;
     const bool over_background =
         want.job == Job::render && want.mode->over_background && !keeps_alpha(want);
     const int channels = over_background      ? 3
@@ -220,6 +235,8 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         const bool as_it_was = want.job->samples && written.tail.alpha == store::Alpha::none &&
                                header.channels == input.header.channels;
         header.alpha = as_it_was ? input.header.alpha : written.tail.alpha;
+        if (meant.keeps_sign && !outputs.none())
+            written.warnings.push_back(sign_text(written, input, spec));
         return written;
     };
     if (outputs.none()) {
@@ -228,7 +245,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     }
     const Files files{outputs, want.frames};
     if (!spec.bits && want.job->samples) {
-        if (take_value_type(written, input, files, low, high)) {
+        if (take_value_type(written, input, meant, files)) {
             written.tail = values_tail(header, input, want);
             return finish();
         }

@@ -17,7 +17,8 @@ class FilteredReference final : public JobReference {
     /// Both must stay alive.
     FilteredReference(const Filtering& filtering, const ReferenceField& field);
 
-    /// NaN where a value within the kernel's reach is not finite.
+    /// NaN where a value within the kernel's reach is not finite; of medians where none is a
+    /// number.
     std::vector<double> values(std::span<const OutputSample> samples) const override;
     double bytes(int threads) const noexcept override;
     void expect_affordable(double samples) const override;
@@ -38,6 +39,13 @@ class FilteredReference final : public JobReference {
     };
 
     static std::vector<Pass> passes_of(FilterOp op);
+    double sample_value(const Data& data, std::int64_t number) const;
+    /// Of the second pass of an opening or closing: from all results that read a sample, or the
+    /// sample itself where none does.
+    double adjoint_at(const Pass& pass, const Prepared& of,
+                      const std::array<std::int64_t, 3>& at) const;
+    double gradient_at(const Numbers& in, const std::array<std::int64_t, 3>& at) const;
+    double result_at(const Prepared& of, const std::array<std::int64_t, 3>& at) const;
     Prepared prepared(int channel) const;
     /// Of a pass at one place of a volume.
     double made_at(const Pass& pass, const Stencil& stencil, const Numbers& in,

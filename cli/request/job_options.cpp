@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "cli/request/channel_words.hpp"
+#include "cli/request/filter_words.hpp"
 #include "cli/request/radon_words.hpp"
 #include "engine/request/geometry.hpp"
 #include "engine/request/numbers.hpp"
@@ -39,12 +40,6 @@ std::array<double, 3> background_of(const std::string& text) {
 }
 
 }  // namespace
-
-std::string filter_op_words() {
-    std::vector<std::string_view> names;
-    for (const FilterOp op : filter_ops()) names.push_back(name_of(op));
-    return fmt::format("{}", fmt::join(names, ", "));
-}
 
 Window window_of(const std::string& text) {
     const auto words = split(text, ',');
@@ -206,54 +201,6 @@ void read_mode(RequestSpec& spec, const JobOptions& o) {
     spec.labels = o.labels;
 }
 
-/// "box:R", "gauss:S", "sphere:R", "cross:R", "sobel:x", "laplace", or a file.
-KernelSpec kernel_of(const std::string& text) {
-    using Kind = KernelSpec::Kind;
-    KernelSpec kernel;
-    const std::size_t colon = text.find(':');
-    const std::string name = text.substr(0, colon);
-    const std::optional<std::string> size =
-        colon == std::string::npos ? std::nullopt : std::optional(text.substr(colon + 1));
-    const std::pair<const char*, Kind> sized[] = {{"box", Kind::box},
-                                                  {"gauss", Kind::gauss},
-                                                  {"sphere", Kind::sphere},
-                                                  {"cross", Kind::cross}};
-    for (const auto& [word, kind] : sized) {
-        if (!same_word(name, word)) continue;
-        if (!size)
-            throw RequestError(fmt::format("--kernel: '{}' given; expected {}:{}, in samples", text,
-                                           word, kind == Kind::gauss ? "S" : "R"));
-        kernel.kind = kind;
-        kernel.size = number_of("--kernel", *size);
-        return kernel;
-    }
-    if (same_word(name, "sobel")) {
-        kernel.kind = Kind::sobel;
-        kernel.axis = chosen("--kernel sobel", size.value_or(""), {"x", "y", "z"});
-        return kernel;
-    }
-    if (same_word(text, "laplace")) {
-        kernel.kind = Kind::laplace;
-        return kernel;
-    }
-    kernel.kind = Kind::file;
-    kernel.file = text;
-    return kernel;
-}
-
-void read_filter(RequestSpec& spec, const JobOptions& o) {
-    if (o.job != Job::filter) return;
-    FilterSpec& filter = spec.filter.emplace();
-    if (!o.op) throw RequestError("--op: which one? Expected " + filter_op_words());
-    if (!o.kernel)
-        throw RequestError(
-            "--kernel: which one? Expected box:R, gauss:S, sphere:R, cross:R, sobel:x, laplace or "
-            "a file");
-    filter.op = filter_op_named(*o.op);
-    filter.kernel = kernel_of(*o.kernel);
-    if (o.border) filter.border = border_named(*o.border);
-}
-
 void read_output(RequestSpec& spec, const JobOptions& o) {
     spec.out = o.out;
     if (o.verify) spec.verify = verify_count(*o.verify);
@@ -303,7 +250,7 @@ RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     spec.job = o.job;
     spec.input = o.input;
     read_mode(spec, o);
-    read_filter(spec, o);
+    if (o.job == Job::filter) spec.filter = filter_of(o);
     if (o.job == radon_job()) spec.radon = radon_of(o);
     read_budgets(spec, o);
     read_output(spec, o);

@@ -29,14 +29,12 @@ struct JobOptions {
     std::optional<std::string> report, stop_after;
     std::vector<std::string> words;  // of the command line, as it was typed
     bool explain = false, quiet = false, strict = false, labels = false, shadows = false,
-         progressive = false;
+         progressive = false, slices = false, inverse = false;
 };
 
 /// Reads all texts that say what is asked for. @throws RequestError
 RequestSpec spec_of(const JobOptions& options, const Catalogue& edges);
 
-/// "convolve, correlate, ...": what --op takes.
-std::string filter_op_words();
 /// None, and the rules of light that some mode takes.
 std::vector<Shade> known_shades();
 

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
+#include "cli/request/filter_words.hpp"
 #include "cli/request/radon_words.hpp"
 #include "reference/job_reference.hpp"
 
@@ -176,19 +177,6 @@ void add_mode(CLI::App& app, JobOptions& o) {
 void add_surface(CLI::App& app, JobOptions& o) {
     add_text(app, "--isovalue", o.isovalue, "the surface where values reach V")->type_name("V");
     app.add_flag("--labels", o.labels, "a closed surface around each label but 0");
-}
-
-void add_filter(CLI::App& app, JobOptions& o) {
-    add_text(app, "--op", o.op, filter_op_words())->type_name("OP");
-    add_text(
-        app, "--kernel", o.kernel,
-        "box:R, gauss:S, sphere:R, cross:R (in samples), sobel:x, laplace, or a file of weights")
-        ->type_name("KERNEL");
-    add_text(app, "--border", o.border,
-             "what stands beyond the samples: zero, clamp, mirror (c b a b c; default) or wrap")
-        ->type_name("BORDER");
-    add_text(app, "--window", o.window, "what is black and white, values or percentiles")
-        ->type_name("LO,HI");
 }
 
 void add_budgets(CLI::App& app, JobOptions& o) {

@@ -291,7 +291,10 @@ Geometry take_filter(Request& want, const RequestSpec& spec, const Input& input)
     want.views = Placement(Mat4::Identity());
     want.screen = grid.extent;
     want.field = Field::linear;
-    want.setting = JobSetting::of(filtering_of(*spec.filter, grid.axes));
+    want.setting = JobSetting::of(
+        filtering_of(*spec.filter, {.axes = grid.axes,
+                                    .spacing = {grid.spacing[0], grid.spacing[1], grid.spacing[2]},
+                                    .has_unit = !input.header.unit.empty()}));
     return geometry;
 }
 
@@ -463,6 +466,18 @@ std::vector<std::string> take_level(Request& want, const Statistics& statistics)
 
 }  // namespace
 
+namespace {
+
+void take_mask(Request& want, const Data& data) {
+    const Filtering* filtering = want.setting.as<Filtering>();
+    if (!filtering || !is_binary(filtering->op)) return;
+    Filtering with = *filtering;
+    with.inside = mask_value(data);
+    want.setting = JobSetting::of(std::move(with));
+}
+
+}  // namespace
+
 Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
                     const Data& data, const Statistics& statistics, const store::Header& header) {
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
@@ -470,6 +485,7 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
                                                                : 0;
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
+    take_mask(want, data);
     std::vector<std::string> warnings = take_level(want, statistics);
     if (!warnings.empty()) return {warnings};
     if (shows_labels(want)) {

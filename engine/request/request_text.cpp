@@ -72,6 +72,12 @@ std::string request_text(const Request& want) {
                             text_of(stencil.extent, 3));
         text.append(reinterpret_cast<const char*>(stencil.weights.data()),
                     stencil.weights.size() * sizeof(double));
+        for (const Stencil& one : filtering->derivatives) {
+            text += fmt::format("derivative {}", text_of(one.extent, 3));
+            text.append(reinterpret_cast<const char*>(one.weights.data()),
+                        one.weights.size() * sizeof(double));
+        }
+        if (is_binary(filtering->op)) text += fmt::format("inside {:a}", filtering->inside);
     }
     if (const RadonSetting* radon = want.setting.as<RadonSetting>())
         text += fmt::format("radon {} {} {:a}", radon->angles, static_cast<int>(radon->to),

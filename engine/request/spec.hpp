@@ -85,12 +85,17 @@ struct ClipSpec {
 
 /// A kernel: of a shape and size, of a file, or a program's own.
 struct KernelSpec {
-    enum class Kind { box, gauss, sphere, cross, sobel, laplace, file, given };
+    /// difference: of neighbours, of gradients alone.
+    enum class Kind { box, gauss, sphere, cross, sobel, laplace, difference, file, given };
     Kind kind = Kind::box;
-    double size = 1;     // radius, or standard deviation of gauss [sample]
-    int axis = 0;        // of sobel
-    std::string file;    // of file
-    Stencil given = {};  // of given
+    double size = 1;  // radius, or standard deviation of gauss [sample]
+    /// In place of `size`: one along each axis, or one for all.
+    std::vector<double> sizes = {};
+    bool lengths = false;  // sizes are in millimetres
+    bool flat = false;     // a disc or square in each plane, also of a volume
+    int axis = 0;          // of sobel; -1: all, of gradients
+    std::string file;      // of file
+    Stencil given = {};    // of given
 };
 
 /// What a filter job does.
@@ -98,6 +103,7 @@ struct FilterSpec {
     FilterOp op = FilterOp::convolve;
     KernelSpec kernel;
     Border border = Border::mirror;
+    bool slices = false;  // each slice of a volume is an image
 };
 
 /// How costs are found: from models alone, by running the contenders, or all paths.

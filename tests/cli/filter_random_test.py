@@ -39,7 +39,10 @@ class Trials(Running):
         files.write_nrrd(file, kernel[None] if image else kernel, image=image)
         self.run_it("filter", source, "-o", out, "--kernel", file, "--quiet", *words)
         got = files.read(out).reshape(a.shape)
-        self.assertEqual(got.dtype, a.dtype)
+        if a.dtype.kind == "u" and kernel.min() < 0 and kernel.sum() == 0 and {"convolve", "correlate"} & set(words):
+            self.assertIn(got.dtype.kind, "if", "a derivative keeps its sign")
+        else:
+            self.assertEqual(got.dtype, a.dtype)
         return got
 
     def same(self, got, want, what, magnitude):
@@ -90,8 +93,8 @@ class Trials(Running):
             got = self.filter(a, flat.astype("u1"), "--op", op, "--border", border)
             np.testing.assert_array_equal(got, function(a, footprint=flat, **keys), err_msg=f"{what} {op} flat")
             heights = self.random.integers(-9, 10, extent).astype("<f4")
-            if set(np.unique(heights)) <= {0, 1}:
-                continue  # such a file is a flat element
+            if len(set(np.unique(heights)) - {0}) <= 1:
+                continue  # such a file is a mask, so a flat element
             want = function(a.astype("f8"), structure=heights.astype("f8"), **keys)
             got = self.filter(a, heights, "--op", op, "--border", border)
             self.same(got, want, f"{what} {op} grey", np.abs(a.astype("f8")).max() + 9)

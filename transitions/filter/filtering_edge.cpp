@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #include "graph/with_type.hpp"
+#include "transitions/filter/adjoint.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 
@@ -53,13 +54,67 @@ Representation made_of(const Neighbourhood& pass, const Representation& from, co
     return to;
 }
 
-/// What the passes make, one after another.
-std::vector<Representation> stages(const std::vector<Neighbourhood>& passes,
-                                   const Representation& from, const Scene& scene) {
-    std::vector<Representation> all{from};
-    for (const Neighbourhood& pass : passes) all.push_back(made_of(pass, all.back(), scene));
-    return all;
-}
+/// The passes of a request, and what they read and make.
+struct Stages {
+    const Filtering& filtering;
+    std::vector<Neighbourhood> passes;
+    std::vector<Representation> made;  // the first is what is read, then one for each pass
+    /// What is known of what is read: of a mask, that it is one.
+    const Scene& scene;
+
+    Stages(const Representation& from, const Ask& ask)
+        : filtering(*ask.want.setting.as<Filtering>()),
+          passes(passes_of(filtering)),
+          made{from},
+          scene(is_binary(filtering.op) ? of_masks() : ask.scene) {
+        if (is_binary(filtering.op)) made[0] = mask_of(from);
+        for (std::size_t i = 0; i < passes.size(); ++i)
+            made.push_back(made_of(passes[i], read_by(i), scene));
+    }
+    bool is_gradient() const noexcept { return filtering.op == FilterOp::gradient; }
+    /// Derivatives are all taken of the input.
+    const Representation& read_by(std::size_t pass) const {
+        return is_gradient() ? made[0] : made[pass];
+    }
+    const Representation& made_by(std::size_t pass) const { return made[pass + 1]; }
+    PassAsk ask(std::size_t pass, const Parameters& with) const {
+        return {passes[pass], read_by(pass), scene, with, made_by(pass).type};
+    }
+    /// Whether what the last pass makes is no result yet.
+    bool ends_in_values() const noexcept {
+        return is_gradient() || filtering.op == FilterOp::tophat;
+    }
+    bool adjoins(std::size_t pass) const {
+        return pass > 0 && !is_gradient() && needs_adjoint(passes[pass]);
+    }
+
+    Representation result() const {
+        Representation to = made.back();
+        if (is_binary(filtering.op)) to.values = {.slope = filtering.inside, .offset = 0};
+        if (!ends_in_values()) return to;
+        // A difference, or a length.
+        const bool wide = bytes_of(to.type) >= 4 && to.type != Type::f32;
+        to.type = wide && !(is_gradient() && is_integer(made[0].type)) ? Type::f64 : Type::f32;
+        to.values = {};
+        return to;
+    }
+
+ private:
+    static const Scene& of_masks() {
+        static const Scene scene = [] {
+            Scene mask;
+            mask.low = 0, mask.high = mask.range = 1, mask.non_finite = 0;
+            return mask;
+        }();
+        return scene;
+    }
+    static Representation mask_of(Representation from) {
+        from.drop_facets();
+        from.type = Type::u8;
+        from.values = {};
+        return from;
+    }
+};
 
 std::string not_as_read(const Representation& from, const Request& want) {
     if (!want.setting.as<Filtering>()) return "the request names no kernel";
@@ -72,41 +127,31 @@ std::string not_as_read(const Representation& from, const Request& want) {
     return {};
 }
 
-/// The difference of a top hat.
-Representation difference_of(const Representation& opened) {
-    Representation to = opened;
-    const bool wide = bytes_of(opened.type) >= 4 && opened.type != Type::f32;
-    to.type = wide ? Type::f64 : Type::f32;
-    to.values = {};
-    return to;
-}
-
 Offer offer(const FilterAlgorithm& algorithm, const Representation& from, const Ask& ask,
             const Parameters& with) {
     if (std::string reason = not_as_read(from, ask.want); !reason.empty())
         return Offer::no(std::move(reason));
-    const Filtering& filtering = *ask.want.setting.as<Filtering>();
-    const std::vector<Neighbourhood> passes = passes_of(filtering);
-    const std::vector<Representation> made = stages(passes, from, ask.scene);
-    for (std::size_t i = 0; i < passes.size(); ++i)
-        if (std::string reason =
-                algorithm.refused({passes[i], made[i], ask.scene, with, made[i + 1].type});
-            !reason.empty())
+    const Stages stages(from, ask);
+    for (std::size_t i = 0; i < stages.passes.size(); ++i)
+        if (std::string reason = algorithm.refused(stages.ask(i, with)); !reason.empty())
             return Offer::no(std::move(reason));
-    Offer offer{.from = from, .to = made.back(), .with = with};
-    if (filtering.op == FilterOp::tophat) offer.to = difference_of(offer.to);
-    return offer;
+    return {.from = from, .to = stages.result(), .with = with};
 }
 
 Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
-    const std::vector<Neighbourhood> passes = passes_of(*ask.want.setting.as<Filtering>());
-    const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
+    const Stages stages(offer.from, ask);
+    const std::vector<Neighbourhood>& passes = stages.passes;
     const double n = static_cast<double>(offer.from.samples()) * offer.from.channels;
     Work work;
+    if (is_binary(stages.filtering.op)) {
+        work.operations += 3 * n;
+        work.streamed += offer.from.bytes() + stages.made[0].bytes();
+        work.workspace += stages.made[0].bytes();
+    }
     for (std::size_t i = 0; i < passes.size(); ++i) {
         // Samples into tiles and out of them.
         constexpr double kCopies = 4;
-        const PassAsk pass{passes[i], made[i], ask.scene, offer.with, made[i + 1].type};
+        const PassAsk pass = stages.ask(i, offer.with);
         // Vectors hold half as many f64, and twice or four times as many narrow integers.
         const double width = double(bytes_of(pass.type)) / sizeof(float);
         const double copied = algorithm.in_place && pass.in_place() ? 0 : kCopies;
@@ -117,7 +162,7 @@ Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) 
             work.lines.span = std::max(work.lines.span, lines.span);
         }
         if (algorithm.variant) work.variant = algorithm.variant(pass);
-        work.streamed += made[i].bytes() + made[i + 1].bytes();
+        work.streamed += stages.read_by(i).bytes() + stages.made_by(i).bytes();
         const TileShape shape(passes[i],
                               tile_for(passes[i], offer.from.extent, bytes_of(pass.type)));
         if (algorithm.scratch)
@@ -125,12 +170,16 @@ Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) 
         else
             work.scratch = std::max(work.scratch, 3 * static_cast<double>(shape.values()) *
                                                       double(bytes_of(pass.type)));
-        if (i > 0) work.workspace = made[i].bytes();
+        const bool last = i + 1 == passes.size() && !stages.ends_in_values();
+        if (!last) work.workspace += stages.made_by(i).bytes();
+        if (!stages.adjoins(i)) continue;
+        // A read, a sum, two comparisons of where, one of what; one by one.
+        constexpr double kEach = 8;
+        work.operations += kEach * pass.alone() * double(passes[i].places()) *
+                           adjoined_samples(passes[i], offer.from.extent) * offer.from.channels;
     }
-    if (ask.want.setting.as<Filtering>()->op == FilterOp::tophat) {
-        work.operations += n;
-        work.workspace += made.back().bytes();
-    }
+    if (stages.filtering.op == FilterOp::tophat) work.operations += n;
+    if (stages.is_gradient()) work.operations += n * (2.0 * double(passes.size()) + 1);
     return work;
 }
 
@@ -201,17 +250,15 @@ std::optional<double> measured_noise(const FilterAlgorithm& algorithm, const Off
 }
 
 Error error(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
-    const Filtering& filtering = *ask.want.setting.as<Filtering>();
-    const std::vector<Neighbourhood> passes = passes_of(filtering);
+    const Stages stages(offer.from, ask);
     Error error;
-    error.copies = only_copies(passes, filtering);
+    error.copies = only_copies(stages.passes, stages.filtering);
     if (const auto measured = measured_noise(algorithm, offer, ask.scene)) {
         error.noise = *measured;
         return error;
     }
-    const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
-    for (std::size_t i = 0; i < passes.size(); ++i) {
-        const PassAsk about{passes[i], made[i], ask.scene, offer.with, made[i + 1].type};
+    for (std::size_t i = 0; i < stages.passes.size(); ++i) {
+        const PassAsk about = stages.ask(i, offer.with);
         error.noise = std::hypot(error.noise, rounding_noise(about));
         if (!algorithm.error) continue;
         const Error added = algorithm.error(about);
@@ -219,61 +266,94 @@ Error error(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask
         error.bias += added.bias;
         error.noise = std::hypot(error.noise, added.noise);
     }
-    if (filtering.op == FilterOp::tophat && !is_integer(offer.from.type))
+    if (stages.filtering.op == FilterOp::tophat && !is_integer(offer.from.type))
         error.noise = std::hypot(error.noise, unit_of(offer.to.type) * largest_of(ask.scene));
+    // Lengths of f64 derivatives are rounded to f32.
+    if (stages.is_gradient() && stages.result().type == Type::f32)
+        for (const Neighbourhood& pass : stages.passes)
+            error.noise = std::hypot(error.noise, 0x1p-25 * std::abs(pass.scale) *
+                                                      pass.sum_of_magnitudes() *
+                                                      largest_of(ask.scene));
     error.copies = error.copies && error.known;
     return error;
 }
 
-/// from - opened.
-void subtract(const Data& from, const Data& opened, Data& out, const Context& context) {
+/// The value of number i.
+double value_at(const Data& data, std::int64_t i) {
+    if (data.what.type == Type::f16)
+        return data.what.values(double(kernels::float_of_half(data.as<std::uint16_t>()[i])));
+    return with_type(data.what.type, [&](auto type) {
+        return data.what.values(static_cast<double>(data.as<decltype(type)>()[i]));
+    });
+}
+
+/// Fills all numbers of some data by a function of their place.
+template <class Value>
+void fill(Data& out, const Context& context, const Value& value) {
     const std::int64_t n = out.what.samples() * out.what.channels;
     constexpr std::int64_t kGrain = 1 << 16;
-    const auto numbers = [](const Data& data) {
-        return [&data](std::int64_t i) {
-            if (data.what.type == Type::f16)
-                return data.what.values(
-                    double(kernels::float_of_half(data.as<std::uint16_t>()[i])));
-            return with_type(data.what.type, [&](auto type) {
-                return data.what.values(static_cast<double>(data.as<decltype(type)>()[i]));
-            });
-        };
-    };
-    const auto minuend = numbers(from), subtrahend = numbers(opened);
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, kGrain), [&](const auto& part) {
         if (context.stopped()) return;
-        for (std::int64_t i = part.begin(); i < part.end(); ++i) {
-            const double difference = minuend(i) - subtrahend(i);
-            if (out.what.type == Type::f64)
-                out.as<double>()[i] = difference;
-            else
-                out.as<float>()[i] = static_cast<float>(difference);
-        }
+        with_type(out.what.type, [&](auto type) {
+            using T = decltype(type);
+            T* to = out.as<T>();
+            for (std::int64_t i = part.begin(); i < part.end(); ++i)
+                to[i] = static_cast<T>(value(i));
+        });
     });
     context.poll();
 }
 
+/// Whether samples are other than 0; NaN is no number.
+Data mask_in(const Data& in, const Representation& what, const Context& context) {
+    Data mask = Data::make(what, context.memory);
+    fill(mask, context, [&](std::int64_t i) {
+        const double value = value_at(in, i);
+        return value != 0 && !std::isnan(value) ? 1 : 0;
+    });
+    return mask;
+}
+
+/// What the passes made becomes the result of a top hat or a gradient.
+void finish(const Stages& stages, const Data& in, const std::vector<Data>& made, Data& out,
+            const Context& context) {
+    if (!stages.is_gradient()) {
+        const Data& opened = made.back();
+        fill(out, context, [&](std::int64_t i) { return value_at(in, i) - value_at(opened, i); });
+        return;
+    }
+    fill(out, context, [&](std::int64_t i) {
+        double squares = 0;
+        for (const Data& derivative : made) {
+            const double along = value_at(derivative, i);
+            squares += along * along;
+        }
+        return std::sqrt(squares);
+    });
+}
+
 void run(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask, const Data& in,
          Data& out, Context& context) {
-    const Filtering& filtering = *ask.want.setting.as<Filtering>();
-    const std::vector<Neighbourhood> passes = passes_of(filtering);
-    const std::vector<Representation> made = stages(passes, offer.from, ask.scene);
-    const bool differs = filtering.op == FilterOp::tophat;
+    const Stages stages(offer.from, ask);
+    const std::vector<Neighbourhood>& passes = stages.passes;
+    std::optional<Data> mask;
+    if (is_binary(stages.filtering.op)) mask = mask_in(in, stages.made[0], context);
+    const Data& first = mask ? *mask : in;
+    const bool finite = mask || ask.scene.non_finite == 0;
     std::vector<Data> between;
     between.reserve(passes.size());
-    const Data* from = &in;
     for (std::size_t i = 0; i < passes.size(); ++i) {
-        const bool last = i + 1 == passes.size() && !differs;
-        if (!last) between.push_back(Data::make(made[i + 1], context.memory));
+        const Data& from = i == 0 || stages.is_gradient() ? first : between.back();
+        const bool last = i + 1 == passes.size() && !stages.ends_in_values();
+        if (!last) between.push_back(Data::make(stages.made_by(i), context.memory));
         Data& to = last ? out : between.back();
-        kernels::Grid grid = kernels::grid_of(*from);
-        // Stored numbers are ordered as they are.
-        if (to.what.values == from->what.values && !passes[i].of_sum()) grid.values = {};
-        algorithm.run({passes[i], grid, to, offer.with, context, ask.scene.non_finite == 0},
-                      made[i + 1].type);
-        from = &to;
+        kernels::Grid grid = kernels::grid_of(from);
+        // Stored numbers are ordered as they are; those of masks get their value in the end.
+        if ((mask || to.what.values == from.what.values) && !passes[i].of_sum()) grid.values = {};
+        algorithm.run({passes[i], grid, to, offer.with, context, finite}, stages.made_by(i).type);
+        if (stages.adjoins(i)) adjoin(passes[i], first, from, to, context);
     }
-    if (differs) subtract(in, between.back(), out, context);
+    if (stages.ends_in_values()) finish(stages, in, between, out, context);
 }
 
 }  // namespace

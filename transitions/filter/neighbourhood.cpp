@@ -6,22 +6,25 @@
 namespace edgewise {
 namespace {
 
-/// Equal weights become 1, so that sums of whole numbers are exact.
+/// Weights that are equal, but perhaps for their signs, become 1 and -1, so that sums of whole
+/// numbers are exact.
 void take_scale(Neighbourhood& sum) {
     double common = 0;
+    bool one_sign = true;
     for (const double weight : sum.weights) {
         if (!sum.counts(weight)) continue;
         if (common == 0) common = weight;
-        if (weight != common) return;
+        if (std::abs(weight) != std::abs(common)) return;
+        one_sign = one_sign && weight == common;
     }
     if (common == 0) return;
-    sum.scale = common;
-    for (double& weight : sum.weights) weight = sum.counts(weight) ? 1 : 0;
+    sum.scale = one_sign ? common : std::abs(common);
+    for (double& weight : sum.weights) weight = sum.counts(weight) ? weight / sum.scale : 0;
 }
 
 /// @param turned  k becomes -k
-Neighbourhood pass_of(const Filtering& filtering, Neighbourhood::Rule rule, bool turned) {
-    const Stencil& stencil = filtering.stencil;
+Neighbourhood pass_of(const Filtering& filtering, const Stencil& stencil, Neighbourhood::Rule rule,
+                      bool turned) {
     Neighbourhood pass{.rule = rule, .border = filtering.border, .shape = stencil.shape};
     pass.weights = stencil.weights;
     pass.size = stencil.size;
@@ -134,9 +137,17 @@ double Neighbourhood::sum_of_magnitudes() const noexcept {
 
 std::vector<Neighbourhood> passes_of(const Filtering& filtering) {
     using Rule = Neighbourhood::Rule;
-    const auto pass = [&](Rule rule, bool turned) { return pass_of(filtering, rule, turned); };
+    const auto pass = [&](Rule rule, bool turned) {
+        return pass_of(filtering, filtering.stencil, rule, turned);
+    };
+    if (filtering.op == FilterOp::gradient) {
+        std::vector<Neighbourhood> derivatives;
+        for (const Stencil& stencil : filtering.derivatives)
+            derivatives.push_back(pass_of(filtering, stencil, Rule::sum, false));
+        return derivatives;
+    }
     const Neighbourhood dilate = pass(Rule::largest, true), erode = pass(Rule::least, false);
-    switch (filtering.op) {
+    switch (grey_of(filtering.op)) {
         case FilterOp::convolve:
             return {pass(Rule::sum, true)};
         case FilterOp::correlate:
@@ -152,8 +163,9 @@ std::vector<Neighbourhood> passes_of(const Filtering& filtering) {
             return {dilate, erode};
         case FilterOp::median:
             return {pass(Rule::median, false)};
+        default:
+            return {};
     }
-    return {};
 }
 
 std::optional<std::vector<Product>> products_of(const Neighbourhood& sum, double most_weights) {

@@ -45,7 +45,8 @@ struct Neighbourhood {
 };
 
 /// The passes of a filter, each of which reads what the one before it wrote. Of a top hat they make
-/// the opening, which is then subtracted from the input.
+/// the opening, which is then subtracted from the input. Those of a gradient are the derivatives
+/// along the axes: each reads the input.
 std::vector<Neighbourhood> passes_of(const Filtering& filtering);
 
 /// A sum of products of weights along the axes: w(x, y, z) = sum of a_i(x) b_i(y) c_i(z).

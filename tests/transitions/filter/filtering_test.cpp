@@ -126,6 +126,7 @@ Numbers applied(const Numbers& in, const Stencil& kernel, Border border, int sig
                             const double value =
                                 in.at(border, x + sign * (a - centre[0]),
                                       y + sign * (b - centre[1]), z + sign * (c - centre[2]));
+                            if (rule == "median" && std::isnan(value)) continue;
                             sum += weight * value;
                             most = std::max(most, value + weight);
                             least = std::min(least, value - weight);
@@ -133,7 +134,7 @@ Numbers applied(const Numbers& in, const Stencil& kernel, Border border, int sig
                         }
                 if (rule == "median") {
                     std::sort(all.begin(), all.end());
-                    out.of[i++] = all[(all.size() - 1) / 2];
+                    out.of[i++] = all.empty() ? kNone : all[(all.size() - 1) / 2];
                 } else {
                     out.of[i++] = rule == "sum" ? sum : rule == "max" ? most : least;
                 }
@@ -141,7 +142,61 @@ Numbers applied(const Numbers& in, const Stencil& kernel, Border border, int sig
     return out;
 }
 
+/// What a pass made goes back to all samples that it was made of, by the kernel of that pass.
+Numbers given_back(const Numbers& original, const Numbers& in, const Stencil& kernel, Border border,
+                   int sign, const std::string& rule) {
+    Numbers out = in;
+    const bool most = rule == "max";
+    std::fill(out.of.begin(), out.of.end(), most ? -INFINITY : INFINITY);
+    const auto centre = kernel.centre();
+    for (std::int64_t z = 0; z < in.n.z; ++z)
+        for (std::int64_t y = 0; y < in.n.y; ++y)
+            for (std::int64_t x = 0; x < in.n.x; ++x)
+                for (std::int64_t c = 0; c < kernel.extent.z; ++c)
+                    for (std::int64_t b = 0; b < kernel.extent.y; ++b)
+                        for (std::int64_t a = 0; a < kernel.extent.x; ++a) {
+                            const double weight = kernel.at(a, b, c);
+                            if (std::isnan(weight)) continue;
+                            const std::int64_t i =
+                                bordered(border, x + sign * (a - centre[0]), in.n.x);
+                            const std::int64_t j =
+                                bordered(border, y + sign * (b - centre[1]), in.n.y);
+                            const std::int64_t k =
+                                bordered(border, z + sign * (c - centre[2]), in.n.z);
+                            double& to =
+                                out.of[static_cast<std::size_t>(i + in.n.x * (j + in.n.y * k))];
+                            const double value = in.at(border, x, y, z);
+                            to = most ? std::max(to, value + weight) : std::min(to, value - weight);
+                        }
+    for (std::size_t i = 0; i < out.of.size(); ++i)
+        if (std::isinf(out.of[i])) out.of[i] = original.of[i];  // read by none
+    return out;
+}
+
 Numbers expected(const Numbers& in, const Filtering& by) {
+    if (is_binary(by.op)) {
+        Numbers mask = in;
+        for (double& value : mask.of) value = value != 0 && !std::isnan(value);
+        Filtering grey = by;
+        grey.op = grey_of(by.op);
+        mask = expected(mask, grey);
+        for (double& value : mask.of) value *= by.inside;
+        return mask;
+    }
+    if (by.op == FilterOp::gradient) {
+        Numbers length = in;
+        std::fill(length.of.begin(), length.of.end(), 0);
+        for (const Stencil& derivative : by.derivatives) {
+            const Numbers along = applied(in, derivative, by.border, 1, "sum");
+            for (std::size_t i = 0; i < along.of.size(); ++i)
+                length.of[i] = std::hypot(length.of[i], along.of[i]);
+        }
+        return length;
+    }
+    const auto second = [&](const Numbers& from, int sign, const char* rule) {
+        return by.border == Border::zero ? applied(from, by.stencil, by.border, sign, rule)
+                                         : given_back(in, from, by.stencil, by.border, -sign, rule);
+    };
     const auto pass = [&](const Numbers& from, int sign, const char* rule) {
         return applied(from, by.stencil, by.border, sign, rule);
     };
@@ -155,19 +210,20 @@ Numbers expected(const Numbers& in, const Filtering& by) {
         case FilterOp::erode:
             return pass(in, 1, "min");
         case FilterOp::open:
-            return pass(pass(in, 1, "min"), -1, "max");
+            return second(pass(in, 1, "min"), -1, "max");
         case FilterOp::close:
-            return pass(pass(in, -1, "max"), 1, "min");
+            return second(pass(in, -1, "max"), 1, "min");
         case FilterOp::tophat: {
-            Numbers opened = pass(pass(in, 1, "min"), -1, "max");
+            Numbers opened = second(pass(in, 1, "min"), -1, "max");
             for (std::size_t i = 0; i < opened.of.size(); ++i)
                 opened.of[i] = in.of[i] - opened.of[i];
             return opened;
         }
         case FilterOp::median:
             return pass(in, 1, "median");
+        default:
+            return in;
     }
-    return in;
 }
 
 Numbers channel_of(const Data& data, int channel) {
@@ -237,7 +293,12 @@ TEST(Filtering, EveryEdgeIsTheDefinition) {
         Extent extent{1 + below(random, 40), 1 + below(random, 12), 1};
         if (axes == 3) extent = {1 + below(random, 14), 1 + below(random, 7), 1 + below(random, 6)};
         Filtering filtering{op, {}, static_cast<Border>(random() % 4)};
-        const bool flat = !is_linear(op) && random() % 3 != 0;
+        const bool flat = is_binary(op) || (!is_linear(op) && random() % 3 != 0);
+        filtering.inside = is_binary(op) ? 3 : 1;
+        for (int axis = 0; op == FilterOp::gradient && axis < axes; ++axis)
+            filtering.derivatives.push_back(
+                random() % 2 ? Stencil::difference(axis, axes).times(2)
+                             : Stencil::gauss_derivative(0.6 + axis, axis, axes));
         filtering.stencil = random_stencil(random, axes, is_linear(op), flat);
         if (random() % 3 == 0)
             filtering.stencil = Stencil::box(double(random() % 5), axes, is_linear(op));
