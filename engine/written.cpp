@@ -66,8 +66,12 @@ store::Header described(const Request& want, const Geometry& geometry, const Inp
         header.times = 1;
     }
     header.extent = want.output();
-    if (want.setting.as<RadonSetting>()) {
+    if (const RadonSetting* radon = want.setting.as<RadonSetting>()) {
         header.volume = want.axes == 3;
+        if (!radon->degrees.empty()) header.origin[1] = radon->degrees.front();
+        if (radon->to == RadonSetting::To::image)
+            header.origin[1] =
+                -0.5 * static_cast<double>(header.extent.y - 1) * geometry.grid.spacing[1];
         header.origin[0] =
             -0.5 * static_cast<double>(header.extent.x - 1) * geometry.grid.spacing[0];
     }

@@ -1,5 +1,6 @@
 #include "reference/job_reference.hpp"
 
+#include "reference/backprojected.hpp"
 #include "reference/filtered.hpp"
 #include "reference/lines.hpp"
 
@@ -13,8 +14,10 @@ std::shared_ptr<const JobReference> job_reference(const Request& want,
                                                   const ReferenceField& field) {
     if (const auto* filtering = want.setting.as<Filtering>())
         return std::make_shared<const FilteredReference>(*filtering, field);
-    if (const auto* setting = want.setting.as<RadonSetting>())
-        return std::make_shared<const LineReference>(want, *setting, field);
+    const auto* setting = want.setting.as<RadonSetting>();
+    if (setting && setting->to == RadonSetting::To::image)
+        return std::make_shared<const BackprojectedReference>(want, *setting, field);
+    if (setting) return std::make_shared<const LineReference>(want, *setting, field);
     return nullptr;
 }
 

@@ -45,7 +45,7 @@ LineReference::LineReference(const Request& want, const RadonSetting& setting,
                              const ReferenceField& field)
     : setting_(setting),
       field_(field),
-      lines_(want.input, {want.spacing[0], want.spacing[1]}, setting.angles),
+      lines_(want.input, {want.spacing[0], want.spacing[1]}, setting),
       given_range_(want.range) {}
 
 double LineReference::sample(std::int64_t x, std::int64_t y, std::int64_t z) const {
@@ -55,7 +55,7 @@ double LineReference::sample(std::int64_t x, std::int64_t y, std::int64_t z) con
 }
 
 LineReference::Line LineReference::line_of(std::int64_t angle, std::int64_t offset) const {
-    const auto [cosine, sine] = radon_direction(static_cast<int>(angle), lines_.angles);
+    const auto [cosine, sine] = setting_.direction(static_cast<int>(angle));
     const double distance = static_cast<double>(offset - lines_.middle()) * lines_.step;
     // y goes down: x cosine - y sine is the distance of all distance (cosine, -sine) + t (sine,
     // cosine).

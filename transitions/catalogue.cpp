@@ -50,6 +50,7 @@
 #include "transitions/radon/fourier.hpp"
 #include "transitions/radon/hough_backward.hpp"
 #include "transitions/radon/hough_forward.hpp"
+#include "transitions/radon/inverse.hpp"
 #include "transitions/shade/classify.hpp"
 #include "transitions/shade/gradient.hpp"
 #include "transitions/shade/runs.hpp"
@@ -178,6 +179,7 @@ Catalogue catalogue() {
         radon_fourier(),
         hough_forward(),
         hough_backward(),
+        radon_inverse(),
         // To surfaces.
         flying_edges_edge(),
         surface_nets_edge(),

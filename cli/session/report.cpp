@@ -168,7 +168,8 @@ Json request_json(const Session& session) {
     if (const RadonSetting* radon = want.setting.as<RadonSetting>()) {
         const bool votes = radon->to == RadonSetting::To::hough;
         json["angles"] = radon->angles;
-        json["to"] = votes ? "hough" : "sinogram";
+        json["to"] = votes ? "hough" : radon->to == RadonSetting::To::image ? "image" : "sinogram";
+        if (!radon->degrees.empty()) json["degrees"] = radon->degrees;
         if (votes) json["threshold"] = radon->threshold;
     }
     if (want.surface) json["isovalue"] = or_null(want.surface->isovalue);  // null: labels

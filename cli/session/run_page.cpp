@@ -76,7 +76,9 @@ std::vector<Fact> input_facts(const Session& session) {
 const char* reference_text(const Request& want) {
     if (want.job == Job::filter) return "the kernel written out, place by place, in f64";
     if (const auto* lines = want.setting.as<RadonSetting>())
-        return lines->to == RadonSetting::To::hough
+        return lines->to == RadonSetting::To::image
+                   ? "filtered backprojection, offset by offset, in f64"
+               : lines->to == RadonSetting::To::hough
                    ? "votes counted sample by sample, in f64"
                    : "the bilinear field, integrated from grid line to grid line in f64";
     switch (want.field) {

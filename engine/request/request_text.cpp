@@ -79,9 +79,11 @@ std::string request_text(const Request& want) {
         }
         if (is_binary(filtering->op)) text += fmt::format("inside {:a}", filtering->inside);
     }
-    if (const RadonSetting* radon = want.setting.as<RadonSetting>())
+    if (const RadonSetting* radon = want.setting.as<RadonSetting>()) {
         text += fmt::format("radon {} {} {:a}", radon->angles, static_cast<int>(radon->to),
                             radon->threshold);
+        for (const double degrees : radon->degrees) text += fmt::format(" {:a}", degrees);
+    }
     if (want.cue) text += fmt::format("cue {:a} {}", want.cue->per_length, want.cue->linear);
     const Shading& shading = want.shading;
     if (!shading.on()) return text;

@@ -16,21 +16,24 @@ std::size_t values_of(const Extent& input) noexcept {
 }
 
 RadonLines lines_of(const RadonSetting& setting, const Request& want) {
-    return {want.input, {want.spacing[0], want.spacing[1]}, setting.angles};
+    return {want.input, {want.spacing[0], want.spacing[1]}, setting};
 }
 
 const char* word_of(RadonSetting::To to) {
-    return to == RadonSetting::To::hough ? "Hough votes" : "a sinogram";
+    return to == RadonSetting::To::hough   ? "Hough votes"
+           : to == RadonSetting::To::image ? "the image of a sinogram"
+                                           : "a sinogram";
 }
 
 std::string not_of_lines(const RadonAlgorithm& algorithm, const Representation& from,
                          const Request& want) {
     const RadonSetting* setting = want.setting.as<RadonSetting>();
     if (!setting) return "the request names no lines";
+    const std::string because =
+        setting->to == RadonSetting::To::image ? "" : algorithm.not_the_other;
     if (setting->to != algorithm.to)
         return fmt::format("asked for: {}; this makes {}{}{}", word_of(setting->to),
-                           word_of(algorithm.to), algorithm.not_the_other.empty() ? "" : ": ",
-                           algorithm.not_the_other);
+                           word_of(algorithm.to), because.empty() ? "" : ": ", because);
     if (from.extent != want.input || from.placed.one_a_view() ||
         from.placed.at(0).matrix() != Mat4::Identity())
         return "the samples no longer lie where the input has them";
