@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/job_words.hpp"
+#include "cli/filter_series.hpp"
 #include "cli/merge.hpp"
 #include "cli/request/channel_words.hpp"
 #include "cli/request/request_options.hpp"
@@ -134,6 +135,8 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
                     return do_series(*options, runs);
                 if (job == Job::render && names_colours(options->selection))
                     return do_merge(*options, runs);
+                if (job == Job::filter && runs && names_all_times(options->selection))
+                    return do_filter_series(*options);
                 return do_job(*options, runs);
             }};
 }

@@ -45,7 +45,7 @@ class Performance {
         : session_(session),
           sink_(frames),
           want_(session.want()),
-          writes_(session.outputs && !session.outputs->none()) {
+          writes_(session.writes && session.outputs && !session.outputs->none()) {
         session.measured.emplace();
         if (session.shows) shown_.emplace(session);
         if (!session.spec.verify) return;

@@ -78,6 +78,7 @@ struct Session {
     Listener& messages;
     bool runs = false;       // and is not only planned: on one rank, with data
     bool explained = false;  // the plan is shown with where its numbers come from
+    bool writes = true;      // else results go to the caller alone, in the form of the output
     bool shows = false;      // pictures of the result are made, and of its error
     ErrorsWanted errors = ErrorsWanted::asked;
     std::unique_ptr<MemoryBudget> memory;  // before all data, which give their bytes back to it

@@ -335,7 +335,8 @@ std::string cannot_hold(std::string_view path, const Format& format, const Heade
     if (format.name == "NIfTI" && !what.volume && what.channels > 1 && !is_nifti_colour(what))
         return fmt::format("NIfTI cannot say that {} channels of {} are an image", what.channels,
                            name_of(what.type));
-    if (what.times != 1) return "time series are not written";
+    if (what.times != 1 && format.name != "NIfTI" && format.name != "NRRD")
+        return fmt::format("{} holds no time series here; NIfTI and NRRD do", format.name);
     if (!has(format.types, what.type))
         return fmt::format("{} cannot hold {}", format.name, name_of(what.type));
     if (what.channels < 1 || what.channels > format.channels ||

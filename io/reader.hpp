@@ -134,7 +134,7 @@ inline bool is_nifti_colour(const Header& what) {
 
 inline std::span<const std::byte> samples_of(const Header& what, const void* samples) {
     return {static_cast<const std::byte*>(samples),
-            static_cast<std::size_t>(what.extent.samples()) *
+            static_cast<std::size_t>(what.extent.samples()) * static_cast<std::size_t>(what.times) *
                 static_cast<std::size_t>(what.channels) * bytes_of(what.type)};
 }
 

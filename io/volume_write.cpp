@@ -157,9 +157,9 @@ void nifti_fields(Fields& f, const Header& ras, bool two) {
                       quaternion = two ? 352 : 256;
     const std::size_t rows = two ? 400 : 280;
     const bool planar = ras.channels > 1 && !is_nifti_colour(ras);
-    const std::int64_t axes = planar ? 5 : ras.volume ? 3 : 2;
+    const std::int64_t axes = planar ? 5 : ras.times > 1 ? 4 : ras.volume ? 3 : 2;
     const std::int64_t dims[8] = {
-        axes, ras.extent.x, ras.extent.y, ras.extent.z, 1, planar ? ras.channels : 1, 1, 1};
+        axes, ras.extent.x, ras.extent.y, ras.extent.z, ras.times, planar ? ras.channels : 1, 1, 1};
     for (std::size_t i = 0; i < 8; ++i) {
         if (two)
             f.put(16 + 8 * i, dims[i]);
@@ -271,16 +271,21 @@ std::string_view metaimage_type(Type type) {
     }
 }
 
+/// Axes of space; a series has three, so that its time is no third one of them.
+int nrrd_axes(const Header& what) { return what.volume || what.times > 1 ? 3 : 2; }
+
 std::string nrrd_geometry(const Header& what) {
-    const int axes = what.volume ? 3 : 2;
+    const int axes = nrrd_axes(what);
+    const bool series = what.times > 1;
     std::string text;
     if (!needs_directions(what)) {
         text = what.channels > 1 ? "spacings: nan" : "spacings:";
         for (int axis = 0; axis < axes; ++axis) text += fmt::format(" {}", what.spacing[axis]);
+        if (series) text += " nan";
         if (what.unit.empty()) return text + "\n";
         text += what.channels > 1 ? "\nunits: \"\"" : "\nunits:";
         for (int axis = 0; axis < axes; ++axis) text += " \"" + what.unit + "\"";
-        return text + "\n";
+        return text + (series ? " \"\"\n" : "\n");
     }
     text = what.anatomical ? "space: left-posterior-superior\n" : "space dimension: 3\n";
     text += what.channels > 1 ? "space directions: none" : "space directions:";
@@ -291,6 +296,7 @@ std::string nrrd_geometry(const Header& what) {
                 fmt::format("{}{}", row ? "," : "", what.direction[axis][row] * what.spacing[axis]);
         text += ")";
     }
+    if (series) text += " none";
     if (!what.unit.empty())
         text += fmt::format("\nspace units: \"{0}\" \"{0}\" \"{0}\"", what.unit);
     return text + fmt::format("\nspace origin: ({},{},{})\n", what.origin[0], what.origin[1],
@@ -299,20 +305,23 @@ std::string nrrd_geometry(const Header& what) {
 
 std::string nrrd_header(const Header& what) {
     constexpr const char* kColours[] = {"RGB-color ", "RGBA-color "};
-    const std::string kind = is_colour(what)      ? kColours[what.channels - 3]
+    const bool channels = what.channels > 1, series = what.times > 1;
+    const std::string kind = !channels            ? ""
+                             : is_colour(what)    ? kColours[what.channels - 3]
                              : what.channels <= 4 ? fmt::format("{}-vector ", what.channels)
                                                   : "vector ";
-    const bool channels = what.channels > 1;
     std::string text =
         fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes:", nrrd_type(what.type),
-                    (what.volume ? 3 : 2) + channels);
+                    nrrd_axes(what) + channels + series);
     if (channels) text += fmt::format(" {}", what.channels);
     text += fmt::format(" {} {}", what.extent.x, what.extent.y);
-    if (what.volume) text += fmt::format(" {}", what.extent.z);
+    if (nrrd_axes(what) == 3) text += fmt::format(" {}", what.extent.z);
+    if (series) text += fmt::format(" {}", what.times);
     (text += "\n") += nrrd_geometry(what);
-    if (channels)
-        text += fmt::format("kinds: {}{}\n", kind,
-                            what.volume ? "domain domain domain" : "domain domain");
+    if (channels || series)
+        text += fmt::format("kinds: {}{}{}\n", kind,
+                            nrrd_axes(what) == 3 ? "domain domain domain" : "domain domain",
+                            series ? " time" : "");
     return text + fmt::format("endian: {}\nencoding: raw\n\n", kBig ? "big" : "little");
 }
 

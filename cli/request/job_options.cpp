@@ -224,6 +224,10 @@ store::Selection selection_of(const SelectionWords& words) {
     constexpr std::int64_t kMost = std::numeric_limits<int>::max();
     store::Selection selection;
     selection.series = words.series;
+    if (names_all_times(words))
+        throw RequestError(
+            "--time all: of `edgewise render`, which makes a film, and of `edgewise filter`, which "
+            "writes a series; here expected one number, from 0");
     if (words.time) selection.time = static_cast<int>(whole_of("--time", *words.time, 0, kMost));
     if (words.level && *words.level != kLevelByResult)
         selection.level = static_cast<int>(whole_of("--level", *words.level, 0, kMost));

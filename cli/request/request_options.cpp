@@ -287,7 +287,7 @@ void add_selection(CLI::App& app, SelectionWords& words) {
         "which resolution of several (OME-Zarr), from 0, the finest; auto: the coarsest that is as "
         "fine as the result");
     text("--time", words.time, "N|all",
-         "which time point, from 0; all: a film of render, a frame for each");
+         "which time point, from 0; all: a film of render, a frame for each; a series of filter");
     text("--channel", words.channel, "N|N[=COLOUR],...|all",
          "which channel, from 0; render merges several, as 0,1 or 0=red,2=#00ff80");
     text("--orient", words.orient, "RAS|...", "where x, y, z point, where FILE is silent or wrong");

@@ -1,0 +1,132 @@
+#include "cli/filter_series.hpp"
+
+#include <cstring>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/job_words.hpp"
+#include "cli/session/report.hpp"
+#include "cli/session/typed_session.hpp"
+#include "cli/verbs/verbs.hpp"
+#include "engine/filter_result.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/session.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise::cli {
+namespace {
+
+/// What is about one run is not there for several.
+void expect_nothing_of_one_run(const JobOptions& options) {
+    for (const auto& [option, file] : {std::pair{"--trace", &options.trace},
+                                       {"--flow", &options.flow},
+                                       {"--report", &options.report}})
+        if (*file)
+            throw RequestError(fmt::format(
+                "{}: is about one run, and each time point has its own; name one by --time",
+                option));
+    if (options.explain)
+        throw RequestError(
+            "--explain: shows one plan, and each time point has its own; name one "
+            "by --time");
+}
+
+/// Time points, one after another, as the file has them.
+class FilteredSeries {
+ public:
+    FilteredSeries(const JobOptions& options, int times) : options_(options), times_(times) {}
+
+    void take(int time) {
+        JobOptions one = options_;
+        one.selection.time = std::to_string(time);
+        TypedSession typed(one);
+        Session& session = *typed;
+        session.runs = true;
+        session.writes = false;
+        if (!one.verify) session.errors = ErrorsWanted::for_choice;
+        take_request(session);
+        const bool none = session.outputs->none();
+        if (!none) expect_alike(session.written.header);
+        make_plan(session);
+        perform(session, [&](int /*frame*/, const Data& result) {
+            if (!none) keep(session, result, time);
+        });
+    }
+    /// @return whether there is a file
+    bool write() const {
+        if (!header_) return false;
+        store::write(*options_.out, *header_, samples_.data());
+        return true;
+    }
+
+ private:
+    void expect_alike(const store::Header& header) {
+        if (header_) {
+            if (header.type != header_->type || header.values != header_->values)
+                throw RequestError(
+                    fmt::format("--time all: time points would be written as {} and {}; --bits 32 "
+                                "writes all as f32",
+                                name_of(header_->type), name_of(header.type)));
+            return;
+        }
+        header_ = header;
+        header_->times = times_;
+        if (const std::string why = store::cannot_write(*options_.out, *header_); !why.empty())
+            throw RequestError(fmt::format("-o {}: {}", *options_.out, why));
+    }
+    void keep(Session& session, const Data& result, int time) {
+        const Tail& tail = session.written.tail;
+        if (tail.view)
+            throw RequestError(
+                "--time all: a view has a window of its own for each time point; "
+                "leave out --bits, or say --bits 32");
+        if (const auto cut = cut_off_text(session.want(), result, tail))
+            session.messages.warning(fmt::format("time {}: {}", time, *cut));
+        const Array samples = finished(result, tail, {}, session.memory.get());
+        const auto* first = static_cast<const std::byte*>(samples.data());
+        samples_.insert(samples_.end(), first, first + samples.bytes());
+    }
+
+    const JobOptions& options_;
+    int times_;
+    std::optional<store::Header> header_;
+    std::vector<std::byte> samples_;
+};
+
+}  // namespace
+
+int do_filter_series(const JobOptions& options) {
+    return guarded(
+        [&] {
+            expect_nothing_of_one_run(options);
+            check_outputs(options);
+            JobOptions still = options;
+            still.selection.time.reset();
+            const int times = store::inspect(options.input, selection_of(still.selection)).times;
+            if (times > 1 && options.out) {
+                const store::Format* format = store::format_of(*options.out);
+                if (format && format->name != "NIfTI" && format->name != "NRRD")
+                    throw RequestError(
+                        fmt::format("-o {}: {} holds no time series here; .nii.gz, .nii and .nrrd "
+                                    "do",
+                                    *options.out, format->name));
+            }
+            FilteredSeries series(options, times);
+            for (int time = 0; time < times; ++time) series.take(time);
+            if (series.write() && !options.quiet)
+                fmt::print(stderr, "edgewise: {}: {} time points\n", *options.out, times);
+            if (options.json)
+                write_text(*options.json,
+                           text_of(nlohmann::ordered_json{
+                               {"exit", 0}, {"outputs", {*options.out}}, {"times", times}}));
+            return 0;
+        },
+        [&](int code, const std::string& message) {
+            if (options.json) write_text(*options.json, text_of(failure_of(code, message)));
+        });
+}
+
+}  // namespace edgewise::cli
