@@ -1,7 +1,9 @@
 """`render --time all`: a film over time, a frame for each time point. Needs EDGEWISE."""
 
 import json
+import pathlib
 import struct
+import sys
 import unittest
 
 import files
@@ -95,6 +97,19 @@ class TimeFilm(Running):
                 for t in range(5):
                     got = files.read(self.folder / f"f_{t}.nrrd")[0]
                     np.testing.assert_array_equal(got.reshape(11, 13), values[t].max(axis=0))
+
+    def test_a_dynamic_series_of_dicom(self):
+        cases = str(pathlib.Path(__file__).resolve().parent.parent / "cases")
+        if cases not in sys.path:
+            sys.path.append(cases)
+        import make_cases
+        case = make_cases.stopped_scan(self.folder)
+        report = self.report(case["path"], "d_%d.nrrd", "--view", "z")
+        self.assertEqual(report["request"]["frames"], 2)
+        for t in range(2):
+            got = files.read(self.folder / f"d_{t}.nrrd")[0]
+            expected = np.asarray(case["values"][t]).max(axis=0)
+            np.testing.assert_array_equal(got.reshape(expected.shape), expected)
 
     def test_one_window_over_all_of_them(self):
         report = self.report(self.nifti, "g_%d.png", "--view", "z")
