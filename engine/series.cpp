@@ -73,8 +73,8 @@ class Playing {
         if (spec_.out) outputs_.emplace(*spec_.out);
         writes_ = outputs_ && !outputs_->none();
         const InState unobserved(series_.messages, Listener::State::unobserved);
-        selection_ = chosen_selection(at_time(0), outputs_);
-        const Input input = inspected(spec_.input, selection_);
+        file_ = inspected(spec_.input, chosen_selection(at_time(0), outputs_));
+        const Input& input = *file_;
         if (input.phantom || input.described || input.pairs)
             throw RequestError(fmt::format("--time all: {} has no time points", spec_.input));
         series_.times = series_.told.frames = input.header.times;
@@ -114,12 +114,11 @@ class Playing {
         for (int time = 0; time < series_.times; ++time) {
             poll();
             const InState unobserved(series_.messages, Listener::State::unobserved);
-            store::Selection selection = selection_;
-            selection.time = time;
             const double left =
                 spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
             MemoryBudget memory(static_cast<std::size_t>(std::max(0.0, left)));
-            Input input = inspected(spec_.input, selection);
+            Input input = *file_;
+            input.selection.time = time;
             // Too large: the first session says so, with what would do.
             if (input.bytes() > left) return forget_range();
             const auto begin = Clock::now();
@@ -138,10 +137,10 @@ class Playing {
         auto session =
             std::make_unique<Session>(at_time(time), series_.edges, series_.profile, series_.told);
         session->runs = series_.runs;
-        session->series.emplace();
-        session->series->low = low_, session->series->high = high_;
-        session->series->first = time == 0 ? nullptr : series_.first.get();
-        if (!(low_ <= high_)) session->series.reset();
+        session->series = {.low = low_,
+                           .high = high_,
+                           .first = time == 0 ? nullptr : series_.first.get(),
+                           .file = &*file_};
         return session;
     }
 
@@ -281,7 +280,7 @@ class Playing {
     const RequestSpec& spec_;
     const std::function<void(Session&)>& planned_;
     const FrameSink& sink_;
-    store::Selection selection_;
+    std::optional<Input> file_;  // as any time point is described
     std::optional<Outputs> outputs_;
     bool writes_ = false, at_once_ = false;
     Written written_;

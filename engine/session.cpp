@@ -236,8 +236,8 @@ void take_transfer(Session& session, const Statistics& statistics) {
             session.window = first->window;
             return;
         }
-        seen.low = session.series->low;
-        seen.high = session.series->high;
+        if (session.series->low <= session.series->high)
+            seen.low = session.series->low, seen.high = session.series->high;
     }
     const Remarks remarks =
         take_values(session.request, session.window, session.spec, *input.data, seen, input.header);
@@ -403,6 +403,18 @@ void hint_at_labels(Session& session) {
             "{} may hold labels (few different values): values between them appear; --labels "
             "makes none",
             input.name));
+}
+
+/// What the planner says, with an error budget as it was typed.
+std::string problem_text(const Session& session) {
+    std::string text = session.answer->problem;
+    const std::optional<double>& limit = session.want().budget.error;
+    const std::string& typed = session.spec.notation.error;
+    if (!limit || typed.empty()) return text;
+    const std::string number = fmt::format("an error of {:.3g}", *limit);
+    if (const std::size_t at = text.find(number); at != text.npos)
+        text.replace(at, number.size(), "an error of " + error_words(*limit, typed));
+    return text;
 }
 
 std::string nearest_text(const Session& session) {
@@ -612,6 +624,21 @@ void look_at_data(Session& session, bool draw) {
     session.spent.preview += since(begin);
 }
 
+namespace {
+
+/// Folders of many files take long to look at, so a series does it once.
+Input described_input(const Session& session) {
+    const RequestSpec& o = session.spec;
+    if (session.given && o.input.empty()) return given_input(*session.given, selection_of(o));
+    if (!session.series || !session.series->file)
+        return inspected(o.input, chosen_selection(o, session.outputs));
+    Input input = *session.series->file;
+    input.selection.time = o.selection.time;
+    return input;
+}
+
+}  // namespace
+
 void take_request(Session& session) {
     const RequestSpec& o = session.spec;
     const Request& want = session.want();
@@ -627,9 +654,7 @@ void take_request(Session& session) {
     open_memory(session);
     {
         const InState unobserved(session.messages, Listener::State::unobserved);
-        session.input = session.given && o.input.empty()
-                            ? given_input(*session.given, selection_of(o))
-                            : inspected(o.input, chosen_selection(o, session.outputs));
+        session.input = described_input(session);
     }
     if (session.given) expect_given(*session.given, *session.input);
     for (const auto* demands : {&o.demands.via, &o.demands.without})
@@ -708,7 +733,7 @@ void make_plan(Session& session) {
     }
     const std::string refused = refused_demand(session);
     session.way_out = way_out_of(session);
-    throw NoPlan((refused.empty() ? session.answer->problem : refused) + rounding_text(session) +
+    throw NoPlan((refused.empty() ? problem_text(session) : refused) + rounding_text(session) +
                  nearest_text(session) + text_of(*session.way_out));
 }
 

@@ -51,6 +51,7 @@ enum class ErrorsWanted { never, for_choice, asked };
 struct InSeries {
     double low = 0, high = 0;        // of the values of all of them
     const Session* first = nullptr;  // that what hangs on values is taken from; null: it is this
+    const Input* file = nullptr;     // the description of any time point: all have one
 };
 
 /// What choosing took [s].

@@ -69,6 +69,9 @@ std::string result_of(const Series& series) {
     if (series.measured->error)
         parts.push_back(
             fmt::format("error {} measured", error_text({.error = series.measured->error->nrmse})));
+    else if (const auto& like = series.first->want().budget.like;
+             like && series.first->answer->plan->predicted.likeness == Likeness::alike)
+        parts.push_back(fmt::format("as good as {}", like->name));
     return fmt::format("{}", fmt::join(parts, ", "));
 }
 
