@@ -19,6 +19,7 @@
 #include "graph/label_surface.hpp"
 #include "graph/range.hpp"
 #include "graph/transfer_table.hpp"
+#include "io/geometry.hpp"
 #include "transitions/filters/like_linear.hpp"
 
 namespace edgewise {
@@ -435,14 +436,13 @@ TransferSpec suiting_spec(const std::optional<Window>& window, const Data& data,
 
 /// Where nobody named the preset for labels and they are none that it can show, the general one.
 Suited suited_or_general(const TransferSpec& asked, const RequestSpec& spec, const Data& data,
-                         const Statistics& statistics, const Vec3& spacing,
-                         const std::string& unit) {
+                         const Statistics& statistics, const Vec3& spacing, double millimetres) {
     if (spec.transfer || asked.values != TransferValues::labels)
-        return suited(asked, data, statistics, spacing, unit);
+        return suited(asked, data, statistics, spacing, millimetres);
     try {
-        return suited(asked, data, statistics, spacing, unit);
+        return suited(asked, data, statistics, spacing, millimetres);
     } catch (const RequestError& error) {
-        Suited found = suited(preset_named("general"), data, statistics, spacing, unit);
+        Suited found = suited(preset_named("general"), data, statistics, spacing, millimetres);
         found.warnings.push_back(fmt::format("{}; --preset general is taken", error.what()));
         return found;
     }
@@ -504,7 +504,9 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
                                        : suiting_spec(window, data, statistics, header.modality,
                                                       want.field == Field::nearest);
         if (!spec.transfer) window.reset();
-        Suited found = suited_or_general(asked, spec, data, statistics, want.spacing, header.unit);
+        const double millimetres = store::millimetres(header.unit);
+        Suited found = suited_or_general(asked, spec, data, statistics, want.spacing,
+                                         millimetres > 0 ? millimetres : 1);
         if (asked.values == TransferValues::labels && want.field != Field::nearest)
             found.warnings.push_back(
                 asked.from +

@@ -96,18 +96,27 @@ double size_share(const Extent& extent, const Vec3& spacing) noexcept {
     return std::pow(10.0, std::min(0.0, tens));
 }
 
-Suited suited(const TransferSpec& spec, const Data& data, const Statistics& statistics,
-              const Vec3& spacing, const std::string& unit) {
-    Suited out{spec.transfer, spec.warnings};
-    if (!spec.unit_given) out.transfer.unit = spacing.minCoeff();
-    const double share = spec.by_size && unit == "mm" ? size_share(data.what.extent, spacing) : 1;
-    out.transfer.unit *= share;
-    for (Transfer::Edge& edge : out.transfer.edges) edge.magnitude /= share;
+namespace {
+
+/// Lengths of a patient's scan in mm become those of this one, in its own unit.
+void take_size(Suited& out, const TransferSpec& spec, double share, double millimetres) {
+    out.transfer.unit *= share / millimetres;
+    for (Transfer::Edge& edge : out.transfer.edges) edge.magnitude *= millimetres / share;
     if (share < 1)
         out.notices.push_back(
-            fmt::format("{}: opacities are for {:.4g} mm, {:g} of a patient's: so much smaller are "
-                        "what samples {:.3g} mm apart show",
-                        spec.from, out.transfer.unit, share, spacing.minCoeff()));
+            fmt::format("{}: opacities are for {:.4g} mm, {:g} of a patient's, as what is scanned "
+                        "seems to be so much smaller",
+                        spec.from, spec.transfer.unit * share, share));
+}
+
+}  // namespace
+
+Suited suited(const TransferSpec& spec, const Data& data, const Statistics& statistics,
+              const Vec3& spacing, double millimetres) {
+    Suited out{spec.transfer, spec.warnings};
+    if (!spec.unit_given) out.transfer.unit = spacing.minCoeff();
+    if (spec.by_size)
+        take_size(out, spec, size_share(data.what.extent, millimetres * spacing), millimetres);
     const bool samples = data.samples.data() != nullptr;
     switch (spec.values) {
         case TransferValues::data:

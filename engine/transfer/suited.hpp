@@ -25,10 +25,10 @@ struct Suited {
 double size_share(const Extent& extent, const Vec3& spacing) noexcept;
 
 /// Turns shares into values, and Hounsfield units into what the data have in their place.
-/// @param spacing  of the data; the smallest is what opacities are for that name no length
-/// @param unit     of spacing: "mm", or "" where it is no length
+/// @param spacing      of the data; the smallest is what opacities are for that name no length
+/// @param millimetres  in one unit of spacing; 1 where nobody says what it is
 Suited suited(const TransferSpec& spec, const Data& data, const Statistics& statistics,
-              const Vec3& spacing, const std::string& unit);
+              const Vec3& spacing, double millimetres);
 
 /// A colour for each label but 0, opaque: the same as the preset for labels has, of up to 4096
 /// labels.

@@ -39,6 +39,8 @@ class WayOutUnits(Running):
                 self.assertTrue(least * .998 <= error <= least * 1.003, (error, least))
                 nearest = re.search(r"error ([\d.e-]+) " + ("dB" if unit.lower() == "db" else "%"), message)
                 self.assertTrue(nearest, message)
+                if unit != "%":
+                    self.assertIn(f"no plan keeps to an error of {float(typed[:-2]):.1f} dB", message)
 
     def test_a_decibel_more_is_no_way_out(self):
         text, _ = self.way_out("--max-error", "180dB")

@@ -395,7 +395,8 @@ TEST(Presets, ShrinkWithStructuresByPowersOfTen) {
     EXPECT_EQ(share({8, 8, 8}, 1, 1, 1), 1);
     // A mouse, a tooth, trabeculae.
     EXPECT_EQ(share({600, 600, 1000}, 0.05, 0.05, 0.05), 0.1);
-    EXPECT_DOUBLE_EQ(share({1000, 1000, 900}, 0.01, 0.01, 0.01), 0.01);
+    EXPECT_DOUBLE_EQ(share({1200, 1200, 900}, 0.01, 0.01, 0.01), 0.1);
+    EXPECT_DOUBLE_EQ(share({400, 400, 300}, 0.01, 0.01, 0.01), 0.01);
     // A hundredth of all lengths is a hundredth, in any order of the axes.
     for (const double spacing : {0.5, 0.7, 1.0, 1.37})
         for (const std::int64_t n : {64, 200, 512})
@@ -411,17 +412,27 @@ TEST(Presets, AreFittedToTheData) {
     const Statistics statistics = look_at(data);
     const ValueWindow window = robust_window(data, statistics);
     const TransferSpec spec = preset_named("mr-angio");
-    const Suited fitted = suited(spec, data, statistics, Vec3(0.4, 0.6, 2), "mm");
+    const Suited fitted = suited(spec, data, statistics, Vec3(0.4, 0.6, 2), 1);
     EXPECT_TRUE(fitted.warnings.empty());
     EXPECT_EQ(fitted.transfer.points.back().value, window.low + (window.high - window.low));
     EXPECT_EQ(fitted.transfer.unit, 1);
     EXPECT_EQ(
-        suited(preset_named("microscopy"), data, statistics, Vec3(0.9, 0.4, 1), "mm").transfer.unit,
+        suited(preset_named("microscopy"), data, statistics, Vec3(0.9, 0.4, 1), 1).transfer.unit,
         0.4);
     // A CT's on these data: they are not Hounsfield units, and nothing is seen.
     const Suited bone = suited(preset_named("ct-bone"), volume(std::vector<float>(512, 7)),
-                               look_at(volume(std::vector<float>(512, 7))), Vec3::Ones(), "mm");
+                               look_at(volume(std::vector<float>(512, 7))), Vec3::Ones(), 1);
     EXPECT_EQ(bone.warnings.size(), 2u);
+    // 10 um in mm and in um: the same length.
+    const Data fine = volume(std::vector<float>(512, 7));
+    const auto unit_of = [&](double spacing, double millimetres) {
+        return suited(preset_named("ct-bone"), fine, look_at(fine), Vec3::Constant(spacing),
+                      millimetres)
+            .transfer.unit;
+    };
+    EXPECT_DOUBLE_EQ(unit_of(0.01, 1), unit_of(10, 1e-3) * 1e-3);
+    EXPECT_LT(unit_of(0.01, 1), 0.1);
+    EXPECT_EQ(unit_of(1, 1), 1);
 }
 
 TEST(Presets, MistypedGetTheNearestName) {
