@@ -164,5 +164,26 @@ TEST(Advise, ABoundIsNotAboveWhatAKnownWayTakes) {
     EXPECT_DOUBLE_EQ(accurate.arcs[0].bound, 3);
 }
 
+TEST(Advise, BoundsAndMissingEdgesOfRandomGraphsAgreeWithKnownWays) {
+    std::mt19937 random(11);
+    int graphs = 0, arcs = 0;
+    for (int i = 0; i < 300; ++i) {
+        Planned planned(toys::random_graph(random));
+        planned.want.budget.error = 2;
+        if (!planned.answer().plan) continue;
+        const Advice advice = advice_on(planned, unit_profile());
+        // Sums of whole numbers, but for shares of a turntable's views.
+        EXPECT_LE(advice.bound, advice.seconds * (1 + 1e-12)) << i;
+        for (const ArcAdvice& arc : advice.arcs) {
+            EXPECT_GE(arc.seconds, 2 * arc.bound) << i << " " << arc.from << " " << arc.to;
+            EXPECT_LT(arc.plan, advice.seconds) << i;
+        }
+        ++graphs;
+        arcs += static_cast<int>(advice.arcs.size());
+    }
+    EXPECT_GT(graphs, 100);
+    EXPECT_GT(arcs, 50);
+}
+
 }  // namespace
 }  // namespace edgewise
