@@ -54,7 +54,7 @@ struct AlongRay {
 /// shares no code with the kernels.
 struct Stretch {
     double length = 0;              // where the field is present [unit]
-    std::array<double, 5> state{};  // the mode's own
+    std::array<double, 6> state{};  // the mode's own
 
     static Stretch empty(Mode mode) noexcept;
     /// Adds values that hold for lengths [unit], one after another; those that are not finite are
@@ -88,6 +88,15 @@ struct Stretch {
     }
 };
 
+/// What decides which of two answers a ray of a mode with a level gets.
+struct Threshold {
+    /// How far its decisive value lies beyond the level [value]: below 0 it does not reach it.
+    /// Not finite where the ray has no value.
+    double (*margin)(const Stretch& stretch, const Request& want);
+    /// The same ray with the other answer; null: what it would be is not known.
+    void (*flip)(Stretch& stretch);
+};
+
 struct ModeTraits {
     std::string_view name = {};
     std::string_view help = {};  // one line
@@ -119,7 +128,10 @@ struct ModeTraits {
     double sampled_every = 0;
     /// It ends where the field passes the level, between samples.
     bool first_hit = false;
-    int extreme = 0;       // 1, -1: the result is one of the samples, the largest or least
+    int extreme = 0;  // 1, -1: the result is one of the samples, the largest or least
+    /// It is one of two answers, or such an answer decides what it is. So its errors are jumps of
+    /// few pixels, and how many is told from rays that nearly jump. Null: results go with samples.
+    const Threshold* threshold = nullptr;
     bool divides = false;  // by the length inside: short rays have large errors
     /// The size of the numbers whose difference the result is: a difference that is no larger than
     /// their rounding is none. Null: it is no difference.

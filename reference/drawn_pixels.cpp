@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 #include <tuple>
 
+#include "reference/jumps.hpp"
 #include "reference/preview_short.hpp"
 
 namespace edgewise {
@@ -128,6 +129,12 @@ DrawnPixels draw_rough(const Request& want, const ReferenceField& field,
     tbb::parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
         pixels.looked[i] = {from[i], look_at(*geometry.ray(from[i]), want, field)};
     });
+    if (want.mode->threshold) {
+        std::vector<RayLook> looks;
+        for (const DrawnPixels::Looked& looked : pixels.looked) looks.push_back(looked.look);
+        pixels.nearby = nearby_of(looks);
+        for (DrawnPixels::Looked& looked : pixels.looked) count_nearby(looked.look, pixels.nearby);
+    }
     cells = cells_of(from, roughness_of(pixels.looked), side);
     std::vector<double> rough;
     for (const Neighbours& cell : cells) rough.push_back(cell.rough);

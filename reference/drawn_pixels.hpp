@@ -33,6 +33,8 @@ struct DrawnPixels {
     std::vector<Looked> looked;  // none where all that there is was drawn
     double pixels = 0;           // of all views that the draws stand for, about
     bool whole = false;          // all of them are drawn
+    /// Of modes with a threshold: looks count jumps at levels so near (jumps.hpp) [value].
+    double nearby = 0;
 
     /// Of the pixels that the draws stand for.
     double share_looked() const {

@@ -72,8 +72,8 @@ MeanSquare ErrorTally::regressed(const Auxiliary& auxiliary) const {
     return with.variance < alone.variance ? with : alone;
 }
 
-ErrorEstimate estimate_of(std::span<const Stratum> strata) {
-    MeanSquare all;
+ErrorEstimate estimate_of(std::span<const Stratum> strata, double more) {
+    MeanSquare all{0, more};
     for (const Stratum& stratum : strata) {
         const MeanSquare of =
             stratum.whole ? stratum.tally.plain() : stratum.tally.regressed(stratum.auxiliary);

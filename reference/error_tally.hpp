@@ -67,6 +67,7 @@ struct ErrorEstimate {
     double likely = 0;  // what was drawn, each stratum by its share
     double upper = 0;   // the same raised by standard errors
 };
-ErrorEstimate estimate_of(std::span<const Stratum> strata);
+/// @param more  variance of the mean square, beside that of the draws
+ErrorEstimate estimate_of(std::span<const Stratum> strata, double more = 0);
 
 }  // namespace edgewise

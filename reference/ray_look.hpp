@@ -17,7 +17,11 @@ struct RayLook {
     enum Cast : std::size_t { kZoh1, kZoh2, kFoh1, kFoh2, kSlices, kCasts };
 
     std::array<double, kCasts> squares{};  // as errors of pictures; 0 where none is finite
-    double low = 0, high = 0;              // of the guess, over its channels; low > high: nothing
+    // Of modes with a threshold: Threshold::margin of each cast, and of the guess; else NaN.
+    std::array<double, kCasts> margins{};
+    double margin = 0;
+    double jump = 0;           // the square of two different answers
+    double low = 0, high = 0;  // of the guess, over its channels; low > high: nothing
     bool seen() const noexcept { return low <= high; }
 };
 

@@ -229,7 +229,7 @@ class Caster {
 
     /// @param front  where the first of the steps begins [t]
     template <class Hold>
-    std::array<double, 4> cast(const RaySpan& ray, double front, double step, Hold&& hold) {
+    Stretch cast(const RaySpan& ray, double front, double step, Hold&& hold) {
         constexpr double kEnd = std::numeric_limits<double>::infinity();
         auto next = static_cast<std::int64_t>(std::floor((ray.low - front) / step));
         Stretch stretch = Stretch::empty(want_.mode);
@@ -242,14 +242,12 @@ class Caster {
             hold(places_, values_);
             stretch.add({values_.data(), cells_.count}, cells_.length.data(), want_);
         }
-        std::array<double, 4> result{};
-        stretch.result(want_, result.data());
-        return result;
+        return stretch;
     }
 
     /// Slice by slice, as ShearedPicture has it, of the pixel that is nearest to a ray.
     template <class Hold>
-    std::array<double, 4> cast_slices(RaySpan ray, Hold&& hold) {
+    Stretch cast_slices(RaySpan ray, Hold&& hold) {
         int axis = 0;
         ray.direction.cwiseAbs().maxCoeff(&axis);
         const double advance = ray.direction[axis];
@@ -274,13 +272,16 @@ class Caster {
 
 /// The reference, guessed through the stored numbers.
 template <class T>
-std::array<double, 4> guessed(const Stored<T>& stored, Caster& caster, const RaySpan& ray,
-                              const Request& want, const ReferenceField& field) {
+Stretch guessed(const Stored<T>& stored, Caster& caster, const RaySpan& ray, const Request& want,
+                const ReferenceField& field) {
     const auto cast = [&](double step, const auto& hold) {
         return caster.cast(ray, front_of(want), step, hold);
     };
     const auto zoh = [&](auto&... at) { stored.nearest(at...); };
     const auto foh = [&](auto&... at) { stored.linear(at...); };
+    // What decides at a threshold is an extreme, of a surface now one and now the other.
+    const bool decides = want.mode->threshold && want.mode->threshold->flip;
+    const int extreme = decides ? 1 : want.mode->extreme;
     const auto finest = [&](const Places& places, Values& values) {
         if (field.kind() == Field::formula)
             by_formula(*field.formula(), places, values);
@@ -290,11 +291,12 @@ std::array<double, 4> guessed(const Stored<T>& stored, Caster& caster, const Ray
     // An extreme moves by what lies between samples, and that of a formula with edges by what a ray
     // only grazes; integrals hardly tell.
     const auto near_extreme = [&](const Places& places, Values& values) {
-        stored.finer_near_extreme(want.mode->extreme, places, values, finest);
+        stored.finer_near_extreme(extreme, places, values, finest);
     };
     if (field.kind() == Field::nearest) return cast(0.25, zoh);
     if (field.kind() == Field::linear) return cast(0.25, foh);
-    if (want.mode->extreme == 0) return cast(1, finest);
+    if (want.mode->threshold && !decides) return cast(0.5, finest);
+    if (extreme == 0) return cast(1, finest);
     return cast(field.kind() == Field::formula ? 0.25 : 0.5, near_extreme);
 }
 
@@ -307,18 +309,34 @@ RayLook LookThrough(const RaySpan& ray, const Request& want, const ReferenceFiel
     };
     const auto zoh = [&](auto&... at) { stored.nearest(at...); };
     const auto foh = [&](auto&... at) { stored.linear(at...); };
-    std::array<double, 4> expected = guessed(stored, caster, ray, want, field);
+    const Stretch guess = guessed(stored, caster, ray, want, field);
     const bool sheared = !want.eye && want.clips.empty();
-    const std::array<double, 4> slices = sheared ? caster.cast_slices(ray, zoh) : expected;
-    std::array<std::array<double, 4>, RayLook::kCasts> got = {cast(1, zoh), cast(2, zoh),
-                                                              cast(1, foh), cast(2, foh), slices};
+    const Stretch slices = sheared ? caster.cast_slices(ray, zoh) : guess;
+    const std::array<Stretch, RayLook::kCasts> got = {cast(1, zoh), cast(2, zoh), cast(1, foh),
+                                                      cast(2, foh), slices};
     const int channels = written_channels(want, want.mode->channels);
-    as_written(want, expected.data());
-    RayLook look{.squares = {}, .low = 1, .high = 0};
+    const auto written = [&](const Stretch& stretch) {
+        std::array<double, 4> values{};
+        stretch.result(want, values.data());
+        as_written(want, values.data());
+        return values;
+    };
+    const std::array<double, 4> expected = written(guess);
+    RayLook look{.low = 1, .high = 0};
     for (std::size_t i = 0; i < got.size(); ++i) {
-        as_written(want, got[i].data());
-        const double square = mean_square(got[i].data(), expected.data(), channels);
+        const double square = mean_square(written(got[i]).data(), expected.data(), channels);
         if (std::isfinite(square)) look.squares[i] = square;
+    }
+    if (const Threshold* const threshold = want.mode->threshold) {
+        look.margin = threshold->margin(guess, want);
+        for (std::size_t i = 0; i < got.size(); ++i)
+            look.margins[i] = threshold->margin(got[i], want);
+        Stretch flipped = guess;
+        if (threshold->flip)
+            threshold->flip(flipped);
+        else  // white as long as nothing lights it
+            flipped.state[0] = flipped.state[1] = 1 - flipped.state[0];
+        look.jump = mean_square(written(flipped).data(), expected.data(), channels);
     }
     const auto [low, high] = std::minmax_element(expected.begin(), expected.begin() + channels);
     if (std::isfinite(*low) && std::isfinite(*high)) {
@@ -333,7 +351,9 @@ std::array<double, 4> GuessAt(const RaySpan& ray, const Request& want,
     return with_stored_type(field.samples().what.type, [&](auto zero) {
         const Stored<decltype(zero)> stored(field.samples());
         Caster caster(want);
-        return guessed(stored, caster, ray, want, field);
+        std::array<double, 4> result{};
+        guessed(stored, caster, ray, want, field).result(want, result.data());
+        return result;
     });
 }
 

@@ -24,7 +24,9 @@ constexpr int kBoxes = 6, kPictures = 4, kTries = 200;
 constexpr std::int64_t kSideOfBox = 12;        // of a tile of a warp
 constexpr std::int64_t kMargin = 8;            // samples around what it sees, for filters' support
 constexpr std::int64_t kMostPixels = 1 << 22;  // that are made, of all tiles of pictures
-constexpr std::int64_t kRays = 512;            // that are compared, of all tiles of pictures
+// That are compared, of all tiles of pictures; and where few of them carry the error: at outlines a
+// pixel jumps from one answer to another. The Verifier then takes all of a small picture.
+constexpr std::int64_t kRays = 512, kJumpingRays = 2048;
 
 /// A part of one view's output, and the part of the input that it is made from.
 struct Tile {
@@ -581,6 +583,7 @@ void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& 
         pictures ? tiles_of_pictures(want) : tiles_of_warp(want, formula != nullptr);
     std::map<std::string, std::vector<Measured>> measured;
     const auto count = static_cast<std::int64_t>(tiles.drawn.size());
+    const std::int64_t rays = pictures && want.mode->threshold ? kJumpingRays : kRays;
     std::vector<std::optional<MeasuredTile>> made(tiles.drawn.size());
     for (const auto& [fact, edge] : edges) {
         MadeOnce once({want, scene}, input, memory);
@@ -589,7 +592,7 @@ void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& 
             std::optional<MeasuredTile>& tile = made[i];
             try {
                 if (!tile)
-                    tile.emplace(input, want, formula, drawn, pictures ? kRays / count : 0, memory);
+                    tile.emplace(input, want, formula, drawn, pictures ? rays / count : 0, memory);
                 const Scene seen = scene_of(scene, statistics, drawn, want.input);
                 if (const auto found =
                         measure_on(*tile, catalogue, edge, asked, seen, want.budget.bytes,

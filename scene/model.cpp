@@ -176,8 +176,16 @@ void RayPiece::add_read(std::span<const double> values, const Vec3& steps, const
     add_seen(values, steps, read, to, want, {});
 }
 
-void RayPiece::add_reference(Stretch& to, const Request& want) {
-    if (!frame_) return add(reference(), to, want);
+void RayPiece::add_reference(Stretch& to, const Request& want, double after) {
+    Values behind;
+    std::span<const double> seen = reference();
+    if (count() > 0 && cells_.middle[0] <= after) {
+        std::copy(seen.begin(), seen.end(), behind.begin());
+        for (std::size_t i = 0; i < count() && cells_.middle[i] <= after; ++i)
+            behind[i] = std::numeric_limits<double>::quiet_NaN();
+        seen = {behind.data(), count()};
+    }
+    if (!frame_) return add(seen, to, want);
     const bool smooth = want.field == Field::spline || want.field == Field::formula;
     // Beyond the outermost samples a formula goes on, and samples do as these.
     const auto read = [&](const Places& at, double* values) {
@@ -187,11 +195,13 @@ void RayPiece::add_reference(Stretch& to, const Request& want) {
             held.add(want.field == Field::formula ? at[i] : block_.field().clamped(at[i]));
         block_.reference(held, values);
     };
-    add_seen(reference(), Vec3::Constant(smooth ? kDerivativeStep : 1), read, to, want, {});
+    add_seen(seen, Vec3::Constant(smooth ? kDerivativeStep : 1), read, to, want, {});
 }
 
-RayAnswer::RayAnswer(const Stretch& reference, const Request& want)
+RayAnswer::RayAnswer(const Stretch& reference, const Request& want, const Nearby& nearby)
     : want_(want),
+      reference_(reference),
+      nearby_(nearby),
       channels_(written_channels(want, want.mode->channels)),
       expected_(written(reference)),
       transparency_(want.mode->left ? want.mode->left(reference) : 1) {}
@@ -201,6 +211,24 @@ PixelValues RayAnswer::written(const Stretch& got) const noexcept {
     got.result(want_, values.data());
     as_written(want_, values.data());
     return values;
+}
+
+double RayAnswer::between(const Stretch& a, const Stretch& b) const noexcept {
+    const PixelValues values = written(a);
+    const Threshold* const threshold = want_.mode->threshold;
+    if (!threshold || !threshold->flip) return between(values, written(b));
+    Stretch flipped = a;
+    threshold->flip(flipped);
+    return between(values, written(flipped)) *
+           share_between(threshold->margin(a, want_), threshold->margin(b, want_), nearby_);
+}
+
+double RayAnswer::fourth(double square) const noexcept {
+    const Threshold* const threshold = want_.mode->threshold;
+    if (!(nearby_.within > 0) || !threshold || !threshold->flip) return 0;
+    Stretch flipped = reference_;
+    threshold->flip(flipped);
+    return square * between(written(flipped), expected_);
 }
 
 double RayAnswer::between(const PixelValues& a, const PixelValues& b) const noexcept {

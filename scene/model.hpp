@@ -14,6 +14,7 @@
 #include "graph/transform_graph.hpp"
 #include "graph/transition.hpp"
 #include "reference/answer.hpp"
+#include "reference/jumps.hpp"
 #include "reference/preview_block.hpp"
 #include "reference/ray_cells.hpp"
 #include "reference/ray_look.hpp"
@@ -106,7 +107,9 @@ class RayPiece {
     /// and where it leaves.
     void each_in_order(const Filter& filter, const std::function<void(double, double)>& each);
     /// Adds the reference, likewise.
-    void add_reference(Stretch& to, const Request& want);
+    /// @param after  only what lies behind [t]
+    void add_reference(Stretch& to, const Request& want,
+                       double after = -std::numeric_limits<double>::infinity());
 
  private:
     void add_seen(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
@@ -130,21 +133,31 @@ class RayPiece {
 };
 
 /// The reference of one pixel, as it is written, and how far other answers are from it.
+///
+/// Of modes with a threshold squares are those of jumps, times the share of levels nearby at which
+/// there would be one (reference/jumps.hpp).
 class RayAnswer {
  public:
-    RayAnswer(const Stretch& reference, const Request& want);
+    RayAnswer(const Stretch& reference, const Request& want, const Nearby& nearby = {});
 
     const PixelValues& expected() const noexcept { return expected_; }
     /// Of the reference: what is left to see behind it.
     double transparency() const noexcept { return transparency_; }
     PixelValues written(const Stretch& got) const noexcept;
     /// Mean square over the channels that are written.
-    double square(const Stretch& got) const noexcept { return square(written(got)); }
+    double square(const Stretch& got) const noexcept { return between(got, reference_); }
+    double between(const Stretch& a, const Stretch& b) const noexcept;
+    /// See RaySquares::add. @param square  of this answer and another stretch
+    double fourth(double square) const noexcept;
     double square(const PixelValues& got) const noexcept { return between(got, expected_); }
     double between(const PixelValues& a, const PixelValues& b) const noexcept;
+    const Stretch& reference() const noexcept { return reference_; }
+    const Nearby& nearby() const noexcept { return nearby_; }
 
  private:
     const Request& want_;
+    Stretch reference_;
+    Nearby nearby_;
     int channels_;
     PixelValues expected_;
     double transparency_;
@@ -154,8 +167,9 @@ class RayAnswer {
 class RaySquares {
  public:
     virtual ~RaySquares() = default;
-    /// @param fact  place in Model::facts()
-    virtual void add(std::size_t fact, double square) = 0;
+    /// @param fact    place in Model::facts()
+    /// @param fourth  of jumps: the square of what one adds, times its share
+    virtual void add(std::size_t fact, double square, double fourth = 0) = 0;
     /// Of facts of points: sums over the ray.
     virtual void add_points(std::size_t fact, double squares, double points) = 0;
 };
@@ -166,6 +180,8 @@ class RayModel {
     virtual ~RayModel() = default;
     /// Cells of a step that Model::steps() names.
     virtual void take(double /*step*/, RayPiece& /*piece*/) {}
+    /// The reference's own cells, before all others of a stretch.
+    virtual void take_reference(RayPiece& /*piece*/) {}
     /// Samples of its own with t < end.
     virtual void trace(const PreviewBlock& /*block*/, double /*end*/) {}
     /// How far samples of its own reach [t]; begin > end: not beyond the ray.

@@ -73,6 +73,7 @@ Bundle bundle_at(const RaySetting& setting, const ViewGeometry& geometry,
             traced.high = std::max(traced.high, traced.models.back()->end());
         }
         traced.squares.resize(setting.facts.size());
+        if (setting.want.mode->threshold) traced.fourths.resize(setting.facts.size());
         bundle.rays.push_back(std::move(traced));
     }
     return bundle;
@@ -84,8 +85,11 @@ namespace {
 void trace(Traced& traced, const PreviewBlock& block, double end, const RaySetting& setting) {
     RayPiece piece(block, traced.ray, traced.frame ? &*traced.frame : nullptr);
     piece.set_arriving(traced.arriving);
-    while (piece.take(end, traced.ray.front, traced.ray.step, traced.next[0]))
+    while (piece.take(end, traced.ray.front, traced.ray.step, traced.next[0])) {
         piece.add_reference(traced.reference, setting.want);
+        for (const auto& model : traced.models)
+            if (model) model->take_reference(piece);
+    }
     for (const auto& model : traced.models)
         if (model) model->trace(block, end);
     for (std::size_t s = 0; s < setting.steps.size(); ++s)
@@ -138,7 +142,10 @@ class Squares final : public RaySquares {
  public:
     Squares(Traced& traced, Bundle& bundle, std::size_t first)
         : traced_(traced), bundle_(bundle), first_(first) {}
-    void add(std::size_t fact, double square) override { traced_.squares[first_ + fact] = square; }
+    void add(std::size_t fact, double square, double fourth) override {
+        traced_.squares[first_ + fact] = square;
+        if (fourth > 0) traced_.fourths[first_ + fact] = fourth;
+    }
     void add_points(std::size_t fact, double squares, double points) override {
         Bundle::Points& sums = bundle_.points[first_ + fact];
         sums.squares += squares;
@@ -154,7 +161,7 @@ class Squares final : public RaySquares {
 void finish(Bundle& bundle, const RaySetting& setting) {
     Traced* one = nullptr;  // that stands for its neighbours
     for (Traced& traced : bundle.rays) {
-        const RayAnswer answer(traced.reference, setting.want);
+        const RayAnswer answer(traced.reference, setting.want, setting.nearby);
         bool alone = true;
         if (!is_short(traced.ray, setting.want)) {
             alone = !one;

@@ -21,6 +21,7 @@ struct RaySetting {
     std::vector<ModelFact> facts = {};                  // of all models, one after another
     std::vector<std::size_t> first = {};                // by model: its first fact
     ArrivingLight arriving;
+    Nearby nearby = {};
 
     RaySetting(const Request& want, const ReferenceField& field,
                std::vector<std::shared_ptr<const Model>> models);
@@ -39,6 +40,7 @@ struct Traced {
     double low = 0, high = 0;  // part of the ray that any of the models needs [t]
     /// Squared errors by fact; absent: not measured, or another ray's stand for this one's.
     std::vector<std::optional<double>> squares;
+    std::vector<double> fourths = {};  // by fact, see RaySquares; of modes with a threshold
     double stands_for = 1;  // rays of the bundle, for facts of models that stand for neighbours
 };
 

@@ -5,6 +5,8 @@
 #include <span>
 #include <tbb/parallel_for.h>
 
+#include "graph/range.hpp"
+#include "reference/jumps.hpp"
 #include "reference/written.hpp"
 #include "scene/likely_extremes.hpp"
 #include "scene/preview.hpp"
@@ -19,7 +21,8 @@ constexpr int kSide = 2;                // of a bundle [pixel]
 constexpr double kLength = 64 * 256.0;  // that all bundles together should reach [unit]
 // Inputs of so many samples are prepared once for all bundles.
 constexpr std::int64_t kSmallInput = 1 << 19;
-// Pictures of so many pixels are measured whole, if their input is small.
+// Pictures of so many pixels are measured whole, if their input is small, or if a few of their
+// pixels jump.
 constexpr int kSmallPicture = 1 << 12;
 
 /// What a ray was taken for: drawn at random; of the classes of ShortRays; or because the reference
@@ -102,9 +105,14 @@ struct Tallies {
     explicit Tallies(std::size_t facts) {
         among.fill(std::vector<ErrorTally>(facts));
         measured.fill(std::vector<bool>(facts));
+        jumps.fill(std::vector<Jumps>(facts));
     }
     std::array<std::vector<ErrorTally>, kAmong> among;
     std::array<std::vector<bool>, kAmong> measured;  // by fact
+    struct Jumps {
+        double fourths = 0, weight = 0;
+    };
+    std::array<std::vector<Jumps>, kAmong> jumps;  // by fact
     std::int64_t draws = 0;
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
@@ -116,7 +124,7 @@ void tally(const Bundle& bundle, const Draw& draw, const RaySetting& setting, bo
     const int channels = written_channels(want, want.mode->channels);
     const double weight = draw.weight * (even ? 1 / static_cast<double>(bundle.rays.size()) : 1);
     for (const Traced& traced : bundle.rays) {
-        const RayAnswer answer(traced.reference, want);
+        const RayAnswer answer(traced.reference, want);  // for what is expected alone
         for (int c = 0; c < channels; ++c) {
             tallies.low = std::min(tallies.low, answer.expected()[c]);
             tallies.high = std::max(tallies.high, answer.expected()[c]);
@@ -132,6 +140,9 @@ void tally(const Bundle& bundle, const Draw& draw, const RaySetting& setting, bo
                     *traced.squares[fact], weight * rays,
                     like < RayLook::kCasts ? traced.look.squares[like] : 0);
                 tallies.measured[draw.among][fact] = true;
+                Tallies::Jumps& jumps = tallies.jumps[draw.among][fact];
+                if (!traced.fourths.empty()) jumps.fourths += weight * rays * traced.fourths[fact];
+                jumps.weight += weight * rays;
             }
         }
     }
@@ -159,6 +170,25 @@ std::array<double, kAmong> shares_of(const Drawn& drawn) {
     return shares;
 }
 
+/// Decisive values of kernels and of previews in f32, against f64.
+double rounding_of(const Statistics& statistics) {
+    constexpr double kRounding = 1e-5;
+    return kRounding * range_between(statistics.low, statistics.high);
+}
+
+/// Where jumps are told by their density, their number in the picture is left to chance: Poisson's
+/// variance of the mean square.
+double jumps_of(const Tallies& tallies, const std::array<double, kAmong>& shares,
+                const Drawn& drawn, std::size_t fact) {
+    double pixels = 0, mean = 0;
+    for (std::size_t among = 0; among < kAmong; ++among) {
+        const auto& [fourths, weight] = tallies.jumps[among][fact];
+        if (weight > 0) mean += shares[among] * fourths / weight;
+        pixels += drawn.from[among].pixels;
+    }
+    return mean / std::max(1.0, pixels);
+}
+
 /// A few bundles at once, so that memory does not grow with the draws.
 Tallies tally_all(const Drawn& drawn, const RaySetting& setting, const ViewGeometry& geometry,
                   std::pmr::memory_resource* memory) {
@@ -179,7 +209,10 @@ Tallies tally_all(const Drawn& drawn, const RaySetting& setting, const ViewGeome
             // Where all were drawn none was looked at: there is no mean of looks to compare with.
             const bool looked = !drawn.all && among != kChosen && !drawn.from[among].looked.empty();
             for (Traced& traced : bundles[i].rays)
-                if (looked) traced.look = look_at(traced.ray, setting.want, field);
+                if (looked) {
+                    traced.look = look_at(traced.ray, setting.want, field);
+                    count_nearby(traced.look, drawn.from[among].nearby);
+                }
         });
         for (std::size_t i = 0; i < draws.size(); ++i)
             if (!bundles[i].rays.empty())
@@ -196,13 +229,15 @@ Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Req
                      std::pmr::memory_resource* memory, int times) {
     const ViewGeometry geometry(want);
     ModelSetting made{want, field, statistics, {}, {}, {}};
-    const RaySetting setting(want, field, models_of(catalogue, field.samples().what, asked, made));
+    RaySetting setting(want, field, models_of(catalogue, field.samples().what, asked, made));
     // In a small input rays cost little, and in a small picture a few pixels carry the error.
-    const bool take_every =
-        field.extent().samples() <= kSmallInput &&
-        want.output().samples() * want.frames <= std::max(kSmallPicture, 4 * kMost * times);
+    const std::int64_t pixels = want.output().samples() * want.frames;
+    const bool small = field.extent().samples() <= kSmallInput;
+    const bool take_every = (small && pixels <= std::max(kSmallPicture, 4 * kMost * times)) ||
+                            (want.mode->threshold && pixels <= kSmallPicture);
     Drawn drawn = take_every ? take_all(want) : draw(want, field, geometry, times);
     if (!drawn.all) add_chosen(want, field, statistics, geometry, drawn);
+    setting.nearby = {drawn.from[kDrawn].nearby, rounding_of(statistics)};
     const Tallies tallies = tally_all(drawn, setting, geometry, memory);
     FactMaps facts;
     const std::array<double, kAmong> shares = shares_of(drawn);
@@ -221,7 +256,7 @@ Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Req
         for (std::size_t among = 0; among < (of_points ? kShort : kAmong); ++among)
             strata.push_back({shares[among], tallies.among[among][fact], drawn.from[among].whole,
                               like < RayLook::kCasts ? auxiliaries[among][like] : Auxiliary{}});
-        const ErrorEstimate error = estimate_of(strata);
+        const ErrorEstimate error = estimate_of(strata, jumps_of(tallies, shares, drawn, fact));
         facts.upper[name] = promised ? error.upper : error.likely;
         facts.likely[name] = error.likely;
     }

@@ -2,19 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "graph/request.hpp"
 
 namespace edgewise {
 namespace {
 
-// state: 1 where a value has reached the level. White, premultiplied.
+// state: 1 where a value has reached the level; the largest value. White, premultiplied.
+
+enum : std::size_t { kReached, kLargest };
+constexpr double kLowest = -std::numeric_limits<double>::infinity();
 
 void add(Stretch& stretch, std::span<const double> values, const double* pieces,
          const Request& want) {
-    double& reached = stretch.state[0];
+    auto& state = stretch.state;
     stretch.each_finite(values, pieces, [&](double value, double) {
-        if (value >= want.level()) reached = 1;
+        if (value >= want.level()) state[kReached] = 1;
+        state[kLargest] = std::max(state[kLargest], value);
     });
 }
 
@@ -40,6 +45,12 @@ const RayRule kRule = {
                  float* out) { std::fill_n(out, 4, *state); },
 };
 
+const Threshold kThreshold = {
+    .margin = [](const Stretch& stretch,
+                 const Request& want) { return stretch.state[kLargest] - want.level(); },
+    .flip = [](Stretch& stretch) { stretch.state[kReached] = 1 - stretch.state[kReached]; },
+};
+
 }  // namespace
 
 /// Opaque white where the value reaches a level: the segmented object of the thesis.
@@ -50,19 +61,22 @@ const ModeTraits binary_mode = {
     .channels = 4,
     .over_background = true,
     .takes_level = true,
+    .threshold = &kThreshold,
     .needs = [](const Request& want, double common, double, double) -> std::string {
         return common >= want.level() ? "the commonest value reaches the level" : "";
     },
     .operations = 3,
     .guess = {0.15, 0.12, 0.08},
     .gain = [](bool noise, double, double, double range) { return (noise ? 0.5 : 3.0) / range; },
+    .empty = [](Stretch& stretch) { stretch.state[kLargest] = kLowest; },
     .add = add,
     .append =
         [](Stretch& stretch, const Stretch& behind) {
-            stretch.state[0] = std::max(stretch.state[0], behind.state[0]);
+            for (const std::size_t i : {kReached, kLargest})
+                stretch.state[i] = std::max(stretch.state[i], behind.state[i]);
         },
     .result = [](const Stretch& stretch, const Request&,
-                 double* values) { std::fill_n(values, 4, stretch.state[0]); },
+                 double* values) { std::fill_n(values, 4, stretch.state[kReached]); },
 };
 
 }  // namespace edgewise

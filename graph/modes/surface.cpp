@@ -12,23 +12,33 @@ namespace edgewise {
 namespace {
 
 // state: 1 where the ray has met the surface; its light there; the first and the last value, less
-// the level, NaN where there is none; where on the ray the last one is [t]. Samples that are not
-// finite are outside: the surface is open there.
-// Of labels: 1 where the ray has met one; its diffuse light, before that where the last sample
-// without a label lies; its specular light, NaN before; NaN; the label, before that 1 where there
-// is such a sample. Stretches that are joined then take over the first label alone.
+// the level, NaN where there is none; where on the ray the last one is [t]; how far values go to
+// the other side of the level than the first one, of one stretch alone. Samples that are not finite
+// are outside: the surface is open there. Of labels: 1 where the ray has met one; its diffuse
+// light, before that where the last sample without a label lies; its specular light, NaN before;
+// NaN; the label, before that 1 where there is such a sample. Stretches that are joined then take
+// over the first label alone.
 
-enum : std::size_t { kHit, kLight, kFirst, kLast, kLastAt };
+enum : std::size_t { kHit, kLight, kFirst, kLast, kLastAt, kBeyond };
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 bool is_passed(double before, double after) {
     return std::isfinite(before) && std::isfinite(after) && (before >= 0) != (after >= 0);
 }
 
+/// Where none of the values is known yet, `above` is the first.
+void reach(Stretch& stretch, double above) {
+    double& beyond = stretch.state[kBeyond];
+    const double across = stretch.state[kFirst] >= 0 ? -above : above;
+    if (!(beyond >= across)) beyond = across;
+}
+
 void take(Stretch& stretch, double above, double piece) {
     if (std::isnan(stretch.state[kFirst])) stretch.state[kFirst] = above;
     stretch.state[kLast] = std::isfinite(above) ? above : kNone;
-    if (std::isfinite(above)) stretch.length += piece;
+    if (!std::isfinite(above)) return;
+    reach(stretch, above);
+    stretch.length += piece;
 }
 
 void meet_label(Stretch& stretch, double label, const Lit& lit) {
@@ -117,6 +127,16 @@ void follow(Stretch& stretch, double t, double value, double piece, const AlongR
     state[kLastAt] = t;
 }
 
+// A ray that does not meet the surface shows what is behind; what one shows that would is not
+// known.
+const Threshold kThreshold = {
+    .margin =
+        [](const Stretch& stretch, const Request& want) {
+            return shows_labels(want) ? kNone : stretch.state[kBeyond];
+        },
+    .flip = nullptr,
+};
+
 constexpr Shade kShades[] = {Shade::phong, Shade::torrance_sparrow};
 
 }  // namespace
@@ -134,13 +154,17 @@ const ModeTraits surface_mode = {
     .takes_cue = true,
     .shade = Shade::phong,
     .first_hit = true,
+    .threshold = &kThreshold,
     .skips = ModeTraits::Levels::values,
     .kept = "the surface would end where samples were left out",
     .operations = 4,
     .timed_as = "mip",
     .guess = {0.15, 0.05, 0.03},
     .gain = [](bool noise, double, double, double range) { return (noise ? 1.0 : 3.0) / range; },
-    .empty = [](Stretch& stretch) { stretch.state[kFirst] = stretch.state[kLast] = kNone; },
+    .empty =
+        [](Stretch& stretch) {
+            stretch.state[kFirst] = stretch.state[kLast] = stretch.state[kBeyond] = kNone;
+        },
     .add = add,
     .follow = follow,
     .append =

@@ -53,8 +53,10 @@ class CombinedRay final : public RayModel {
         }
     }
     void finish(const RayAnswer& answer, RaySquares& squares) override {
-        for (std::size_t i = 0; i < pictures_.size(); ++i)
-            squares.add(i, answer.square(pictures_[i]));
+        for (std::size_t i = 0; i < pictures_.size(); ++i) {
+            const double square = answer.square(pictures_[i]);
+            squares.add(i, square, answer.fourth(square));
+        }
     }
 
  private:

@@ -137,7 +137,10 @@ class LevelRay final : public RayModel {
     void finish(const RayAnswer& answer, RaySquares& squares) override {
         std::size_t fact = 0;
         for (const auto& steps : casts_)
-            for (const Stretch& cast : steps) squares.add(fact++, answer.square(cast));
+            for (const Stretch& cast : steps) {
+                const double square = answer.square(cast);
+                squares.add(fact++, square, answer.fourth(square));
+            }
     }
 
  private:

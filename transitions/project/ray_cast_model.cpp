@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "graph/range.hpp"
@@ -22,51 +23,65 @@ using Filters = std::vector<const Filter*>;
 constexpr std::array<PreviewHold, 2> kNoisy = {kZoh, kFoh};
 constexpr std::size_t kNoisyStep = 2;  // of kCastSteps
 
-/// A cast steps over a stretch between two crossings of the level that is shorter than a step, now
-/// and then; and such stretches are rarer than the rays that a preview draws. Where rays graze a
-/// smooth body, the density of chords is proportional to their length (of a ball of radius R it is
-/// l / (2 R^2), up to the diameter). So of chords shorter than `reach` a share of step^2 / (3
-/// reach^2) is stepped over: the integral of (1 - l / step) 2 l / reach^2 from 0 to step. Every ray
-/// with such a chord stands for that share of a ray that sees what is behind. Walls have no chords
-/// shorter than they are thick: they are overrated.
-class SteppedOver {
+/// Where a ray first meets a surface: from the place where the field passes the level to where it
+/// passes it again. A pixel jumps where a cast does not reach the level there, or the reference
+/// hardly does: at silhouettes, at thin walls, where a step leaves out a short stretch.
+class FirstCrossing {
  public:
-    explicit SteppedOver(Mode mode) : behind_(Stretch::empty(mode)) {}
+    explicit FirstCrossing(Mode mode) : behind_(Stretch::empty(mode)) {}
 
-    /// Cells of the finest step.
-    void take(RayPiece& piece, const Filter& filter, const Request& want) {
-        const std::span<const double> held = piece.held(filter);
-        std::array<double, Places::kMost> beyond;  // NaN before the second crossing
-        for (std::size_t i = 0; i < held.size(); ++i) {
-            const double t = piece.cells().middle[i], above = held[i] - want.level();
-            const bool crosses =
-                std::isfinite(last_) && std::isfinite(above) && (last_ >= 0) != (above >= 0);
-            if (crosses && std::isnan(second_))
-                (std::isnan(first_) ? first_ : second_) =
-                    last_t_ + (t - last_t_) * last_ / (last_ - above);
-            last_ = above;
-            last_t_ = t;
-            beyond[i] = std::isnan(second_) ? kNone : held[i];
+    /// The cells of the reference.
+    void take(RayPiece& piece, const Request& want) {
+        const std::span<const double> values = piece.reference();
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const double t = piece.cells().middle[i], beyond = beyond_level(values[i], want);
+            if (!std::isfinite(beyond)) continue;
+            if (beyond < 0) {
+                if (first_ < kNever) second_ = std::min(second_, t);
+            } else if (second_ == kNever) {
+                first_ = std::min(first_, t);
+            }
+            if (second_ == kNever) farthest_ = std::max(farthest_, beyond);
         }
-        constexpr double kDerivativeStep = 1.0 / 32;
-        piece.add_read(
-            {beyond.data(), held.size()}, Vec3::Constant(filter.taps <= 2 ? 1 : kDerivativeStep),
-            [&](const Places& at, double* values) { piece.block().read(filter, at, values); },
-            behind_, want);
+        if (second_ < kNever) piece.add_reference(behind_, want, second_);
     }
-    /// Expected square of what a step leaves out.
-    double square(const RayAnswer& answer, double step) const {
-        constexpr double kReach = 4;  // [t]
-        const double reach = kReach * std::max(1.0, step);
-        if (!(second_ - first_ < reach)) return 0;
-        return step * step / (3 * reach * reach) * answer.square(behind_);
+    bool is_met() const { return first_ < kNever; }
+    bool holds(double t, double margin) const {
+        return t >= first_ - margin && t <= second_ + margin;
+    }
+    double farthest() const { return farthest_; }
+    /// Behind it, as the reference has it.
+    const Stretch& behind() const { return behind_; }
+    /// How far a value lies on the other side of the level than where the ray began.
+    double beyond_level(double value, const Request& want) {
+        if (side_ == 0 && std::isfinite(value)) side_ = value >= want.level() ? -1 : 1;
+        return side_ * (value - want.level());
     }
 
  private:
-    static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    static constexpr double kNever = std::numeric_limits<double>::infinity();
     Stretch behind_;
-    double last_t_ = kNone, last_ = kNone;   // place, and value less the level
-    double first_ = kNone, second_ = kNone;  // crossings [t]
+    double side_ = 0;
+    double first_ = kNever, second_ = kNever;  // [t]
+    double farthest_ = -kNever;                // between them
+};
+
+/// What a cast makes of a crossing.
+struct Crossed {
+    double at = std::numeric_limits<double>::infinity();  // where it first passes the level [t]
+    double farthest = -std::numeric_limits<double>::infinity();  // about the reference's crossing
+
+    void take(RayPiece& piece, const Filter& filter, double margin, FirstCrossing& crossing,
+              const Request& want) {
+        const std::span<const double> values = piece.held(filter);
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const double t = piece.cells().middle[i];
+            const double beyond = crossing.beyond_level(values[i], want);
+            if (!std::isfinite(beyond)) continue;
+            if (beyond >= 0) at = std::min(at, t);
+            if (crossing.holds(t, margin)) farthest = std::max(farthest, beyond);
+        }
+    }
 };
 
 class CastRay final : public RayModel {
@@ -74,7 +89,10 @@ class CastRay final : public RayModel {
     CastRay(const Request& want, const Filters& by, double noise, ArrivingAt arriving)
         : want_(want), by_(by), noise_(noise), arriving_(std::move(arriving)), cast_(by.size()) {
         for (auto& steps : cast_) steps.fill(Stretch::empty(want.mode));
-        if (want.mode->first_hit) over_.assign(by.size(), SteppedOver(want.mode));
+        if (want.mode->first_hit) {
+            crossing_.emplace(want.mode);
+            crossed_.resize(by.size());
+        }
         noisy_.fill(Stretch::empty(want.mode));
         clean_.fill(Stretch::empty(want.mode));
     }
@@ -83,26 +101,43 @@ class CastRay final : public RayModel {
             std::find(kCastSteps.begin(), kCastSteps.end(), step) - kCastSteps.begin());
         for (std::size_t i = 0; i < by_.size(); ++i)
             piece.add_held(*by_[i], cast_[i][s], want_, arriving_);
-        if (s == 0)
-            for (std::size_t i = 0; i < over_.size(); ++i) over_[i].take(piece, *by_[i], want_);
+        for (std::size_t i = 0; i < crossed_.size(); ++i)
+            crossed_[i][s].take(piece, *by_[i], margin_of(step), *crossing_, want_);
         if (s == kNoisyStep && noise_ > 0) add_noisy(piece);
+    }
+    void take_reference(RayPiece& piece) override {
+        if (crossing_) crossing_->take(piece, want_);
     }
     void finish(const RayAnswer& answer, RaySquares& squares) override {
         std::size_t fact = 0;
         for (std::size_t i = 0; i < cast_.size(); ++i)
-            for (std::size_t s = 0; s < kCastSteps.size(); ++s)
-                squares.add(fact++,
-                            answer.square(cast_[i][s]) +
-                                (over_.empty() ? 0 : over_[i].square(answer, kCastSteps[s])));
+            for (std::size_t s = 0; s < kCastSteps.size(); ++s) add(fact++, i, s, answer, squares);
         if (noise_ > 0)
             for (const PreviewHold hold : kNoisy)
-                squares.add(fact++, answer.between(answer.written(noisy_[hold]),
-                                                   answer.written(clean_[hold])) /
-                                        (noise_ * noise_));
+                squares.add(fact++, answer.between(noisy_[hold], clean_[hold]) / (noise_ * noise_));
         if (want_.mode->left) squares.add(fact, answer.transparency() < kTerminated ? 1 : 0);
     }
 
  private:
+    /// Places that belong to a crossing, around it [t].
+    static double margin_of(double step) { return std::max(1.0, step); }
+    void add(std::size_t fact, std::size_t i, std::size_t s, const RayAnswer& answer,
+             RaySquares& squares) const {
+        const double square = answer.square(cast_[i][s]);
+        if (!crossing_ || !(answer.nearby().within > 0)) {
+            squares.add(fact, square, answer.fourth(square));
+            return;
+        }
+        // Where the reference meets nothing, a cast may. That is as frequent as the reverse, where
+        // what the pixel shows is known.
+        const Crossed& crossed = crossed_[i][s];
+        if (!crossing_->is_met()) return squares.add(fact, 0);
+        const double share = share_above(crossing_->farthest(), crossed.farthest, answer.nearby());
+        const double jump = answer.square(crossing_->behind());
+        const bool jumps =
+            !std::isfinite(crossed.at) || !crossing_->holds(crossed.at, margin_of(kCastSteps[s]));
+        squares.add(fact, (jumps ? 0 : square) + share * jump, share * jump * jump);
+    }
     void add_noisy(RayPiece& piece) {
         std::array<double, Places::kMost> noisy;
         for (const PreviewHold hold : kNoisy) {
@@ -116,10 +151,11 @@ class CastRay final : public RayModel {
 
     const Request& want_;
     const Filters& by_;
-    double noise_;                                              // RMS of the samples' [value]
-    ArrivingAt arriving_;                                       // empty: all light
-    std::vector<std::array<Stretch, kCastSteps.size()>> cast_;  // by filter
-    std::vector<SteppedOver> over_;  // by filter, of modes that end at a hit
+    double noise_;                                                 // RMS of the samples' [value]
+    ArrivingAt arriving_;                                          // empty: all light
+    std::vector<std::array<Stretch, kCastSteps.size()>> cast_;     // by filter
+    std::optional<FirstCrossing> crossing_;                        // of modes that end at a hit
+    std::vector<std::array<Crossed, kCastSteps.size()>> crossed_;  // by filter
     std::array<Stretch, kNoisy.size()> noisy_, clean_;
 };
 

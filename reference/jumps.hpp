@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+
+#include "reference/ray_look.hpp"
+
+namespace edgewise {
+
+// Pixels of modes with a threshold jump from one answer to another. Where an algorithm is hardly
+// wrong, few do: fewer than the pixels that are drawn. How many there are is told from rays that
+// nearly jump. If decisive values lie as densely at the level as within some distance of it, the
+// share of levels there at which a ray would jump is the share of rays that jump at the level.
+
+/// What counts as near a level.
+struct Nearby {
+    double within = 0;    // so far from it [value]; 0: jumps at the level itself are counted
+    double rounding = 0;  // decisive values are known to this [value]
+};
+
+/// The share of levels within `nearby` of a level that lie between two values, as these lie beyond
+/// that level. NaN: none.
+double share_between(double a, double b, const Nearby& nearby) noexcept;
+/// The same of levels above it alone, for what is only known where the first value reaches it.
+double share_above(double a, double b, const Nearby& nearby) noexcept;
+/// As near the level as there are rays enough to tell how densely they lie, by the guess. 0: the
+/// mode has no threshold.
+double nearby_of(std::span<const RayLook> looks);
+/// Makes squares those of jumps, for the share of levels within a distance.
+void count_nearby(RayLook& look, double within) noexcept;
+
+}  // namespace edgewise
