@@ -160,7 +160,13 @@ KernelSpec kernel_of(const NamedSum& sum, const std::optional<std::string>& text
     const bool is_size = !text->empty() && std::string_view("0123456789.").find(text->front()) !=
                                                std::string_view::npos;
     if (is_size) return sized({gauss ? "gauss" : "box", sum.kind}, text, *text);
-    return kernel_of(*text);
+    kernel = kernel_of(*text);
+    if (sum.name.starts_with("gauss") && kernel.kind != KernelKind::gauss)
+        throw RequestError(
+            fmt::format("--op {} --kernel {}: no Gaussian; expected gauss:S, or --op convolve "
+                        "--kernel {}",
+                        sum.name, *text, *text));
+    return kernel;
 }
 
 }  // namespace
