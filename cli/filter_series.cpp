@@ -12,6 +12,7 @@
 #include "cli/session/typed_session.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/filter_result.hpp"
+#include "engine/kept_padding.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/session.hpp"
 #include "graph/errors.hpp"
@@ -85,7 +86,9 @@ class FilteredSeries {
                 "leave out --bits, or say --bits 32");
         if (const auto cut = cut_off_text(session.want(), result, tail))
             session.messages.warning(fmt::format("time {}: {}", time, *cut));
-        const Array samples = finished(result, tail, {}, session.memory.get());
+        Array samples = finished(result, tail, {}, session.memory.get());
+        const std::string kept = keep_padding(session.want(), *session.input, tail, samples);
+        if (!kept.empty()) session.messages.warning(kept);
         const auto* first = static_cast<const std::byte*>(samples.data());
         samples_.insert(samples_.end(), first, first + samples.bytes());
     }

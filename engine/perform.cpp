@@ -6,6 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include "engine/filter_result.hpp"
+#include "engine/kept_padding.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/since.hpp"
 #include "engine/refinement.hpp"
@@ -201,8 +202,10 @@ class Performance {
         const auto begin = Clock::now();
         if (const auto cut = cut_off_text(want_, result, session_.written.tail))
             session_.messages.warning(*cut);
-        const Array samples =
-            finished(result, session_.written.tail, levels, session_.memory.get());
+        Array samples = finished(result, session_.written.tail, levels, session_.memory.get());
+        const std::string kept =
+            keep_padding(want_, *session_.input, session_.written.tail, samples);
+        if (!kept.empty()) session_.messages.warning(kept);
         if (!writer_)
             writer_.emplace(*session_.outputs, session_.written.header, session_.spec, want_.frames,
                             session_.messages.stop());

@@ -211,13 +211,46 @@ class DicomReader : public Reader {
                             header.file, planes.overlaps));
         if (header.channels > 1) return;
         const bool marked = pick.padding != Padding::stored && files_[0].padding;
-        bool missing = false;
-        for (std::int64_t z = 0; z < stack_.slices; ++z) missing |= is_missing(z);
-        if (marked || missing)
+        if (marked || has_missing())
             with_number(loaded_type(header.type, pick.as_stored), [&]<class T>(T) {
                 fill_padding(std::span(reinterpret_cast<T*>(into.data()), into.size() / sizeof(T)),
                              header, pick, warnings);
             });
+    }
+
+    PaddingRuns padding(const Header& header, const Selection& pick) const override {
+        PaddingRuns found;
+        const bool missing = has_missing();
+        if (header.channels > 1 || (!files_[0].padding && !missing)) return found;
+        const Range range = files_[0].padding.value_or(Range{1, 0});
+        if (files_[0].padding) found.value = values_of(files_[0], 0)(range[0]);
+        const auto add = [&](std::int64_t at, std::int64_t count) {
+            const bool next =
+                !found.runs.empty() && found.runs.back().first + found.runs.back().count == at;
+            if (next)
+                found.runs.back().count += count;
+            else
+                found.runs.push_back({at, count});
+        };
+        Planes planes(*this, header, true);
+        const std::int64_t slice = stack_.columns * stack_.rows;
+        for (std::int64_t z = 0; z < stack_.slices; ++z) {
+            if (is_missing(z)) add(z * slice, slice);
+            if (is_missing(z) || !files_[0].padding) continue;
+            const std::span<const std::byte> bytes =
+                planes.samples(stack_.plane(z, stack_.times > 1 ? pick.time.value_or(0) : 0));
+            with_number(rescales_ ? Type::f32 : type_, [&]<class T>(T) {
+                for (std::int64_t i = 0; i < slice; ++i) {
+                    T sample;
+                    std::memcpy(&sample, bytes.data() + static_cast<std::size_t>(i) * sizeof(T),
+                                sizeof sample);
+                    const auto number = static_cast<double>(sample);
+                    if (rescales_ ? sample != sample : number >= range[0] && number <= range[1])
+                        add(z * slice + i, 1);
+                }
+            });
+        }
+        return found;
     }
 
     std::optional<std::vector<std::string>> files() const override {
@@ -317,6 +350,12 @@ class DicomReader : public Reader {
 
     bool is_missing(std::int64_t slice) const {
         return !stack_.labels && stack_.plane(slice, 0).empty();
+    }
+
+    bool has_missing() const {
+        for (std::int64_t z = 0; z < stack_.slices; ++z)
+            if (is_missing(z)) return true;
+        return false;
     }
 
     /// Samples that are no measurements take the value that they are to count as: those that the

@@ -16,6 +16,8 @@ class Reader {
     /// Fills `into` as read_samples promises; `pick` has been checked.
     virtual void read(const Header&, const Selection& pick, std::span<std::byte> into,
                       std::vector<std::string>& warnings) const = 0;
+    /// Samples of the selection that are no measurements.
+    virtual PaddingRuns padding(const Header&, const Selection& /*pick*/) const { return {}; }
     /// Paths of all that samples come from, beside the header's own; none: not known.
     virtual std::optional<std::vector<std::string>> files() const = 0;
 };

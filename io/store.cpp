@@ -161,6 +161,10 @@ std::vector<std::string> read_samples(const Header& header, const Selection& pic
     return warnings;
 }
 
+PaddingRuns padding_runs(const Header& header, const Selection& pick) {
+    return header.reader ? header.reader->padding(header, pick) : PaddingRuns{};
+}
+
 std::optional<std::vector<std::string>> files_of(const Header& header) {
     std::optional<std::vector<std::string>> files = header.reader->files();
     if (files && !header.file.starts_with("raw:")) files->push_back(header.file);

@@ -113,6 +113,18 @@ std::size_t loaded_bytes(const Header&, const Selection&);
 std::vector<std::string> read_samples(const Header&, const Selection&, void* into,
                                       std::size_t bytes);
 
+/// Samples that are no measurements, as runs in the order of read_samples.
+struct PaddingRuns {
+    struct Run {
+        std::int64_t first = 0, count = 0;
+    };
+    std::vector<Run> runs;
+    std::optional<double> value;  // that the file gives them
+};
+/// Of a file that has padding (DICOM) this reads its samples once more; of others nothing.
+/// @throws InputError
+PaddingRuns padding_runs(const Header&, const Selection&);
+
 /// Files and folders that the description and the samples come from: while none of them changes,
 /// neither do these. Absent where a library that reads them does not tell.
 std::optional<std::vector<std::string>> files_of(const Header&);

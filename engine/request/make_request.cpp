@@ -267,7 +267,10 @@ Request request_of(const RequestSpec& spec) {
 
 store::Selection selection_of(const RequestSpec& spec) {
     store::Selection selection = spec.selection;
-    // Padding of DICOM is no measurement: rays must not take it for one. A warp keeps it as stored.
+    // Padding of DICOM is no measurement: rays, sums and filters must not take it for one. A warp
+    // keeps it as stored.
+    if (spec.job == Job::filter || spec.job == radon_job())
+        selection.padding = store::Padding::nothing;
     if (spec.job == Job::mesh && !spec.labels) selection.padding = store::Padding::smallest;
     const bool of_labels = spec.labels && spec.mode->first_hit && !spec.isovalue;
     if (spec.job == Job::render && !of_labels)

@@ -25,7 +25,9 @@ def ladder(*shape, dtype="<i2", first=5):
     return ((np.arange(np.prod(shape)) * 11 + first) % 997).reshape(shape).astype(dtype)
 
 
-class Series(unittest.TestCase):
+class SeriesCase(unittest.TestCase):
+    """Writes series and runs the command on them."""
+
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(dir=os.environ.get("EDGEWISE_SCRATCH")))
         self.addCleanup(shutil.rmtree, self.folder)
@@ -68,8 +70,8 @@ class Series(unittest.TestCase):
     def refused(self, path):
         return self.run_it("info", path, code=4).stderr.decode()
 
-    # Copies
 
+class Copies(SeriesCase):
     def test_files_that_are_there_twice_are_one_volume(self):
         for shape, dtype, along in (((5, 6, 5), "<i2", (0, 0, 1)), ((3, 4, 7), "u1", (0, 0, 2.5)), ((4, 5, 3), "<u2", (0, 0, -1))):
             pixels = ladder(*shape, dtype=dtype)
@@ -133,8 +135,8 @@ class Series(unittest.TestCase):
         self.assertIn("i001.dcm", said)
         self.assertIn("i002.dcm", said)
 
-    # Missing slices
 
+class MissingSlices(SeriesCase):
     def test_a_missing_slice_leaves_its_place_empty(self):
         for dtype, step, gone, along in (("<i2", 1, [3], (0, 0, 1)), ("u1", 2.5, [1, 5], (0, 0, 1)), ("<u2", 0.7, [4, 5], (0, 0, -1)),
                                          ("<i2", 3, [2], (0, 1, 0))):
