@@ -64,6 +64,7 @@ class Vtk {
         std::int64_t channels = 1;
         std::uint64_t at = 0;
         bool cells = false;
+        bool colours = false;  // said to be colours, of any type
     };
 
     void finish() {
@@ -81,6 +82,10 @@ class Vtk {
         stored_.pieces = {{path_, best_.at}};
         take_axes(header_, stored_);
         take_bytes_of_colour(header_);
+        if (best_.colours && (header_.channels == 3 || header_.channels == 4)) {
+            header_.colour = true;
+            if (header_.channels == 4) header_.alpha = Alpha::straight;
+        }
         check_spacing(header_, "SPACING");
         take_reader(header_, std::move(stored_));
     }
@@ -235,7 +240,8 @@ class Vtk {
         if (!bits && !name.empty() && name != "LOOKUP_TABLE" && channels >= 1 && channels <= 4) {
             const Rank rank = cells_ ? (scalars ? Rank::scalars_of_cells : Rank::of_cells)
                                      : (scalars ? Rank::scalars_of_points : Rank::of_points);
-            if (rank > best_.rank) best_ = {rank, *type, channels, start, cells_};
+            if (rank > best_.rank)
+                best_ = {rank, *type, channels, start, cells_, name == "COLOR_SCALARS"};
             if (rank == Rank::scalars_of_points) return true;
         } else if (bits && scalars) {
             refuse(path_, in_quotes(name) + " has type 'bit', which is not supported");

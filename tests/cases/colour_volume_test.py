@@ -68,14 +68,18 @@ class ColourVolumeTest(Running):
         yield self.put("a.nrrd", w.nrrd(v, f"kinds: {kind} domain domain domain"))
         yield self.put("a.vti", w.vti(v.shape[:3], v))
         yield self.put("a.vtk", vtk_colours(v))
+        z, y, x, c = v.shape  # as text colours go from 0 to 1
+        text = f"COLOR_SCALARS rgb {c}\n" + " ".join(map(str, (v / 255).ravel().tolist()))
+        yield self.put("b.vtk", w.vtk(v.shape[:3], [f"POINT_DATA {x * y * z}", text], binary=False))
 
     def test_colours_keep_their_proportion(self):
         for source in self.sources(block()):
             with self.subTest(source.name):
                 said = self.info(source)
                 self.assertEqual((said["channels"], said["colour"]), (3, True))
+                scale = 255 / COLOUR[0] if source.name == "b.vtk" else 1  # of floats the window ends at the largest
                 for words in ((), ("--channel", "all")):
-                    self.expect_block(self.picture(source, "--view", "z", *words), COLOUR)
+                    self.expect_block(self.picture(source, "--view", "z", *words), np.array(COLOUR) * scale)
 
     def test_modes_and_views(self):
         source = self.put("a.nii", nifti_colours(block()))
@@ -121,7 +125,10 @@ class ColourVolumeTest(Running):
                     self.assertEqual((said["channels"], said["colour"]), (4, True))
                     picture = self.picture(source, "--view", "z")
                     if alpha:
-                        self.expect_block(picture, np.array(COLOUR) * alpha / 255, atol=1)
+                        expected = np.array(COLOUR) * alpha / 255
+                        # Of floats the window ends at the largest.
+                        scale = 255 / expected[0] if source.name == "b.vtk" else 1
+                        self.expect_block(picture, expected * scale, atol=1.5)
                     else:
                         self.assertEqual(picture.max(), 0)
         # Colours that are multiplied already stay as they are.

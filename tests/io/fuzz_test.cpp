@@ -201,12 +201,15 @@ std::vector<Seed> tiff_seeds() {
         "<Channel Color=\"-16776961\"/><Channel Color=\"65535\"/>"
         "<TiffData IFD=\"0\" PlaneCount=\"4\"/><TiffData IFD=\"4\" FirstZ=\"2\" PlaneCount=\"2\"/>"
         "</Pixels></Image></OME>";
-    const std::string stack = "ImageJ=1\nimages=6\nchannels=2\nslices=3\nunit=um\nspacing=2\n";
+    const std::string stack =
+        "ImageJ=1\nimages=6\nchannels=2\nslices=3\nunit=um\nzunit=mm\nspacing=2\ncf=0\nc0=-5.5\n"
+        "c1=2\nxorigin=3\nmin=0\nmax=9\n";
     std::vector<std::uint16_t> colours(48);
     for (std::size_t i = 0; i < 48; ++i) colours[i] = static_cast<std::uint16_t>(i * 1000);
-    // A head that names one label and two lookup tables, and these.
-    const std::string head("JIJIlbal\1\0\0\0stul\2\0\0\0", 20);
-    const std::vector<std::string> parts{head, "ab", std::string(768, 'x'), std::string(768, 'y')};
+    // A head that names one label, two lookup tables and the ranges of display, and these.
+    const std::string head("JIJIlbal\1\0\0\0stul\2\0\0\0gnar\1\0\0\0", 28);
+    const std::vector<std::string> parts{head, "ab", std::string(768, 'x'), std::string(768, 'y'),
+                                         raw(std::vector<double>{0, 9, 1, 5})};
     return {{"imagej.tif", tiff_seed(shorts, pages, stack)},
             {"tables.tif", tiff_seed(shorts, pages, stack, {}, parts)},
             {"one.tif",
@@ -284,6 +287,7 @@ std::vector<Seed> binary_seeds(const Scratch& scratch) {
             if (channels == 4 && std::string_view(ending) == ".jpg") continue;
             what.volume = std::string_view(ending) == ".nii";
             what.channels = channels;
+            what.colour = channels > 1;
             what.type = std::string_view(ending) == ".exr" ? Type::f32 : Type::u8;
             what.alpha = channels == 4 ? Alpha::straight : Alpha::none;
             const std::string name = std::to_string(channels) + ending;
@@ -291,8 +295,12 @@ std::vector<Seed> binary_seeds(const Scratch& scratch) {
             seeds.push_back({name, bytes_in(scratch.path("seed" + name))});
         }
     what = {};
-    what.volume = false;
     what.extent = {9, 7, 1};
+    for (const std::string name : {"a.mgh", "a.mgz"}) {
+        write(scratch.path("seed" + name), what, values.data());
+        seeds.push_back({name, bytes_in(scratch.path("seed" + name))});
+    }
+    what.volume = false;
     what.channels = 3;
     for (const Format& format : formats()) {
         if (format.library.empty() || !format.writes || format.name == "EXR") continue;
