@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fmt/format.h>
 #include <map>
 #include <mutex>
@@ -14,6 +15,7 @@
 #include "engine/result_writer.hpp"
 #include "engine/session.hpp"
 #include "engine/shown.hpp"
+#include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
 #include "io/surface_file.hpp"
 #include "surface/mesh.hpp"
@@ -252,9 +254,8 @@ class Performance {
         if (!writes_) return;
         poll();
         const auto begin = Clock::now();
-        std::vector<double> labels = mesh->labels;
-        if (const auto& table = session_.input->table)
-            for (double& label : labels) label = (*table)[static_cast<std::size_t>(label)];
+        const std::vector<store::SurfaceLabel> labels = labels_of(*mesh);
+        const auto& segments = session_.input->header.segments;
         const store::Header& header = session_.input->header;
         const std::string file = session_.outputs->file(0);
         store::write_surface(file,
@@ -263,12 +264,39 @@ class Performance {
                               .triangles = mesh->triangles(),
                               .groups = mesh->groups(),
                               .labels = labels,
+                              .coloured = !labels.empty() &&
+                                          std::any_of(segments.begin(), segments.end(),
+                                                      [](const store::Segment& segment) {
+                                                          return segment.color.has_value();
+                                                      }),
                               .unit = header.unit,
                               .anatomical = header.anatomical,
                               .offset = {session_.geometry.offset.x(), session_.geometry.offset.y(),
                                          session_.geometry.offset.z()}});
         session_.measured->write_seconds += since(begin);
         session_.files.push_back(file);
+    }
+
+    /// Labels as files name them: the surface knows their places where there is a table.
+    std::vector<store::SurfaceLabel> labels_of(const surface::Mesh& mesh) const {
+        const Segments segments(*session_.input);
+        const LabelTable* table = session_.input->table.get();
+        std::vector<store::SurfaceLabel> labels;
+        for (std::size_t i = 0; i < mesh.labels.size(); ++i) {
+            const double value = mesh.labels[i];
+            const auto place = static_cast<std::size_t>(value);
+            store::SurfaceLabel label;
+            label.value = table ? table->values[place] : value;
+            label.id = table ? table->text(place) : fmt::format("{}", value);
+            label.exact = !table || table->bits.empty() || std::abs(table->values[place]) < 0x1p53;
+            label.color = label_color(i);
+            if (const store::Segment* segment = segments.of(value)) {
+                label.name = segment->name;
+                label.color = segment->color.value_or(label.color);
+            }
+            labels.push_back(std::move(label));
+        }
+        return labels;
     }
 
     /// While there are samples to compare with.

@@ -17,6 +17,7 @@
 #include "engine/result_writer.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
+#include "graph/label_surface.hpp"
 #include "graph/transform_graph.hpp"
 #include "graph/version.hpp"
 #include "io/surface_file.hpp"
@@ -188,7 +189,7 @@ void take_exactness(Session& session) {
     const RequestSpec& o = session.spec;
     if (o.labels) input.header.labels = true;
     if (input.described || input.phantom || input.pairs || session.given) return;
-    if (want.job == Job::mesh && o.labels) {
+    if ((want.job == Job::mesh && o.labels) || shows_labels(want)) {
         input.outside = want.outside;
         take_keep(input, Keep::labels);
     }
@@ -212,7 +213,10 @@ void take_exactness(Session& session) {
     const Tail& tail = session.written.tail;
     const bool kept_by_writing =
         !tail.view && (!input.premultiplied() || tail.alpha == store::Alpha::straight);
-    if (kept_by_writing && (wide || input.premultiplied()) && can_be_copied(session, stored)) {
+    // Memory has no 64-bit integers: labels of such are kept by a table.
+    const bool tabled = labels && input.header.integers != store::Wide::no;
+    if (kept_by_writing && !tabled && (wide || input.premultiplied()) &&
+        can_be_copied(session, stored)) {
         take_keep(input, Keep::bits);
     } else if (labels) {
         input.outside = want.outside;
@@ -240,7 +244,7 @@ void take_transfer(Session& session, const Statistics& statistics) {
             seen.low = session.series->low, seen.high = session.series->high;
     }
     const Remarks remarks =
-        take_values(session.request, session.window, session.spec, *input.data, seen, input.header);
+        take_values(session.request, session.window, session.spec, input, seen);
     for (const std::string& warning : remarks.warnings) session.messages.warning(warning);
     for (const std::string& notice : remarks.notices) session.messages.notice(notice);
 }
@@ -279,14 +283,14 @@ void read_input(Session& session) {
         session.messages.warning(
             fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
     begin = Clock::now();
+    if (input.table) session.request.outside = place_in(*input.table, input.outside);
     take_transfer(session, statistics);
     session.spent.statistics += since(begin);
-    if (input.table) session.request.outside = place_in(*input.table, input.outside);
     // What is written decides about errors.
     if (!input.table) take_written(session, statistics.low, statistics.high);
     look_at_data(session, session.errors == ErrorsWanted::asked);
     if (input.table)
-        take_written(session, input.table->front(), input.table->back());
+        take_written(session, input.table->values.front(), input.table->values.back());
     else
         take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);

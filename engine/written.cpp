@@ -63,6 +63,7 @@ store::Header described(const Request& want, const Geometry& geometry, const Inp
         header = input.header;
         header.reader.reset();
         header.warnings.clear();
+        header.integers = store::Wide::no;
         header.times = 1;
     }
     header.extent = want.output();
@@ -122,9 +123,11 @@ bool keeps_alpha(const Request& want) {
 Tail values_tail(const store::Header& header, const Input& input, const Request& want) {
     Tail tail;
     tail.type = header.type;
+    tail.integers = header.integers;
     tail.values = header.values;
     tail.channels = header.channels;
-    tail.table = input.table;
+    // Pictures are light, not places.
+    if (want.job->samples) tail.table = input.table;
     if (keeps_alpha(want) || (want.job->samples && input.premultiplied())) {
         // What computes light keeps it multiplied; so the format has it, as memory does.
         tail.alpha = header.format == "EXR" ? store::Alpha::premultiplied : store::Alpha::straight;
@@ -138,7 +141,8 @@ Tail view_tail(Type type, int channels, const Input& input, const Request& want)
     tail.view = true;
     tail.type = type;
     tail.channels = channels;
-    tail.table = input.table;
+    // Pictures are light, not places.
+    if (want.job->samples) tail.table = input.table;
     // Light that a file keeps multiplied (EXR) is divided as well: pictures of 8 bits are straight.
     const bool light = input.header.alpha == store::Alpha::premultiplied &&
                        !is_integer(input.header.type) && channels == input.header.channels;
@@ -197,6 +201,10 @@ bool take_value_type(Written& written, const Input& input, const FilterResult& m
     header.values = meant.header.values;
     header.labels = meant.header.labels;
     header.channels = input.channels();
+    if (input.selection.bits64) {
+        header.integers = input.header.integers;
+        if (!files.fit(header)) refuse(files, header);
+    }
     if (files.fit(header)) return true;
     header.values = {};
     if (!meant.header.values.identity()) {

@@ -339,6 +339,12 @@ std::string cannot_hold(std::string_view path, const Format& format, const Heade
         return fmt::format("{} holds no time series here; NIfTI and NRRD do", format.name);
     if (!has(format.types, what.type))
         return fmt::format("{} cannot hold {}", format.name, name_of(what.type));
+    if (what.integers != Wide::no && format.name != "NIfTI" && format.name != "NRRD" &&
+        format.name != "MetaImage")
+        return fmt::format(
+            "{} is not written with 64-bit integers; NIfTI, NRRD and MetaImage (.nii, .nrrd, .mha) "
+            "are",
+            format.name);
     if (what.channels < 1 || what.channels > format.channels ||
         has(format.cannot_channels, what.channels))
         return fmt::format("{} cannot hold {} channels", format.name, what.channels);

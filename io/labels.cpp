@@ -5,6 +5,8 @@
 #include <cstring>
 #include <fmt/format.h>
 #include <limits>
+#include <type_traits>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "graph/errors.hpp"
@@ -69,6 +71,44 @@ std::unordered_set<double> values_of(const Data& labels) {
     return found;
 }
 
+/// Of 64-bit integers in the place of f64.
+template <class T>
+std::shared_ptr<const LabelTable> code_integers(Data& labels, double outside,
+                                                std::pmr::memory_resource* memory) {
+    constexpr double kBeyond = std::is_signed_v<T> ? 0x1p63 : 0x1p64,
+                     kLeast = std::is_signed_v<T> ? -0x1p63 : 0;
+    if (!(outside >= kLeast && outside < kBeyond) || outside != std::floor(outside))
+        throw RequestError(
+            fmt::format("--outside {}: labels that are 64-bit integers cannot say it", outside));
+    const auto count = static_cast<std::size_t>(numbers_of(labels));
+    const auto* number = labels.as<std::uint64_t>();
+    std::unordered_set<std::uint64_t> found{static_cast<std::uint64_t>(static_cast<T>(outside))};
+    for (std::size_t i = 0; i < count; ++i) {
+        if (i > 0 && number[i] == number[i - 1]) continue;
+        if (found.insert(number[i]).second && found.size() > kMostLabels)
+            throw RequestError(fmt::format("labels: more than {} different values", kMostLabels));
+    }
+    LabelTable table;
+    table.with_sign = std::is_signed_v<T>;
+    table.bits.assign(found.begin(), found.end());
+    std::sort(table.bits.begin(), table.bits.end(), [](std::uint64_t a, std::uint64_t b) {
+        return static_cast<T>(a) < static_cast<T>(b);
+    });
+    for (const std::uint64_t bits : table.bits)
+        table.values.push_back(static_cast<double>(static_cast<T>(bits)));
+    std::unordered_map<std::uint64_t, float> places;
+    for (std::size_t i = 0; i < table.bits.size(); ++i)
+        places[table.bits[i]] = static_cast<float>(i);
+    Array coded(count * sizeof(float), memory);
+    auto* to = static_cast<float*>(coded.data());
+    for (std::size_t i = 0; i < count; ++i)
+        to[i] = i > 0 && number[i] == number[i - 1] ? to[i - 1] : places.at(number[i]);
+    labels.samples = std::move(coded);
+    labels.what.type = Type::f32;
+    labels.what.values = {};
+    return std::make_shared<const LabelTable>(std::move(table));
+}
+
 }  // namespace
 
 std::int64_t rounded_by_f32(const Data& data) {
@@ -85,14 +125,19 @@ void to_f32(Data& data, std::pmr::memory_resource* memory) {
 }
 
 std::shared_ptr<const LabelTable> code_labels(Data& labels, double outside,
-                                              std::pmr::memory_resource* memory) {
+                                              std::pmr::memory_resource* memory,
+                                              store::Wide integers) {
+    if (integers != store::Wide::no)
+        return integers == store::Wide::with_sign
+                   ? code_integers<std::int64_t>(labels, outside, memory)
+                   : code_integers<std::uint64_t>(labels, outside, memory);
     LabelTable table;
     with_wide_type(labels.what.type, [&]<class T>(T) {
         auto found = values_of<T>(labels);
         found.insert(outside);
-        table.assign(found.begin(), found.end());
+        table.values.assign(found.begin(), found.end());
     });
-    std::sort(table.begin(), table.end());
+    std::sort(table.values.begin(), table.values.end());
     const ValueMap values = labels.what.values;
     double last = NAN;
     float place = 0;
@@ -110,7 +155,35 @@ std::shared_ptr<const LabelTable> code_labels(Data& labels, double outside,
 }
 
 double place_in(const LabelTable& table, double value) {
-    return static_cast<double>(std::lower_bound(table.begin(), table.end(), value) - table.begin());
+    if (!table.bits.empty()) {
+        const auto place = [&](auto whole) {
+            using T = decltype(whole);
+            const auto at = std::lower_bound(
+                table.bits.begin(), table.bits.end(), whole,
+                [](std::uint64_t bits, T number) { return static_cast<T>(bits) < number; });
+            return static_cast<double>(at - table.bits.begin());
+        };
+        return table.with_sign ? place(static_cast<std::int64_t>(value))
+                               : place(static_cast<std::uint64_t>(value));
+    }
+    const auto at = std::lower_bound(table.values.begin(), table.values.end(), value);
+    return static_cast<double>(at - table.values.begin());
+}
+
+std::string LabelTable::text(std::size_t place) const {
+    if (bits.empty()) return fmt::format("{}", values[place]);
+    return with_sign ? fmt::format("{}", static_cast<std::int64_t>(bits[place]))
+                     : fmt::format("{}", bits[place]);
+}
+
+std::optional<std::int64_t> LabelTable::integer(std::size_t place) const {
+    if (!bits.empty()) {
+        const auto number = static_cast<std::int64_t>(bits[place]);
+        return with_sign || number >= 0 ? std::optional(number) : std::nullopt;
+    }
+    const double value = values[place];
+    if (value != std::floor(value) || !(std::abs(value) < 0x1p63)) return {};
+    return static_cast<std::int64_t>(value);
 }
 
 bool looks_like_labels(const Data& data, double commonest) {

@@ -77,6 +77,11 @@ class Nrrd {
         data();
         take_axes(header_, stored_);
         header_.volume = spatial_ == 3;
+        for (auto& [number, of] : segments_) {
+            // Layers of a file that has one are no channels.
+            if (header_.channels == 1) of.channel.reset();
+            header_.segments.push_back(std::move(of));
+        }
         check_skip();
         take_reader(header_, std::move(stored_));
         return std::move(header_);
@@ -96,7 +101,8 @@ class Nrrd {
                 refuse(path_, fmt::format("line {}: '{}' is no field", i + 1, shown(line)));
             }
             if (line.substr(colon).starts_with(":=")) {
-                if (line.starts_with("Segment0_")) header_.labels = true;  // a Slicer segmentation
+                if (line.starts_with("Segment"))
+                    segment(line.substr(7, colon - 7), trim(line.substr(colon + 2)));
                 continue;
             }
             std::string name = lower(trim(line.substr(0, colon)));
@@ -110,6 +116,29 @@ class Nrrd {
         }
         if (!text_.terminated && !fields_.contains("data file"))
             refuse(path_, "the header has no empty line at its end");
+    }
+    /// 3D Slicer's segmentations: Segment0_LabelValue, Segment0_Name, Segment0_Color ...
+    void segment(std::string_view key, std::string_view text) {
+        const auto end = key.find('_');
+        const auto number = end == key.npos ? std::nullopt : to_integer(key.substr(0, end));
+        if (!number || *number < 0) return;
+        header_.labels = true;
+        Segment& of = segments_.try_emplace(*number, Segment{1, "", {}, {}}).first->second;
+        const std::string_view what = key.substr(end + 1);
+        if (what == "Name") of.name = text;
+        if (what == "LabelValue") of.label = to_integer(text).value_or(of.label);
+        if (what == "Layer")
+            if (const auto layer = to_integer(text); layer && *layer >= 0 && *layer < (1 << 20))
+                of.channel = static_cast<int>(*layer);
+        if (what != "Color") return;
+        const auto parts = words(text);
+        std::array<double, 3> color{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto part = i < parts.size() ? to_double(parts[i]) : std::nullopt;
+            if (!part || !(*part >= 0 && *part <= 1)) return;
+            color[i] = *part;
+        }
+        of.color = color;
     }
     const std::string& need(const std::string& name) const {
         const auto found = fields_.find(name);
@@ -468,6 +497,7 @@ class Nrrd {
     File file_;
     HeaderText text_;
     std::map<std::string, std::string> fields_;
+    std::map<std::int64_t, Segment> segments_;  // by their numbers
     std::size_t list_begin_ = 0, space_dimension_ = 3;
     std::int64_t dimension_ = 0;
     int spatial_ = 0;

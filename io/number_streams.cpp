@@ -233,6 +233,10 @@ std::unique_ptr<Stream> hex_stream(std::unique_ptr<Stream> from, std::string fil
 }
 
 std::int64_t wide_numbers(const std::byte* from, std::size_t count, Wide wide, std::byte* to) {
+    if (wide == Wide::as_bits) {
+        std::memcpy(to, from, 8 * count);
+        return 0;
+    }
     return wide == Wide::with_sign ? to_doubles<std::int64_t>(from, count, to)
                                    : to_doubles<std::uint64_t>(from, count, to);
 }
@@ -245,13 +249,9 @@ std::unique_ptr<Stream> wide_stream(std::unique_ptr<Stream> from, Wide wide, boo
 
 void tell_wide(const Header& header, std::int64_t rounded, std::vector<std::string>& warnings) {
     if (rounded == 0) return;
-    if (header.labels)
-        refuse(header.file, fmt::format("{} labels are 64-bit integers beyond 2^53, which no type "
-                                        "here holds; number them anew",
-                                        rounded));
     warnings.push_back(
-        fmt::format("{}: {} of its 64-bit integers are beyond 2^53, and f64 rounds "
-                    "them",
+        fmt::format("{}: {} of its 64-bit integers are beyond 2^53, and f64 rounds them; --labels "
+                    "keeps them",
                     header.file, rounded));
 }
 

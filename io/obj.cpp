@@ -1,5 +1,6 @@
 #include "io/obj.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <fmt/compile.h>
 #include <fmt/format.h>
@@ -59,7 +60,14 @@ void write_obj(const std::string& path, const SurfaceView& surface) {
         for (const std::uint32_t t : grouped(surface)) {
             if (surface.groups[t] != group) {
                 group = surface.groups[t];
-                add(FMT_COMPILE("g label_{}\n"), surface.labels[group]);
+                const SurfaceLabel& label = surface.labels[group];
+                if (!label.name.empty()) {
+                    std::string name = label.name;
+                    std::replace_if(
+                        name.begin(), name.end(), [](char c) { return c >= 0 && c < ' '; }, ' ');
+                    add(FMT_COMPILE("# label_{}: {}\n"), label.id, name);
+                }
+                add(FMT_COMPILE("g label_{}\n"), label.id);
             }
             add_triangle(surface.triangles[t]);
         }

@@ -11,17 +11,47 @@
 namespace edgewise::store {
 namespace {
 
-/// Whether labels are whole numbers of 32 bits.
-bool are_whole(std::span<const double> labels) {
-    return std::all_of(labels.begin(), labels.end(), [](double label) {
-        return label == std::floor(label) && std::abs(label) <= 0x7fffffff;
-    });
+/// How the label of a triangle is written: PLY has integers of 32 bits, and f64.
+enum class Labelled { whole, number, place };
+
+Labelled labelled_as(std::span<const SurfaceLabel> labels) {
+    const auto all = [&](auto test) { return std::all_of(labels.begin(), labels.end(), test); };
+    if (!all([](const SurfaceLabel& label) { return label.exact; })) return Labelled::place;
+    return all([](const SurfaceLabel& label) {
+        return label.value == std::floor(label.value) && std::abs(label.value) <= 0x7fffffff;
+    })
+               ? Labelled::whole
+               : Labelled::number;
 }
 
-std::string head_of(const SurfaceView& surface, bool whole) {
+/// A comment is one line.
+std::string in_a_line(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c >= 0 && c < ' '; }, ' ');
+    return text;
+}
+
+/// Names of labels; what the places stand for, where labels are no numbers of PLY.
+std::string comments_of(const SurfaceView& surface, Labelled as) {
+    std::string text;
+    if (as == Labelled::place)
+        text += "comment labels have 64 bits: the label of a triangle is the first number below\n";
+    for (std::size_t i = 0; i < surface.labels.size(); ++i) {
+        const SurfaceLabel& label = surface.labels[i];
+        const std::string name = label.name.empty() ? "" : " " + in_a_line(label.name);
+        if (as == Labelled::place)
+            text += fmt::format("comment label {} {}{}\n", i, label.id, name);
+        else if (!name.empty())
+            text += fmt::format("comment label {}{}\n", label.id, name);
+    }
+    return text;
+}
+
+std::string head_of(const SurfaceView& surface, Labelled as) {
     std::string head = "ply\nformat binary_little_endian 1.0\ncomment edgewise\n";
     if (surface.anatomical) head += "comment x to the left, y to the back, z to the head (LPS)\n";
     if (!surface.unit.empty()) head += fmt::format("comment unit {}\n", surface.unit);
+    head += comments_of(surface, as);
     head += fmt::format("element vertex {}\n", surface.positions.size());
     for (const char* name : {"x", "y", "z"})
         head += fmt::format("property {} {}\n", surface.is_far() ? "double" : "float", name);
@@ -29,7 +59,10 @@ std::string head_of(const SurfaceView& surface, bool whole) {
     head += fmt::format("element face {}\nproperty list uchar int vertex_indices\n",
                         surface.triangles.size());
     if (!surface.groups.empty())
-        head += fmt::format("property {} label\n", whole ? "int" : "double");
+        head += fmt::format("property {} label\n", as == Labelled::number ? "double" : "int");
+    if (surface.coloured)
+        for (const char* name : {"red", "green", "blue"})
+            head += fmt::format("property uchar {}\n", name);
     return head + "end_header\n";
 }
 
@@ -37,10 +70,10 @@ std::string head_of(const SurfaceView& surface, bool whole) {
 
 void write_ply(const std::string& path, const SurfaceView& surface) {
     static_assert(std::endian::native == std::endian::little);
-    const bool whole = are_whole(surface.labels);
+    const Labelled as = labelled_as(surface.labels);
     Replacement file(path);
     FileBuffer out(file);
-    out.add(std::string_view(head_of(surface, whole)));
+    out.add(std::string_view(head_of(surface, as)));
     for (std::size_t v = 0; v < surface.positions.size(); ++v) {
         if (surface.is_far())
             out.add(surface.place(v));
@@ -52,11 +85,15 @@ void write_ply(const std::string& path, const SurfaceView& surface) {
         out.add(std::uint8_t{3});
         out.add(surface.triangles[t]);
         if (surface.groups.empty()) continue;
-        const double label = surface.labels[surface.groups[t]];
-        if (whole)
-            out.add(static_cast<std::int32_t>(label));
+        const std::uint32_t group = surface.groups[t];
+        const SurfaceLabel& label = surface.labels[group];
+        if (as == Labelled::number)
+            out.add(label.value);
         else
-            out.add(label);
+            out.add(as == Labelled::place ? static_cast<std::int32_t>(group)
+                                          : static_cast<std::int32_t>(label.value));
+        if (!surface.coloured) continue;
+        for (const double part : label.color) out.add(static_cast<std::uint8_t>(255 * part + 0.5));
     }
     out.flush();
     file.commit();

@@ -28,8 +28,10 @@ struct Axis {
     std::int64_t size;
 };
 
-/// Integers of 64 bits, which no Type is: they are read as f64.
-enum class Wide { no, with_sign, without_sign };
+/// How the 64-bit integers of a file are read for a selection: as numbers, or as they are.
+inline Wide as_read(Wide wide, const Selection& pick) noexcept {
+    return wide != Wide::no && pick.bits64 ? Wide::as_bits : wide;
+}
 
 /// Plain samples in one or several files: all that most volume formats are behind their header.
 struct Stored {

@@ -179,8 +179,11 @@ Loaded load(const std::string& source, const Selection& pick, std::pmr::memory_r
          read_samples(header, pick, loaded.samples.data(), loaded.samples.bytes()))
         header.warnings.push_back(std::move(warning));
     Type type = loaded_type(header.type, pick.as_stored);
-    if (header.wide) narrow_wide(header, type, loaded.samples, from, header.warnings);
-    header.wide = false;
+    if (!pick.bits64) {
+        if (header.integers != Wide::no)
+            narrow_wide(header, type, loaded.samples, from, header.warnings);
+        header.integers = Wide::no;
+    }
     header.channels = loaded_channels(header, pick);
     header.type = type;
     header.times = 1;

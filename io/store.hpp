@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <memory_resource>
 #include <optional>
@@ -21,8 +22,20 @@ using Bytes = std::vector<std::byte>;
 /// What the last channel of a picture means. Straight: colour is not multiplied by it.
 enum class Alpha { none, straight, premultiplied };
 
+/// Integers of 64 bits, which no Type is: they are read as the smallest type that holds them all,
+/// or as their bits in the place of doubles.
+enum class Wide { no, with_sign, without_sign, as_bits };
+
 /// How the samples of one opened file are fetched; known to the formats only.
 class Reader;
+
+/// What a file says of one of its labels.
+struct Segment {
+    std::int64_t label = 0;
+    std::string name;                            // "": it has none
+    std::optional<std::array<double, 3>> color;  // red, green, blue, 0 to 1
+    std::optional<int> channel;                  // where it is a label; absent: in all
+};
 
 /// All that a file says, but for its samples. Also the description of what `write` writes.
 struct Header {
@@ -33,7 +46,9 @@ struct Header {
     int channels = 1;    // of one sample, together in memory
     int times = 1;
     Type type = Type::u8;  // as stored
-    bool wide = false;     // integers of 64 bits: f64 until they are read (see narrow_wide)
+    /// Of f64: the samples are 64-bit integers, which are read as f64 and then become the smallest
+    /// type that holds them (narrow_wide), or as they are (Selection::bits64). `write` takes them so.
+    Wide integers = Wide::no;
     ValueMap values;
     Vector spacing{1, 1, 1}, origin{0, 0, 0};  // [unit]; origin: centre of the first sample
     /// Columns: where x, y and z point, unit vectors. In LPS (x to the left, y to the back, z up)
@@ -44,7 +59,8 @@ struct Header {
     bool anatomical = false;  // the file says how it lies in the body
     std::string orientation;  // "RAS": x to the right, y to the front, z up; "" if not anatomical
     bool labels = false;      // the file says that it holds labels
-    std::string modality;     // "CT", "MR" ...: DICOM; "" where the file does not say
+    std::vector<Segment> segments;  // what it says of them
+    std::string modality;           // "CT", "MR" ...: DICOM; "" where the file does not say
     Alpha alpha = Alpha::none;
     /// The first three channels are red, green and blue of one colour, not three measurements.
     bool colour = false;
@@ -78,6 +94,7 @@ struct Selection {
     std::optional<double> nothing;  // that value; none: 0, or the smallest where that is negative
     std::size_t memory_limit = 0;   // for samples and reading, bytes; 0: no limit
     bool as_stored = false;         // 32-bit integers and f64 too
+    bool bits64 = false;            // 64-bit integers that are read as f64: their bits in its place
 };
 
 /// One DICOM series of a folder.

@@ -211,8 +211,8 @@ class StoredReader : public Reader {
             Stored plain = stored_;
             std::int64_t rounded = 0;
             if (stored_.wide != Wide::no) {
-                stream = wide_stream(std::move(stream), stored_.wide, swaps(stored_), header.file,
-                                     rounded);
+                stream = wide_stream(std::move(stream), as_read(stored_.wide, pick), swaps(stored_),
+                                     header.file, rounded);
                 plain.wide = Wide::no;
                 plain.big_endian = false;
             }
@@ -315,7 +315,7 @@ std::shared_ptr<const Reader> stored_reader(Stored stored) {
 
 void take_reader(Header& header, Stored stored) {
     check_pieces(header.file, stored);
-    header.wide = stored.wide != Wide::no;
+    header.integers = stored.wide;
     header.reader = stored_reader(std::move(stored));
 }
 

@@ -10,12 +10,22 @@
 
 namespace edgewise::store {
 
+/// One of the labels that surfaces are around.
+struct SurfaceLabel {
+    double value = 0;
+    std::string id;     // all digits of it
+    bool exact = true;  // the value is the id
+    std::string name;   // "": it has none
+    std::array<double, 3> color{1, 1, 1};
+};
+
 /// Triangles to be written, seen from outside counter-clockwise.
 struct SurfaceView {
     std::span<const std::array<float, 3>> positions, normals;  // as many
     std::span<const std::array<std::uint32_t, 3>> triangles;   // of positions
     std::span<const std::uint32_t> groups;                     // of triangles; empty: none
-    std::span<const double> labels;                            // of groups
+    std::span<const SurfaceLabel> labels;                      // of groups
+    bool coloured = false;                                     // by their labels
     std::string unit;                                          // "mm", or ""
     bool anatomical = false;                                   // positions are in LPS
     /// Is added to all positions, in f64: PLY and OBJ then hold f64. STL has no such numbers; its

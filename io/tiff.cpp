@@ -299,6 +299,7 @@ class TiffReader : public Reader {
         Decoder decoder(file);
         Selection whole;  // of one page
         whole.as_stored = pick.as_stored;
+        whole.bits64 = pick.bits64;
         const std::int64_t of_page = header.channels / layout_.channels,
                            time = pick.time.value_or(0);
         const std::size_t plane = into.size() / static_cast<std::size_t>(layout_.slices);
@@ -332,7 +333,7 @@ class TiffReader : public Reader {
             Bytes doubles(count * sizeof(double));
             std::int64_t rounded = 0;
             decoder.rows(page, false, [&](std::int64_t y, const std::byte* row) {
-                rounded += wide_numbers(row, count, wide, doubles.data());
+                rounded += wide_numbers(row, count, as_read(wide, pick), doubles.data());
                 rows.put(y, doubles.data());
             });
             tell_wide(header, rounded, warnings);
@@ -608,7 +609,7 @@ Header inspect_tiff(const std::string& path, const Selection& pick) {
         header.icc.resize(first.icc_bytes);
         file->read(first.icc, header.icc, "the ICC profile");
     }
-    header.wide = wide_of(first) != Wide::no;
+    header.integers = wide_of(first);
     if (layout.one_directory)
         take_one_directory(header, first, layout);
     else

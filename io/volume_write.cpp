@@ -80,6 +80,7 @@ class Fields {
 
 int nifti_code(const Header& what) {
     if (is_nifti_colour(what)) return what.channels == 3 ? 128 : 2304;
+    if (what.integers != Wide::no) return what.integers == Wide::with_sign ? 1024 : 1280;
     switch (what.type) {
         case Type::u8:
             return 2;
@@ -229,8 +230,9 @@ Fields nifti_header(const Header& what) {
     return f;
 }
 
-std::string_view nrrd_type(Type type) {
-    switch (type) {
+std::string_view nrrd_type(const Header& what) {
+    if (what.integers != Wide::no) return what.integers == Wide::with_sign ? "int64" : "uint64";
+    switch (what.type) {
         case Type::u8:
             return "uint8";
         case Type::i8:
@@ -250,8 +252,10 @@ std::string_view nrrd_type(Type type) {
     }
 }
 
-std::string_view metaimage_type(Type type) {
-    switch (type) {
+std::string_view metaimage_type(const Header& what) {
+    if (what.integers != Wide::no)
+        return what.integers == Wide::with_sign ? "MET_LONG_LONG" : "MET_ULONG_LONG";
+    switch (what.type) {
         case Type::u8:
             return "MET_UCHAR";
         case Type::i8:
@@ -311,7 +315,7 @@ std::string nrrd_header(const Header& what) {
                              : what.channels <= 4 ? fmt::format("{}-vector ", what.channels)
                                                   : "vector ";
     std::string text =
-        fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes:", nrrd_type(what.type),
+        fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes:", nrrd_type(what),
                     nrrd_axes(what) + channels + series);
     if (channels) text += fmt::format(" {}", what.channels);
     text += fmt::format(" {} {}", what.extent.x, what.extent.y);
@@ -346,8 +350,7 @@ std::string metaimage_header(const Header& what) {
     }
     text += fmt::format("ElementSpacing ={}\nDimSize ={}\n", spacing, sizes);
     if (what.channels > 1) text += fmt::format("ElementNumberOfChannels = {}\n", what.channels);
-    return text +
-           fmt::format("ElementType = {}\nElementDataFile = LOCAL\n", metaimage_type(what.type));
+    return text + fmt::format("ElementType = {}\nElementDataFile = LOCAL\n", metaimage_type(what));
 }
 
 /// The first 284 bytes, big-endian; what is not used is 0.

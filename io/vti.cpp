@@ -137,8 +137,8 @@ class VtiReader : public Reader {
         Stored plain = stored_;
         std::int64_t rounded = 0;
         if (stored_.wide != Wide::no) {
-            stream = wide_stream(std::move(stream), stored_.wide, stored_.big_endian, header.file,
-                                 rounded);
+            stream = wide_stream(std::move(stream), as_read(stored_.wide, pick), stored_.big_endian,
+                                 header.file, rounded);
             plain.wide = Wide::no;
             plain.big_endian = false;
         }
@@ -178,7 +178,7 @@ class Vti {
                 for (std::size_t row = 0; row < 3; ++row)
                     header_.origin[row] += header_.direction[axis][row] * header_.spacing[axis] / 2;
         if (array_.form == Array::Form::ascii) stored_.big_endian = false;  // native numbers
-        header_.wide = stored_.wide != Wide::no;
+        header_.integers = stored_.wide;
         header_.reader = std::make_shared<const VtiReader>(std::move(stored_), array_);
         return std::move(header_);
     }

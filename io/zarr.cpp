@@ -5,6 +5,7 @@
 
 #include "io/zarr.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 #include <utility>
@@ -21,8 +22,27 @@
 namespace edgewise::store {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
+
+/// Colours of labels: {"colors": [{"label-value": 1, "rgba": [255, 0, 0, 255]}]}.
+std::vector<Segment> segments_of(const Json& labels) {
+    std::vector<Segment> segments;
+    const auto colours = labels.is_object() ? labels.find("colors") : labels.end();
+    if (colours == labels.end() || !colours->is_array()) return segments;
+    for (const Json& colour : *colours) {
+        const Json of = colour.is_object() ? colour : Json::object();
+        const Json label = of.value("label-value", Json()), rgba = of.value("rgba", Json());
+        if (!label.is_number_integer() || !rgba.is_array() || rgba.size() < 3) continue;
+        std::array<double, 3> color{};
+        bool whole = true;
+        for (std::size_t i = 0; i < 3; ++i) {
+            whole = whole && rgba[i].is_number_integer();
+            color[i] = whole ? std::clamp(rgba[i].get<double>() / 255, 0.0, 1.0) : 0;
+        }
+        if (whole) segments.push_back({label.get<std::int64_t>(), "", color, {}});
+    }
+    return segments;
+}
 
 using Store = std::shared_ptr<const ZarrStore>;
 
@@ -71,7 +91,7 @@ Header described(const std::string& path, const Store& store, const ZarrImage& i
     header.volume = header.extent.z > 1;
     take_lengths(header, image, level);
     header.reading_bytes = reading_bytes_of(array);
-    header.wide = stored.wide != Wide::no;
+    header.integers = stored.wide;
     header.reader = std::make_shared<const ZarrReader>(std::move(array), image.axes);
     return header;
 }
@@ -92,6 +112,7 @@ Header inspected(const std::string& path, const Selection& pick) {
             fmt::format("{}: --level {}: it holds resolutions 0 to {}", path, level, count - 1));
     Header header =
         described(path, store, image, static_cast<std::size_t>(level), node.has("image-label"));
+    if (header.labels) header.segments = segments_of(node.attributes["image-label"]);
     header.level = level;
     for (const ZarrLevel& each : image.levels) {
         const ZarrNode array = zarr_node_of(*store, each.key);

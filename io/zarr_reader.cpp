@@ -173,8 +173,8 @@ void ZarrReader::put_chunk(const Place& low, const Bytes& numbers, const Target&
     Bytes doubles;
     if (array_.wide != Wide::no) {
         doubles.resize(numbers.size());
-        wide_rounded +=
-            wide_numbers(numbers.data(), numbers.size() / 8, array_.wide, doubles.data());
+        wide_rounded += wide_numbers(numbers.data(), numbers.size() / 8,
+                                     as_read(array_.wide, target.pick), doubles.data());
     }
     const Bytes& bytes = array_.wide != Wide::no ? doubles : numbers;
     const Extent& extent = target.header.extent;

@@ -199,6 +199,7 @@ void read_mode(RequestSpec& spec, const JobOptions& o) {
         spec.reference = static_cast<Field>(
             chosen("--reference", *o.reference, {"spline", "linear", "nearest"}));
     spec.labels = o.labels;
+    if (o.smooth) spec.smooth = number_of("--smooth", *o.smooth);
 }
 
 void read_output(RequestSpec& spec, const JobOptions& o) {

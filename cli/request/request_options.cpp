@@ -10,6 +10,10 @@
 namespace edgewise::cli {
 namespace {
 
+constexpr const char* kSmoothHelp =
+    "surfaces of labels: how far vertices may go, of half a sample; 0: the voxels' faces, default "
+    "1. Volumes stay";
+
 using Words = std::vector<std::string>;
 
 constexpr const char* kSteps[] = {"rotate", "matrix",    "scale", "translate",
@@ -170,6 +174,7 @@ void add_mode(CLI::App& app, JobOptions& o) {
     }
     app.add_flag("--labels", o.labels,
                  "the samples are labels: nearest, no new value, values bit for bit");
+    if (o.job == Job::render) add_text(app, "--smooth", o.smooth, kSmoothHelp)->type_name("0..1");
     add_text(app, "--window", o.window, "what is black and white, values or percentiles")
         ->type_name("LO,HI");
 }
@@ -177,6 +182,7 @@ void add_mode(CLI::App& app, JobOptions& o) {
 void add_surface(CLI::App& app, JobOptions& o) {
     add_text(app, "--isovalue", o.isovalue, "the surface where values reach V")->type_name("V");
     app.add_flag("--labels", o.labels, "a closed surface around each label but 0");
+    add_text(app, "--smooth", o.smooth, kSmoothHelp)->type_name("0..1");
 }
 
 void add_budgets(CLI::App& app, JobOptions& o) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
 #include <limits>
 #include <tbb/parallel_for.h>
@@ -145,6 +146,23 @@ double Input::bytes() const {
     return stored / static_cast<double>(bytes_of(loaded_type(*this))) * sizeof(float);
 }
 
+Segments::Segments(const Input& input) : table_(input.table.get()) {
+    for (const store::Segment& segment : input.header.segments)
+        if (!segment.channel || segment.channel == input.selection.channel)
+            by_label_.emplace(segment.label, &segment);
+}
+
+const store::Segment* Segments::of(double value) const {
+    if (by_label_.empty()) return nullptr;
+    std::optional<std::int64_t> label;
+    if (table_)
+        label = table_->integer(static_cast<std::size_t>(value));
+    else if (value == std::floor(value) && std::abs(value) < 0x1p63)
+        label = static_cast<std::int64_t>(value);
+    const auto found = label ? by_label_.find(*label) : by_label_.end();
+    return found == by_label_.end() ? nullptr : found->second;
+}
+
 Input inspected(const std::string& name, const store::Selection& selection) {
     const bool file = !name.starts_with("phantom:") && !name.starts_with("describe:");
     if (!file && (!selection.spacing.empty() || !selection.unit.empty()))
@@ -259,6 +277,10 @@ void narrow(Input& input, Data& data, std::pmr::memory_resource* memory,
     const Type type = data.what.type;
     if (input.keep == Keep::bits || !input.selection.as_stored || bytes_of(type) < 4) return;
     if (type == Type::f32) return;
+    if (input.selection.bits64) {
+        input.table = code_labels(data, input.outside, memory, input.header.integers);
+        return;
+    }
     const std::int64_t rounded = rounded_by_f32(data);
     if (rounded == 0) return to_f32(data, memory);
     if (input.keep == Keep::labels) {
@@ -283,6 +305,8 @@ void take_keep(Input& input, Keep keep) {
     input.keep = keep;
     // 32-bit integers take no more memory as they are; f64 does.
     input.selection.as_stored = keep != Keep::values || input.header.type != Type::f64;
+    input.selection.bits64 = keep == Keep::labels && input.header.integers != store::Wide::no &&
+                             input.header.values.identity();
 }
 
 std::shared_ptr<const Data> described_data(const Input& input) {
@@ -346,6 +370,31 @@ std::shared_ptr<const Data> channel_by_alpha(const Input& input, std::pmr::memor
 
 }  // namespace
 
+namespace {
+
+/// Whether labels that were read as bits must stay so, since no type of 32 bits holds them all; else
+/// they become doubles.
+bool keeps_bits(Input& input, Data& data) {
+    if (!input.selection.bits64) return false;
+    const bool with_sign = input.header.integers == store::Wide::with_sign;
+    const std::size_t count = data.samples.bytes() / sizeof(std::uint64_t);
+    auto* bits = static_cast<std::uint64_t*>(data.samples.data());
+    const auto is_small = [&](std::uint64_t number) {
+        const auto value = static_cast<std::int64_t>(number);
+        constexpr std::int64_t kLeast = -(std::int64_t{1} << 31), kMost = (std::int64_t{1} << 32) - 1;
+        return value <= kMost && value >= (with_sign ? kLeast : 0);
+    };
+    if (!std::all_of(bits, bits + count, is_small)) return true;
+    input.selection.bits64 = false;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto value = static_cast<double>(static_cast<std::int64_t>(bits[i]));
+        std::memcpy(bits + i, &value, sizeof value);
+    }
+    return false;
+}
+
+}  // namespace
+
 std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory) {
     const auto identity = identity_of(input);
     const auto begin = std::chrono::steady_clock::now();
@@ -367,7 +416,7 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
             for (std::string& warning : store::read_samples(
                      header, input.selection, data->samples.data(), data->samples.bytes()))
                 warnings.push_back(std::move(warning));
-            if (header.wide)
+            if (header.integers != store::Wide::no && !keeps_bits(input, *data))
                 type = store::narrow_wide(header, data->what.type, data->samples, memory, warnings);
             narrow(input, *data, memory, warnings);
             input.data = std::move(data);
@@ -380,7 +429,7 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
     input.identity.reset();
     if (identity && identity_of(input) == identity) input.identity = identity;
     input.header.type = type;
-    input.header.wide = false;
+    if (!input.selection.bits64) input.header.integers = store::Wide::no;
     return warnings;
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <unordered_map>
 
 #include "engine/request/describe.hpp"
 #include "engine/request/geometry.hpp"
@@ -48,6 +49,18 @@ struct Input {
     double opaque() const noexcept;
     /// Bytes of the samples in memory.
     double bytes() const;
+};
+
+/// What the file says of the labels that its samples are, or are places of.
+class Segments {
+ public:
+    explicit Segments(const Input& input);
+    /// Of a value of the samples; null: nothing.
+    const store::Segment* of(double value) const;
+
+ private:
+    const LabelTable* table_;
+    std::unordered_map<std::int64_t, const store::Segment*> by_label_;
 };
 
 /// Reads the description. @throws InputError, RequestError

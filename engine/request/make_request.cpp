@@ -265,6 +265,20 @@ Request request_of(const RequestSpec& spec) {
     return want;
 }
 
+RequestSpec with_smoothing(RequestSpec spec) {
+    if (!spec.smooth) return spec;
+    const bool pictured = spec.job == Job::render && spec.mode->first_hit && !spec.isovalue;
+    if (!spec.labels || (spec.job != Job::mesh && !pictured))
+        throw RequestError("--smooth: of surfaces of labels only (--labels)");
+    if (!(*spec.smooth >= 0 && *spec.smooth <= 1))
+        throw RequestError("--smooth: expected a number from 0 to 1");
+    Demand demand;
+    demand.name = "surface.nets";
+    demand.with.set("smooth", *spec.smooth);
+    spec.demands.via.push_back(std::move(demand));
+    return spec;
+}
+
 store::Selection selection_of(const RequestSpec& spec) {
     store::Selection selection = spec.selection;
     // Padding of DICOM is no measurement: rays, sums and filters must not take it for one. A warp
@@ -482,7 +496,9 @@ void take_mask(Request& want, const Data& data) {
 }  // namespace
 
 Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
-                    const Data& data, const Statistics& statistics, const store::Header& header) {
+                    const Input& input, const Statistics& statistics) {
+    const Data& data = *input.data;
+    const store::Header& header = input.header;
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
                                                                : 0;
@@ -492,7 +508,11 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
     std::vector<std::string> warnings = take_level(want, statistics);
     if (!warnings.empty()) return {warnings};
     if (shows_labels(want)) {
-        Suited colored = label_colors("--labels", data, statistics);
+        const Segments segments(input);
+        Suited colored = label_colors("--labels", data, want.outside, [&](double value) {
+            const store::Segment* segment = segments.of(value);
+            return segment ? segment->color : std::nullopt;
+        });
         want.transfer = std::move(colored.transfer);
         return {std::move(colored.warnings)};
     }

@@ -25,6 +25,10 @@ Request request_of(const RequestSpec& spec);
 /// What of the file is read, and what stands where nothing was measured.
 store::Selection selection_of(const RequestSpec& spec);
 
+/// How far surfaces of labels are smoothed is a parameter of the edge that makes them.
+/// @throws RequestError where there are none
+RequestSpec with_smoothing(RequestSpec spec);
+
 /// Puts the geometry into the request. @throws RequestError, NoPlan
 /// @throws ColoursToMerge  a volume of colours, which `Merge` renders
 Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
@@ -37,11 +41,11 @@ struct Remarks {
 
 /// Puts in what hangs on values: what a MIP's misses show, an X-ray's zero, a composite's transfer
 /// function and the material that comes with it.
-/// @param window    is taken away where the transfer function runs over it
-/// @param header    of the data
+/// @param window  is taken away where the transfer function runs over it
+/// @param input   with its samples
 /// @throws RequestError
 Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
-                    const Data& data, const Statistics& statistics, const store::Header& header);
+                    const Input& input, const Statistics& statistics);
 
 /// The same as of another request of one kind.
 void take_values_of(const Request& from, Request& want);

@@ -149,6 +149,7 @@ struct RequestSpec {
     std::optional<Window> window;
     std::optional<Field> reference;  // what the samples mean
     bool labels = false;             // no new value appears, all come out bit for bit
+    std::optional<double> smooth;    // of labels' surfaces: 0 to 1 of half a sample
 
     std::optional<double> max_error;   // NRMSE
     bool like_linear = false;          // as good as linear interpolation

@@ -93,7 +93,7 @@ class Values {
 
  private:
     double value_of(double number) const noexcept {
-        return table_ && number >= 0 ? (*table_)[static_cast<std::size_t>(number)] : number;
+        return table_ && number >= 0 ? table_->values[static_cast<std::size_t>(number)] : number;
     }
 
     const Data& result_;
@@ -135,6 +135,16 @@ void convert(const Data& result, const Tail& tail, const Shades& levels, T* out)
                     stored_as<T>(value);
             }
         }
+    });
+}
+
+/// The labels of 64-bit integers that samples are places of.
+void put_integers(const Data& places, const LabelTable& table, std::uint64_t* out) {
+    const auto count = static_cast<std::size_t>(places.what.samples() * places.what.channels);
+    with_type(places.what.type, [&](auto zero) {
+        const auto* place = places.as<decltype(zero)>();
+        for (std::size_t i = 0; i < count; ++i)
+            out[i] = table.bits[static_cast<std::size_t>(place[i])];
     });
 }
 
@@ -219,6 +229,10 @@ Array finished(const Data& result, const Tail& tail, const Shades& levels,
               memory);
     if (is_copied(result, tail)) {
         std::memcpy(out.data(), result.samples.data(), out.bytes());
+        return out;
+    }
+    if (tail.integers != store::Wide::no) {
+        put_integers(result, *tail.table, static_cast<std::uint64_t*>(out.data()));
         return out;
     }
     with_written_type(tail.type, [&](auto zero) {

@@ -18,9 +18,10 @@ struct Tail {
     /// Results are places in this table of values (see coded_labels); absent: values.
     std::shared_ptr<const LabelTable> table;
     Type type = Type::f32;
-    ValueMap values;               // of values: value = slope * stored + offset
-    int channels = 1;              // written
-    bool over_background = false;  // composite: four premultiplied channels become three
+    store::Wide integers = store::Wide::no;  // those of the table, in the place of f64
+    ValueMap values;                         // of values: value = slope * stored + offset
+    int channels = 1;                        // written
+    bool over_background = false;            // composite: four premultiplied channels become three
     std::array<double, 3> background{0, 0, 0};
     store::Alpha alpha = store::Alpha::none;  // of the last channel that is written
     double alpha_unit = 1;                    // stored alpha that is opaque

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <numeric>
 #include <set>
+#include <unordered_set>
 #include <utility>
 
 #include "engine/transfer/robust_window.hpp"
@@ -24,22 +26,10 @@ bool shows_any(const Transfer& transfer, double low, double high) {
            });
 }
 
-/// A colour of its own for each, as far from those before it as hues go.
-std::array<double, 3> color_of(std::size_t number) {
-    constexpr double kTurn = 0.61803398874989485;  // of the circle of hues, the golden ratio
-    const double hue = 6 * std::fmod(0.08 + kTurn * static_cast<double>(number), 1.0);
-    const double light = number % 2 == 0 ? 0.95 : 0.75;
-    std::array<double, 3> color;
-    for (std::size_t c = 0; c < 3; ++c) {
-        const double away = std::fmod(5 - 2 * static_cast<double>(c) + hue, 6.0);
-        color[c] = light * (1 - 0.65 * std::clamp(std::min(away, 4 - away), 0.0, 1.0));
-    }
-    return color;
-}
-
 /// Steps half way between whole numbers, for the labels that are there.
 void take_labels(Transfer& transfer, const Data& data, const Statistics& statistics,
-                 const std::string& from, std::size_t most = 256) {
+                 const std::string& from) {
+    constexpr std::size_t kMost = 256;
     std::set<double> labels;
     double last = 0;
     for (std::int64_t i = 0; i < data.what.samples(); ++i) {
@@ -56,14 +46,14 @@ void take_labels(Transfer& transfer, const Data& data, const Statistics& statist
         if (value == last) continue;
         last = value;
         labels.insert(value);
-        if (labels.size() > most)
-            throw RequestError(fmt::format("{}: more than {} labels", from, most));
+        if (labels.size() > kMost)
+            throw RequestError(fmt::format("{}: more than {} labels", from, kMost));
     }
     const double opacity = transfer.points.back().opacity;
     transfer.points = {{std::min(statistics.low, 0.0) - 0.5, 0, {0, 0, 0}}};
     std::size_t number = 0;
     for (const double label : labels) {
-        const std::array<double, 3> color = color_of(number++);
+        const std::array<double, 3> color = label_color(number++);
         const double before = label - 0.5, after = label + 0.5;
         transfer.points.push_back({before, transfer.points.back().opacity, color});
         if (transfer.points[transfer.points.size() - 2].value != before)
@@ -157,14 +147,48 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
     return out;
 }
 
-Suited label_colors(const std::string& from, const Data& data, const Statistics& statistics) {
-    constexpr std::size_t kMost = 4096;
+std::array<double, 3> label_color(std::size_t number) noexcept {
+    constexpr double kTurn = 0.61803398874989485;  // of the circle of hues, the golden ratio
+    const double hue = 6 * std::fmod(0.08 + kTurn * static_cast<double>(number), 1.0);
+    const double light = number % 2 == 0 ? 0.95 : 0.75;
+    std::array<double, 3> color;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double away = std::fmod(5 - 2 * static_cast<double>(c) + hue, 6.0);
+        color[c] = light * (1 - 0.65 * std::clamp(std::min(away, 4 - away), 0.0, 1.0));
+    }
+    return color;
+}
+
+Suited label_colors(const std::string& from, const Data& data, double outside,
+                    const std::function<std::optional<std::array<double, 3>>(double value)>& own) {
     Suited out;
     out.transfer.points = {{0, 1, {1, 1, 1}}};
     if (!data.samples.data()) return out;
-    take_labels(out.transfer, data, statistics, from, kMost);
-    if (!shows_any(out.transfer, statistics.low, statistics.high))
-        out.warnings.push_back(from + ": all samples are 0, so there is no surface");
+    std::unordered_set<double> found;
+    double last = outside;
+    for (std::int64_t i = 0; i < data.what.samples(); ++i) {
+        const double value = value_at(data, i);
+        if (value == last || value == outside || !std::isfinite(value)) continue;
+        last = value;
+        found.insert(value);
+    }
+    if (found.empty()) {
+        out.warnings.push_back(
+            fmt::format("{}: all samples are {:g}, so there is no surface", from, outside));
+        return out;
+    }
+    std::vector<double> labels(found.begin(), found.end());
+    std::sort(labels.begin(), labels.end());
+    // Steps half way from one to the next.
+    out.transfer.points.clear();
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+        const std::array<double, 3> color = own(labels[i]).value_or(label_color(i));
+        const double before = i > 0 ? std::midpoint(labels[i - 1], labels[i]) : labels[i],
+                     after = i + 1 < labels.size() ? std::midpoint(labels[i], labels[i + 1])
+                                                   : labels[i];
+        out.transfer.points.push_back({before, 1, color});
+        out.transfer.points.push_back({after, 1, color});
+    }
     return out;
 }
 

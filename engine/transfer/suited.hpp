@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,11 +32,17 @@ double size_share(const Extent& extent, const Vec3& spacing) noexcept;
 Suited suited(const TransferSpec& spec, const Data& data, const Statistics& statistics,
               const Vec3& spacing, double millimetres);
 
-/// A colour for each label but 0, opaque: the same as the preset for labels has, of up to 4096
-/// labels.
-/// @param from  what asks for them
-/// @throws RequestError where values are no whole numbers, or more
-Suited label_colors(const std::string& from, const Data& data, const Statistics& statistics);
+/// The colour of the label that is so many from the least, counted from 0, where nobody brings one:
+/// as far from those before it as hues go.
+std::array<double, 3> label_color(std::size_t number) noexcept;
+
+/// A colour for each label, opaque, which other values near it have too: its own, or that which the
+/// preset for labels has. Any number of any finite values.
+/// @param outside  the value that is no label
+/// @param own      the colour that somebody brings for a value, or none
+/// @param from     what asks for them
+Suited label_colors(const std::string& from, const Data& data, double outside,
+                    const std::function<std::optional<std::array<double, 3>>(double value)>& own);
 
 /// The preset for data of which nobody said how they are to look: of a CT in Hounsfield units
 /// "ct-bone", of all else "general".

@@ -87,7 +87,7 @@ TEST(SurfaceNets, AreSmoothAndStayInTheirCells) {
 
 TEST(SurfaceNets, HaveTheSameBytesForAnyNumberOfThreads) {
     std::mt19937 random(3);
-    const Data data = random_labels<std::uint8_t>(random, Type::u8, {70, 31, 29}, 5);
+    const Data data = random_labels<std::uint8_t>(random, Type::u8, {40, 31, 19}, 5);
     const Mesh expected = net_of(data);
     for (const int threads : {1, 2, 7}) {
         tbb::task_arena arena(threads);
