@@ -588,10 +588,10 @@ double lost_in_reading(const Session& session) {
 
 bool Session::writes_at_once() const noexcept {
     if (want().frames == 1 || spec.strict) return false;
-    const bool writes = outputs && !outputs->none();
+    const bool into_files = outputs && !outputs->none();
     // Frames of an animation are written in order, whichever is there first.
-    if (writes && outputs->animates(want().frames)) return false;
-    return !writes || !written.tail.view || (window && window->values());
+    if (into_files && outputs->animates(want().frames)) return false;
+    return !into_files || !written.tail.view || (window && window->values());
 }
 
 std::vector<Source> Session::sources() const {

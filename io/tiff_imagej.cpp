@@ -64,7 +64,7 @@ constexpr Function kBent[] = {{1, "a polynomial of degree 2"},
                               {13, "an exponential recovery"},
                               {21, "uncalibrated optical density"},
                               {22, "a table"}};
-constexpr std::int64_t kStraightLine = 0, kNone = 20;
+constexpr std::int64_t kStraightLine = 0, kNoCalibration = 20;
 
 bool is_colour(const TiffPage& page) { return page.photometric == 2 || page.samples > 1; }
 
@@ -74,7 +74,7 @@ bool is_colour(const TiffPage& page) { return page.photometric == 2 || page.samp
 ValueMap calibration_of(const Lines& lines, const TiffPage& page, const std::string& file,
                         std::vector<std::string>* warnings) {
     const auto function = to_integer(lines.value("cf"));
-    if (!function || *function == kNone || is_colour(page)) return {};
+    if (!function || *function == kNoCalibration || is_colour(page)) return {};
     const auto warn = [&](const std::string& why) {
         if (warnings) warnings->push_back(fmt::format("{}: {}; values are as stored", file, why));
         return ValueMap{};
