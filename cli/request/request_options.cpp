@@ -295,7 +295,8 @@ void add_selection(CLI::App& app, SelectionWords& words) {
     text("--time", words.time, "N|all",
          "which time point, from 0; all: a film of render, a frame for each; a series of filter");
     text("--channel", words.channel, "N|N[=COLOUR],...|all",
-         "which channel, from 0; render merges several, as 0,1 or 0=red,2=#00ff80");
+         "which channel, from 0; render merges several, as 0,1 or 0=red,2=#00ff80; of colours "
+         "(RGB, RGBA) all are taken where none is named");
     text("--orient", words.orient, "RAS|...", "where x, y, z point, where FILE is silent or wrong");
     text("--input-spacing", words.spacing, "S[,S[,S]]",
          "distance of FILE's samples, where it is silent or wrong");

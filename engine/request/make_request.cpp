@@ -378,9 +378,10 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
         throw RequestError(fmt::format(
             "render: {} is an image; expected a volume (warp turns images)", input.name));
     if (want.job == Job::render && input.channels() > 1 && input.header.colour)
-        throw ColoursToMerge(fmt::format("render: {} holds colours; --channel all shows them, "
-                                         "--channel 0 one of red, green and blue",
-                                         input.name));
+        throw ColoursToMerge(
+            fmt::format("render: {} holds colours; --channel all shows them, "
+                        "--channel 0 one of red, green and blue",
+                        input.name));
     if (want.job == Job::render && input.channels() > 1)
         throw RequestError(
             fmt::format("render: {} has {} channels, from 0; say which by --channel, or --channel "

@@ -10,6 +10,7 @@ import numpy as np
 
 root = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(root / "io"), str(root / "cli")]
+import dicom_writing as dw
 import files
 import format_writers as w
 from running import Running
@@ -140,6 +141,15 @@ class ColourVolumeTest(Running):
         folder.mkdir(exist_ok=True)
         for i, page in enumerate(block()):
             files.write_png(folder / f"{i}.png", page)
+        self.expect_block(self.picture(folder, "--view", "z"), COLOUR)
+
+    def test_a_series_of_dicom(self):
+        folder = self.folder / "series"
+        folder.mkdir(exist_ok=True)
+        for i, page in enumerate(block()):
+            elements = dw.picture(page, colour=True, photometric="RGB", position=(0, 0, i), number=i + 1)
+            (folder / f"{i}.dcm").write_bytes(dw.file_of(elements))
+        self.assertTrue(self.info(folder)["colour"])
         self.expect_block(self.picture(folder, "--view", "z"), COLOUR)
 
     def test_channels_are_not_colours(self):
