@@ -38,7 +38,8 @@ std::string comments_of(const SurfaceView& surface, Labelled as) {
         text += "comment labels have 64 bits: the label of a triangle is the first number below\n";
     for (std::size_t i = 0; i < surface.labels.size(); ++i) {
         const SurfaceLabel& label = surface.labels[i];
-        const std::string name = label.name.empty() ? "" : " " + in_a_line(label.name);
+        std::string name = in_a_line(label.name);
+        if (!name.empty()) name.insert(name.begin(), ' ');
         if (as == Labelled::place)
             text += fmt::format("comment label {} {}{}\n", i, label.id, name);
         else if (!name.empty())

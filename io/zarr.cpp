@@ -22,6 +22,7 @@
 namespace edgewise::store {
 namespace {
 
+namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 /// Colours of labels: {"colors": [{"label-value": 1, "rgba": [255, 0, 0, 255]}]}.
