@@ -12,7 +12,7 @@ namespace edgewise {
 namespace {
 
 /// Whether results are values as those of the input: not of derivatives and differences.
-bool keeps_values(const Filtering& filtering) {
+bool gives_values(const Filtering& filtering) {
     if (!is_linear(filtering.op))
         return filtering.op == FilterOp::dilate || filtering.op == FilterOp::erode ||
                filtering.op == FilterOp::open || filtering.op == FilterOp::close ||
@@ -25,7 +25,7 @@ bool keeps_values(const Filtering& filtering) {
 
 /// Fills runs of samples of one channel or several.
 template <class T>
-void fill(const store::PaddingRuns& padding, T number, std::int64_t channels, Array& written) {
+void fill_runs(const store::PaddingRuns& padding, T number, std::int64_t channels, Array& written) {
     T* samples = reinterpret_cast<T*>(written.data());
     const auto there = static_cast<std::int64_t>(written.bytes() / sizeof(T));
     for (const auto& run : padding.runs) {
@@ -44,13 +44,13 @@ std::string keep_padding(const Request& want, const Input& input, const Tail& ta
     const store::PaddingRuns padding = store::padding_runs(input.header, input.selection);
     if (padding.runs.empty()) return "";
     double value = 0;
-    if (!tail.view && keeps_values(*filtering)) value = padding.value.value_or(want.zero);
+    if (!tail.view && gives_values(*filtering)) value = padding.value.value_or(want.zero);
     const double stored = tail.view ? 0 : (value - tail.values.offset) / tail.values.slope;
     if (tail.type == Type::f16)
-        fill(padding, stored_as<Half>(stored), tail.channels, written);
+        fill_runs(padding, stored_as<Half>(stored), tail.channels, written);
     else
         with_type(tail.type, [&](auto zero) {
-            fill(padding, stored_as<decltype(zero)>(stored), tail.channels, written);
+            fill_runs(padding, stored_as<decltype(zero)>(stored), tail.channels, written);
         });
     return fmt::format(
         "{}: padding entered the filter as {:.6g}, which stands for nothing; in the "

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 /// Colours of labels: {"colors": [{"label-value": 1, "rgba": [255, 0, 0, 255]}]}.
-std::vector<Segment> segments_of(const Json& labels) {
+std::vector<Segment> zarr_segments_of(const Json& labels) {
     std::vector<Segment> segments;
     const auto colours = labels.is_object() ? labels.find("colors") : labels.end();
     if (colours == labels.end() || !colours->is_array()) return segments;
@@ -45,15 +45,15 @@ std::vector<Segment> segments_of(const Json& labels) {
     return segments;
 }
 
-using Store = std::shared_ptr<const ZarrStore>;
+using StorePointer = std::shared_ptr<const ZarrStore>;
 
 /// An image of a hierarchy.
-struct Opened {
-    Store store;
+struct OpenedZarr {
+    StorePointer store;
     ZarrPlace place;
 };
 
-Opened opened(const std::string& path, const Selection& pick) {
+OpenedZarr opened_zarr(const std::string& path, const Selection& pick) {
     auto [store, key] = open_zarr(path);
     ZarrPlace place = zarr_place_of(*store, key, path, pick);
     return {std::move(store), std::move(place)};
@@ -69,8 +69,8 @@ std::size_t reading_bytes_of(const ZarrArray& array) {
 }
 
 /// The level's array, as an image of one resolution would have it.
-Header described(const std::string& path, const Store& store, const ZarrImage& image,
-                 std::size_t index, bool labels) {
+Header level_header(const std::string& path, const StorePointer& store, const ZarrImage& image,
+                    std::size_t index, bool labels) {
     const ZarrLevel& level = image.levels[index];
     const ZarrNode node = zarr_node_of(*store, level.key);
     if (node.array.is_null())
@@ -98,7 +98,7 @@ Header described(const std::string& path, const Store& store, const ZarrImage& i
 }
 
 Header inspected(const std::string& path, const Selection& pick) {
-    const auto [store, place] = opened(path, pick);
+    const auto [store, place] = opened_zarr(path, pick);
     const ZarrNode& node = place.node;
     const ZarrImage image =
         node.array.is_null() ? zarr_image_of(*store, place.key, node.attributes["multiscales"])
@@ -112,8 +112,8 @@ Header inspected(const std::string& path, const Selection& pick) {
         throw RequestError(
             fmt::format("{}: --level {}: it holds resolutions 0 to {}", path, level, count - 1));
     Header header =
-        described(path, store, image, static_cast<std::size_t>(level), node.has("image-label"));
-    if (header.labels) header.segments = segments_of(node.attributes["image-label"]);
+        level_header(path, store, image, static_cast<std::size_t>(level), node.has("image-label"));
+    if (header.labels) header.segments = zarr_segments_of(node.attributes["image-label"]);
     header.level = level;
     for (const ZarrLevel& each : image.levels) {
         const ZarrNode array = zarr_node_of(*store, each.key);
@@ -139,7 +139,7 @@ bool is_zarr(const std::string& path) {
 std::vector<std::optional<Colour>> zarr_colours(const std::string& path, const Selection& pick) {
     std::vector<std::optional<Colour>> colours;
     try {
-        const ZarrNode node = opened(path, pick).place.node;
+        const ZarrNode node = opened_zarr(path, pick).place.node;
         if (!node.has("omero")) return colours;
         for (const Json& channel : node.attributes["omero"].value("channels", Json::array()))
             colours.push_back(colour_of(channel.value("color", "")));

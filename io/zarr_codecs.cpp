@@ -21,25 +21,25 @@ namespace edgewise::store {
 namespace {
 
 using Json = nlohmann::json;
-using Kind = ZarrCodec::Kind;
+using CodecKind = ZarrCodec::Kind;
 using Packed = std::span<const std::byte>;
 
 /// Blosc and zstd pack zeros a million times denser than this; noise and pictures never.
-constexpr std::int64_t kDensest = 1 << 16;
+constexpr std::int64_t kDensestChunk = 1 << 16;
 constexpr std::size_t kChecksum = 4;
 
-struct Name {
+struct CodecName {
     const char* name;
-    Kind kind;
+    CodecKind kind;
 };
-constexpr Name kNames[] = {
-    {"blosc", Kind::blosc},   {"zstd", Kind::zstd},       {"zlib", Kind::zlib},
-    {"gzip", Kind::gzip},     {"bz2", Kind::bz2},         {"lzma", Kind::lzma},
-    {"lz4", Kind::lz4},       {"shuffle", Kind::shuffle}, {"crc32", Kind::crc32},
-    {"crc32c", Kind::crc32c}, {"adler32", Kind::adler32}};
+constexpr CodecName kCodecNames[] = {
+    {"blosc", CodecKind::blosc},   {"zstd", CodecKind::zstd},       {"zlib", CodecKind::zlib},
+    {"gzip", CodecKind::gzip},     {"bz2", CodecKind::bz2},         {"lzma", CodecKind::lzma},
+    {"lz4", CodecKind::lz4},       {"shuffle", CodecKind::shuffle}, {"crc32", CodecKind::crc32},
+    {"crc32c", CodecKind::crc32c}, {"adler32", CodecKind::adler32}};
 
-const char* name_of(Kind kind) {
-    for (const Name& known : kNames)
+const char* name_of(CodecKind kind) {
+    for (const CodecName& known : kCodecNames)
         if (known.kind == kind) return known.name;
     return "";
 }
@@ -52,7 +52,7 @@ class Unpacking {
 
     /// @param bytes  that come out
     Bytes exactly(std::size_t bytes) {
-        check_density(name_, static_cast<std::int64_t>(bytes), packed_.size(), kDensest);
+        check_density(name_, static_cast<std::int64_t>(bytes), packed_.size(), kDensestChunk);
         Bytes out(bytes);
         const std::size_t got = into(out);
         if (got != bytes) other_size(got, bytes);
@@ -60,7 +60,7 @@ class Unpacking {
     }
     /// Where only the codec itself knows how many bytes come out.
     Bytes at_most(std::size_t bytes) {
-        check_density(name_, static_cast<std::int64_t>(bytes), packed_.size(), kDensest);
+        check_density(name_, static_cast<std::int64_t>(bytes), packed_.size(), kDensestChunk);
         Bytes out(bytes);
         out.resize(into(out));
         return out;
@@ -78,24 +78,24 @@ class Unpacking {
     /// @return bytes that were written
     std::size_t into(std::span<std::byte> out) {
         switch (codec_.kind) {
-            case Kind::blosc:
+            case CodecKind::blosc:
                 return by_blosc(out);
-            case Kind::zstd:
+            case CodecKind::zstd:
                 return by_zstd(out);
-            case Kind::zlib:
-            case Kind::gzip:
+            case CodecKind::zlib:
+            case CodecKind::gzip:
                 return by_zlib(out);
-            case Kind::bz2:
+            case CodecKind::bz2:
                 return by_bzip2(out);
-            case Kind::lzma:
+            case CodecKind::lzma:
                 return by_lzma(out);
-            case Kind::lz4:
+            case CodecKind::lz4:
                 return by_lz4(out);
-            case Kind::shuffle:
+            case CodecKind::shuffle:
                 return by_shuffle(out);
-            case Kind::crc32:
-            case Kind::crc32c:
-            case Kind::adler32:
+            case CodecKind::crc32:
+            case CodecKind::crc32c:
+            case CodecKind::adler32:
                 return by_checksum(out);
         }
         return 0;
@@ -120,7 +120,7 @@ class Unpacking {
     /// What follows the last byte that is wanted is passed over.
     std::size_t by_zlib(std::span<std::byte> out) {
         z_stream stream{};
-        const int wrapped = codec_.kind == Kind::gzip ? 16 : 0;
+        const int wrapped = codec_.kind == CodecKind::gzip ? 16 : 0;
         if (inflateInit2(&stream, 15 + wrapped) != Z_OK) damaged();
         stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(packed_.data()));
         stream.avail_in = static_cast<uInt>(packed_.size());
@@ -195,9 +195,9 @@ class Unpacking {
     }
     std::uint32_t checksum(Packed data) const {
         const auto* bytes = reinterpret_cast<const Bytef*>(data.data());
-        if (codec_.kind == Kind::crc32)
+        if (codec_.kind == CodecKind::crc32)
             return static_cast<std::uint32_t>(crc32_z(0, bytes, data.size()));
-        if (codec_.kind == Kind::adler32)
+        if (codec_.kind == CodecKind::adler32)
             return static_cast<std::uint32_t>(adler32_z(1, bytes, data.size()));
         // CRC-32 of Castagnoli.
         std::uint32_t crc = ~std::uint32_t{0};
@@ -221,14 +221,15 @@ class Unpacking {
 
 /// Bytes before a codec is taken off, where `bytes` come out, if that is certain.
 std::optional<std::size_t> bytes_before(const ZarrCodec& codec, std::size_t bytes) {
-    if (codec.kind == Kind::shuffle) return bytes;
-    if (codec.kind == Kind::crc32 || codec.kind == Kind::crc32c || codec.kind == Kind::adler32)
+    if (codec.kind == CodecKind::shuffle) return bytes;
+    if (codec.kind == CodecKind::crc32 || codec.kind == CodecKind::crc32c ||
+        codec.kind == CodecKind::adler32)
         return bytes + kChecksum;
     return std::nullopt;
 }
 
 template <class F>
-bool with_integer(const ZarrNumber& number, F use) {
+bool with_stored_integer(const ZarrNumber& number, F use) {
     const bool has_sign = number.kind == 'i';
     switch (number.bytes) {
         case 1:
@@ -244,7 +245,7 @@ bool with_integer(const ZarrNumber& number, F use) {
 /// Not of f16, which no filter here takes.
 template <class F>
 bool with_number_of(const ZarrNumber& number, F use) {
-    if (!number.is_float()) return with_integer(number, use);
+    if (!number.is_float()) return with_stored_integer(number, use);
     return number.bytes == 4 ? use(float{}) : use(double{});
 }
 
@@ -384,11 +385,11 @@ std::optional<ZarrNumber> zarr_number(const std::string& name) {
 std::optional<ZarrCodec> zarr_codec(const std::string& name, const Json& settings,
                                     std::string& problem) {
     const std::string plain = plain_name(name);
-    const auto found = std::find_if(std::begin(kNames), std::end(kNames),
-                                    [&](const Name& known) { return plain == known.name; });
-    if (found == std::end(kNames)) return std::nullopt;
+    const auto found = std::find_if(std::begin(kCodecNames), std::end(kCodecNames),
+                                    [&](const CodecName& known) { return plain == known.name; });
+    if (found == std::end(kCodecNames)) return std::nullopt;
     ZarrCodec codec{found->kind};
-    if (codec.kind == Kind::shuffle) {
+    if (codec.kind == CodecKind::shuffle) {
         const auto element = settings.value("elementsize", std::int64_t{4});
         if (element < 1 || element > 256) {
             problem = fmt::format("an elementsize of {} is not supported", element);
@@ -396,12 +397,12 @@ std::optional<ZarrCodec> zarr_codec(const std::string& name, const Json& setting
         }
         codec.element = static_cast<std::size_t>(element);
     }
-    if (codec.kind == Kind::lzma && settings.contains("format") && settings["format"] != 1 &&
+    if (codec.kind == CodecKind::lzma && settings.contains("format") && settings["format"] != 1 &&
         settings["format"] != 0 && settings["format"] != 2) {
         problem = "a raw stream is not supported";
         return std::nullopt;
     }
-    const bool usually_first = codec.kind == Kind::crc32 || codec.kind == Kind::adler32;
+    const bool usually_first = codec.kind == CodecKind::crc32 || codec.kind == CodecKind::adler32;
     const Json where = settings.value("location", Json());
     codec.sum_first = where.is_string() ? where == "start" : usually_first;
     return codec;

@@ -14,14 +14,14 @@ namespace {
 using Json = nlohmann::json;
 
 /// Folders of folders: a plate's row, well, image.
-constexpr int kDeepest = 8;
-constexpr std::size_t kMostNamed = 12;
+constexpr int kDeepestGroup = 8;
+constexpr std::size_t kMostListed = 12;
 
-std::string list_of(const std::vector<std::string>& names) {
+std::string quoted_list(const std::vector<std::string>& names) {
     std::string text;
-    for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i)
+    for (std::size_t i = 0; i < std::min(names.size(), kMostListed); ++i)
         text += (text.empty() ? "" : ", ") + in_quotes(names[i]);
-    if (names.size() > kMostNamed) text += fmt::format(" and {} more", names.size() - kMostNamed);
+    if (names.size() > kMostListed) text += fmt::format(" and {} more", names.size() - kMostListed);
     return text;
 }
 
@@ -65,7 +65,7 @@ std::string text_of(const Content& content) {
          {std::pair("images", content.images), std::pair("arrays", content.arrays),
           std::pair("labels", content.labels), std::pair("groups", content.groups)})
         if (!names.empty())
-            text += fmt::format("{}{} {}", text.empty() ? "" : "; ", kind, list_of(names));
+            text += fmt::format("{}{} {}", text.empty() ? "" : "; ", kind, quoted_list(names));
     return text;
 }
 
@@ -74,7 +74,7 @@ class Search {
     Search(const ZarrStore& store, const std::string& path) : store_(store), path_(path) {}
 
     ZarrPlace place(std::string key, std::optional<std::string> series) const {
-        for (int deep = 0; deep < kDeepest; ++deep) {
+        for (int deep = 0; deep < kDeepestGroup; ++deep) {
             ZarrNode node = zarr_node_of(store_, key);
             const bool many = node.has("plate") || node.has("well");
             const bool one = !node.array.is_null() || (node.has("multiscales") && !many);
@@ -96,7 +96,7 @@ class Search {
             if (series) return chosen(key, wells, *series, "wells");
             refuse(path_,
                    fmt::format("is a plate of {} wells{}{}: name the folder of one image{}",
-                               wells.size(), wells.empty() ? "" : ", ", list_of(wells),
+                               wells.size(), wells.empty() ? "" : ", ", quoted_list(wells),
                                wells.empty() ? "" : fmt::format(", as {}/{}/0", path_, wells[0])));
         }
         if (node.has("well"))
@@ -133,8 +133,8 @@ class Search {
             throw RequestError(fmt::format(
                 "{}: holds {} {}: {}. Choose one with --series 0 ... {}, or name its folder, as "
                 "{}/{}",
-                path_, names.size(), kind, list_of(names), names.size() - 1, store_.name_of(key),
-                names[0]));
+                path_, names.size(), kind, quoted_list(names), names.size() - 1,
+                store_.name_of(key), names[0]));
         return inside(key, names[0]);
     }
 
@@ -146,7 +146,8 @@ class Search {
         const auto number = to_integer(series);
         if (!number || *number < 0 || *number >= static_cast<std::int64_t>(names.size()))
             throw RequestError(fmt::format("{}: --series {}: it holds {} {}: {}", path_,
-                                           in_quotes(series), names.size(), kind, list_of(names)));
+                                           in_quotes(series), names.size(), kind,
+                                           quoted_list(names)));
         return inside(key, names[static_cast<std::size_t>(*number)]);
     }
     /// A name that the metadata give.

@@ -95,7 +95,7 @@ class UnpackedFile : public ZarrFile {
 };
 
 /// The name of a file that describes a group or array.
-bool describes(std::string_view name) {
+bool describes_zarr(std::string_view name) {
     return name == kZarrVersion3 || name == ".zarray" || name == ".zgroup" || name == ".zattrs";
 }
 
@@ -157,7 +157,7 @@ class ZipStore : public ZarrStore {
         for (const auto& [name, entry] : archive_.entries()) {
             const std::size_t slash = name.rfind('/');
             const std::size_t from = slash == std::string::npos ? 0 : slash + 1;
-            if (!describes(std::string_view(name).substr(from))) continue;
+            if (!describes_zarr(std::string_view(name).substr(from))) continue;
             const auto deep = static_cast<std::size_t>(std::count(name.begin(), name.end(), '/'));
             if (deep < depth) tops.clear();
             depth = std::min(depth, deep);

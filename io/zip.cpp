@@ -35,11 +35,11 @@ std::uint64_t u64(std::span<const std::byte> bytes, std::size_t at) {
 }
 
 /// What ends the file says of the directory.
-struct Directory {
+struct ZipDirectory {
     std::uint64_t offset = 0, size = 0, end = 0;  // end: where it ends in the file
 };
 
-Directory directory_of(const File& file) {
+ZipDirectory zip_directory_of(const File& file) {
     const std::string& path = file.path();
     const std::uint64_t size = file.size();
     const auto tail =
@@ -49,7 +49,7 @@ Directory directory_of(const File& file) {
     for (std::size_t i = tail < kEndBytes ? 0 : tail - kEndBytes + 1; i-- > 0;) {
         if (u32(bytes, i) != kEnd || i + kEndBytes + u16(bytes, i + 20) > tail) continue;
         const std::uint64_t at = size - tail + i;
-        Directory found{u32(bytes, i + 16), u32(bytes, i + 12), at};
+        ZipDirectory found{u32(bytes, i + 16), u32(bytes, i + 12), at};
         const bool wide =
             found.offset == kElsewhere || found.size == kElsewhere || u16(bytes, i + 10) == 0xffff;
         if (!wide || at < kLocatorBytes) return found;
@@ -66,7 +66,7 @@ Directory directory_of(const File& file) {
 }
 
 /// Numbers of 64 bits, in the order in which the plain fields point to them.
-void take_wide(std::span<const std::byte> extra, ZipArchive::Entry& entry) {
+void take_wide_fields(std::span<const std::byte> extra, ZipArchive::Entry& entry) {
     for (std::size_t at = 0; at + 4 <= extra.size();) {
         const std::size_t length = u16(extra, at + 2);
         if (length > extra.size() - at - 4) return;
@@ -89,7 +89,7 @@ ZipArchive::ZipArchive(const std::string& path) : file_(std::make_shared<const F
 }
 
 void ZipArchive::read_directory() {
-    const Directory where = directory_of(*file_);
+    const ZipDirectory where = zip_directory_of(*file_);
     // What stands before the first file moves all of them.
     if (where.size > where.end || where.offset > where.end - where.size)
         refuse(path(), "its ZIP directory lies beyond the file");
@@ -111,7 +111,7 @@ void ZipArchive::read_directory() {
         entry.packed = u32(all, at + 20);
         entry.size = u32(all, at + 24);
         entry.header = u32(all, at + 42);
-        take_wide(all.subspan(at + kCentralBytes + name, extra), entry);
+        take_wide_fields(all.subspan(at + kCentralBytes + name, extra), entry);
         entry.header += moved;
         std::string key(reinterpret_cast<const char*>(bytes.data()) + at + kCentralBytes, name);
         std::replace(key.begin(), key.end(), '\\', '/');
