@@ -108,7 +108,7 @@ bool chooses_unseen(Session& session) {
 void choose_unseen(Session& session) {
     Scene unseen = session.scene;
     std::erase_if(unseen.facts, [](const auto& fact) {
-        return fact.first.starts_with("run/") || fact.first == "result/rms" ||
+        return fact.first.starts_with("run/") || fact.first.starts_with("result/") ||
                fact.first == "written";
     });
     unseen.range = unseen_scene(session.statistics).range;

@@ -134,8 +134,10 @@ void take_written(Session& session, double low, double high) {
     if (!want.job->samples || tail.view || session.outputs->none()) return;
     const WrittenAs written{tail.type, tail.values, tail.alpha == store::Alpha::straight,
                             tail.alpha_unit};
+    // What filters sum in f64 a file in f32 rounds.
+    const bool rounds = written.rounds() || (want.job == Job::filter && written.type == Type::f32);
     // Places in a table are whole numbers, and none is written.
-    if (written.rounds() && !tail.table) want.written = written;
+    if (rounds && !tail.table) want.written = written;
 }
 
 /// What a file's type changes is the same whatever path is taken. Where it is no part of the
@@ -651,8 +653,9 @@ void take_request(Session& session) {
             *o.out, want.job == Job::mesh ? Outputs::Holds::surface : Outputs::Holds::samples);
     // Where the choice depends on errors as such, they are always wanted.
     if (session.errors == ErrorsWanted::for_choice &&
-        ((want.budget.error && !want.budget.error_yields) || want.minimize == Minimize::error ||
-         session.spec.planner != Planner::estimate))
+        // Of results that are to be equal but for rounding it is only to be shown.
+        ((want.budget.error && (!want.budget.error_yields || session.plan_options.front)) ||
+         want.minimize == Minimize::error || session.spec.planner != Planner::estimate))
         session.errors = ErrorsWanted::asked;
     take_machine(session);
     open_memory(session);

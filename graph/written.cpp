@@ -65,8 +65,9 @@ float float_of(Half half) noexcept {
 }
 
 void round_as(const WrittenAs& how, std::span<double> values) noexcept {
-    if (!how.rounds()) return;
+    if (how.type == Type::f64) return;
     const auto kept = [&](double value) {
+        if (how.type == Type::f32) return static_cast<double>(static_cast<float>(value));
         return how.values(stored_number(how.type, (value - how.values.offset) / how.values.slope));
     };
     if (!how.straight) {

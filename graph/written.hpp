@@ -41,7 +41,7 @@ T stored_as(double value) noexcept {
     }
 }
 
-/// How the results of a warp are stored in a file.
+/// How the results of a warp or filter are stored in a file.
 struct WrittenAs {
     Type type = Type::f32;
     ValueMap values = {};

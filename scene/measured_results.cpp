@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fmt/format.h>
 #include <limits>
 #include <map>
 #include <memory>
@@ -29,25 +30,42 @@ constexpr int kEvenParts = 6, kPartTries = 60;  // parts that are spread evenly
 /// which squares are added, and but for roundings to a file's type that fall the other way.
 constexpr double kAgain = 1.02;
 
-/// Edges from the samples to the result, by the fact that tells their error.
-std::map<std::string, Demand> direct_edges(const Catalogue& catalogue, const Ask& ask,
+/// An edge that makes the result, and what may make the samples that it reads of those there are:
+/// other types of them.
+struct Way {
+    std::optional<Demand> before;
+    Demand edge;
+};
+
+/// By the fact that tells their error.
+std::map<std::string, Way> ways_to_results(const Catalogue& catalogue, const Ask& ask,
                                            const Representation& from, const Demands& asked) {
-    std::map<std::string, Demand> edges;
+    std::map<std::string, Way> ways;
+    const auto demand_of_arc = [&](const Arc& arc) {
+        return Demand{catalogue[static_cast<std::size_t>(arc.edge)].name, arc.offer.with};
+    };
     const auto add = [&](const Demands& demands) {
         const TransformGraph spanned = expand(catalogue, ask, {{from}}, demands);
-        for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
-            const Arc& step = spanned.graph[arc];
-            if (spanned.graph[boost::source(arc, spanned.graph)].source < 0 ||
-                !spanned.graph[boost::target(arc, spanned.graph)].target)
+        const Graph& graph = spanned.graph;
+        for (const auto arc : boost::make_iterator_range(boost::edges(graph))) {
+            if (!graph[boost::target(arc, graph)].target) continue;
+            const Arc& step = graph[arc];
+            const std::string fact =
+                fact_of_runs(catalogue[static_cast<std::size_t>(step.edge)], step.offer.with);
+            const auto begin = boost::source(arc, graph);
+            if (graph[begin].source >= 0) {
+                ways.try_emplace(fact, Way{{}, demand_of_arc(step)});
                 continue;
-            const Transition& edge = catalogue[static_cast<std::size_t>(step.edge)];
-            edges.try_emplace(fact_of_runs(edge, step.offer.with),
-                              Demand{edge.name, step.offer.with});
+            }
+            for (const auto first : boost::make_iterator_range(boost::in_edges(begin, graph)))
+                if (graph[boost::source(first, graph)].source >= 0)
+                    ways.try_emplace(fmt::format("{} of {}", fact, name_of(step.offer.from.type)),
+                                     Way{demand_of_arc(graph[first]), demand_of_arc(step)});
         }
     };
     add({});
     if (!asked.via.empty()) add({.via = asked.via});
-    return edges;
+    return ways;
 }
 
 const Transition& edge_named(const Catalogue& catalogue, const std::string& name) {
@@ -164,6 +182,28 @@ Data made_by(const Transition& edge, const Offer& offer, const Ask& ask, const D
 
 bool may_err(const Error& error) { return !error.known || error.bias > 0 || error.noise > 0; }
 
+/// What a way makes of samples; nothing where it does not apply, cannot err or takes too long.
+std::optional<Data> made_by(const Way& way, const Catalogue& catalogue, const Ask& ask,
+                            const Data& in, double most, std::pmr::memory_resource* memory) {
+    Data between;
+    const Data* from = &in;
+    bool errs = false;
+    if (way.before) {
+        const Transition& edge = edge_named(catalogue, way.before->name);
+        const Offer offer = edge.offer(in.what, ask, way.before->with);
+        if (!offer.refused.empty()) return {};
+        errs = may_err(edge.error_of(offer, ask));
+        between = made_by(edge, offer, ask, in, memory);
+        from = &between;
+    }
+    const Transition& edge = edge_named(catalogue, way.edge.name);
+    const Offer offer = edge.offer(from->what, ask, way.edge.with);
+    if (!offer.refused.empty() || !(errs || may_err(edge.error_of(offer, ask))) ||
+        edge.work(offer, ask, 0).operations > most)
+        return {};
+    return made_by(edge, offer, ask, *from, memory);
+}
+
 /// What is summed over the samples of one part.
 struct PartSums {
     double square = 0, count = 0;
@@ -194,8 +234,8 @@ class FilteredParts {
     /// Whether some edge filters in f64 in reasonable time.
     bool can_be_compared() const noexcept { return wide_ && !parts_.empty(); }
 
-    void measure(const std::map<std::string, Demand>& edges, Scene& scene) {
-        for (const ResultPart& part : parts_) measure_part(part, edges);
+    void measure(const std::map<std::string, Way>& ways, Scene& scene) {
+        for (const ResultPart& part : parts_) measure_part(part, ways);
         if (!(low_ <= high_)) return;
         scene.range = range_of(want_, low_, high_);
         for (const auto& [fact, sums] : sums_) {
@@ -205,7 +245,7 @@ class FilteredParts {
             scene.likely[fact] = error.likely;
         }
         // Of what writing adds the labels of paths know by themselves.
-        if (!scene.likely.contains("written")) return;
+        if (!want_.written || !want_.written->rounds() || !scene.likely.contains("written")) return;
         const double once = scene.likely["written"];
         for (const auto& [fact, sums] : sums_) {
             if (fact == "written" || fact == kRms || !scene.facts.contains(fact)) continue;
@@ -232,7 +272,9 @@ class FilteredParts {
         const Representation what = widened(input_.what);
         const Ask ask{want_, scene_};
         double least = std::numeric_limits<double>::infinity();
-        for (const auto& [fact, demand] : direct_edges(catalogue_, ask, what, {})) {
+        for (const auto& [fact, way] : ways_to_results(catalogue_, ask, what, {})) {
+            if (way.before) continue;
+            const Demand& demand = way.edge;
             const Transition& edge = edge_named(catalogue_, demand.name);
             const Offer offer = edge.offer(what, ask, demand.with);
             if (!offer.refused.empty() || offer.to.type != Type::f64) continue;
@@ -281,7 +323,7 @@ class FilteredParts {
         }
     }
 
-    void measure_part(const ResultPart& part, const std::map<std::string, Demand>& edges) {
+    void measure_part(const ResultPart& part, const std::map<std::string, Way>& ways) {
         const std::shared_ptr<const Data> in = samples_of(input_, part.input, memory_);
         const Request request = request_of_part(want_, in->what.extent);
         const Ask ask{request, scene_};
@@ -292,16 +334,10 @@ class FilteredParts {
             box.end[k] = part.output.end[k] - part.input.begin[k];
         }
         look_at(right, box, part.is_certain);
-        for (const auto& [fact, demand] : edges) {
-            const Transition& edge = edge_named(catalogue_, demand.name);
-            const Offer offer = edge.offer(in->what, ask, demand.with);
-            if (!offer.refused.empty() || !may_err(edge.error_of(offer, ask)) ||
-                edge.work(offer, ask, 0).operations * static_cast<double>(parts_.size()) >
-                    kMostOperations)
-                continue;
-            sums_[fact].push_back(
-                compared(made_by(edge, offer, ask, *in, memory_), right, box, part.is_certain));
-        }
+        const double most = kMostOperations / static_cast<double>(parts_.size());
+        for (const auto& [fact, way] : ways)
+            if (const auto made = made_by(way, catalogue_, ask, *in, most, memory_))
+                sums_[fact].push_back(compared(*made, right, box, part.is_certain));
     }
 
     /// What f64 makes of a part. What cancels to less than its own rounding is 0.
@@ -423,16 +459,28 @@ class DrawnResults {
           field_(input, want.field),
           reference_(job_reference(want, field_)) {}
 
-    void measure(const std::map<std::string, Demand>& edges, Scene& scene) {
+    void measure(const std::map<std::string, Way>& ways, Scene& scene) {
         draw();
         const std::vector<double> right = reference_->values(samples_);
         double low = std::numeric_limits<double>::infinity(), high = -low, square = 0, count = 0;
-        for (const double value : right) {
+        const auto channels = static_cast<std::size_t>(input_.what.channels);
+        double changed = 0;
+        std::vector<double> written(channels);
+        for (std::size_t i = 0; i < right.size(); ++i) {
+            const double value = right[i];
             if (!std::isfinite(value)) continue;
             low = std::min(low, value), high = std::max(high, value);
             square += value * value, ++count;
+            if (!want_.written || i % channels > 0) continue;
+            std::copy_n(right.begin() + static_cast<std::ptrdiff_t>(i), channels, written.begin());
+            round_as(*want_.written, written);
+            for (std::size_t c = 0; c < channels; ++c)
+                if (const double off = written[c] - right[i + c]; std::isfinite(off))
+                    changed += off * off;
         }
         if (count == 0) return;
+        if (want_.written)
+            scene.facts["written"] = scene.likely["written"] = std::sqrt(changed / count);
         scene.facts["result/rms"] = scene.likely["result/rms"] = std::sqrt(square / count);
         // Errors are told in units of the scene's range, whatever the results are.
         double scale = 1;
@@ -441,13 +489,10 @@ class DrawnResults {
         else
             scene.range = range_of(want_, low, high);
         const Ask ask{want_, scene_};
-        for (const auto& [fact, demand] : edges) {
-            const Transition& edge = edge_named(catalogue_, demand.name);
-            const Offer offer = edge.offer(input_.what, ask, demand.with);
-            if (!offer.refused.empty() || !may_err(edge.error_of(offer, ask)) ||
-                edge.work(offer, ask, 0).operations > 2 * kMostOperations)
-                continue;
-            const ErrorEstimate error = compared(made_by(edge, offer, ask, input_, memory_), right);
+        for (const auto& [fact, way] : ways) {
+            const auto made = made_by(way, catalogue_, ask, input_, 2 * kMostOperations, memory_);
+            if (!made) continue;
+            const ErrorEstimate error = compared(*made, right);
             scene.facts[fact] = scale * error.upper;
             scene.likely[fact] = scale * error.likely;
         }
@@ -481,13 +526,18 @@ class DrawnResults {
         ErrorTally tally;
         const Extent& n = got.what.extent;
         const int channels = got.what.channels;
+        std::vector<double> values(static_cast<std::size_t>(channels));
         for (std::size_t i = 0; i < samples_.size(); ++i) {
             const OutputSample& at = samples_[i];
             const std::int64_t place = channels * (at.x + n.x * (at.y + n.y * at.z));
             double square = 0;
+            for (int c = 0; c < channels; ++c)
+                values[static_cast<std::size_t>(c)] = value_at(got, place + c);
+            // What integers round the labels of paths add.
+            if (want_.written && !want_.written->rounds()) round_as(*want_.written, values);
             for (int c = 0; c < channels; ++c) {
                 const double off =
-                    value_at(got, place + c) -
+                    values[static_cast<std::size_t>(c)] -
                     right[i * static_cast<std::size_t>(channels) + static_cast<std::size_t>(c)];
                 if (std::isfinite(off)) square += off * off / channels;
             }
@@ -518,21 +568,23 @@ void measure_results(const Catalogue& catalogue, const Demands& asked, const Dat
     const Filtering* filtering = want.setting.as<Filtering>();
     if (!filtering && !has_reference(want.job)) return;
     const Ask ask{want, scene};
-    std::map<std::string, Demand> edges = direct_edges(catalogue, ask, input.what, asked);
-    const bool any = std::any_of(edges.begin(), edges.end(), [&](const auto& each) {
-        const Transition& edge = edge_named(catalogue, each.second.name);
-        const Offer offer = edge.offer(input.what, ask, each.second.with);
+    const std::map<std::string, Way> ways = ways_to_results(catalogue, ask, input.what, asked);
+    const bool any = std::any_of(ways.begin(), ways.end(), [&](const auto& each) {
+        if (each.second.before) return true;
+        const Transition& edge = edge_named(catalogue, each.second.edge.name);
+        const Offer offer = edge.offer(input.what, ask, each.second.edge.with);
         const Error error = edge.error_of(offer, ask);
         return may_err(error) || (want.written && !error.copies);
     });
     if (!any) return;
+    scene.facts["result/type"] = static_cast<double>(input.what.type);
     const Scene before = scene;
     try {
         if (filtering) {
             FilteredParts parts(catalogue, input, statistics, want, *filtering, before, memory);
-            if (parts.can_be_compared()) return parts.measure(edges, scene);
+            if (parts.can_be_compared()) return parts.measure(ways, scene);
         }
-        DrawnResults(catalogue, input, want, before, memory).measure(edges, scene);
+        DrawnResults(catalogue, input, want, before, memory).measure(ways, scene);
     } catch (const std::bad_alloc&) {  // guesses remain
         scene = before;
     } catch (const RequestError&) {

@@ -20,7 +20,9 @@ namespace edgewise {
 /// bounded by its counted operations; one that would take more is left out.
 ///
 /// Adds facts as fact_of_runs() names them, in values of the result, "written", and sets the range.
-/// Adds "result/rms" of results: their root mean square. Edges that cannot err are not run.
+/// Of samples that were first made another type, "result/type" tells which they had, the name ends
+/// with " of TYPE", and the error is that of both steps. Adds "result/rms" of results: their root
+/// mean square. Edges that cannot err are not run.
 /// @param asked  edges that are offered on demand alone are measured where these name them
 void measure_results(const Catalogue& catalogue, const Demands& asked, const Data& input,
                      const Statistics& statistics, const Request& want, Scene& scene,

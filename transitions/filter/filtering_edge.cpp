@@ -237,26 +237,52 @@ double rounding_noise(const PassAsk& ask) {
 bool only_copies(const std::vector<Neighbourhood>& passes, const Filtering& filtering) {
     return filtering.op != FilterOp::tophat &&
            std::all_of(passes.begin(), passes.end(), [](const Neighbourhood& pass) {
-               return pass.rule == Neighbourhood::Rule::median ||
-                      (!pass.of_sum() && pass.flat());
+               return pass.rule == Neighbourhood::Rule::median || (!pass.of_sum() && pass.flat());
            });
 }
 
 /// What running the edge gave (scene/measured_results.hpp).
-std::optional<double> measured_noise(const FilterAlgorithm& algorithm, const Offer& offer,
-                                     const Scene& scene) {
-    const auto found = scene.facts.find("run/" + algorithm.name + offer.with.text());
-    return found == scene.facts.end() ? std::nullopt : std::optional(found->second);
+std::optional<Error> measured_error(const FilterAlgorithm& algorithm, const Offer& offer,
+                                    const Scene& scene) {
+    const auto fact = [&](const std::string& name) -> std::optional<double> {
+        const auto found = scene.facts.find(name);
+        return found == scene.facts.end() ? std::nullopt : std::optional(found->second);
+    };
+    const std::string run = "run/" + algorithm.name + offer.with.text();
+    if (fact("result/type") == static_cast<double>(offer.from.type)) {
+        if (const auto noise = fact(run)) return Error{.noise = *noise};
+    } else if (const auto noise = fact(fmt::format("{} of {}", run, name_of(offer.from.type)))) {
+        // It was measured from the samples on.
+        return Error{.gain = 0, .noise_gain = 0, .noise = *noise};
+    }
+    return {};
+}
+
+/// How sums scale what samples are off: alike, or each by itself. A length is off by no more than
+/// its derivatives together.
+void take_gains(const std::vector<Neighbourhood>& passes, bool of_length, Error& error) {
+    Error together{.gain = 0, .noise_gain = 0};
+    for (const Neighbourhood& pass : passes) {
+        if (!pass.of_sum()) continue;
+        double sum = 0, square = 0;
+        for (const double weight : pass.weights)
+            if (pass.counts(weight)) sum += weight, square += weight * weight;
+        const double gain = std::abs(pass.scale * sum),
+                     noise_gain = std::abs(pass.scale) * std::sqrt(square);
+        error.gain *= gain;
+        error.noise_gain *= noise_gain;
+        together.gain = std::hypot(together.gain, gain);
+        together.noise_gain = std::hypot(together.noise_gain, noise_gain);
+    }
+    if (of_length) error.gain = together.gain, error.noise_gain = together.noise_gain;
 }
 
 Error error(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
+    if (const auto measured = measured_error(algorithm, offer, ask.scene)) return *measured;
     const Stages stages(offer.from, ask);
     Error error;
     error.copies = only_copies(stages.passes, stages.filtering);
-    if (const auto measured = measured_noise(algorithm, offer, ask.scene)) {
-        error.noise = *measured;
-        return error;
-    }
+    take_gains(stages.passes, stages.is_gradient(), error);
     for (std::size_t i = 0; i < stages.passes.size(); ++i) {
         const PassAsk about = stages.ask(i, offer.with);
         error.noise = std::hypot(error.noise, rounding_noise(about));

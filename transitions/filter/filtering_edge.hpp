@@ -62,9 +62,10 @@ struct FilterAlgorithm {
 /// Shape   as the input; extremes of flat kernels keep its type, all else is f32, or f64 where f32
 ///         would not give the sums of integers exactly
 /// Needs   samples as they were read, in memory, row by row
-/// Error   rounding: none of integers whose sums are exact, else 2^-24 (f64: 2^-53) of the sum of
-///         the magnitudes of the weights times the largest value, by the root of the number of
-///         places
+/// Error   what running it gave, where that was measured (scene/measured_results.hpp). Else of
+///         rounding: none of integers whose sums are exact and of flat extremes, else at most 2^-24
+///         (f64: 2^-53) of the sum of the magnitudes of the weights times the largest value; where
+///         results were drawn what a random walk comes to
 Transition filtering_edge(const FilterAlgorithm& algorithm);
 
 }  // namespace edgewise

@@ -136,8 +136,15 @@ Transition radon_edge(const RadonAlgorithm& algorithm) {
     };
     edge.error = [algorithm](const Offer& offer, const Ask& ask) {
         // What running it gave (scene/measured_results.hpp).
-        const auto found = ask.scene.facts.find("run/" + algorithm.name + offer.with.text());
-        if (found != ask.scene.facts.end()) return Error{.noise = found->second};
+        const auto& facts = ask.scene.facts;
+        const auto type = facts.find("result/type");
+        const bool is_as_read =
+            type != facts.end() && type->second == static_cast<double>(offer.from.type);
+        std::string run = "run/" + algorithm.name + offer.with.text();
+        if (!is_as_read) run += fmt::format(" of {}", name_of(offer.from.type));
+        if (const auto found = facts.find(run); found != facts.end())
+            return is_as_read ? Error{.noise = found->second}
+                              : Error{.gain = 0, .noise_gain = 0, .noise = found->second};
         const RadonSetting& setting = *ask.want.setting.as<RadonSetting>();
         return algorithm.error({setting, lines_of(setting, ask.want), ask.scene, offer.with});
     };

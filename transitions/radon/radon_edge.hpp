@@ -91,7 +91,8 @@ struct RadonAlgorithm {
 /// Shape   [angles, offsets] f32, of volumes one a slice; see RadonLines
 /// Needs   samples as they were read, of one channel, in memory, row by row
 /// Error   counted as that of the mean along a line as long as the field's diagonal: an NRMSE of
-///         1 is the range of the samples times the diagonal
+///         1 is the range of the samples times the diagonal. What running it gave, where that was
+///         measured (scene/measured_results.hpp)
 Transition radon_edge(const RadonAlgorithm& algorithm);
 
 }  // namespace edgewise
