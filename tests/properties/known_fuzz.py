@@ -258,11 +258,13 @@ class Trial:
         self.figures[plan] += 1
         want, inside = filtered(a.astype(float), op, w, places, border)
         magnitude = np.abs(a.astype(float)).max() * (np.abs(w).sum() if w is not None and op in ("convolve", "correlate") else 1)
+        if w is not None and op not in ("convolve", "correlate"):
+            magnitude += np.abs(w).max()
         rounded = want
         if got.dtype.kind in "iu":
             ends = np.iinfo(got.dtype)
             rounded = np.clip(np.rint(want), ends.min, ends.max)
-        width = np.ptp(want) if np.ptp(want) > 1e-14 * magnitude else max(np.abs(want).max(), 0) or 1
+        width = range_of(want)
         predicted = report["plan"]["predicted"]["error"]
         off = np.abs(got.astype(float) - rounded)[inside]
         approximate = plan in ("filter.recursive", "filter.ball_sequence")
@@ -275,7 +277,8 @@ class Trial:
         if inside.all():
             true = math.sqrt(np.mean((got.astype(float) - want) ** 2)) / width
         # Sums of the reference are in f64, and so are scipy's, in another order.
-        self.promise(report, words, limit, 1e-15 * magnitude / width + 1e-12, true)
+        floor = 1e-15 * magnitude / width + 1e-12
+        self.promise(report, words, limit, floor, true)
 
     # Lines
 
@@ -429,7 +432,7 @@ class Trial:
         # A sample above the level is met by the ray through it.
         most = a.astype(float).max(0)
         surely = most > level + .05 * np.ptp(a.astype(float))
-        missed = (got.reshape(most.shape)[surely] < .5)
+        missed = (got.reshape(*most.shape, -1).max(-1)[surely] < .5)
         if missed.size and missed.mean() > max(.02, (2 * limit) ** 2 if limit else .02):
             self.fault("place", words, f"{missed.sum()} of {missed.size} pixels miss samples above the level", plan)
 
@@ -445,6 +448,12 @@ class Trial:
         a = self.cube(True)
         budget, limit = self.budget(1e-2, .3)
         self.turned_picture(["--labels", "--mode", "surface"], budget, limit, a, .2)
+
+
+def range_of(values):
+    """What counts as an error of 1: of values that f32 cannot tell from a constant its magnitude."""
+    largest = np.abs(values).max()
+    return np.ptp(values) if np.ptp(values) > 64 * 2**-24 * largest else largest or 1
 
 
 def filtered(a, op, weights, places, border):
