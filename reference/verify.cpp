@@ -71,8 +71,8 @@ double verifier_bytes(const Request& want, const ReferenceField& field, std::int
     const std::int64_t there = n.samples() * want.frames;
     const double channels = reference.channels();
     // Of vectors that grow there are two for a moment.
-    const double a_look = 2 * (sizeof(OutputSample) + 4 * sizeof(double) +
-                               channels * (2 * sizeof(double)));
+    const double a_look =
+        2 * (sizeof(OutputSample) + 4 * sizeof(double) + channels * (2 * sizeof(double)));
     const double a_comparison = 2 * (6 + channels) * sizeof(double);
     const auto bytes = [&](double looked, double compared) {
         return looked * a_look + compared * a_comparison + reference.bytes(compared, threads);
