@@ -39,8 +39,11 @@ class FirstCrossing {
             if (beyond < 0) {
                 if (first_ < kNever) second_ = std::min(second_, t);
             } else if (second_ == kNever) {
+                if (first_ == kNever && last_t_ < t) slope_ = (beyond - last_) / (t - last_t_);
                 first_ = std::min(first_, t);
             }
+            last_ = beyond;
+            last_t_ = t;
             if (second_ == kNever) farthest_ = std::max(farthest_, beyond);
         }
         if (second_ < kNever) piece.add_reference(behind_, want, second_);
@@ -50,6 +53,10 @@ class FirstCrossing {
         return t >= first_ - margin && t <= second_ + margin;
     }
     double farthest() const { return farthest_; }
+    /// How far the place moves by what rounds the field [t]: far where a ray grazes the surface.
+    double moved_by(double rounding) const {
+        return is_met() && slope_ > 0 ? std::min(1.0, rounding / slope_) : 0;
+    }
     /// Behind it, as the reference has it.
     const Stretch& behind() const { return behind_; }
     /// How far a value lies on the other side of the level than where the ray began.
@@ -62,8 +69,9 @@ class FirstCrossing {
     static constexpr double kNever = std::numeric_limits<double>::infinity();
     Stretch behind_;
     double side_ = 0;
-    double first_ = kNever, second_ = kNever;  // [t]
-    double farthest_ = -kNever;                // between them
+    double first_ = kNever, second_ = kNever;        // [t]
+    double farthest_ = -kNever;                      // between them
+    double last_ = 0, last_t_ = kNever, slope_ = 0;  // slope: at the first [value / t]
 };
 
 /// What a cast makes of a crossing.
@@ -123,7 +131,13 @@ class CastRay final : public RayModel {
     static double margin_of(double step) { return std::max(1.0, step); }
     void add(std::size_t fact, std::size_t i, std::size_t s, const RayAnswer& answer,
              RaySquares& squares) const {
-        const double square = answer.square(cast_[i][s]);
+        double square = answer.square(cast_[i][s]);
+        if (crossing_) {
+            // Kernels follow f32: normals turn by half a radian a unit, about, where it moves.
+            constexpr double kOfRounding = 0.2, kTurn = 0.5;
+            const double moved = crossing_->moved_by(kOfRounding * answer.nearby().rounding);
+            square += std::pow(kTurn * moved, 2);
+        }
         if (!crossing_ || !(answer.nearby().within > 0)) {
             squares.add(fact, square, answer.fourth(square));
             return;

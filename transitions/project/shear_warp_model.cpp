@@ -294,6 +294,12 @@ class ShearedRay final : public RayModel {
     double end() const override { return picture_.end(); }
     void finish(const RayAnswer& answer, RaySquares& squares) override {
         for (const PreviewHold hold : {kZoh, kFoh}) {
+            const Threshold* const threshold = want_.mode->threshold;
+            if (hold == kZoh && threshold && threshold->flip) {
+                const double square = answer.square(picture_.nearest());
+                squares.add(hold, square, answer.fourth(square));
+                continue;
+            }
             PixelValues values{};
             picture_.result(hold, want_, values);
             as_written(want_, values.data());

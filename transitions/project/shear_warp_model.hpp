@@ -30,6 +30,8 @@ class ShearedPicture {
     double end() const noexcept { return first_ + static_cast<double>(last_) * step_; }
     /// One value, or premultiplied red, green, blue and opacity.
     void result(PreviewHold hold, const Request& want, std::span<double, 4> values) const;
+    /// What the nearest pixel of the intermediate image has.
+    const Stretch& nearest() const noexcept { return nearest_.stretch; }
 
  private:
     /// A pixel of the intermediate image: where it crosses the first slice, its span in slices. A
