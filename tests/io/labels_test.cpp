@@ -32,7 +32,7 @@ TEST(Labels, PlacesInATableStandForAnyNumber) {
     EXPECT_EQ(place_in(*table, 77), 1);
     ASSERT_EQ(data.what.type, Type::f32);
     for (std::size_t i = 0; i < numbers.size(); ++i)
-        EXPECT_EQ((*table)[static_cast<std::size_t>(data.as<float>()[i])], numbers[i]);
+        EXPECT_EQ(table->values[static_cast<std::size_t>(data.as<float>()[i])], numbers[i]);
 }
 
 TEST(Labels, TheTableHoldsValuesNotStoredNumbers) {

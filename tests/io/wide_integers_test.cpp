@@ -32,7 +32,7 @@ TEST(WideIntegers, OpeningLooksAtNoSample) {
     const Scratch scratch;
     const std::string path = scratch.put("a.nrrd", file_of<std::int64_t>({1, 2, 300}, "int64"));
     const Header header = inspect(path);
-    EXPECT_TRUE(header.wide);
+    EXPECT_EQ(header.integers, Wide::with_sign);
     EXPECT_EQ(header.type, Type::f64);
     EXPECT_TRUE(header.warnings.empty());
     // Other numbers in the same file: the description still fits.
@@ -58,7 +58,7 @@ TEST(WideIntegers, BecomeTheFirstTypeThatHoldsThemAll) {
     for (const Case& one : cases) {
         const Loaded as_stored = loaded(scratch, one.numbers, true);
         EXPECT_EQ(as_stored.header.type, one.type);
-        EXPECT_FALSE(as_stored.header.wide);
+        EXPECT_EQ(as_stored.header.integers, Wide::no);
         ASSERT_EQ(as_stored.samples.bytes(), 3 * bytes_of(one.type));
         const Loaded computed = loaded(scratch, one.numbers, false);
         // Types of 32 bits and more are computed in f32.
@@ -73,18 +73,19 @@ TEST(WideIntegers, BecomeTheFirstTypeThatHoldsThemAll) {
     EXPECT_EQ(unsigned_ones.header.type, Type::u32);
 }
 
-TEST(WideIntegers, RoundedOnesAreCountedAndLabelsRefused) {
+TEST(WideIntegers, RoundedOnesAreCountedAndBitsKept) {
     const Scratch scratch;
     const std::int64_t large = (std::int64_t{1} << 53) + 1;
     const Loaded found = loaded<std::int64_t>(scratch, {large, 5, large + 2}, true);
     ASSERT_FALSE(found.header.warnings.empty());
     EXPECT_NE(found.header.warnings[0].find("2 of its 64-bit integers"), std::string::npos);
-    Header header = inspect(scratch.path("a.nrrd"));
-    header.labels = true;
-    double samples[3];
+    const Header header = inspect(scratch.path("a.nrrd"));
+    std::int64_t samples[3];
     Selection pick;
-    pick.as_stored = true;
-    EXPECT_THROW(read_samples(header, pick, samples, sizeof samples), InputError);
+    pick.as_stored = pick.bits64 = true;
+    EXPECT_TRUE(read_samples(header, pick, samples, sizeof samples).empty());
+    EXPECT_EQ((std::vector<std::int64_t>{samples[0], samples[1], samples[2]}),
+              (std::vector<std::int64_t>{large, 5, large + 2}));
 }
 
 }  // namespace
