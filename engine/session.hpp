@@ -68,7 +68,7 @@ struct Session {
     /// @param machine    whose seconds are predicted
     /// @param listener   outlives it
     Session(RequestSpec asked, Catalogue catalogue, Profile machine, Listener& listener)
-        : spec(with_smoothing(std::move(asked))),
+        : spec(with_smoothing(std::move(asked), catalogue)),
           messages(listener),
           request(request_of(spec)),
           window(spec.window),

@@ -265,17 +265,20 @@ Request request_of(const RequestSpec& spec) {
     return want;
 }
 
-RequestSpec with_smoothing(RequestSpec spec) {
+RequestSpec with_smoothing(RequestSpec spec, const Catalogue& edges) {
     if (!spec.smooth) return spec;
     const bool pictured = spec.job == Job::render && spec.mode->first_hit && !spec.isovalue;
     if (!spec.labels || (spec.job != Job::mesh && !pictured))
         throw RequestError("--smooth: of surfaces of labels only (--labels)");
     if (!(*spec.smooth >= 0 && *spec.smooth <= 1))
         throw RequestError("--smooth: expected a number from 0 to 1");
-    Demand demand;
-    demand.name = "surface.nets";
-    demand.with.set("smooth", *spec.smooth);
-    spec.demands.via.push_back(std::move(demand));
+    for (const Transition& edge : edges) {
+        if (!edge.parameters.contains("smooth")) continue;
+        Demand demand;
+        demand.name = edge.name;
+        demand.with.set("smooth", *spec.smooth);
+        spec.demands.via.push_back(std::move(demand));
+    }
     return spec;
 }
 

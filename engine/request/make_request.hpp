@@ -9,6 +9,7 @@
 #include "engine/request/outputs.hpp"
 #include "engine/request/spec.hpp"
 #include "graph/errors.hpp"
+#include "graph/transition.hpp"
 #include "scene/statistics.hpp"
 
 namespace edgewise {
@@ -27,7 +28,7 @@ store::Selection selection_of(const RequestSpec& spec);
 
 /// How far surfaces of labels are smoothed is a parameter of the edge that makes them.
 /// @throws RequestError where there are none
-RequestSpec with_smoothing(RequestSpec spec);
+RequestSpec with_smoothing(RequestSpec spec, const Catalogue& edges);
 
 /// Puts the geometry into the request. @throws RequestError, NoPlan
 /// @throws ColoursToMerge  a volume of colours, which `Merge` renders

@@ -372,7 +372,7 @@ class Shards(Case):
         path = self.described((1 << 20, 1 << 20, 1 << 20), [LITTLE], (1, 1, 1))
         self.run_it("warp", path, "-o", "null:", code=3, limit=4 << 30)
         path = self.described((1 << 19, 1 << 19, 1 << 19), [LITTLE], (1, 1, 1), "int64")
-        self.assertIn("64-bit", self.refused(path, limit=4 << 30))
+        self.assertIn("more than the limit", self.refused(path, limit=4 << 30))
 
 
 class Zipped(Case):

@@ -79,10 +79,10 @@ class Series(Running):
         words = ("--op", "median", "--kernel", "box:1")
         done = self.run_it("filter", self.folder / "s.nrrd", "-o", self.folder / "o.tif", *words, "--time", "all", code=2)
         self.assertIn(".nii", done.stderr.decode())
-        done = self.run_it("filter", self.folder / "s.nrrd", "-o", self.folder / "o.nrrd", *words, code=2)
+        done = self.run_it("filter", self.folder / "s.nrrd", "-o", self.folder / "none.nrrd", *words, code=2)
         self.assertIn("time", done.stderr.decode())
-        self.assertFalse((self.folder / "o.nrrd").exists())
-        done = self.run_it("warp", self.folder / "s.nrrd", "-o", self.folder / "o.nrrd", "--time", "all", code=2)
+        self.assertFalse((self.folder / "none.nrrd").exists())
+        done = self.run_it("warp", self.folder / "s.nrrd", "-o", self.folder / "none.nrrd", "--time", "all", code=2)
         self.assertIn("filter", done.stderr.decode())
 
 

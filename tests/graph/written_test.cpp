@@ -68,7 +68,7 @@ TEST(Written, AFileSaysWhatItsTypeCan) {
     EXPECT_EQ(values, (std::vector<double>{-1000, 24.5}));
     values = {0.1, 1e30};
     round_as({.type = Type::f32}, values);
-    EXPECT_EQ(values, (std::vector<double>{0.1, 1e30}));  // f32 rounds no more than results are
+    EXPECT_EQ(values, (std::vector<double>{0.1f, 1e30f}));
     values = {1 + 0x1p-12};
     round_as({.type = Type::f16}, values);
     EXPECT_EQ(values[0], 1);

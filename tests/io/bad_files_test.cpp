@@ -267,12 +267,17 @@ TEST(BadFiles, DicomSeries) {
     for (int i = 0; i < 4; ++i) {
         Slice slice;
         slice.z = i < 2 ? i : i - 1;
+        scratch.put("copies/" + std::to_string(i) + ".dcm", dicom(slice));
+        if (i == 2) slice.pixels[7] += 1;
         scratch.put("same/" + std::to_string(i) + ".dcm", dicom(slice));
         slice.z = i < 3 ? i : 5;
         scratch.put("gap/" + std::to_string(i) + ".dcm", dicom(slice));
     }
     EXPECT_NE(refusal(scratch.path("same")).find("'1.dcm' and '2.dcm'"), std::string::npos)
         << refusal(scratch.path("same"));
+    const Header copies = inspect(scratch.path("copies"));
+    EXPECT_EQ(copies.extent.z, 3);
+    EXPECT_EQ(copies.warnings.size(), 1u);
     const Header gap = inspect(scratch.path("gap"));
     EXPECT_EQ(gap.spacing[2], 1);
     EXPECT_EQ(gap.warnings.size(), 1u);
