@@ -183,7 +183,7 @@ class BadFiles(unittest.TestCase):
 
     def test_the_warnings_of_what_is_doubtful(self):
         for name, word in (("nii_pixdim_negative.nii", "pixdim"), ("nrrd_spacing_nan.nrrd", "spacing"),
-                           ("dcm_series_gap", "unevenly"), ("nii_bomb_hidden.nii.gz", "follow")):
+                           ("dcm_series_gap", "missing"), ("nii_bomb_hidden.nii.gz", "follow")):
             info = json.loads(Done(DATA / "bad" / name, BYTES).out)
             self.assertIn(word, " ".join(info["warnings"]), name)
         info = json.loads(Done(DATA / "bad" / "nii_nan_voxels.nii", BYTES).out)
