@@ -288,6 +288,7 @@ store::Selection selection_of(const RequestSpec& spec) {
     // keeps it as stored.
     if (spec.job == Job::filter || spec.job == radon_job())
         selection.padding = store::Padding::nothing;
+    if (spec.filter && is_binary(spec.filter->op)) selection.nothing = 0;  // outside a mask
     if (spec.job == Job::mesh && !spec.labels) selection.padding = store::Padding::smallest;
     const bool of_labels = spec.labels && spec.mode->first_hit && !spec.isovalue;
     if (spec.job == Job::render && !of_labels)

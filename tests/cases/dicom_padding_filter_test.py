@@ -89,6 +89,21 @@ class PaddedFilters(SeriesCase):
         got = self.filtered(self.put(values[left], left), "--op", "median", "--kernel", "box:1")
         np.testing.assert_array_equal(got, np.where(gone, PADDING, right))
 
+    def test_padding_lies_outside_of_a_mask(self):
+        for seed, left in ((1, None), (2, [0, 1, 2, 4, 5])):
+            values, outside = self.scan((6, 9, 8), seed)
+            values[~outside & (values < 250)] = 0
+            values[0, 4, 4] = -7  # the least value is no measurement of nothing
+            mask = np.where(outside, 0, values) != 0
+            gone = outside.copy()
+            if left:
+                mask[3], gone[3] = False, True
+            folder = self.put(values if left is None else values[left], left)
+            for op, right in (("dilate", ndimage.binary_dilation(mask, np.ones((3, 3, 3)))), ("erode", ndimage.binary_erosion(mask, np.ones((3, 3, 3))))):
+                out = self.folder / "m.nrrd"
+                self.run_it("filter", folder, "-o", out, "--op", f"binary_{op}", "--kernel", "box:1", "--border", "zero")
+                np.testing.assert_array_equal(read_back.read(out)[..., 0] != 0, right & ~gone, err_msg=f"{seed} {op}")
+
     def test_a_view_of_it_is_black_and_files_without_padding_stay_as_they_were(self):
         values, outside = self.scan((1, 10, 10))
         out = self.folder / "v.png"
