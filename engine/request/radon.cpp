@@ -34,7 +34,24 @@ Geometry take_image(Request& want, const RadonSetting& setting, const InputGrid&
     return geometry;
 }
 
+/// Even over half a turn from 0 on, as rows without a list of angles are read again.
+bool is_even(const std::vector<double>& degrees) {
+    for (std::size_t k = 0; k < degrees.size(); ++k)
+        if (std::abs(degrees[k] - 180.0 * double(k) / double(degrees.size())) > 1e-6) return false;
+    return true;
+}
+
 }  // namespace
+
+std::string remark_on_angles(const RadonSetting& given) {
+    const bool back = given.to == RadonSetting::To::image;
+    if (back && given.angles == 0 && given.degrees.empty())
+        return "rows are taken as even angles over 180 degrees; --angles says others";
+    if (!back && !is_even(given.degrees))
+        return "the file does not hold these angles: `edgewise radon --inverse` needs --angles "
+               "again";
+    return {};
+}
 
 Geometry take_radon(Request& want, const RadonSetting& given, const Input& input) {
     RadonSetting setting = given;

@@ -76,6 +76,17 @@ class Inverse(Running):
             votes = self.radon(a, "--angles", "0,50,90", "--to", "hough", "--threshold", "40")
             self.assertTrue((votes.sum(-1) == (a >= 40).sum((-2, -1))[..., None]).all())
 
+    def test_angles_that_the_file_does_not_hold_are_said(self):
+        source, out = self.folder / "in.nrrd", self.folder / "out.nrrd"
+        files.write_nrrd(source, np.ones((1, 6, 5), "f4"), image=True)
+        for angles, said in (("3", False), ("0,60,120", False), ("0,10,20", True), ("90,0", True)):
+            done = self.run_it("radon", source, "-o", out, "--angles", angles)
+            self.assertEqual("needs --angles" in done.stderr.decode(), said, angles)
+            done = self.run_it("radon", out, "-o", self.folder / "back.nrrd", "--inverse")
+            self.assertIn("even angles", done.stderr.decode())
+            done = self.run_it("radon", out, "-o", self.folder / "back.nrrd", "--inverse", "--angles", angles)
+            self.assertNotIn("even angles", done.stderr.decode())
+
     def test_every_edge_takes_a_list(self):
         a = self.random.random((30, 27)).astype("<f4")
         words = ("--angles", "10,77.5,100,200,-33")
