@@ -100,7 +100,7 @@ std::optional<std::string> cut_off_text(const Request& want, const Data& result,
     });
     if (beyond == 0) return {};
     return fmt::format(
-        "{} of {} values ({:.2g} %) are beyond {} and were cut off; --bits 32 and a "
+        "{} of {} values ({:.3g} %) are beyond {} and were cut off; --bits 32 and a "
         "format that holds f32 (.nrrd, .nii.gz, .tif) keep them",
         beyond, n, 100 * double(beyond) / double(n), name_of(tail.type));
 }

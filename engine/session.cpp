@@ -14,6 +14,7 @@
 #include "engine/pilot.hpp"
 #include "engine/refined_scene.hpp"
 #include "engine/request/resolution.hpp"
+#include "engine/request/radon.hpp"
 #include "engine/result_writer.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
@@ -110,7 +111,7 @@ std::string lack_of_room(const Session& session) {
     const Budget& budget = session.want().budget;
     if (session.want().ranks == 1 && *budget.bytes <= session.resident)
         return fmt::format(
-            "--max-memory {:.0f} MiB: the process takes {:.0f} MiB before it holds any samples",
+            "--max-memory {:.3g} MiB: the process takes {:.0f} MiB before it holds any samples",
             *budget.bytes / 0x1p20, session.resident / 0x1p20);
     const auto limit = static_cast<double>(session.memory->limit());
     if (session.given || input.described || input.bytes() <= limit) return {};
@@ -383,7 +384,7 @@ std::string refused_demand(const Session& session) {
 /// That rounding to the file's type is what breaks an error budget, or "".
 std::string rounding_text(const Session& session) {
     const Request& want = session.want();
-    if (!want.written || !want.budget.error) return {};
+    if (!want.written || !want.budget.error || !session.spec.max_error) return {};
     const double error = rounding_of(session.ask()) / session.scene.range;
     if (error <= *want.budget.error) return {};
     return fmt::format(
@@ -673,6 +674,9 @@ void take_request(Session& session) {
                         "`edgewise plan` and `edgewise graph` take it",
                         o.input));
     session.geometry = take_geometry(session.request, o, *session.input, session.outputs);
+    if (o.radon)
+        if (const std::string remark = remark_on_angles(*o.radon); !remark.empty())
+            session.messages.warning(remark);
     // Places of 512 samples are then off by 2^-53 512 times that, 2^-22 of a sample.
     constexpr double kIllConditioned = 4e6;
     if (session.geometry.condition > kIllConditioned)

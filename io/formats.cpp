@@ -337,7 +337,7 @@ std::string cannot_hold(std::string_view path, const Format& format, const Heade
                            name_of(what.type));
     if (what.times != 1 && format.name != "NIfTI" && format.name != "NRRD")
         return fmt::format("{} holds no time series here; NIfTI and NRRD do", format.name);
-    if (!has(format.types, what.type))
+    if (!has(format.types, what.type) && what.integers == Wide::no)
         return fmt::format("{} cannot hold {}", format.name, name_of(what.type));
     if (what.integers != Wide::no && format.name != "NIfTI" && format.name != "NRRD" &&
         format.name != "MetaImage")

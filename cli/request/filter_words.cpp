@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <fmt/format.h>
 #include <string_view>
 #include <utility>
@@ -117,6 +118,19 @@ KernelSpec sobel_of(const std::optional<std::string>& axis) {
     return kernel;
 }
 
+/// What is neither a kernel nor a file may be a mistyped name.
+/// @param name  what stands before a colon
+void expect_file(const std::string& text, const std::string& name) {
+    std::error_code none;
+    if (std::filesystem::exists(text, none)) return;
+    std::vector<std::string> names{"sobel", "laplace"};
+    for (const KernelName& known : kKernelNames) names.emplace_back(known.name);
+    const std::string near = nearest_name(name, names);
+    if (!near.empty())
+        throw RequestError(
+            fmt::format("--kernel: '{}' is not known, and no file; did you mean {}?", text, near));
+}
+
 /// "box:R", "gauss:S", "sphere:R", "cross:R", "sobel:x", "laplace", or a file.
 KernelSpec kernel_of(const std::string& text) {
     const std::size_t colon = text.find(':');
@@ -137,6 +151,7 @@ KernelSpec kernel_of(const std::string& text) {
             "--kernel: '{}' is a size; of what? Expected box:{}, sphere:{}, cross:{} or "
             "gauss:{}",
             text, text, text, text, text));
+    expect_file(text, name);
     kernel.kind = KernelKind::file;
     kernel.file = text;
     return kernel;
@@ -191,6 +206,25 @@ void add_filter(CLI::App& app, JobOptions& o) {
         ->type_name("LO,HI");
 }
 
+namespace {
+
+/// A mistyped name may be one of other programs.
+void expect_op(const std::string& word) {
+    std::vector<std::string> names;
+    for (const NamedSum& sum : kNamedSums) names.emplace_back(sum.name);
+    const std::string near = nearest_name(word, names);
+    std::vector<std::string> ours;
+    for (const FilterOp op : filter_ops()) ours.emplace_back(name_of(op));
+    const bool is_known =
+        std::any_of(ours.begin(), ours.end(),
+                    [&](const std::string& name) { return name == plain_op_name(word); });
+    if (!is_known && !near.empty() && nearest_name(word, ours).empty())
+        throw RequestError(
+            fmt::format("--op: '{}' is not known; did you mean {}?", word, near));
+}
+
+}  // namespace
+
 FilterSpec filter_of(const JobOptions& o) {
     FilterSpec filter;
     if (!o.op) throw RequestError("--op: which one? Expected " + filter_op_words());
@@ -204,6 +238,7 @@ FilterSpec filter_of(const JobOptions& o) {
                                                             : FilterOp::correlate;
         return filter;
     }
+    expect_op(*o.op);
     filter.op = filter_op_named(*o.op);
     if (o.kernel) {
         filter.kernel = kernel_of(*o.kernel);
