@@ -132,7 +132,7 @@ DrawnPixels draw_rough(const Request& want, const ReferenceField& field,
     if (want.mode->threshold) {
         std::vector<RayLook> looks;
         for (const DrawnPixels::Looked& looked : pixels.looked) looks.push_back(looked.look);
-        pixels.nearby = nearby_of(looks);
+        pixels.nearby = nearby_of(looks, lowered_by(want));
         for (DrawnPixels::Looked& looked : pixels.looked) count_nearby(looked.look, pixels.nearby);
     }
     cells = cells_of(from, roughness_of(pixels.looked), side);

@@ -171,9 +171,11 @@ std::array<double, kAmong> shares_of(const Drawn& drawn) {
 }
 
 /// Decisive values of kernels and of previews in f32, against f64.
-double rounding_of(const Statistics& statistics) {
-    constexpr double kRounding = 1e-5;
-    return kRounding * range_between(statistics.low, statistics.high);
+double rounding_of(const Statistics& statistics, const Request& want) {
+    // Places and weights move values by a share of their range; sums in f32 round their magnitude.
+    constexpr double kRounding = 1e-5, kOfMagnitude = 0x1p-22;
+    return std::max(kRounding * range_between(statistics.low, statistics.high),
+                    kOfMagnitude * want.magnitude);
 }
 
 /// Where jumps are told by their density, their number in the picture is left to chance: Poisson's
@@ -237,7 +239,7 @@ Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Req
                             (want.mode->threshold && pixels <= kSmallPicture);
     Drawn drawn = take_every ? take_all(want) : draw(want, field, geometry, times);
     if (!drawn.all) add_chosen(want, field, statistics, geometry, drawn);
-    setting.nearby = {drawn.from[kDrawn].nearby, rounding_of(statistics)};
+    setting.nearby = {drawn.from[kDrawn].nearby, rounding_of(statistics, want), lowered_by(want)};
     const Tallies tallies = tally_all(drawn, setting, geometry, memory);
     FactMaps facts;
     const std::array<double, kAmong> shares = shares_of(drawn);

@@ -20,6 +20,7 @@
 #include "graph/range.hpp"
 #include "graph/transfer_table.hpp"
 #include "io/geometry.hpp"
+#include "reference/jumps.hpp"
 #include "transitions/filters/like_linear.hpp"
 
 namespace edgewise {
@@ -470,14 +471,13 @@ Suited suited_or_general(const TransferSpec& asked, const RequestSpec& spec, con
     }
 }
 
-/// What a level says of the values. A surface lies a little lower, by more than what values are
-/// rounded by, so that a plateau at the level is inside of it throughout.
+/// What a level says of the values. That of a picture lies a little lower, by more than what values
+/// are rounded by, so that a plateau at the level reaches it throughout, by all filters.
 std::vector<std::string> take_level(Request& want, const Statistics& statistics) {
     if (!want.surface || !want.surface->isovalue) return {};
     const double level = want.level(), low = statistics.low, high = statistics.high;
-    constexpr double kRounding = 1e-6;
     const bool is_shown = want.job == Job::render;
-    if (is_shown && want.mode->first_hit) *want.surface->isovalue -= kRounding * want.magnitude;
+    if (is_shown) *want.surface->isovalue -= lowered_by(want);
     if (level > low && level <= high) return {};
     const char* so = is_shown && !want.mode->first_hit
                          ? (level > high ? "no value reaches it" : "every value reaches it")
