@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "graph/label_surface.hpp"
 #include "graph/range.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/project/arriving.hpp"
@@ -92,23 +93,129 @@ struct Crossed {
     }
 };
 
+/// What a cast without interpolation may make of a ray of which samples lie halfway between
+/// neighbours, as they do at views turned by quarters: rounding in f32 decides which one each axis
+/// gives. So all are cast.
+class Halfway {
+ public:
+    /// Before `so_far` is given the piece.
+    void take(RayPiece& piece, const Filter& filter, const Stretch& so_far, const Request& want) {
+        if (casts_.empty()) {
+            if (!is_halfway(piece.places(), want.input)) return;
+            casts_.assign(kShifts, so_far);
+        }
+        for (std::size_t shift = 0; shift < kShifts; ++shift) {
+            Vec3 by;
+            for (int axis = 0; axis < 3; ++axis)
+                by[axis] = ((shift >> axis & 1) != 0 ? 1 : -1) * rounding_of(want.input, axis);
+            const auto read = [&](const Places& at, double* values) {
+                Places moved;
+                for (std::size_t i = 0; i < at.count; ++i) moved.add(at[i] + by);
+                piece.block().read(filter, moved, values);
+            };
+            std::array<double, Places::kMost> values;
+            read(piece.places(), values.data());
+            piece.add_read({values.data(), piece.count()}, Vec3::Constant(1), read, casts_[shift],
+                           want);
+        }
+    }
+    /// Of the cast that errs most; at least `square`.
+    double square(double square, const RayAnswer& answer) const {
+        for (const Stretch& cast : casts_) square = std::max(square, answer.square(cast));
+        return square;
+    }
+
+ private:
+    static constexpr std::size_t kShifts = 8;
+    /// Of a place in f32, from a sum of some terms of the extent's size [sample].
+    static double rounding_of(const Extent& n, int axis) {
+        return 0x1p-21 * static_cast<double>(n[axis]);
+    }
+    static bool is_halfway(const Places& places, const Extent& n) {
+        for (std::size_t i = 0; i < places.count; ++i)
+            for (int axis = 0; axis < 3; ++axis) {
+                const double p = places[i][axis];
+                if (std::abs(p - std::floor(p) - 0.5) <= rounding_of(n, axis)) return true;
+            }
+        return false;
+    }
+    std::vector<Stretch> casts_;  // by which way each axis is rounded; empty: none is halfway
+};
+
+/// A request with its level a little lower, and a little higher.
+class LevelsBeside {
+ public:
+    explicit LevelsBeside(const Request& want)
+        : by_(kRounding * want.magnitude), beside_{want, want} {
+        *beside_[0].surface->isovalue -= by_;
+        *beside_[1].surface->isovalue += by_;
+    }
+    double by() const { return by_; }
+    const std::array<Request, 2>& requests() const { return beside_; }
+
+ private:
+    // Of values that were added up in f32: less than levels are lowered by for plateaus.
+    static constexpr double kRounding = 0x1p-22;
+    double by_;
+    std::array<Request, 2> beside_;
+};
+
+/// What a cast may make of a ray of which samples lie at the level, but for rounding in f32.
+class AtLevel {
+ public:
+    /// Before `so_far` is given the piece.
+    void take(RayPiece& piece, const Filter& filter, const Stretch& so_far,
+              const LevelsBeside& beside, double level) {
+        if (casts_.empty()) {
+            const std::span<const double> values = piece.held(filter);
+            if (std::none_of(values.begin(), values.end(),
+                             [&](double value) { return std::abs(value - level) <= beside.by(); }))
+                return;
+            casts_.assign(beside.requests().size(), so_far);
+        }
+        for (std::size_t i = 0; i < casts_.size(); ++i)
+            piece.add_held(filter, casts_[i], beside.requests()[i]);
+    }
+    /// Of the cast that errs most; at least `square`.
+    double square(double square, const RayAnswer& answer) const {
+        for (const Stretch& cast : casts_) square = std::max(square, answer.square(cast));
+        return square;
+    }
+
+ private:
+    std::vector<Stretch> casts_;  // by which way values are rounded; empty: none is at the level
+};
+
 class CastRay final : public RayModel {
  public:
-    CastRay(const Request& want, const Filters& by, double noise, ArrivingAt arriving)
-        : want_(want), by_(by), noise_(noise), arriving_(std::move(arriving)), cast_(by.size()) {
+    /// @param beside  of modes that end at a hit of a level, else null
+    CastRay(const Request& want, const Filters& by, double noise, ArrivingAt arriving,
+            const LevelsBeside* beside)
+        : want_(want),
+          by_(by),
+          noise_(noise),
+          arriving_(std::move(arriving)),
+          beside_(beside),
+          cast_(by.size()) {
         for (auto& steps : cast_) steps.fill(Stretch::empty(want.mode));
         if (want.mode->first_hit) {
             crossing_.emplace(want.mode);
             crossed_.resize(by.size());
         }
+        if (beside) at_level_.resize(by.size());
+        if (want.mode->threshold && !shows_labels(want)) halfway_.resize(by.size());
         noisy_.fill(Stretch::empty(want.mode));
         clean_.fill(Stretch::empty(want.mode));
     }
     void take(double step, RayPiece& piece) override {
         const auto s = static_cast<std::size_t>(
             std::find(kCastSteps.begin(), kCastSteps.end(), step) - kCastSteps.begin());
-        for (std::size_t i = 0; i < by_.size(); ++i)
+        for (std::size_t i = 0; i < by_.size(); ++i) {
+            if (!halfway_.empty() && by_[i]->taps == 1)
+                halfway_[i][s].take(piece, *by_[i], cast_[i][s], want_);
+            if (beside_) at_level_[i][s].take(piece, *by_[i], cast_[i][s], *beside_, want_.level());
             piece.add_held(*by_[i], cast_[i][s], want_, arriving_);
+        }
         for (std::size_t i = 0; i < crossed_.size(); ++i)
             crossed_[i][s].take(piece, *by_[i], margin_of(step), *crossing_, want_);
         if (s == kNoisyStep && noise_ > 0) add_noisy(piece);
@@ -132,6 +239,8 @@ class CastRay final : public RayModel {
     void add(std::size_t fact, std::size_t i, std::size_t s, const RayAnswer& answer,
              RaySquares& squares) const {
         double square = answer.square(cast_[i][s]);
+        if (!halfway_.empty()) square = halfway_[i][s].square(square, answer);
+        if (beside_) square = at_level_[i][s].square(square, answer);
         if (crossing_) {
             // Kernels follow f32: normals turn by half a radian a unit, about, where it moves.
             constexpr double kOfRounding = 0.2, kTurn = 0.5;
@@ -165,11 +274,14 @@ class CastRay final : public RayModel {
 
     const Request& want_;
     const Filters& by_;
-    double noise_;                                                 // RMS of the samples' [value]
-    ArrivingAt arriving_;                                          // empty: all light
-    std::vector<std::array<Stretch, kCastSteps.size()>> cast_;     // by filter
-    std::optional<FirstCrossing> crossing_;                        // of modes that end at a hit
-    std::vector<std::array<Crossed, kCastSteps.size()>> crossed_;  // by filter
+    double noise_;         // RMS of the samples' [value]
+    ArrivingAt arriving_;  // empty: all light
+    const LevelsBeside* beside_;
+    std::vector<std::array<Stretch, kCastSteps.size()>> cast_;      // by filter
+    std::vector<std::array<AtLevel, kCastSteps.size()>> at_level_;  // by filter
+    std::vector<std::array<Halfway, kCastSteps.size()>> halfway_;   // by filter; of a threshold
+    std::optional<FirstCrossing> crossing_;                         // of modes that end at a hit
+    std::vector<std::array<Crossed, kCastSteps.size()>> crossed_;   // by filter
     std::array<Stretch, kNoisy.size()> noisy_, clean_;
 };
 
@@ -193,6 +305,8 @@ class RayCastModel final : public Model {
                 facts_.push_back({.name = fmt::format("gain/noise/{}", filter_of(hold).name),
                                   .promised = false});
         if (want_.mode->left) facts_.push_back({.name = "picture/ended"});
+        if (want_.mode->first_hit && want_.surface && want_.surface->isovalue)
+            beside_.emplace(want_);
         const Data& samples = setting.field.samples();
         if (want_.shading.has_shade() && setting.field.kind() != Field::formula)
             for (int view = 0; view < want_.frames; ++view) {
@@ -204,7 +318,8 @@ class RayCastModel final : public Model {
     }
     std::vector<double> steps() const override { return {kCastSteps.begin(), kCastSteps.end()}; }
     std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample& at) const override {
-        return std::make_unique<CastRay>(want_, by_, noise_, arriving_along(ray, at.view));
+        return std::make_unique<CastRay>(want_, by_, noise_, arriving_along(ray, at.view),
+                                         beside_ ? &*beside_ : nullptr);
     }
 
  private:
@@ -235,6 +350,7 @@ class RayCastModel final : public Model {
     const Request& want_;
     const Filters& by_;
     double noise_;
+    std::optional<LevelsBeside> beside_;
     std::vector<std::unique_ptr<ArrivingGrids>> grids_;  // one a view; none: all light arrives
 };
 
