@@ -310,19 +310,26 @@ Drawn drawn_square(const Casts& casts, int channels, std::int64_t i, std::int64_
 }
 
 /// RMS error where squares that differ by no more than `most` are interpolated: an upper estimate.
-double error_of_drawn(const std::vector<Drawn>& all, double most) {
-    double squares = 0, pixels = 0, deviations = 0;
+/// @param jumps  pixels are one of two answers: a square with four equal corners may hide another
+///               one, and as many as three of those that were drawn may do so beside what was seen.
+///               Each errs as the wrong ones that were drawn do, and by one pixel at least.
+double error_of_drawn(const std::vector<Drawn>& all, double most, bool jumps) {
+    double squares = 0, pixels = 0, deviations = 0, wrong_pixels = 0;
     const auto wrong = [most](const Drawn& drawn) {
         return drawn.difference < most ? drawn.squares : 0;
     };
     for (const Drawn& drawn : all) {
         squares += wrong(drawn);
         pixels += drawn.pixels;
+        if (wrong(drawn) > 0) wrong_pixels += drawn.pixels;
     }
     if (pixels == 0) return 0;
+    double hidden = 1.0 / (kEvery * kEvery);
+    if (wrong_pixels > 0) hidden = std::max(hidden, squares / wrong_pixels);
+    const double missed = jumps ? 3.0 / static_cast<double>(all.size()) * hidden : 0;
     for (const Drawn& drawn : all)
         deviations += std::pow(wrong(drawn) - squares / pixels * drawn.pixels, 2);
-    return std::sqrt((squares + 2 * std::sqrt(deviations)) / pixels);
+    return std::sqrt((squares + 2 * std::sqrt(deviations)) / pixels + missed);
 }
 
 void count_adaptive(const Data& input, const Request& want, std::map<std::string, double>& facts,
@@ -362,7 +369,7 @@ void count_adaptive(const Data& input, const Request& want, std::map<std::string
         for (const Drawn& each : drawn)
             if (!(each.difference < most)) cast += each.length;
         facts[cast_fact(bound)] = cast / length;
-        facts[error_fact(bound)] = error_of_drawn(drawn, most);
+        facts[error_fact(bound)] = error_of_drawn(drawn, most, want.mode->threshold != nullptr);
     }
 }
 
