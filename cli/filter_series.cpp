@@ -1,7 +1,8 @@
 #include "cli/filter_series.hpp"
 
-#include <cstring>
+#include <algorithm>
 #include <fmt/format.h>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -13,9 +14,11 @@
 #include "cli/verbs/verbs.hpp"
 #include "engine/filter_result.hpp"
 #include "engine/kept_padding.hpp"
+#include "engine/measure/machine.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/session.hpp"
 #include "graph/errors.hpp"
+#include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -38,15 +41,21 @@ void expect_nothing_of_one_run(const JobOptions& options) {
 /// Time points, one after another, as the file has them.
 class FilteredSeries {
  public:
-    FilteredSeries(const JobOptions& options, int times) : options_(options), times_(times) {}
+    FilteredSeries(const JobOptions& options, int times)
+        : options_(options), times_(times), startup_seconds_(process_seconds()) {
+        configure(messages_, options);
+    }
 
     void take(int time) {
         JobOptions one = options_;
         one.selection.time = std::to_string(time);
-        TypedSession typed(one);
-        Session& session = *typed;
+        const Catalogue edges = catalogue();
+        session_ = std::make_unique<Session>(spec_of(one, edges), edges,
+                                             chosen_profile(one.machine), messages_);
+        Session& session = *session_;
         session.runs = true;
         session.writes = false;
+        session.explained = time > 0;  // notices of the machine are told once
         if (!one.verify) session.errors = ErrorsWanted::for_choice;
         take_request(session);
         const bool none = session.outputs->none();
@@ -55,12 +64,22 @@ class FilteredSeries {
         perform(session, [&](int /*frame*/, const Data& result) {
             if (!none) keep(session, result, time);
         });
+        add(*session.measured);
     }
-    /// @return whether there is a file
-    bool write() const {
-        if (!header_) return false;
+    void write() {
+        if (!header_) return;
         store::write(*options_.out, *header_, samples_.data());
-        return true;
+        session_->files = {*options_.out};
+        messages_.result(fmt::format("{}: {} time points", *options_.out, times_));
+    }
+    /// Of all time points: the plan of the last, and what all took together.
+    nlohmann::ordered_json report(const std::optional<Failure>& failure) const {
+        if (!session_) return failure_of(failure->code, failure->message);
+        if (!failure) session_->measured = measured_;
+        nlohmann::ordered_json report =
+            report_of(*session_, startup_seconds_, !failure.has_value(), failure);
+        report["times"] = times_;
+        return report;
     }
 
  private:
@@ -93,8 +112,29 @@ class FilteredSeries {
         samples_.insert(samples_.end(), first, first + samples.bytes());
     }
 
+    /// Seconds are sums, the error is the largest.
+    void add(const Measured& one) {
+        if (!measured_) {
+            measured_ = one;
+            return;
+        }
+        for (std::size_t i = 0; i < measured_->seconds.size(); ++i)
+            measured_->seconds[i] += one.seconds[i];
+        if (one.steps == measured_->steps)
+            for (std::size_t i = 0; i < measured_->step_seconds.size(); ++i)
+                measured_->step_seconds[i] += one.step_seconds[i];
+        measured_->bytes = std::max(measured_->bytes, one.bytes);
+        if (one.kept == false || (measured_->kept == true && !one.kept)) measured_->kept = one.kept;
+        if (one.error && (!measured_->error || one.error->nrmse > measured_->error->nrmse))
+            measured_->error = one.error;
+    }
+
     const JobOptions& options_;
     int times_;
+    double startup_seconds_;
+    Messages messages_;
+    std::unique_ptr<Session> session_;  // of the last time point
+    std::optional<Measured> measured_;
     std::optional<store::Header> header_;
     std::vector<std::byte> samples_;
 };
@@ -102,6 +142,7 @@ class FilteredSeries {
 }  // namespace
 
 int do_filter_series(const JobOptions& options) {
+    std::optional<FilteredSeries> series;
     return guarded(
         [&] {
             expect_nothing_of_one_run(options);
@@ -117,18 +158,16 @@ int do_filter_series(const JobOptions& options) {
                                     "do",
                                     *options.out, format->name));
             }
-            FilteredSeries series(options, times);
-            for (int time = 0; time < times; ++time) series.take(time);
-            if (series.write() && !options.quiet)
-                fmt::print(stderr, "edgewise: {}: {} time points\n", *options.out, times);
-            if (options.json)
-                write_text(*options.json,
-                           text_of(nlohmann::ordered_json{
-                               {"exit", 0}, {"outputs", {*options.out}}, {"times", times}}));
+            series.emplace(options, times);
+            for (int time = 0; time < times; ++time) series->take(time);
+            series->write();
+            if (options.json) write_text(*options.json, text_of(series->report({})));
             return 0;
         },
         [&](int code, const std::string& message) {
-            if (options.json) write_text(*options.json, text_of(failure_of(code, message)));
+            if (!options.json) return;
+            write_text(*options.json, text_of(series ? series->report(Failure{code, message})
+                                                     : failure_of(code, message)));
         });
 }
 

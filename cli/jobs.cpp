@@ -135,8 +135,10 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
                     return do_series(*options, runs);
                 if (job == Job::render && names_colours(options->selection))
                     return do_merge(*options, runs);
-                if (job == Job::filter && runs && names_all_times(options->selection))
-                    return do_filter_series(*options);
+                if (job == Job::filter && names_all_times(options->selection)) {
+                    if (runs) return do_filter_series(*options);
+                    options->selection.time = "0";  // all have one shape
+                }
                 return do_job(*options, runs);
             }};
 }

@@ -1,5 +1,6 @@
 """`edgewise filter --time all`: a series in, a series out. Needs EDGEWISE."""
 
+import json
 import struct
 import unittest
 
@@ -71,7 +72,22 @@ class Series(Running):
         got, fields = read_nrrd(self.folder / "o.nrrd")
         self.assertEqual(fields["kinds"].split()[-1], "time")
         np.testing.assert_array_equal(got, np.stack([ndimage.sobel(v.astype("i4"), axis=2, mode="mirror") for v in a]))
-        self.assertIn("negative", done.stderr.decode())
+        self.assertEqual(done.stderr.decode().count("negative"), 1)
+
+    def test_the_report_is_that_of_a_filter(self):
+        a = self.random.integers(0, 250, (3, 4, 5, 6)).astype("u1")
+        write_nrrd(self.folder / "s.nrrd", a)
+        words = ("filter", self.folder / "s.nrrd", "-o", self.folder / "o.nrrd", "--kernel", "gauss:1", "--op", "convolve", "--time", "all", "--json", "-")
+        said = json.loads(self.run_it(*words).stdout)
+        self.assertEqual((said["schema"], said["times"], said["outputs"]), (1, 3, [str(self.folder / "o.nrrd")]))
+        self.assertEqual(said["request"]["job"], "filter")
+        self.assertTrue(said["plan"]["steps"][0]["transition"].startswith("filter."))
+        self.assertGreater(said["measured"]["seconds"][0], 0)
+        planned = json.loads(self.run_it("plan", *words[:2], *words[4:]).stdout)
+        self.assertEqual(planned["plan"]["steps"][0]["transition"], said["plan"]["steps"][0]["transition"])
+        failed = json.loads(self.run_it(*words, "--max-error", "400dB", code=3).stdout)
+        self.assertEqual(failed["error"]["code"], 3)
+        self.assertTrue(failed["error"]["nearest"])
 
     def test_what_is_refused(self):
         a = self.random.integers(0, 250, (3, 4, 5, 6)).astype("u1")
