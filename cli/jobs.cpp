@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/job_words.hpp"
 #include "cli/filter_series.hpp"
+#include "cli/job_words.hpp"
 #include "cli/merge.hpp"
 #include "cli/request/channel_words.hpp"
 #include "cli/request/request_options.hpp"

@@ -48,8 +48,9 @@ RequestSpec merged_spec(const JobOptions& options, Messages& messages) {
 /// The work and its messages, as TypedSession has them of one session.
 struct TypedMerge {
     explicit TypedMerge(const JobOptions& options)
-        : merge(merged_spec(options, messages), channels_of(options.selection.channel.value_or("all")),
-                catalogue(), chosen_profile(options.machine), messages) {}
+        : merge(merged_spec(options, messages),
+                channels_of(options.selection.channel.value_or("all")), catalogue(),
+                chosen_profile(options.machine), messages) {}
 
     double startup_seconds = process_seconds();
     Messages messages;

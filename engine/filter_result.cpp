@@ -20,6 +20,7 @@ struct Reach {
 
     explicit Reach(const Stencil& stencil) {
         for (const double weight : stencil.weights) {
+            if (!std::isfinite(weight)) continue;
             (weight < 0 ? below : above) += weight;
             whole = whole && weight == std::round(weight);
         }
@@ -49,6 +50,8 @@ Type signed_type(Type type, const Reach& reach) {
 }
 
 }  // namespace
+
+bool is_derivative(const Stencil& kernel) { return Reach(kernel).is_derivative(); }
 
 FilterResult filter_result(const Request& want, const store::Header& input, double low,
                            double high) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/request/tail.hpp"
+#include "graph/filtering.hpp"
 #include "graph/request.hpp"
 #include "io/store.hpp"
 
@@ -17,6 +18,10 @@ struct FilterResult {
     bool keeps_sign = false;  // the type became a signed one
     std::vector<std::string> notes;
 };
+
+/// Whether a kernel's weights are of both signs and add up to 0: it makes no values of its input's
+/// kind, but differences.
+bool is_derivative(const Stencil& kernel);
 
 /// Integers stay of their type, but for derivatives of unsigned ones (weights of both signs that
 /// add up to 0), whose sign is kept: they become signed and as wide as they may need.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "engine/filter_result.hpp"
 #include "graph/filtering.hpp"
 #include "graph/with_type.hpp"
 #include "graph/written.hpp"
@@ -17,10 +18,7 @@ bool gives_values(const Filtering& filtering) {
         return filtering.op == FilterOp::dilate || filtering.op == FilterOp::erode ||
                filtering.op == FilterOp::open || filtering.op == FilterOp::close ||
                filtering.op == FilterOp::median;
-    double sum = 0, size = 0;
-    for (const double weight : filtering.stencil.weights)
-        if (std::isfinite(weight)) sum += weight, size += std::abs(weight);
-    return std::abs(sum) > 1e-6 * size;
+    return !is_derivative(filtering.stencil);
 }
 
 /// Fills runs of samples of one channel or several.

@@ -258,21 +258,20 @@ class Performance {
         const auto& segments = session_.input->header.segments;
         const store::Header& header = session_.input->header;
         const std::string file = session_.outputs->file(0);
-        store::write_surface(file,
-                             {.positions = mesh->positions(),
-                              .normals = mesh->normals(),
-                              .triangles = mesh->triangles(),
-                              .groups = mesh->groups(),
-                              .labels = labels,
-                              .coloured = !labels.empty() &&
-                                          std::any_of(segments.begin(), segments.end(),
-                                                      [](const store::Segment& segment) {
-                                                          return segment.color.has_value();
-                                                      }),
-                              .unit = header.unit,
-                              .anatomical = header.anatomical,
-                              .offset = {session_.geometry.offset.x(), session_.geometry.offset.y(),
-                                         session_.geometry.offset.z()}});
+        store::write_surface(
+            file, {.positions = mesh->positions(),
+                   .normals = mesh->normals(),
+                   .triangles = mesh->triangles(),
+                   .groups = mesh->groups(),
+                   .labels = labels,
+                   .coloured = !labels.empty() && std::any_of(segments.begin(), segments.end(),
+                                                              [](const store::Segment& segment) {
+                                                                  return segment.color.has_value();
+                                                              }),
+                   .unit = header.unit,
+                   .anatomical = header.anatomical,
+                   .offset = {session_.geometry.offset.x(), session_.geometry.offset.y(),
+                              session_.geometry.offset.z()}});
         session_.measured->write_seconds += since(begin);
         session_.files.push_back(file);
     }

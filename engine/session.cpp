@@ -13,8 +13,8 @@
 #include "engine/measure/since.hpp"
 #include "engine/pilot.hpp"
 #include "engine/refined_scene.hpp"
-#include "engine/request/resolution.hpp"
 #include "engine/request/radon.hpp"
+#include "engine/request/resolution.hpp"
 #include "engine/result_writer.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
@@ -246,8 +246,7 @@ void take_transfer(Session& session, const Statistics& statistics) {
         if (session.series->low <= session.series->high)
             seen.low = session.series->low, seen.high = session.series->high;
     }
-    const Remarks remarks =
-        take_values(session.request, session.window, session.spec, input, seen);
+    const Remarks remarks = take_values(session.request, session.window, session.spec, input, seen);
     for (const std::string& warning : remarks.warnings) session.messages.warning(warning);
     for (const std::string& notice : remarks.notices) session.messages.notice(notice);
 }
@@ -572,10 +571,6 @@ void expect_place_for_pictures(const Session& session) {
             "several views",
             session.spec.out.value_or("-")));
 }
-
-}  // namespace
-
-namespace {
 
 /// What f32 takes from f64 on the way into memory, as if all values were as large as the largest.
 double lost_in_reading(const Session& session) {

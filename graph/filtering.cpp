@@ -176,9 +176,18 @@ FilterOp grey_of(FilterOp op) noexcept {
             return FilterOp::open;
         case FilterOp::binary_close:
             return FilterOp::close;
-        default:
-            return op;
+        case FilterOp::convolve:
+        case FilterOp::correlate:
+        case FilterOp::dilate:
+        case FilterOp::erode:
+        case FilterOp::open:
+        case FilterOp::close:
+        case FilterOp::tophat:
+        case FilterOp::median:
+        case FilterOp::gradient:
+            break;
     }
+    return op;
 }
 
 const std::vector<FilterOp>& filter_ops() {

@@ -249,10 +249,6 @@ std::vector<Format> pictures_of_the_library() {
     };
 }
 
-}  // namespace
-
-namespace {
-
 /// Whether axes are no right angle apart, by a tenth of a sample at the end of one.
 bool leans(const Header& what) {
     constexpr double kSeen = 0.1;

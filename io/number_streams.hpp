@@ -17,7 +17,8 @@ std::unique_ptr<Stream> text_stream(std::unique_ptr<Stream> from, Type type, Wid
 /// Bytes written as pairs of hexadecimal digits, with blanks anywhere.
 std::unique_ptr<Stream> hex_stream(std::unique_ptr<Stream> from, std::string file);
 
-/// Native 64-bit integers as doubles, or as they are (Wide::as_bits). @return how many of them f64 rounds
+/// Native 64-bit integers as doubles, or as they are (Wide::as_bits). @return how many of them f64
+/// rounds
 std::int64_t wide_numbers(const std::byte* from, std::size_t count, Wide wide, std::byte* to);
 /// 64-bit integers as native doubles.
 /// @param rounded  counts those that f64 rounds, and outlives the stream

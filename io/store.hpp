@@ -47,7 +47,8 @@ struct Header {
     int times = 1;
     Type type = Type::u8;  // as stored
     /// Of f64: the samples are 64-bit integers, which are read as f64 and then become the smallest
-    /// type that holds them (narrow_wide), or as they are (Selection::bits64). `write` takes them so.
+    /// type that holds them (narrow_wide), or as they are (Selection::bits64). `write` takes them
+    /// so.
     Wide integers = Wide::no;
     ValueMap values;
     Vector spacing{1, 1, 1}, origin{0, 0, 0};  // [unit]; origin: centre of the first sample

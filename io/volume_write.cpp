@@ -314,9 +314,8 @@ std::string nrrd_header(const Header& what) {
                              : is_colour(what)    ? kColours[what.channels - 3]
                              : what.channels <= 4 ? fmt::format("{}-vector ", what.channels)
                                                   : "vector ";
-    std::string text =
-        fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes:", nrrd_type(what),
-                    nrrd_axes(what) + channels + series);
+    std::string text = fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes:", nrrd_type(what),
+                                   nrrd_axes(what) + channels + series);
     if (channels) text += fmt::format(" {}", what.channels);
     text += fmt::format(" {} {}", what.extent.x, what.extent.y);
     if (nrrd_axes(what) == 3) text += fmt::format(" {}", what.extent.z);

@@ -61,8 +61,8 @@ class ZarrReader : public Reader {
     template <class Run>
     void each_run(const Place& origin, const Selection& pick, Run run) const;
     /// @param wide_rounded  integers of 64 bits that f64 rounds are added
-    void put_chunk(const Place& low, const Bytes& numbers, const Target& target,
-                   Rounding& rounding, std::int64_t& wide_rounded) const;
+    void put_chunk(const Place& low, const Bytes& numbers, const Target& target, Rounding& rounding,
+                   std::int64_t& wide_rounded) const;
 
     ZarrArray array_;
     std::vector<ZarrImage::Named> axes_;  // slowest first

@@ -127,7 +127,7 @@ class Verifier {
     bool remembers_ = true;  // the places and what the reference has there
     double population_ = 0;  // samples that see the input, about
     bool looked_at_all_ = false;
-    std::vector<Looked> looked_;    // in order of frames
+    std::vector<Looked> looked_;     // in order of frames
     std::vector<double> delivered_;  // [looked][channels]
     std::vector<Draw> draws_;
     std::vector<double> reference_of_drawn_;     // [draw][channels]

@@ -76,17 +76,19 @@ double take_unit(std::string& text) {
 /// "2", "2mm", "2,2,1", "2,2,4mm" or "2mm,2mm,4mm".
 void take_sizes(KernelSpec& kernel, const std::string& text) {
     std::vector<std::string> words = split(text, ',');
-    double all = 0;  // unit of the last, which is that of all
-    bool each = true;
+    std::vector<double> units;
     for (std::string& word : words) {
-        const double unit = take_unit(word);
-        each = each && unit > 0;
-        kernel.sizes.push_back(number_of("--kernel", word) * (unit > 0 ? unit : 1));
-        all = unit;
+        units.push_back(take_unit(word));
+        kernel.sizes.push_back(number_of("--kernel", word));
     }
-    kernel.lengths = all > 0;
-    if (!each && all > 0)
-        for (std::size_t i = 0; i + 1 < kernel.sizes.size(); ++i) kernel.sizes[i] *= all;
+    const double last = units.back();  // holds for those that say none
+    kernel.lengths = last > 0;
+    for (std::size_t i = 0; i < units.size(); ++i) {
+        if (units[i] > 0 && last == 0)
+            throw RequestError(fmt::format(
+                "--kernel: '{}': lengths and numbers of samples; expected one or the other", text));
+        if (kernel.lengths) kernel.sizes[i] *= units[i] > 0 ? units[i] : last;
+    }
     if (words.size() > 3)
         throw RequestError(fmt::format("--kernel: '{}': expected one size, or one an axis", text));
 }
@@ -215,12 +217,11 @@ void expect_op(const std::string& word) {
     const std::string near = nearest_name(word, names);
     std::vector<std::string> ours;
     for (const FilterOp op : filter_ops()) ours.emplace_back(name_of(op));
-    const bool is_known =
-        std::any_of(ours.begin(), ours.end(),
-                    [&](const std::string& name) { return name == plain_op_name(word); });
+    const bool is_known = std::any_of(ours.begin(), ours.end(), [&](const std::string& name) {
+        return name == plain_op_name(word);
+    });
     if (!is_known && !near.empty() && nearest_name(word, ours).empty())
-        throw RequestError(
-            fmt::format("--op: '{}' is not known; did you mean {}?", word, near));
+        throw RequestError(fmt::format("--op: '{}' is not known; did you mean {}?", word, near));
 }
 
 }  // namespace

@@ -341,10 +341,6 @@ std::shared_ptr<const Data> volume_of_kspace(const Input& input, std::pmr::memor
     return data;
 }
 
-}  // namespace
-
-namespace {
-
 /// @throws InputError, RequestError, std::bad_alloc
 std::shared_ptr<const Data> channel_by_alpha(const Input& input, std::pmr::memory_resource* memory,
                                              std::vector<std::string>& warnings) {
@@ -368,12 +364,8 @@ std::shared_ptr<const Data> channel_by_alpha(const Input& input, std::pmr::memor
     return data;
 }
 
-}  // namespace
-
-namespace {
-
-/// Whether labels that were read as bits must stay so, since no type of 32 bits holds them all; else
-/// they become doubles.
+/// Whether labels that were read as bits must stay so, since no type of 32 bits holds them all;
+/// else they become doubles.
 bool keeps_bits(Input& input, Data& data) {
     if (!input.selection.bits64) return false;
     const bool with_sign = input.header.integers == store::Wide::with_sign;
@@ -381,7 +373,8 @@ bool keeps_bits(Input& input, Data& data) {
     auto* bits = static_cast<std::uint64_t*>(data.samples.data());
     const auto is_small = [&](std::uint64_t number) {
         const auto value = static_cast<std::int64_t>(number);
-        constexpr std::int64_t kLeast = -(std::int64_t{1} << 31), kMost = (std::int64_t{1} << 32) - 1;
+        constexpr std::int64_t kLeast = -(std::int64_t{1} << 31),
+                               kMost = (std::int64_t{1} << 32) - 1;
         return value <= kMost && value >= (with_sign ? kLeast : 0);
     };
     if (!std::all_of(bits, bits + count, is_small)) return true;

@@ -155,10 +155,6 @@ void take_filter_budget(Request& want, const RequestSpec& spec) {
     want.budget.error_yields = true;
 }
 
-}  // namespace
-
-namespace {
-
 void expect_material(const std::string& option, const Material& material) {
     for (const double share : {material.ambient, material.diffuse, material.specular})
         if (!(share >= 0 && share <= 1))
@@ -485,10 +481,6 @@ std::vector<std::string> take_level(Request& want, const Statistics& statistics)
     return {fmt::format("--isovalue {:.6g}: the values go from {:.6g} to {:.6g}, so {}", level, low,
                         high, so)};
 }
-
-}  // namespace
-
-namespace {
 
 void take_mask(Request& want, const Data& data) {
     const Filtering* filtering = want.setting.as<Filtering>();

@@ -285,7 +285,8 @@ class Everyday(Running):
                             (("--sigma", "1.5"), "gauss:1.5"), (("--median", "3"), "--op median --kernel box:3"), (("--opening",), "--op open --kernel"),
                             (("--laplacian",), "--kernel laplace"), (("--op", "gaussian"), "--op convolve --kernel gauss:S"),
                             (("--op", "median", "--kernel", "3"), "box:3"), (("--op", "gaussian", "--kernel", "sphere:2"), "gauss:S"), (("--op", "swirl", "--kernel", "box:1"), "convolve"),
-                            (("--op", "gausian", "--kernel", "2"), "gaussian"), (("--op", "median", "--kernel", "bxo:1"), "did you mean box?")):
+                            (("--op", "gausian", "--kernel", "2"), "gaussian"), (("--op", "median", "--kernel", "bxo:1"), "did you mean box?"),
+                            (("--op", "median", "--kernel", "box:2mm,2"), "one or the other")):
             done = self.run_it("filter", source, *(() if words[0] not in ("--op",) else ("-o", "null:")), *words, code=2)
             self.assertIn(line, done.stderr.decode(), words)
         # Where nobody gave an error, none is what an edge is refused for.

@@ -297,9 +297,9 @@ Error error(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask
     // Lengths of f64 derivatives are rounded to f32.
     if (stages.is_gradient() && stages.result().type == Type::f32)
         for (const Neighbourhood& pass : stages.passes)
-            error.noise = std::hypot(error.noise, 0x1p-25 * std::abs(pass.scale) *
-                                                      pass.sum_of_magnitudes() *
-                                                      largest_of(ask.scene));
+            error.noise =
+                std::hypot(error.noise, 0x1p-25 * std::abs(pass.scale) * pass.sum_of_magnitudes() *
+                                            largest_of(ask.scene));
     error.copies = error.copies && error.known;
     return error;
 }

@@ -73,8 +73,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     // What is 0 decides what belongs to a mask.
     const Filtering* filtering = ask.want.setting.as<Filtering>();
     if (!kept && filtering && is_binary(filtering->op))
-        return Offer::no(fmt::format("{} rounds values, and small ones of a mask may become 0",
-                                     name_of(type)));
+        return Offer::no(
+            fmt::format("{} rounds values, and small ones of a mask may become 0", name_of(type)));
     // How far a surface moves hangs on its gradients, and normals turn with it.
     if (!kept && ask.want.job->of_rays() && ask.want.mode->first_hit)
         return Offer::no(fmt::format("{} rounds values, and surfaces move by nobody knows how much",

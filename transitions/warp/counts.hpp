@@ -2,9 +2,9 @@
 
 namespace edgewise {
 
-// What the thesis counts for a sample of a warp on the MCCM ([W93] 3.5 and 3.6, TABLE 5 and 6). Filters by
-// their order: 0 nearest, 1 linear, 2 quadratic, 3 cubic. Where the thesis contradicts itself these
-// are the counts that its formulas give: 64 points, not 256, for third order in 3D.
+// What the thesis counts for a sample of a warp on the MCCM ([W93] 3.5 and 3.6, TABLE 5 and 6).
+// Filters by their order: 0 nearest, 1 linear, 2 quadratic, 3 cubic. Where the thesis contradicts
+// itself these are the counts that its formulas give: 64 points, not 256, for third order in 3D.
 
 /// Multiplications, additions and roundings of equal cost.
 struct Operations {
