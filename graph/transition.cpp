@@ -10,6 +10,8 @@ std::string fact_of_runs(const Transition& edge, const Parameters& with) {
     return "run/" + edge.name + with.text();
 }
 
+std::string gain_of_runs(const std::string& fact_of_runs) { return "gain/" + fact_of_runs; }
+
 std::string Transition::views_refused(const Request& want) const {
     if (any_transform || attaches) return {};
     const std::optional<int> view = want.deformed();
@@ -20,8 +22,11 @@ std::string Transition::views_refused(const Request& want) const {
 
 Error Transition::error_of(const Offer& made, const Ask& ask) const {
     if (error) return error(made, ask);
-    const std::optional<double> measured = ask.scene.fact(fact_of_runs(*this, made.with));
-    return measured ? Error{.bias = *measured} : Error::unknown();
+    const std::string fact = fact_of_runs(*this, made.with);
+    const std::optional<double> measured = ask.scene.fact(fact);
+    if (!measured) return Error::unknown();
+    const double gain = ask.scene.fact(gain_of_runs(fact)).value_or(1);
+    return {.gain = gain, .noise_gain = gain, .bias = *measured};
 }
 
 }  // namespace edgewise

@@ -143,6 +143,8 @@ struct Transition {
 Error exact(const Offer& offer, const Ask& ask);
 /// The fact that tells what running an edge gave.
 std::string fact_of_runs(const Transition& edge, const Parameters& with);
+/// The fact, beside that one, that tells how it passed errors of what it reads.
+std::string gain_of_runs(const std::string& fact_of_runs);
 
 /// Regions of a step; cut from extents and leaf alone, so that bytes never depend on threads.
 std::vector<Region> regions_of(const Partition& parts, const Offer& offer);

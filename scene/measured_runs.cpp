@@ -476,39 +476,143 @@ class MadeOnce {
     std::map<std::string, std::shared_ptr<const Data>> made_;
 };
 
+/// A path that was run on a tile.
+struct Ran {
+    std::shared_ptr<const Data> made;
+    double gain = 1;  // by which the edges behind the measured one scale its error
+};
+
 /// @param once  null: nothing is shared
-std::optional<Measured> measure_path(MeasuredTile& tile, const Catalogue& catalogue, const Ask& ask,
-                                     const std::string& name, const Arcs& path,
-                                     const TransformGraph& spanned, MadeOnce* once,
-                                     std::pmr::memory_resource* memory) {
+Ran run_path(const MeasuredTile& tile, const Catalogue& catalogue, const Ask& ask,
+             const std::string& name, const Arcs& path, const TransformGraph& spanned,
+             MadeOnce* once, std::pmr::memory_resource* memory) {
     MadeOnce::Start start{{std::shared_ptr<const Data>(), &tile.data()}};
     if (once) start = once->start(catalogue, path, spanned);
-    std::shared_ptr<const Data> made = start.data;
-    double gain = 1;
+    Ran ran{start.data};
     bool passed = false;
     for (std::size_t i = 0; i < path.size(); ++i) {
         const Arc& step = spanned.graph[path[i]];
         const Transition& by = catalogue[static_cast<std::size_t>(step.edge)];
-        if (i >= start.steps) made = run_edge(by, step.offer, ask, *made, memory);
-        if (passed) gain *= by.error_of(step.offer, ask).gain;
+        if (i >= start.steps) ran.made = run_edge(by, step.offer, ask, *ran.made, memory);
+        if (passed) ran.gain *= by.error_of(step.offer, ask).gain;
         passed = passed || name == by.name;
     }
-    return tile.measure(*made, gain);
+    return ran;
 }
 
-/// Of the paths through an edge the one that errs most.
-std::optional<Measured> measure_on(MeasuredTile& tile, const Catalogue& catalogue,
-                                   const Demand& edge, const Demands& asked, const Scene& seen,
-                                   const std::optional<double>& most_bytes, MadeOnce* once,
-                                   std::pmr::memory_resource* memory) {
+/// A path with a step before an edge that rounds or blurs what the edge reads.
+struct Disturbed {
+    Arcs path;
+    double size = 0;  // RMS of that step's error [value of what the edge reads]
+};
+
+/// One for each edge that may come before `edge` and adds an error of its own: by the parameters
+/// that add most.
+/// @param clean  a path that none of the edges on it is looked for
+std::vector<Disturbed> disturbed_paths(const TransformGraph& spanned, const Catalogue& catalogue,
+                                       const Ask& ask, const Demand& edge, const Arcs& clean) {
+    const auto by_of = [&](const Graph::edge_descriptor& arc) -> const Transition& {
+        return catalogue[static_cast<std::size_t>(spanned.graph[arc].edge)];
+    };
+    const auto size_of = [&](const Graph::edge_descriptor& arc) {
+        const Error error = by_of(arc).error_of(spanned.graph[arc].offer, ask);
+        return error.known && !error.copies ? std::hypot(error.bias, error.noise) : 0.0;
+    };
+    std::map<Graph::vertex_descriptor, Graph::edge_descriptor> measured;  // by what they read
+    std::vector<Graph::vertex_descriptor> read;
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph)))
+        if (edge.fits(by_of(arc), spanned.graph[arc].offer.with) &&
+            measured.emplace(boost::source(arc, spanned.graph), arc).second)
+            read.push_back(boost::source(arc, spanned.graph));
+    const Nearest from(spanned, spanned.sources, Nearest::Way::from);
+    const Nearest to_edge(spanned, read, Nearest::Way::to);
+    const Nearest to(spanned, spanned.targets, Nearest::Way::to);
+    std::map<std::string, Disturbed> largest;
+    for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph))) {
+        const Transition& by = by_of(arc);
+        const auto is_it = [&](const Graph::edge_descriptor& other) {
+            return by_of(other).name == by.name;
+        };
+        if (by.name == edge.name || std::any_of(clean.begin(), clean.end(), is_it)) continue;
+        const auto before = boost::source(arc, spanned.graph),
+                   behind = boost::target(arc, spanned.graph);
+        if (!from.meets(before) || !to_edge.meets(behind)) continue;
+        const double size = size_of(arc);
+        if (!(size > largest[by.name].size) || !std::isfinite(size)) continue;
+        Arcs path = from.path(before);
+        path.push_back(arc);
+        const Arcs between = to_edge.path(behind);
+        path.insert(path.end(), between.begin(), between.end());
+        const auto reads = between.empty() ? behind : boost::target(between.back(), spanned.graph);
+        path.push_back(measured.at(reads));
+        const Arcs rest = to.path(boost::target(path.back(), spanned.graph));
+        path.insert(path.end(), rest.begin(), rest.end());
+        largest[by.name] = {std::move(path), size};
+    }
+    std::vector<Disturbed> all;
+    for (auto& [name, disturbed] : largest)
+        if (disturbed.size > 0) all.push_back(std::move(disturbed));
+    return all;
+}
+
+/// RMS of the difference of two results of one representation, of values that both have.
+double difference_of(const Data& a, const Data& b) {
+    if (a.what.key() != b.what.key() || a.what.type != Type::f32) return 0;
+    const std::int64_t count = a.what.samples() * a.what.channels;
+    double squares = 0;
+    std::int64_t both = 0;
+    for (std::int64_t i = 0; i < count; ++i) {
+        const double difference =
+            static_cast<double>(a.as<float>()[i]) - static_cast<double>(b.as<float>()[i]);
+        if (!std::isfinite(difference)) continue;
+        squares += difference * difference;
+        ++both;
+    }
+    return both ? std::sqrt(squares / static_cast<double>(both)) : 0;
+}
+
+/// What running an edge on one tile gave, and how it passes errors of what it reads.
+struct OnTile {
+    Measured error;
+    std::optional<double> gain = {};  // absent: no edge before it adds an error, or none was run
+};
+
+/// Of the paths through an edge the one that errs most. The gain is that of the edge before it that
+/// disturbs its result most, over that one's own error.
+/// @param with_gain  runs the edge once more for each edge that may come before it
+std::optional<OnTile> measure_on(MeasuredTile& tile, const Catalogue& catalogue, const Demand& edge,
+                                 const Demands& asked, const Scene& seen,
+                                 const std::optional<double>& most_bytes, bool with_gain,
+                                 MadeOnce* once, std::pmr::memory_resource* memory) {
     const Ask ask{tile.want(), seen};
     TransformGraph spanned;
-    std::optional<Measured> worst;
+    std::optional<OnTile> worst;
+    Arcs clean;
+    Ran undisturbed;
+    const auto run = [&](const Arcs& path) {
+        return run_path(tile, catalogue, ask, edge.name, path, spanned, once, memory);
+    };
     for (const Arcs& path : paths_through(catalogue, ask, tile.data().what, edge, asked, spanned)) {
         if (!has_room(catalogue, ask, tile.data(), path, spanned, most_bytes)) continue;
-        const auto measured =
-            measure_path(tile, catalogue, ask, edge.name, path, spanned, once, memory);
-        if (measured && (!worst || measured->square > worst->square)) worst = measured;
+        const Ran ran = run(path);
+        const auto measured = tile.measure(*ran.made, ran.gain);
+        if (!measured || (worst && measured->square <= worst->error.square)) continue;
+        worst = OnTile{*measured};
+        clean = path;
+        undisturbed = ran;
+    }
+    if (!worst || !with_gain) return worst;
+    for (const Disturbed& other : disturbed_paths(spanned, catalogue, ask, edge, clean)) {
+        if (!has_room(catalogue, ask, tile.data(), other.path, spanned, most_bytes)) continue;
+        const Ran ran = run(other.path);
+        const double change = difference_of(*ran.made, *undisturbed.made) / undisturbed.gain;
+        // Jumps of both meet in the same pixels: squares may add up to more than their sum.
+        double added = 0;
+        if (tile.want().job->of_rays() && tile.want().mode->threshold)
+            if (const auto both = tile.measure(*ran.made, ran.gain))
+                added = both->square - worst->error.square;
+        const double gain = std::sqrt(std::max(change * change, added)) / other.size;
+        if (std::isfinite(gain)) worst->gain = std::max(worst->gain.value_or(0), gain);
     }
     return worst;
 }
@@ -582,6 +686,7 @@ void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& 
     const Tiles tiles =
         pictures ? tiles_of_pictures(want) : tiles_of_warp(want, formula != nullptr);
     std::map<std::string, std::vector<Measured>> measured;
+    std::map<std::string, double> gains;
     const auto count = static_cast<std::int64_t>(tiles.drawn.size());
     const std::int64_t rays = pictures && want.mode->threshold ? kJumpingRays : kRays;
     std::vector<std::optional<MeasuredTile>> made(tiles.drawn.size());
@@ -594,16 +699,21 @@ void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& 
                 if (!tile)
                     tile.emplace(input, want, formula, drawn, pictures ? rays / count : 0, memory);
                 const Scene seen = scene_of(scene, statistics, drawn, want.input);
+                // All tiles show the same data: one tells the gain.
                 if (const auto found =
                         measure_on(*tile, catalogue, edge, asked, seen, want.budget.bytes,
-                                   pictures ? &once : nullptr, memory))
-                    measured[fact].push_back(*found);
+                                   !gains.contains(fact), pictures ? &once : nullptr, memory)) {
+                    measured[fact].push_back(found->error);
+                    if (found->gain) gains[fact] = *found->gain;
+                }
             } catch (const RequestError&) {  // not of this tile
             } catch (const RunError&) {
             } catch (const std::bad_alloc&) {
             }
         }
     }
+    for (const auto& [fact, gain] : gains)
+        scene.facts[gain_of_runs(fact)] = scene.likely[gain_of_runs(fact)] = gain;
     for (const auto& [fact, found] : measured) {
         const bool all = tiles.are_all && found.size() == tiles.drawn.size();
         const ErrorEstimate error = estimate_on(found, all && pictures);

@@ -1,10 +1,13 @@
 #include "scene/measured_runs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory_resource>
+#include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "reference/verify.hpp"
@@ -14,6 +17,8 @@
 #include "transitions/catalogue.hpp"
 #include "transitions/project/shear_warp_perspective.hpp"
 #include "transitions/project/shear_warp_perspective_runs.hpp"
+#include "transitions/project/splat_ewa_sheets.hpp"
+#include "transitions/project/trapezoid_cast.hpp"
 #include "transitions/spectrum/gradients.hpp"
 #include "transitions/store/crop.hpp"
 
@@ -124,6 +129,55 @@ TEST(MeasuredRuns, DrawViewsWhereThereAreMany) {
     const double promise = *scene.fact(fact_of_runs(edge, by("foh"))) / scene.range;
     EXPECT_LE(error.low, promise);
     EXPECT_GE(3 * error.high, promise);
+}
+
+/// RMS of how a picture changes where each sample is moved by up to half a step, over the RMS of
+/// these moves; by numbers of a generator, not by rounding.
+double change_by_noise(const Transition& edge, const Data& data, const Request& want,
+                       const Parameters& with, double step) {
+    const Scene scene;
+    const Ask ask{want, scene};
+    Data moved = Data::make(data.what, heap());
+    std::minstd_rand drawn(7);
+    std::uniform_real_distribution<float> by(static_cast<float>(-step / 2),
+                                             static_cast<float>(step / 2));
+    for (std::int64_t i = 0; i < data.what.samples(); ++i)
+        moved.as<float>()[i] = data.as<float>()[i] + by(drawn);
+    const Offer offer = edge.offer(data.what, ask, with);
+    std::array<Data, 2> pictures = {Data::make(offer.to, heap()), Data::make(offer.to, heap())};
+    for (std::size_t i = 0; i < 2; ++i) {
+        Context context{.memory = heap()};
+        edge.run(offer, ask, i ? moved : data, pictures[i], Region::all(offer.to.extent), context);
+    }
+    double squares = 0;
+    const std::int64_t count = offer.to.samples() * offer.to.channels;
+    for (std::int64_t i = 0; i < count; ++i)
+        squares += std::pow(pictures[0].as<float>()[i] - pictures[1].as<float>()[i], 2);
+    return std::sqrt(squares / static_cast<double>(count)) / (step / std::sqrt(12.0));
+}
+
+TEST(MeasuredRuns, TellHowAnEdgePassesTheRoundingOfSamples) {
+    const Extent n{40, 34, 37}, screen{60, 54, 50};
+    const Data in = volume(n, [](double x, double y, double z) { return wave(x, y, z); });
+    const Statistics statistics = statistics_of(in, heap());
+    const double step = (statistics.high - statistics.low) / 254;
+    Request want = seen(Mode::composite, n, screen, turn(25, {1, 2, 0.3}), Vec3::Ones(), 1.2);
+    want.transfer.points = {{0.1, 0, {0.2, 0.4, 1}}, {1, 0.3, {1, 0.6, 0.1}}};
+    const std::vector<std::pair<Transition, Parameters>> measured = {
+        {splat_ewa_sheets(), {{"sigma", 0.6}, {"lowpass", 0.6}}},
+        {trapezoid_cast(), {{"filter", "foh"}, {"step", 1.0}}}};
+    for (const auto& [edge, with] : measured) {
+        const Scene scene = scene_of(in, want, {edge.name});
+        const std::string fact = fact_of_runs(edge, with);
+        ASSERT_TRUE(scene.fact(gain_of_runs(fact))) << edge.name;
+        // 3,000 pixels that share samples: some hundred independent ones, 5 % a standard error.
+        EXPECT_NEAR(*scene.fact(gain_of_runs(fact)) / change_by_noise(edge, in, want, with, step),
+                    1, 0.2)
+            << edge.name;
+        const Ask ask{want, scene};
+        EXPECT_EQ(edge.error_of(edge.offer(in.what, ask, with), ask).noise_gain,
+                  *scene.fact(gain_of_runs(fact)));
+    }
 }
 
 TEST(MeasuredRuns, PassWhatPreparationsLayBesideTheSamples) {

@@ -14,6 +14,7 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/project/arriving.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/store/precision.hpp"
 
 namespace edgewise {
 namespace {
@@ -80,9 +81,8 @@ struct Crossed {
     double at = std::numeric_limits<double>::infinity();  // where it first passes the level [t]
     double farthest = -std::numeric_limits<double>::infinity();  // about the reference's crossing
 
-    void take(RayPiece& piece, const Filter& filter, double margin, FirstCrossing& crossing,
-              const Request& want) {
-        const std::span<const double> values = piece.held(filter);
+    void take(std::span<const double> values, const RayPiece& piece, double margin,
+              FirstCrossing& crossing, const Request& want) {
         for (std::size_t i = 0; i < values.size(); ++i) {
             const double t = piece.cells().middle[i];
             const double beyond = crossing.beyond_level(values[i], want);
@@ -217,7 +217,7 @@ class CastRay final : public RayModel {
             piece.add_held(*by_[i], cast_[i][s], want_, arriving_);
         }
         for (std::size_t i = 0; i < crossed_.size(); ++i)
-            crossed_[i][s].take(piece, *by_[i], margin_of(step), *crossing_, want_);
+            crossed_[i][s].take(piece.held(*by_[i]), piece, margin_of(step), *crossing_, want_);
         if (s == kNoisyStep && noise_ > 0) add_noisy(piece);
     }
     void take_reference(RayPiece& piece) override {
@@ -228,8 +228,7 @@ class CastRay final : public RayModel {
         for (std::size_t i = 0; i < cast_.size(); ++i)
             for (std::size_t s = 0; s < kCastSteps.size(); ++s) add(fact++, i, s, answer, squares);
         if (noise_ > 0)
-            for (const PreviewHold hold : kNoisy)
-                squares.add(fact++, answer.between(noisy_[hold], clean_[hold]) / (noise_ * noise_));
+            for (const PreviewHold hold : kNoisy) add_gain(fact++, hold, answer, squares);
         if (want_.mode->left) squares.add(fact, answer.transparency() < kTerminated ? 1 : 0);
     }
 
@@ -262,14 +261,43 @@ class CastRay final : public RayModel {
         squares.add(fact, (jumps ? 0 : square) + share * jump, share * jump * jump);
     }
     void add_noisy(RayPiece& piece) {
-        std::array<double, Places::kMost> noisy;
         for (const PreviewHold hold : kNoisy) {
-            const std::span<const double> held = piece.held(hold);
-            for (std::size_t i = 0; i < piece.count(); ++i)
-                noisy[i] = held[i] + noise_ * piece.block().noise(hold, piece.places()[i]);
-            piece.add({noisy.data(), piece.count()}, noisy_[hold], want_);
-            piece.add(held, clean_[hold], want_);
+            const RayPiece::Read read = [&](const Places& at, double* values) {
+                piece.block().read(filter_of(hold), at, values);
+                for (std::size_t i = 0; i < at.count; ++i)
+                    values[i] += noise_ * piece.block().noise(hold, at[i]);
+            };
+            std::array<double, Places::kMost> values;
+            read(piece.places(), values.data());
+            const std::span<const double> noisy(values.data(), piece.count());
+            if (!crossing_) {
+                piece.add(noisy, noisy_[hold], want_);
+                piece.add(piece.held(hold), clean_[hold], want_);
+                continue;
+            }
+            // Normals turn with the samples.
+            piece.add_read(noisy, Vec3::Ones(), read, noisy_[hold], want_);
+            piece.add_held(filter_of(hold), clean_[hold], want_);
+            const double margin = margin_of(kCastSteps[kNoisyStep]);
+            crossed_noisy_[hold].take(noisy, piece, margin, *crossing_, want_);
+            crossed_clean_[hold].take(piece.held(hold), piece, margin, *crossing_, want_);
         }
+    }
+    void add_gain(std::size_t fact, PreviewHold hold, const RayAnswer& answer,
+                  RaySquares& squares) const {
+        const double size = noise_ * noise_;
+        const double square = answer.between(noisy_[hold], clean_[hold]);
+        if (!crossing_ || !(answer.nearby().within > 0)) return squares.add(fact, square / size);
+        if (!crossing_->is_met()) return squares.add(fact, 0);
+        // Jumps are told by their density, as those of casts are.
+        const Crossed &noisy = crossed_noisy_[hold], &clean = crossed_clean_[hold];
+        const auto holds = [&](const Crossed& crossed) {
+            return std::isfinite(crossed.at) &&
+                   crossing_->holds(crossed.at, margin_of(kCastSteps[kNoisyStep]));
+        };
+        const double share = share_above(clean.farthest, noisy.farthest, answer.nearby());
+        const double jump = share * answer.square(crossing_->behind());
+        squares.add(fact, ((holds(noisy) && holds(clean) ? square : 0) + jump) / size);
     }
 
     const Request& want_;
@@ -283,15 +311,17 @@ class CastRay final : public RayModel {
     std::optional<FirstCrossing> crossing_;                         // of modes that end at a hit
     std::vector<std::array<Crossed, kCastSteps.size()>> crossed_;   // by filter
     std::array<Stretch, kNoisy.size()> noisy_, clean_;
+    std::array<Crossed, kNoisy.size()> crossed_noisy_,
+        crossed_clean_;  // of modes that end at a hit
 };
 
 class RayCastModel final : public Model {
  public:
-    /// About the rounding to 8 bits: gains of a maximum depend on how large noise is.
+    /// With noise as rounding to 8 bits makes it: gains of a maximum depend on how large it is.
     explicit RayCastModel(const ModelSetting& setting)
         : want_(setting.want),
           by_(setting.filters),
-          noise_(1e-3 * range_between(setting.statistics.low, setting.statistics.high)) {
+          noise_(kMeasuredNoise * range_between(setting.statistics.low, setting.statistics.high)) {
         for (const Filter* filter : by_)
             for (const double step : kCastSteps) {
                 const bool coarse = step == 2;
@@ -302,8 +332,7 @@ class RayCastModel final : public Model {
             }
         if (noise_ > 0)
             for (const PreviewHold hold : kNoisy)
-                facts_.push_back({.name = fmt::format("gain/noise/{}", filter_of(hold).name),
-                                  .promised = false});
+                facts_.push_back({.name = fmt::format("gain/noise/{}", filter_of(hold).name)});
         if (want_.mode->left) facts_.push_back({.name = "picture/ended"});
         if (want_.mode->first_hit && want_.surface && want_.surface->isovalue)
             beside_.emplace(want_);

@@ -75,10 +75,6 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (!kept && filtering && is_binary(filtering->op))
         return Offer::no(
             fmt::format("{} rounds values, and small ones of a mask may become 0", name_of(type)));
-    // How far a surface moves hangs on its gradients, and normals turn with it.
-    if (!kept && ask.want.job->of_rays() && ask.want.mode->first_hit)
-        return Offer::no(fmt::format("{} rounds values, and surfaces move by nobody knows how much",
-                                     name_of(type)));
     // The length of a gradient is nowhere negative, so what rounding makes of it does not cancel.
     if (!kept && ask.want.job->of_rays() && ask.want.shading.of_sums())
         return Offer::no(
@@ -86,14 +82,21 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return made;
 }
 
+/// RMS of what rounding adds to samples [value].
+double rounding(const Offer& offer, const Ask& ask) {
+    if (offer.to.type != Type::f32) return std::abs(offer.to.values.slope) / std::sqrt(12.0);
+    const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
+    return largest * 0x1p-24 / std::sqrt(3.0);
+}
+
 Error error(const Offer& offer, const Ask& ask) {
-    if (is_kept(offer)) return {.copies = true};
-    if (offer.to.type == Type::f32) {
-        if (ask.scene.fits_f32(offer.from.type, offer.from.values)) return {.copies = true};
-        const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
-        return {.noise = largest * 0x1p-24 / std::sqrt(3.0)};
-    }
-    return {.noise = std::abs(offer.to.values.slope) / std::sqrt(12.0)};
+    if (is_kept(offer) ||
+        (offer.to.type == Type::f32 && ask.scene.fits_f32(offer.from.type, offer.from.values)))
+        return {.copies = true};
+    const double noise = rounding(offer, ask);
+    if (!ask.want.job->of_rays() || !ask.want.mode->threshold) return {.noise = noise};
+    const double measured = kMeasuredNoise * (ask.scene.high - ask.scene.low);
+    return {.noise = std::sqrt(noise * std::max(noise, measured))};
 }
 
 template <class To, class From>
