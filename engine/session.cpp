@@ -23,6 +23,7 @@
 #include "graph/version.hpp"
 #include "io/surface_file.hpp"
 #include "planner/cost.hpp"
+#include "scene/ring_free.hpp"
 #include "scene/scene.hpp"
 
 namespace edgewise {
@@ -251,12 +252,24 @@ void take_transfer(Session& session, const Statistics& statistics) {
     for (const std::string& notice : remarks.notices) session.messages.notice(notice);
 }
 
+/// A picture as good as linear interpolation makes it has no rings either.
+void take_step(Session& session, const Statistics& statistics) {
+    Request& want = session.request;
+    if (!want.budget.like || !want.job->of_rays()) return;
+    const Data& data = *session.input->data;
+    // Of a description nothing is known but the range: edges that take four samples.
+    const double slope =
+        data.samples.data() ? seen_slope(data, want) : (statistics.high - statistics.low) / 4;
+    want.budget.like->step = ring_free_step(want, statistics.low, statistics.high, slope);
+}
+
 /// What there is no data of: guesses take the place of measurements.
 void take_description(Session& session) {
     Input& input = *session.input;
     input.data = described_data(input);
     const Statistics statistics = described_statistics(*input.described, input.header);
     take_transfer(session, statistics);
+    take_step(session, statistics);
     session.scene = described_scene(*input.described, input.header);
     take_written(session, statistics.low, statistics.high);
 }
@@ -287,6 +300,7 @@ void read_input(Session& session) {
     begin = Clock::now();
     if (input.table) session.request.outside = place_in(*input.table, input.outside);
     take_transfer(session, statistics);
+    take_step(session, statistics);
     session.spent.statistics += since(begin);
     // What is written decides about errors.
     if (!input.table) take_written(session, statistics.low, statistics.high);

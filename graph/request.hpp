@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -67,6 +68,9 @@ struct Like {
     /// not tell of them is seen.
     std::set<std::string> barred = {};
     double times = 1.05;  // as much likely error at most, on the same draws; infinite: any error
+    /// The longest distance of samples along rays, and that of the plain path, where that is longer
+    /// [smallest spacing]. Infinite: any.
+    double step = std::numeric_limits<double>::infinity();
 };
 
 /// Upper limits; absent: none.

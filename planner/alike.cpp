@@ -30,8 +30,23 @@ bool reads_by(const Parameters& with, const std::set<std::string>& filters) {
     return word && filters.contains(*word);
 }
 
+/// The distance of samples along rays of an edge that combines them: its parameter of that name,
+/// or that of whole layers. 0: it combines none along rays.
+double distance_of(const Offer& offer, const Request& want) {
+    if (!want.job->of_rays()) return 0;
+    const auto step = offer.with.all().find("step");
+    if (step != offer.with.all().end()) return offer.with.number("step");
+    const bool layers = is_target(offer.to, want) && offer.from.content == "scalar";
+    return layers ? 1 : 0;
+}
+
+bool is_barred(const Offer& offer, const Request& want, const Like& like) {
+    return reads_by(offer.with, like.barred) || distance_of(offer, want) > like.step;
+}
+
 /// The parameters with which an edge is the plain path by this filter, or nothing.
-std::optional<Parameters> plain_parameters(const Transition& edge, const std::string& filter) {
+std::optional<Parameters> plain_parameters(const Transition& edge, const Like& like) {
+    const std::string& filter = like.filter;
     if (!edge.plain) return std::nullopt;
     const auto domain = edge.parameters.find("filter");
     if (domain == edge.parameters.end()) return std::nullopt;
@@ -39,16 +54,18 @@ std::optional<Parameters> plain_parameters(const Transition& edge, const std::st
     if (std::find(words.begin(), words.end(), filter) == words.end()) return std::nullopt;
     Parameters with = *edge.plain;
     with.set("filter", filter);
+    const auto step = with.all().find("step");
+    if (step != with.all().end()) with.set("step", std::min(with.number("step"), like.step));
     return with;
 }
 
 }  // namespace
 
 std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
-                                  const std::vector<Source>& sources, const std::string& filter) {
+                                  const std::vector<Source>& sources, const Like& like) {
     std::optional<PlainWay> best;
     for (const Transition& edge : catalogue) {
-        const auto with = plain_parameters(edge, filter);
+        const auto with = plain_parameters(edge, like);
         if (!with) continue;
         for (const Source& source : sources) {
             const std::string kind = source.what.kind();
@@ -76,13 +93,13 @@ std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& cat
     for (const auto arc : boost::make_iterator_range(boost::edges(graph))) {
         const Arc& what = graph[arc];
         StepCost& cost = alike->likely.costs[what.index];
-        cost.barred = reads_by(what.offer.with, like.barred);
+        cost.barred = is_barred(what.offer, ask.want, like);
         if (cost.barred) continue;
         cost.error =
             counted_error(catalogue[static_cast<std::size_t>(what.edge)], what.offer, likely);
         if (cost.rounding > 0) cost.rounding = rounding_of(likely);
     }
-    alike->plain = plain_way(catalogue, likely, priced.sources, like.filter);
+    alike->plain = plain_way(catalogue, likely, priced.sources, like);
     if (std::isinf(like.times)) {
         alike->most = like.times;
         return alike;
@@ -133,12 +150,12 @@ bool alike_unseen(const Plan& plan, const Catalogue& catalogue, const Ask& ask,
     });
     if (from == sources.end()) return false;
     for (const Step& step : plan.steps)
-        if (reads_by(step.offer.with, like.barred)) return false;
+        if (is_barred(step.offer, ask.want, like)) return false;
     Scene scene = ask.scene;
     for (std::uint64_t seed = 1; seed <= kSupposed; ++seed) {
         scene.supposed = seed;
         const Ask supposed{ask.want, scene};
-        const auto plain = plain_way(catalogue, supposed, sources, like.filter);
+        const auto plain = plain_way(catalogue, supposed, sources, like);
         if (!plain) return false;
         Label label = from->label;
         for (const Step& step : plan.steps) label = after(label, *step.by, step.offer, supposed);

@@ -16,16 +16,17 @@ struct PlainWay {
 
 /// What Budget::like demands of the paths of one graph.
 struct Alike {
-    /// With likely errors in place of upper estimates; arcs that read by a barred filter are
-    /// barred.
+    /// With likely errors in place of upper estimates; arcs that read by a barred filter, or at a
+    /// longer step, are barred.
     Priced likely;
     std::optional<PlainWay> plain;
     double most = 0;  // likely RMSE that is as good [values]
 };
 
-/// The plain path by a filter from any of the sources, or nothing where no edge offers one.
+/// The plain path of a likeness, by its filter and its step, from any of the sources, or nothing
+/// where no edge offers one.
 std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
-                                  const std::vector<Source>& sources, const std::string& filter);
+                                  const std::vector<Source>& sources, const Like& like);
 
 /// Where no edge offers the plain path, the paths that are not barred are compared with the most
 /// accurate one of them.

@@ -38,7 +38,7 @@ std::string why_not(const Predicted& other, const std::optional<Predicted>& chos
                     const Request& want) {
     const Budget& budget = want.budget;
     if (budget.like && other.likeness == Likeness::barred)
-        return fmt::format("no filter of {}", budget.like->name);
+        return fmt::format("no filter or step of {}", budget.like->name);
     if (budget.like && other.likeness == Likeness::worse)
         return fmt::format("less accurate than {}", budget.like->name);
     if (budget.error && !other.known) return "its error is unknown";
@@ -151,7 +151,12 @@ std::string budget_text(const Request& want) {
         parts.push_back("equal but for rounding (default)");
     else if (budget.error)
         parts.push_back(fmt::format("error {:.3g}", *budget.error));
-    if (budget.like) parts.push_back(fmt::format("as good as {} (default)", budget.like->name));
+    if (budget.like) {
+        const double step = budget.like->step;
+        const std::string steps =
+            step < 1 ? fmt::format(", steps of {:g} at most: longer ones show rings", step) : "";
+        parts.push_back(fmt::format("as good as {} (default{})", budget.like->name, steps));
+    }
     if (budget.seconds) parts.push_back("time " + seconds_text(*budget.seconds));
     if (budget.bytes) parts.push_back("memory " + bytes_text(*budget.bytes));
     if (parts.empty()) parts.push_back("none");

@@ -587,7 +587,7 @@ Transition ray_cast() {
     edge.source = "Wittenbrink 1993, 4.2.1, EQ 62 and 63, TABLE 6, 36 and 37";
     edge.joins = {{"object/scalar", "screen/picture"}, {"object/coefficients", "screen/picture"}};
     edge.parameters = {{"filter", any_filter({"zoh", "foh", "bspline3"})},
-                       {"step", number(0.01, 4, {1, 0.5, 0.25, 2},
+                       {"step", number(0.01, 4, {1, 0.5, 0.25, 2, 0.125},
                                        "distance of samples, in the smallest spacing")}};
     edge.laws = {Law::constant};
     edge.plain = Parameters{{"step", 1.0}};
