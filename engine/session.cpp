@@ -136,8 +136,9 @@ void take_written(Session& session, double low, double high) {
     if (!want.job->samples || tail.view || session.outputs->none()) return;
     const WrittenAs written{tail.type, tail.values, tail.alpha == store::Alpha::straight,
                             tail.alpha_unit};
-    // What filters sum in f64 a file in f32 rounds.
-    const bool rounds = written.rounds() || (want.job == Job::filter && written.type == Type::f32);
+    // What filters sum in f64 a file in f32 rounds, and what is moved with all its digits.
+    const bool wide = want.job == Job::filter || input.keep == Keep::bits;
+    const bool rounds = written.rounds() || (wide && written.type == Type::f32);
     // Places in a table are whole numbers, and none is written.
     if (rounds && !tail.table) want.written = written;
 }
@@ -157,7 +158,7 @@ void count_writing(Session& session) {
     if (!want.written || !session.answer || session.drawn == 0) return;
     const double error = rounding_of(session.ask()) / session.scene.range;
     const auto copies = [&](const Step& step) {
-        return step.by->error_of(step.offer, session.ask()).copies;
+        return counted_error(*step.by, step.offer, session.ask()).copies;
     };
     const auto raise = [&](Plan& plan) {
         if (std::all_of(plan.steps.begin(), plan.steps.end(), copies)) return;
@@ -400,10 +401,11 @@ std::string rounding_text(const Session& session) {
     if (!want.written || !want.budget.error || !session.spec.max_error) return {};
     const double error = rounding_of(session.ask()) / session.scene.range;
     if (error <= *want.budget.error) return {};
-    return fmt::format(
-        "; rounding to {} alone makes an error of {:.3g}: write f32 (--bits 32 and a format that "
-        "holds it, as .nrrd or .tif)",
-        name_of(want.written->type), error);
+    return fmt::format("; rounding to {} alone makes an error of {:.3g}: {}",
+                       name_of(want.written->type), error,
+                       want.written->rounds()
+                           ? "write f32 (--bits 32 and a format that holds it, as .nrrd or .tif)"
+                           : "write all digits (no --bits, and a format that holds the type)");
 }
 
 /// Labels that nobody called so: a plan that computes between them makes new ones.

@@ -105,7 +105,13 @@ std::string timing_name(const Transition& edge, const Offer& offer, const Reques
 
 Error counted_error(const Transition& edge, const Offer& offer, const Ask& ask) {
     Error error = edge.error_of(offer, ask);
-    if (!ask.want.written && !ask.want.budget.copied) error.copies = true;
+    const std::optional<WrittenAs>& written = ask.want.written;
+    if (!written && !ask.want.budget.copied) error.copies = true;
+    // A file in f32 rounds copies too of what has more digits.
+    const Representation& from = offer.from;
+    if (written && written->type == Type::f32 &&
+        !(from.values.identity() && ask.scene.fits_f32(from.type, from.values)))
+        error.copies = false;
     return error;
 }
 
@@ -144,7 +150,9 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
 
 double rounding_of(const Ask& ask) {
     const std::optional<WrittenAs>& written = ask.want.written;
-    if (!written || !written->rounds()) return 0;
+    if (!written) return 0;
+    // Of f32 it is no more than what is measured: most results are f32 already.
+    if (!written->rounds()) return ask.scene.fact("written").value_or(0);
     // Bennett, Spectra of quantized signals, Bell Syst. Tech. J. 27, 1948: step^2 / 12.
     const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
     const double guess = is_integer(written->type) ? written->step() / std::sqrt(12.0)

@@ -245,7 +245,7 @@ class FilteredParts {
             scene.likely[fact] = error.likely;
         }
         // Of what writing adds the labels of paths know by themselves.
-        if (!want_.written || !want_.written->rounds() || !scene.likely.contains("written")) return;
+        if (!want_.written || !scene.likely.contains("written")) return;
         const double once = scene.likely["written"];
         for (const auto& [fact, sums] : sums_) {
             if (fact == "written" || fact == kRms || !scene.facts.contains(fact)) continue;
@@ -533,8 +533,6 @@ class DrawnResults {
             double square = 0;
             for (int c = 0; c < channels; ++c)
                 values[static_cast<std::size_t>(c)] = value_at(got, place + c);
-            // What integers round the labels of paths add.
-            if (want_.written && !want_.written->rounds()) round_as(*want_.written, values);
             for (int c = 0; c < channels; ++c) {
                 const double off =
                     values[static_cast<std::size_t>(c)] -
@@ -569,13 +567,16 @@ void measure_results(const Catalogue& catalogue, const Demands& asked, const Dat
     if (!filtering && !has_reference(want.job)) return;
     const Ask ask{want, scene};
     const std::map<std::string, Way> ways = ways_to_results(catalogue, ask, input.what, asked);
-    const bool any = std::any_of(ways.begin(), ways.end(), [&](const auto& each) {
-        if (each.second.before) return true;
-        const Transition& edge = edge_named(catalogue, each.second.edge.name);
-        const Offer offer = edge.offer(input.what, ask, each.second.edge.with);
-        const Error error = edge.error_of(offer, ask);
-        return may_err(error) || (want.written && !error.copies);
-    });
+    const ValueMap& values = input.what.values;
+    const bool narrows = want.written && want.written->type == Type::f32 &&
+                         !(values.identity() && scene.fits_f32(input.what.type, values));
+    const bool any = narrows || std::any_of(ways.begin(), ways.end(), [&](const auto& each) {
+                         if (each.second.before) return true;
+                         const Transition& edge = edge_named(catalogue, each.second.edge.name);
+                         const Offer offer = edge.offer(input.what, ask, each.second.edge.with);
+                         const Error error = edge.error_of(offer, ask);
+                         return may_err(error) || (want.written && !error.copies);
+                     });
     if (!any) return;
     scene.facts["result/type"] = static_cast<double>(input.what.type);
     const Scene before = scene;
