@@ -8,6 +8,7 @@
 
 #include "graph/label_surface.hpp"
 #include "reference/label_light.hpp"
+#include "reference/ray_cells.hpp"
 #include "reference/written.hpp"
 
 namespace edgewise {
@@ -50,8 +51,12 @@ struct Cells {
     std::int64_t first, last;
 };
 Cells cells_along(const RaySpan& ray) {
-    return {static_cast<std::int64_t>(std::floor((ray.low - ray.front) / ray.step)),
-            static_cast<std::int64_t>(std::ceil((ray.high - ray.front) / ray.step)) - 1};
+    const double least = least_piece(ray, ray.step);
+    const auto first =
+        static_cast<std::int64_t>(std::floor((ray.low + least - ray.front) / ray.step));
+    const auto last =
+        static_cast<std::int64_t>(std::ceil((ray.high - least - ray.front) / ray.step)) - 1;
+    return {first, std::max(first, last)};
 }
 
 }  // namespace

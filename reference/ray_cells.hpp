@@ -13,17 +13,24 @@ namespace edgewise {
 /// eye, as in project.ray_cast.
 inline double front_of(const Request& want) { return want.eye ? 0 : -0.5; }
 
+/// A piece of a cell that is shorter is none, where its ray is longer: rounding decides whether
+/// there is one, and a mode that is made of samples would take one of it [cell].
+inline constexpr double kSliver = 1e-9;
+
+/// What counts as a piece of a ray's cells.
+inline double least_piece(const RaySpan& ray, double step) {
+    return ray.high - ray.low > 2 * kSliver * step ? kSliver * step : 0;
+}
+
 /// Some cells of a ray, one after another.
 struct RayCells {
     std::size_t count = 0;
     std::array<std::int64_t, Places::kMost> index;
     std::array<double, Places::kMost> middle, length;  // [t]
 
-    /// The next cells of one step whose middles lie before `end`; none: count 0. Of a ray that is
-    /// longer, pieces of cells so short that rounding decides about them are left out.
+    /// The next cells of one step whose middles lie before `end`; none: count 0.
     void take(double end, double front, double step, const RaySpan& ray, std::int64_t& next) {
-        constexpr double kSliver = 1e-9;  // [cell]
-        const double least = ray.high - ray.low > 2 * kSliver * step ? kSliver * step : 0;
+        const double least = least_piece(ray, step);
         for (count = 0; count < Places::kMost; ++next) {
             const double begin = front + static_cast<double>(next) * step;
             const double low = std::max(ray.low, begin), high = std::min(ray.high, begin + step);
