@@ -6,6 +6,7 @@
 #include <set>
 #include <variant>
 
+#include "graph/label_surface.hpp"
 #include "graph/transform_graph.hpp"
 #include "reference/written.hpp"
 #include "scene/scene.hpp"
@@ -50,6 +51,7 @@ namespace {
 
 /// Apart from each other, in a block of f32, so that neither rounding nor curvature counts.
 constexpr double kDerivativeStep = 1.0 / 32;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
@@ -86,36 +88,47 @@ void RayPiece::each_in_order(const Filter& filter,
 /// @param steps  of differences that make a gradient
 /// @param read   the field whose values these are
 void RayPiece::add_seen(std::span<const double> values, const Vec3& steps, const Read& read,
-                        Stretch& to, const Request& want, const ArrivingAt& arriving) const {
-    if (want.mode->first_hit) return follow(values, steps, read, to, want);
+                        Stretch& to, const Request& want, const ArrivingAt& arriving,
+                        int tries) const {
+    if (want.mode->first_hit) return follow(values, steps, read, to, want, tries);
     add_lit(values, steps, read, to, want, arriving ? arriving : arriving_);
 }
 
+/// By differences of what `read` knows.
+Vec3 RayPiece::gradient_at(double t, const Vec3& steps, const Read& read,
+                           const Request& want) const {
+    const Vec3 place = ray_.origin + t * ray_.direction;
+    const Vec3 p = want.field == Field::formula ? place : block_.field().clamped(place);
+    const double here = value_at(p, read);
+    Vec3 gradient;
+    for (int axis = 0; axis < 3; ++axis) {
+        const Vec3 aside = steps[axis] * Vec3::Unit(axis);
+        const double below = value_at(p - aside, read), above = value_at(p + aside, read);
+        gradient[axis] =
+            ((std::isfinite(above) ? above : here) - (std::isfinite(below) ? below : here)) /
+            (2 * steps[axis]);
+    }
+    return gradient;
+}
+
+/// @param tries  so many places between two samples for a hit
 void RayPiece::follow(std::span<const double> values, const Vec3& steps, const Read& read,
-                      Stretch& to, const Request& want) const {
-    const auto value_at = [&](const Vec3& p) { return this->value_at(p, read); };
-    const auto place = [&](double t) -> Vec3 { return ray_.origin + t * ray_.direction; };
-    const AlongRay along{
-        .value = [&](double t) { return value_at(place(t)); },
-        .lit =
-            [&](double t) {
-                Vec3 gradient = Vec3::Zero();
-                if (want.needs_gradients()) {
-                    const Vec3 p =
-                        want.field == Field::formula ? place(t) : block_.field().clamped(place(t));
-                    const double here = value_at(p);
-                    for (int axis = 0; axis < 3; ++axis) {
-                        const Vec3 aside = steps[axis] * Vec3::Unit(axis);
-                        const double below = value_at(p - aside), above = value_at(p + aside);
-                        gradient[axis] = ((std::isfinite(above) ? above : here) -
-                                          (std::isfinite(below) ? below : here)) /
-                                         (2 * steps[axis]);
-                    }
-                }
-                return frame_->at(gradient, t, want);
-            }};
-    in_order(values, along.value, [&](double t, double value, double length) {
-        to.follow(t, value, length, along, want);
+                      Stretch& to, const Request& want, int tries) const {
+    const auto value = [&](double t) { return value_at(ray_.origin + t * ray_.direction, read); };
+    // Edges of labels are found by halving, as far as that goes.
+    if (shows_labels(want)) tries = kEnough;
+    int left = 0;
+    const AlongRay along{.value = [&](double t) { return left-- > 0 ? value(t) : kNone; },
+                         .lit =
+                             [&](double t) {
+                                 return frame_->at(want.needs_gradients()
+                                                       ? gradient_at(t, steps, read, want)
+                                                       : Vec3(Vec3::Zero()),
+                                                   t, want);
+                             }};
+    in_order(values, value, [&](double t, double here, double length) {
+        left = tries;
+        to.follow(t, here, length, along, want);
     });
 }
 
@@ -171,9 +184,48 @@ void RayPiece::add_held(const Filter& filter, Stretch& to, const Request& want,
 }
 
 void RayPiece::add_read(std::span<const double> values, const Vec3& steps, const Read& read,
-                        Stretch& to, const Request& want) {
+                        Stretch& to, const Request& want, const ArrivingAt& arriving) {
     if (!frame_) return add(values, to, want);
-    add_seen(values, steps, read, to, want, {});
+    add_seen(values, steps, read, to, want, arriving);
+}
+
+// Beyond the outermost samples a formula goes on, and samples do as these.
+void RayPiece::read_reference(const Places& at, double* values, const Request& want) const {
+    Places held;
+    held.count = 0;
+    for (std::size_t i = 0; i < at.count; ++i)
+        held.add(want.field == Field::formula ? at[i] : block_.field().clamped(at[i]));
+    block_.reference(held, values);
+}
+
+Vec3 RayPiece::reference_steps(const Request& want) {
+    const bool smooth = want.field == Field::spline || want.field == Field::formula;
+    return Vec3::Constant(smooth ? kDerivativeStep : 1);
+}
+
+LightAbout RayPiece::light_about(double t, const Request& want) const {
+    LightAbout about;
+    if (!frame_) return about;
+    const Vec3 steps = reference_steps(want);
+    const auto read = [&](const Places& at, double* values) { read_reference(at, values, want); };
+    const auto light = [&](const Vec3& gradient, double at) {
+        const Lit lit = frame_->at(gradient, at, want);
+        return lit.diffuse + lit.specular;
+    };
+    const auto gradient = [&](double at) { return gradient_at(at, steps, read, want); };
+    about.gradient = gradient(t);
+    if (!about.gradient.allFinite()) return {};
+    constexpr double kStep = 1.0 / 32;  // as far as differences of a block of f32 tell
+    const Vec3 before = gradient(t - kStep), behind = gradient(t + kStep);
+    if (before.allFinite() && behind.allFinite())
+        about.along = (light(behind, t + kStep) - light(before, t - kStep)) / (2 * kStep);
+    const double step = 1e-3 * about.gradient.norm();
+    for (int axis = 0; axis < 3 && step > 0; ++axis) {
+        const Vec3 aside = step * Vec3::Unit(axis);
+        about.by_gradient[axis] =
+            (light(about.gradient + aside, t) - light(about.gradient - aside, t)) / (2 * step);
+    }
+    return about;
 }
 
 void RayPiece::add_reference(Stretch& to, const Request& want, double after) {
@@ -186,16 +238,8 @@ void RayPiece::add_reference(Stretch& to, const Request& want, double after) {
         seen = {behind.data(), count()};
     }
     if (!frame_) return add(seen, to, want);
-    const bool smooth = want.field == Field::spline || want.field == Field::formula;
-    // Beyond the outermost samples a formula goes on, and samples do as these.
-    const auto read = [&](const Places& at, double* values) {
-        Places held;
-        held.count = 0;
-        for (std::size_t i = 0; i < at.count; ++i)
-            held.add(want.field == Field::formula ? at[i] : block_.field().clamped(at[i]));
-        block_.reference(held, values);
-    };
-    add_seen(seen, Vec3::Constant(smooth ? kDerivativeStep : 1), read, to, want, {});
+    const auto read = [&](const Places& at, double* values) { read_reference(at, values, want); };
+    add_seen(seen, reference_steps(want), read, to, want, {}, kEnough);
 }
 
 RayAnswer::RayAnswer(const Stretch& reference, const Request& want, const Nearby& nearby)

@@ -61,6 +61,13 @@ struct PointMade {
     double square(std::span<const double> got) const noexcept;
 };
 
+/// How the light of the reference changes about a place of a ray, and the field.
+struct LightAbout {
+    Vec3 gradient = Vec3::Zero();     // of the field [value / sample]
+    double along = 0;                 // of the light [1 / t]
+    Vec3 by_gradient = Vec3::Zero();  // of the light, by component [sample / value]
+};
+
 /// Cells of a ray, one after another, with the field at their middles. What several models read is
 /// worked out once.
 class RayPiece {
@@ -101,8 +108,11 @@ class RayPiece {
     /// the request asks for it.
     /// @param values  at the cells' middles
     /// @param steps   along the axes, of the differences that make a gradient [sample]
+    /// @param arriving  as in add_held
     void add_read(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
-                  const Request& want);
+                  const Request& want, const ArrivingAt& arriving = {});
+    /// Of modes with light.
+    LightAbout light_about(double t, const Request& want) const;
     /// Calls each(t, value) with what a filter reads where the ray enters, at the cells' middles,
     /// and where it leaves.
     void each_in_order(const Filter& filter, const std::function<void(double, double)>& each);
@@ -112,15 +122,22 @@ class RayPiece {
                        double after = -std::numeric_limits<double>::infinity());
 
  private:
+    /// Places between two samples that casts try for a hit (kernels/ray_cast_hit_simd.cpp), where
+    /// the reference goes on.
+    static constexpr int kHitTries = 8, kEnough = std::numeric_limits<int>::max();
     void add_seen(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
-                  const Request& want, const ArrivingAt& arriving) const;
+                  const Request& want, const ArrivingAt& arriving, int tries = kHitTries) const;
     void add_lit(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
                  const Request& want, const ArrivingAt& arriving) const;
     template <class ValueAt, class Each>
     void in_order(std::span<const double> values, ValueAt&& value_at, Each&& each) const;
     double value_at(const Vec3& p, const Read& read) const;
     void follow(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
-                const Request& want) const;
+                const Request& want, int tries) const;
+    Vec3 gradient_at(double t, const Vec3& steps, const Read& read, const Request& want) const;
+    /// As the reference reads places, and the steps of its gradients.
+    void read_reference(const Places& at, double* values, const Request& want) const;
+    static Vec3 reference_steps(const Request& want);
     using Values = std::array<double, Places::kMost>;
     const PreviewBlock& block_;
     const RaySpan& ray_;

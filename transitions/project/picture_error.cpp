@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "graph/label_surface.hpp"
 #include "graph/range.hpp"
 #include "transitions/filters/field_filter.hpp"
 #include "transitions/project/picture.hpp"
@@ -59,9 +60,11 @@ Error gains(const Filter& filter, const Ask& ask) {
 /// adds the rounding of its sum.
 double rounding(const Filter& filter, const Ask& ask) {
     constexpr double kFloat = 0x1p-24, kWeights = 2e-5;
-    // One of two answers is not rounded; where rounding decides which it is, the preview says.
+    // One of two answers is not rounded. Where rounding decides which it is, and what it changes of
+    // the light of a hit, the preview says.
     const Threshold* const threshold = ask.want.mode->threshold;
-    if (threshold && threshold->flip && ask.scene.draws > 0) return 0;
+    const bool of_preview = threshold && (threshold->flip || ask.want.mode->first_hit);
+    if (of_preview && !shows_labels(ask.want) && ask.scene.draws > 0) return 0;
     const auto longest =
         static_cast<double>(std::max({ask.want.input.x, ask.want.input.y, ask.want.input.z}));
     const double sample = filter.taps <= 2 ? kWeights : 0.25 * kFloat * longest;

@@ -25,6 +25,28 @@ using Filters = std::vector<const Filter*>;
 constexpr std::array<PreviewHold, 2> kNoisy = {kZoh, kFoh};
 constexpr std::size_t kNoisyStep = 2;  // of kCastSteps
 
+/// Root mean squares of what rounding in f32 changes of a value that a cast reads.
+struct CastRounding {
+    double value = 0;           // of the sum [value]
+    Vec3 place = Vec3::Zero();  // of the place, by axis [sample]
+
+    /// A number is off by up to 2^-24 of itself, evenly: 2^-24 / sqrt(3). Along each axis a place
+    /// is the sum of a start and of a product, three roundings of about half the extent. A sum of
+    /// products over three axes keeps about four roundings of the largest value: those of the last
+    /// axis, and of its terms. Weights of two integer samples have 14 bits, off by up to half a
+    /// last place: 2^-14 / sqrt(12), as if the place were.
+    static CastRounding of(const Filter& filter, const Request& want, Type type) {
+        constexpr double kOne = 0x1p-24 / 1.7320508075688772, kSums = 2;
+        CastRounding rounding;
+        rounding.value = kSums * kOne * want.magnitude;
+        const bool short_weights = filter.taps == 2 && is_integer(type) && bytes_of(type) <= 2;
+        for (int axis = 0; axis < 3; ++axis)
+            rounding.place[axis] = std::hypot(std::sqrt(3.0) * kOne * double(want.input[axis]) / 2,
+                                              short_weights ? 0x1p-14 / std::sqrt(12.0) : 0);
+        return rounding;
+    }
+};
+
 /// Where a ray first meets a surface: from the place where the field passes the level to where it
 /// passes it again. A pixel jumps where a cast does not reach the level there, or the reference
 /// hardly does: at silhouettes, at thin walls, where a step leaves out a short stretch.
@@ -41,7 +63,10 @@ class FirstCrossing {
             if (beyond < 0) {
                 if (first_ < kNever) second_ = std::min(second_, t);
             } else if (second_ == kNever) {
-                if (first_ == kNever && last_t_ < t) slope_ = (beyond - last_) / (t - last_t_);
+                if (first_ == kNever) {
+                    if (last_t_ < t) slope_ = (beyond - last_) / (t - last_t_);
+                    about_ = piece.light_about(t, want);
+                }
                 first_ = std::min(first_, t);
             }
             last_ = beyond;
@@ -55,9 +80,22 @@ class FirstCrossing {
         return t >= first_ - margin && t <= second_ + margin;
     }
     double farthest() const { return farthest_; }
-    /// How far the place moves by what rounds the field [t]: far where a ray grazes the surface.
-    double moved_by(double rounding) const {
-        return is_met() && slope_ > 0 ? std::min(1.0, rounding / slope_) : 0;
+    /// The mean square of what rounding changes of the light there: the place moves, far where a
+    /// ray grazes the surface, and the gradient turns, far where it is short.
+    double rounded(const CastRounding& by) const {
+        if (!is_met()) return 0;
+        constexpr double kMost = 1;  // [t]
+        const double off = value_off(by);
+        const double moved = slope_ > 0 ? std::min(kMost, off / slope_ + by.place.maxCoeff()) : 0;
+        return std::min(
+            1.0, std::pow(about_.along * moved, 2) + about_.by_gradient.squaredNorm() * off * off);
+    }
+    /// The root mean square of what rounding changes of values there.
+    double value_off(const CastRounding& by) const {
+        double square = by.value * by.value;
+        for (int axis = 0; axis < 3; ++axis)
+            square += std::pow(about_.gradient[axis] * by.place[axis], 2);
+        return std::sqrt(square);
     }
     /// Behind it, as the reference has it.
     const Stretch& behind() const { return behind_; }
@@ -74,6 +112,7 @@ class FirstCrossing {
     double first_ = kNever, second_ = kNever;        // [t]
     double farthest_ = -kNever;                      // between them
     double last_ = 0, last_t_ = kNever, slope_ = 0;  // slope: at the first [value / t]
+    LightAbout about_;                               // there
 };
 
 /// What a cast makes of a crossing.
@@ -99,7 +138,8 @@ struct Crossed {
 class Halfway {
  public:
     /// Before `so_far` is given the piece.
-    void take(RayPiece& piece, const Filter& filter, const Stretch& so_far, const Request& want) {
+    void take(RayPiece& piece, const Filter& filter, const Stretch& so_far, const Request& want,
+              const ArrivingAt& arriving) {
         if (casts_.empty()) {
             if (!is_halfway(piece.places(), want.input)) return;
             casts_.assign(kShifts, so_far);
@@ -116,7 +156,7 @@ class Halfway {
             std::array<double, Places::kMost> values;
             read(piece.places(), values.data());
             piece.add_read({values.data(), piece.count()}, Vec3::Constant(1), read, casts_[shift],
-                           want);
+                           want, arriving);
         }
     }
     /// Of the cast that errs most; at least `square`.
@@ -188,8 +228,9 @@ class AtLevel {
 
 class CastRay final : public RayModel {
  public:
+    /// @param type    of the samples
     /// @param beside  of modes that end at a hit of a level, else null
-    CastRay(const Request& want, const Filters& by, double noise, ArrivingAt arriving,
+    CastRay(const Request& want, const Filters& by, Type type, double noise, ArrivingAt arriving,
             const LevelsBeside* beside)
         : want_(want),
           by_(by),
@@ -201,9 +242,11 @@ class CastRay final : public RayModel {
         if (want.mode->first_hit) {
             crossing_.emplace(want.mode);
             crossed_.resize(by.size());
+            for (const Filter* filter : by)
+                rounding_.push_back(CastRounding::of(*filter, want, type));
         }
         if (beside) at_level_.resize(by.size());
-        if (want.mode->threshold && !shows_labels(want)) halfway_.resize(by.size());
+        if (!shows_labels(want)) halfway_.resize(by.size());
         noisy_.fill(Stretch::empty(want.mode));
         clean_.fill(Stretch::empty(want.mode));
     }
@@ -212,7 +255,7 @@ class CastRay final : public RayModel {
             std::find(kCastSteps.begin(), kCastSteps.end(), step) - kCastSteps.begin());
         for (std::size_t i = 0; i < by_.size(); ++i) {
             if (!halfway_.empty() && by_[i]->taps == 1)
-                halfway_[i][s].take(piece, *by_[i], cast_[i][s], want_);
+                halfway_[i][s].take(piece, *by_[i], cast_[i][s], want_, arriving_);
             if (beside_) at_level_[i][s].take(piece, *by_[i], cast_[i][s], *beside_, want_.level());
             piece.add_held(*by_[i], cast_[i][s], want_, arriving_);
         }
@@ -240,12 +283,7 @@ class CastRay final : public RayModel {
         double square = answer.square(cast_[i][s]);
         if (!halfway_.empty()) square = halfway_[i][s].square(square, answer);
         if (beside_) square = at_level_[i][s].square(square, answer);
-        if (crossing_) {
-            // Kernels follow f32: normals turn by half a radian a unit, about, where it moves.
-            constexpr double kOfRounding = 0.2, kTurn = 0.5;
-            const double moved = crossing_->moved_by(kOfRounding * answer.nearby().rounding);
-            square += std::pow(kTurn * moved, 2);
-        }
+        if (crossing_) square += crossing_->rounded(rounding_[i]);
         if (!crossing_ || !(answer.nearby().within > 0)) {
             squares.add(fact, square, answer.fourth(square));
             return;
@@ -254,7 +292,10 @@ class CastRay final : public RayModel {
         // what the pixel shows is known.
         const Crossed& crossed = crossed_[i][s];
         if (!crossing_->is_met()) return squares.add(fact, 0);
-        const double share = share_above(crossing_->farthest(), crossed.farthest, answer.nearby());
+        // How far values go is known to two standard deviations.
+        Nearby nearby = answer.nearby();
+        nearby.rounding = 4 * crossing_->value_off(rounding_[i]);
+        const double share = share_above(crossing_->farthest(), crossed.farthest, nearby);
         const double jump = answer.square(crossing_->behind());
         const bool jumps =
             !std::isfinite(crossed.at) || !crossing_->holds(crossed.at, margin_of(kCastSteps[s]));
@@ -307,9 +348,10 @@ class CastRay final : public RayModel {
     const LevelsBeside* beside_;
     std::vector<std::array<Stretch, kCastSteps.size()>> cast_;      // by filter
     std::vector<std::array<AtLevel, kCastSteps.size()>> at_level_;  // by filter
-    std::vector<std::array<Halfway, kCastSteps.size()>> halfway_;   // by filter; of a threshold
+    std::vector<std::array<Halfway, kCastSteps.size()>> halfway_;   // by filter
     std::optional<FirstCrossing> crossing_;                         // of modes that end at a hit
     std::vector<std::array<Crossed, kCastSteps.size()>> crossed_;   // by filter
+    std::vector<CastRounding> rounding_;                            // by filter
     std::array<Stretch, kNoisy.size()> noisy_, clean_;
     std::array<Crossed, kNoisy.size()> crossed_noisy_,
         crossed_clean_;  // of modes that end at a hit
@@ -321,6 +363,7 @@ class RayCastModel final : public Model {
     explicit RayCastModel(const ModelSetting& setting)
         : want_(setting.want),
           by_(setting.filters),
+          type_(setting.field.samples().what.type),
           noise_(kMeasuredNoise * range_between(setting.statistics.low, setting.statistics.high)) {
         for (const Filter* filter : by_)
             for (const double step : kCastSteps) {
@@ -347,7 +390,7 @@ class RayCastModel final : public Model {
     }
     std::vector<double> steps() const override { return {kCastSteps.begin(), kCastSteps.end()}; }
     std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample& at) const override {
-        return std::make_unique<CastRay>(want_, by_, noise_, arriving_along(ray, at.view),
+        return std::make_unique<CastRay>(want_, by_, type_, noise_, arriving_along(ray, at.view),
                                          beside_ ? &*beside_ : nullptr);
     }
 
@@ -378,6 +421,7 @@ class RayCastModel final : public Model {
 
     const Request& want_;
     const Filters& by_;
+    Type type_;
     double noise_;
     std::optional<LevelsBeside> beside_;
     std::vector<std::unique_ptr<ArrivingGrids>> grids_;  // one a view; none: all light arrives
