@@ -224,7 +224,10 @@ class Performance {
                 poll();
             }
         }
-        if (verifier_) session_.measured->error = verifier_->finish();
+        if (verifier_) {
+            Verified& error = session_.measured->error.emplace(verifier_->finish());
+            error.high = error.at_most;
+        }
         verifier_.reset();
         session_.memory->trim();
         if (session_.spec.strict && !keeps_budgets())

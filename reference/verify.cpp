@@ -513,6 +513,26 @@ Interval Verifier::interval(double mean) const {
     return {std::min(found.low, (1 - unseen) * root), std::max(found.high, (1 + unseen) * root)};
 }
 
+/// Pixels of modes with a threshold jump, and few may do: the share of those that do although none
+/// of the draws has. Of K pixels that are each drawn with a chance of c at least all are missed
+/// with one of exp(-K c) at most, which is 5 % at K = 3 / c (the rule of three: Hanley,
+/// Lippman-Hand, JAMA 249, 1983). Where the guess finds nothing pixels are drawn least often; a
+/// jump that was met there is in the interval.
+double Verifier::share_unseen() const {
+    if (all_ || !want_.job->of_rays() || !want_.mode->threshold) return 0;
+    double least = 1, looked = 0;
+    for (const Part& part : compared_.parts)
+        if (part.missing > 0) least = std::min(least, 1 - part.missing);
+    for (const Looked& each : looked_) looked += each.is_certain ? 0 : 1;
+    if (looked == 0 || (least == 1 && looked_at_all_)) return 0;
+    const double jump = std::pow((compared_.high - compared_.low) / 4, 2);
+    const bool met =
+        std::any_of(compared_.parts.begin(), compared_.parts.end(), [&](const Part& p) {
+            return p.missing > 0 && 1 - p.missing < 2 * least && p.square > jump;
+        });
+    return met ? 0 : std::min(1.0, 3 / (least * looked));
+}
+
 void Verifier::begin_again() {
     std::fill(delivered_.begin(), delivered_.end(), std::numeric_limits<double>::quiet_NaN());
     largest_.clear();
@@ -552,6 +572,8 @@ Verified Verifier::finish() {
         verified.nrmse = std::sqrt(mean) / verified.range;
         verified.low = interval.low / verified.range;
         verified.high = interval.high / verified.range;
+        // None is larger than the range, which counts as 1.
+        verified.at_most = std::sqrt(verified.high * verified.high + share_unseen());
     }
     begin_again();
     return verified;

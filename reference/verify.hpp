@@ -17,6 +17,8 @@ struct Verified {
     double max = 0;            // largest difference [value]
     double range = 1;          // the difference that counts as 1 [value]
     std::int64_t samples = 0;  // that were compared
+    /// `high`, and of modes with a threshold as many jumps as no draw may have met.
+    double at_most = 0;
 };
 
 /// Samples to measure the errors of many results of one request on: as many as there are, or many.
@@ -116,6 +118,7 @@ class Verifier {
     void compare(const double* delivered, const double* expected, const Draw& draw);
     void take_range(const std::vector<double>& reference);
     Interval interval(double mean) const;
+    double share_unseen() const;
     void begin_again();
 
     const Request& want_;

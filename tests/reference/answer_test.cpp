@@ -237,6 +237,29 @@ TEST(Reference, TilesDoNotShow) {
     }
 }
 
+/// Rounding may let a ray along an axis begin a little before the face, where no sample is.
+TEST(Reference, TakesAsManySamplesAsThereAreUnits) {
+    constexpr std::int64_t kSide = 12;
+    const Data data = constant(kSide, 1);
+    const ReferenceField field(data, Field::linear);
+    Data ends = constant(kSide, 0);  // 1 in the last plane along z, which is met once
+    std::fill_n(ends.as<float>() + (kSide - 1) * kSide * kSide, kSide * kSide, 1.0F);
+    const ReferenceField last(ends, Field::linear);
+    for (int turn = 0; turn < 40; ++turn) {
+        Request want = picture_of(kSide, 0, mode_named("top2"));
+        want.screen = {20, 20, kSide};
+        const Vec3 centre = Vec3::Constant(0.5 * (kSide - 1));
+        const Eigen::Affine3d view = Eigen::Translation3d(9.5, 9.5, centre.z()) *
+                                     Eigen::AngleAxisd(0.05 * turn, Vec3::UnitZ()) *
+                                     Eigen::AngleAxisd(std::acos(-1) * (turn % 2), Vec3::UnitX()) *
+                                     Eigen::Translation3d(-centre);
+        want.views = view.matrix();
+        const OutputSample at{0, 7 + turn % 5, 6 + turn % 7, 0};
+        EXPECT_NEAR(Reference(want, field, heap()).values(std::span(&at, 1))[0], 2, 1e-12);
+        EXPECT_NEAR(Reference(want, last, heap()).values(std::span(&at, 1))[0], 1, 1e-12) << turn;
+    }
+}
+
 TEST(Reference, WarpsTheSameAloneAndInTiles) {
     const Data data = make_phantom("noise", 60, heap());
     Request want = picture_of(60, 0.6, Mode::mip);

@@ -198,6 +198,31 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"noise", Job::render, Mode::composite}),
     [](const auto& tested) { return "number_" + std::to_string(tested.index); });
 
+/// Where no draw has met a jump, some of the pixels that were not drawn may.
+TEST(Verifier, LeavesRoomForJumpsThatNoDrawHasMet) {
+    const Data data = make_phantom("gaussians", 40, heap());
+    const ReferenceField field(data, Field::linear);
+    for (const char* name : {"binary", "surface", "mip"}) {
+        Request want = turned(data, Job::render, 1);
+        want.mode = mode_named(name);
+        if (want.mode->takes_level) want.surface = SurfaceOf{0.4};
+        const std::vector<Data> frames = results(want, field);
+        const Verified all = verified(want, field, frames, 0, 1);
+        EXPECT_EQ(all.at_most, all.high);
+        for (const std::int64_t samples : {100, 400}) {
+            const Verified some = verified(want, field, frames, samples, 1);
+            if (!want.mode->threshold) {
+                EXPECT_EQ(some.at_most, some.high);
+                continue;
+            }
+            // Half of the draws or more are even: 3 in as many, or in all of them.
+            const double share = some.at_most * some.at_most - some.high * some.high;
+            EXPECT_GE(share, 2.9 / static_cast<double>(some.samples)) << name;
+            EXPECT_LE(share, 6.1 / static_cast<double>(some.samples)) << name;
+        }
+    }
+}
+
 /// Results that are wrong where nothing in the data tells: the guess is compared with the results.
 TEST(Verifier, FindsWrongPlacesThatTheDataDoNotTell) {
     const Data data = make_phantom("gaussians", 40, heap());
