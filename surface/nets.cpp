@@ -68,6 +68,12 @@ class Cells {
                cell[1] < n_.y - 1 && cell[2] < n_.z - 1;
     }
 
+    /// Whether a cell has no corner in the frame.
+    bool is_inner(const Cell& cell) const noexcept {
+        return cell[0] >= 1 && cell[1] >= 1 && cell[2] >= 1 && cell[0] < n_.x - 2 &&
+               cell[1] < n_.y - 2 && cell[2] < n_.z - 2;
+    }
+
     /// Which corners hold a label.
     unsigned set_of(const Cell& cell, T label) const noexcept {
         const T* first = at(cell);
@@ -110,6 +116,12 @@ class Cells {
     /// they go on as they were there.
     std::array<T, 4> layer(const Cell& cell, int axis, int side) const noexcept {
         std::array<T, 4> all;
+        if (is_inner(cell)) {
+            const T* first = at(cell) + side * corners_[std::size_t{1} << axis];
+            const std::int64_t one = corners_[std::size_t{1} << (axis + 1) % 3],
+                               two = corners_[std::size_t{1} << (axis + 2) % 3];
+            return {first[0], first[one], first[two], first[one + two]};
+        }
         for (int corner = 0; corner < 4; ++corner) {
             Cell at_corner = cell;
             at_corner[static_cast<std::size_t>(axis)] += side;
@@ -128,6 +140,11 @@ class Cells {
     /// one sample lies around, they go on as they were there.
     std::array<T, 8> going_on(const Cell& cell) const noexcept {
         std::array<T, 8> all;
+        if (is_inner(cell)) {
+            for (std::size_t corner = 0; corner < 8; ++corner)
+                all[corner] = at(cell)[corners_[corner]];
+            return all;
+        }
         for (unsigned corner = 0; corner < 8; ++corner) {
             Cell at_corner;
             for (unsigned axis = 0; axis < 3; ++axis)
@@ -137,6 +154,17 @@ class Cells {
             all[corner] = *at(at_corner);
         }
         return all;
+    }
+
+    /// Whether smoothing sees one label at all corners of a cell.
+    bool is_filled(const Cell& cell, T label) const noexcept {
+        if (!is_inner(cell)) {
+            const std::array<T, 8> all = going_on(cell);
+            return std::count(all.begin(), all.end(), label) == 8;
+        }
+        const T* first = at(cell);
+        return std::all_of(corners_.begin(), corners_.end(),
+                           [&](std::int64_t corner) { return first[corner] == label; });
     }
 
     /// Calls visit(x) for the cells of a row whose corners are not all equal.
@@ -343,7 +371,6 @@ class Net {
         const std::array<T, 8> labels = cells_.going_on(cell);
         const int groups = different(labels);
         if (groups < 2) return point;
-        point.many = groups > 2;
         bool at_low[3], at_high[3];
         for (int axis = 0; axis < 3; ++axis) {
             const std::int32_t at = cell[static_cast<std::size_t>(axis)];
@@ -452,7 +479,7 @@ class Net {
             Cell cell = sample;
             for (unsigned axis = 0; axis < 3; ++axis)
                 cell[axis] -= static_cast<std::int32_t>(corner >> axis & 1);
-            if (different(cells_.going_on(cell)) == 1) return false;
+            if (cells_.is_filled(cell, label)) return false;
         }
         return true;
     }

@@ -1,7 +1,7 @@
 #include "surface/nets_smoothing.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -16,6 +16,7 @@ using Vector = Eigen::Vector3f;
 constexpr std::size_t kLeaf = 1 << 12;           // points, walls
 constexpr int kSteps = 16, kStepsToRestore = 4;  // drawn together, and between two restorations
 constexpr int kAtTheEnd = 6;                     // restorations more
+constexpr std::size_t kMostWalls = 12;           // that meet at a corner of voxels
 constexpr int kPasses = 12, kPassesAtTheEnd = 6, kPassesOfThin = 2;  // of means over what is around
 
 /// Where a wall faces, how large it is, and by how much it should go that way to be back.
@@ -57,11 +58,12 @@ class Smoother {
           starts_((points.size() + 1) * sizeof(std::uint64_t), memory),
           at_point_(walls.size() * 4 * sizeof(std::uint32_t), memory),
           others_(points.size() * sizeof(Vector), memory),
-          pairs_(walls.size() * sizeof(std::uint64_t), memory),
+          local_(walls.size() * 4, memory),
+          first_sheets_((points.size() + 1) * sizeof(std::uint32_t), memory),
+          sheets_(walls.size() * sizeof(Quad), memory),
           facing_(walls.size() * sizeof(Facing), memory),
           swept_(walls.size() * sizeof(Swept), memory),
-          around_(walls.size() * sizeof(Swept), memory),
-          at_points_(points.size() * sizeof(Swept), memory) {
+          around_(walls.size() * sizeof(Swept), memory) {
         const auto start = span_of<std::uint64_t>(starts_, points.size() + 1);
         const auto at = span_of<std::uint32_t>(at_point_, walls.size() * 4);
         std::fill(start.begin(), start.end(), 0);
@@ -71,11 +73,7 @@ class Smoother {
         for (std::size_t w = walls.size(); w-- > 0;)
             for (const std::uint32_t point : walls[w].points)
                 at[--start[point]] = static_cast<std::uint32_t>(w);
-        const auto pair = span_of<std::uint64_t>(pairs_, walls.size());
-        for (std::size_t w = 0; w < walls.size(); ++w) {
-            const auto [low, high] = std::minmax(walls[w].below, walls[w].above);
-            pair[w] = std::uint64_t{low} << 32 | high;
-        }
+        find_sheets(memory);
     }
 
     void draw_together() {
@@ -163,10 +161,13 @@ class Smoother {
     /// sweep: those of neighbours agree. Of points x = b + t d, 0 <= t <= 1, it is the integral of
     /// d (x_u x x_v); its integrand has degree 2 in u and v, which two points of Gauss integrate.
     void measure(const NetWall& wall, Facing& facing, Swept& swept) const noexcept {
-        const Vector &a = moved_[wall.points[0]], &b = moved_[wall.points[1]],
-                     &c = moved_[wall.points[2]], &d = moved_[wall.points[3]];
-        const int u_axis = (wall.axis + 1) % 3, v_axis = (wall.axis + 2) % 3;
-        const Vector u_step = Vector::Unit(u_axis), v_step = Vector::Unit(v_axis);
+        // Along u, v and the axis, in this order.
+        const int axes[] = {(wall.axis + 1) % 3, (wall.axis + 2) % 3, wall.axis};
+        const auto moved = [&](std::size_t corner) {
+            const Vector& by = moved_[wall.points[corner]];
+            return Vector(by[axes[0]], by[axes[1]], by[axes[2]]);
+        };
+        const Vector a = moved(0), b = moved(1), c = moved(2), d = moved(3);
         constexpr float kLow = 0.21132487F, kHigh = 1 - kLow;
         float volume = 0;
         for (const float u : {kLow, kHigh})
@@ -174,43 +175,74 @@ class Smoother {
                 const Vector low = (1 - u) * a + u * b, high = (1 - u) * d + u * c;
                 const Vector at = (1 - v) * low + v * high;
                 const Vector by_u = (1 - v) * (b - a) + v * (c - d), by_v = high - low;
-                volume += at[wall.axis] + at.dot(by_u.cross(v_step) + u_step.cross(by_v)) / 2 +
-                          at.dot(by_u.cross(by_v)) / 3;
+                // d (e_u x d_v + d_u x e_v), written out.
+                const float bent = at[2] * (by_u[0] + by_v[1]) - at[0] * by_u[2] - at[1] * by_v[2];
+                volume += at[2] + bent / 2 + at.dot(by_u.cross(by_v)) / 3;
             }
         // Twice the area is the product of the diagonals.
-        const Vector one = u_step + v_step + c - a, other = v_step - u_step + d - b;
+        const Vector one = Vector(1, 1, 0) + c - a, other = Vector(-1, 1, 0) + d - b;
         const Vector twice = one.cross(other);
         // Cut along a diagonal, the shorter one, it differs from that by half of a tetrahedron.
-        const Vector side = u_step + b - a;
-        const float half = side.dot(one.cross(v_step + d - a)) / 12,
+        const Vector side = Vector(1, 0, 0) + b - a;
+        const float half = side.dot(one.cross(Vector(0, 1, 0) + d - a)) / 12,
                     cut = one.squaredNorm() < other.squaredNorm() ? -half : half;
         const float length = twice.norm(), sign = wall.below < wall.above ? 1.0F : -1.0F;
+        const Vector normal = length > 0 ? Vector(twice * (sign / length)) : Vector(0, 0, sign);
         facing.area = length / 2;
-        facing.normal = sign * (length > 0 ? twice / length : Vector(Vector::Unit(wall.axis)));
+        for (int k = 0; k < 3; ++k) facing.normal[axes[k]] = normal[k];
         swept = {sign * (volume / 4 + cut), facing.area};
+    }
+
+    /// Walls at a point between the same two groups are a sheet. Each point has its sheets one
+    /// after another; a wall belongs to one at each corner.
+    void find_sheets(std::pmr::memory_resource* memory) {
+        const auto first = span_of<std::uint32_t>(first_sheets_, points_.size() + 1);
+        auto* local = static_cast<std::uint8_t*>(local_.data());
+        const auto* at = static_cast<const std::uint32_t*>(at_point_.data());
+        first[0] = 0;
+        for_each(points_.size(), [&](std::size_t p) {
+            std::array<std::uint32_t, kMostWalls> found;  // a wall of each sheet
+            std::uint8_t sheets = 0;
+            for (const std::uint32_t& w : walls_at(p)) {
+                std::uint8_t sheet = 0;
+                while (sheet < sheets && !same_groups(walls_[found[sheet]], walls_[w])) ++sheet;
+                if (sheet == sheets) found[sheets++] = w;
+                local[&w - at] = sheet;
+            }
+            first[p + 1] = sheets;
+        });
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        const auto sheets = span_of<Quad>(sheets_, walls_.size());
+        for_each(points_.size(), [&](std::size_t p) {
+            for (const std::uint32_t& w : walls_at(p))
+                for (std::size_t corner = 0; corner < 4; ++corner)
+                    if (walls_[w].points[corner] == p)
+                        sheets[w][corner] = first[p] + local[&w - at];
+        });
+        of_sheets_ = Array(first.back() * sizeof(Swept), memory);
+    }
+
+    static bool same_groups(const NetWall& a, const NetWall& b) noexcept {
+        return std::minmax(a.below, a.above) == std::minmax(b.below, b.above);
     }
 
     /// The mean over walls between the same two groups that share a point with one; itself counts
     /// four times, those along a side twice.
     void take_mean(std::span<const Swept> of, std::span<Swept> around) {
-        const auto sums = span_of<Swept>(at_points_, points_.size());
-        const auto* pair = static_cast<const std::uint64_t*>(pairs_.data());
+        const auto* first = static_cast<const std::uint32_t*>(first_sheets_.data());
+        const auto* start = static_cast<const std::uint64_t*>(starts_.data());
+        const auto* at = static_cast<const std::uint32_t*>(at_point_.data());
+        const auto* local = static_cast<const std::uint8_t*>(local_.data());
+        auto* sums = static_cast<Swept*>(of_sheets_.data());
         for_each(points_.size(), [&](std::size_t p) {
-            Swept sum;
-            if (!points_[p].many)
-                for (const std::uint32_t w : walls_at(p)) sum += of[w];
-            sums[p] = sum;
+            Swept* here = sums + first[p];
+            std::fill(here, sums + first[p + 1], Swept{});
+            for (std::uint64_t i = start[p]; i != start[p + 1]; ++i) here[local[i]] += of[at[i]];
         });
+        const auto* sheets = static_cast<const Quad*>(sheets_.data());
         for_each(walls_.size(), [&](std::size_t w) {
             Swept sum;
-            for (const std::uint32_t p : walls_[w].points) {
-                if (!points_[p].many) {
-                    sum += sums[p];
-                    continue;
-                }
-                for (const std::uint32_t other : walls_at(p))
-                    if (pair[other] == pair[w]) sum += of[other];
-            }
+            for (const std::uint32_t sheet : sheets[w]) sum += sums[sheet];
             around[w] = {sum.volume / 16, sum.area / 16};
         });
     }
@@ -237,14 +269,18 @@ class Smoother {
             squares(axis, axis) = size;
             right[axis] = 0;
         }
-        return squares.llt().solve(right);
+        // By cofactors: what stays keeps the condition at most 21.
+        return squares.inverse() * right;
     }
 
     std::span<const NetPoint> points_;
     std::span<const NetWall> walls_;
     const float bound_;
     std::span<Vector> moved_;
-    Array starts_, at_point_, others_, pairs_, facing_, swept_, around_, at_points_;
+    Array starts_, at_point_;  // of each point its walls, one point after another
+    Array others_;
+    Array local_, first_sheets_, sheets_, of_sheets_;
+    Array facing_, swept_, around_;
 };
 
 }  // namespace
@@ -264,9 +300,12 @@ void smooth_net(std::span<const NetPoint> points, std::span<const NetWall> walls
 }
 
 double smoothing_scratch(double points, double walls) noexcept {
-    return (points + 1) * (sizeof(std::uint64_t) + sizeof(Vector) + sizeof(Swept)) +
-           walls * (4 * sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(Facing) +
-                    2 * sizeof(Swept));
+    // Where three groups meet, a point has three sheets; elsewhere one.
+    constexpr double kSheets = 1.5;
+    return (points + 1) * (sizeof(std::uint64_t) + sizeof(Vector) + sizeof(std::uint32_t) +
+                           kSheets * sizeof(Swept)) +
+           walls *
+               (4 * sizeof(std::uint32_t) + 4 + sizeof(Quad) + sizeof(Facing) + 2 * sizeof(Swept));
 }
 
 }  // namespace edgewise::surface

@@ -23,7 +23,6 @@ struct NetPoint {
 
     std::array<std::uint32_t, 6> neighbours;  // kNone: it is not drawn that way
     std::uint8_t free = 0;                    // axes along which it may move, bit by bit
-    bool many = false;                        // more than two groups meet at it
     /// Neighbours that count twice, bit by bit: beyond the scan's end the surface is taken to go on
     /// as if it were mirrored there.
     std::uint8_t twice = 0;
