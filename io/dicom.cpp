@@ -13,6 +13,7 @@
 #include "io/dicom_copies.hpp"
 #include "io/dicom_file.hpp"
 #include "io/dicom_pixels.hpp"
+#include "io/dicom_segments.hpp"
 #include "io/dicom_stack.hpp"
 #include "io/geometry.hpp"
 #include "io/reader.hpp"
@@ -477,6 +478,7 @@ Header inspect_dicom(const std::string& path, const Selection& pick) {
                                   ": MONOCHROME1: small values are bright; kept as stored");
     // Label maps hold labels in their samples, other segmentations a picture for each label.
     header.labels |= first.sop_class == "1.2.840.10008.5.1.4.1.1.66.7";
+    if (header.labels) header.segments = dicom_segments(first);
     Type type = sample_type(first);
     if (stack.labels) type = stack.most_label > 255 ? Type::u16 : Type::u8;
 

@@ -19,10 +19,11 @@ constexpr std::uint32_t kFloatPixels = 0x7fe00008, kDoublePixels = 0x7fe00009,
                         kPixelData = 0x7fe00010;
 constexpr std::uint32_t kSharedGroups = 0x52009229, kFrameGroups = 0x52009230;
 constexpr std::uint32_t kDetectors = 0x00540022, kModalityTable = 0x00283000,
-                        kWorldValues = 0x00409096;
+                        kWorldValues = 0x00409096, kSegments = 0x00620002;
 constexpr std::uint32_t kLongestValue = 1 << 20;  // of an element that describes pixels
 constexpr int kMostElements = 1 << 24;
 constexpr std::uint32_t kMostFrames = 1 << 19;
+constexpr std::int64_t kMostSegments = 65535;
 constexpr std::size_t kMostInflated = 64 << 20;  // in front of the pixels
 
 constexpr std::string_view kImplicit = "1.2.840.10008.1.2", kExplicit = "1.2.840.10008.1.2.1",
@@ -83,7 +84,7 @@ bool starts_data_set(std::span<const std::byte> head) {
 }
 
 /// What the elements of a nested item are about.
-enum class About { file, shared, frame, table, nothing };
+enum class About { file, shared, frame, table, segment, nothing };
 
 /// A sequence, or an item of one. A list of these takes the place of recursion.
 struct Level {
@@ -294,7 +295,8 @@ class Parser {
         if (!contains({"SQ", "UN", ""}, here.vr) || here.length < 8) return false;
         if (levels_.empty())
             return contains_tag(
-                {kSharedGroups, kFrameGroups, kDetectors, kModalityTable, kWorldValues}, here.tag);
+                {kSharedGroups, kFrameGroups, kDetectors, kModalityTable, kWorldValues, kSegments},
+                here.tag);
         if (levels_.back().sequence) return false;
         return is_group(here.tag);
     }
@@ -339,6 +341,12 @@ class Parser {
             if (sequence.tag == kDetectors && index == 0) level.about = About::file;
             if (sequence.tag == kWorldValues && index == 0) level.about = About::file;
             if (sequence.tag == kModalityTable && index == 0) level.about = About::table;
+            if (sequence.tag == kSegments) {
+                level.about = About::segment;
+                if (index >= kMostSegments)
+                    refuse(out_.path, "more than 65535 segments (0062,0002)");
+                out_.segments.emplace_back();
+            }
             if (sequence.tag == kFrameGroups) {
                 level.about = About::frame;
                 level.frame = index;
@@ -469,6 +477,12 @@ class Parser {
             take_place(here, out_.each[static_cast<std::size_t>(level.frame)]);
         if (level.about == About::file) take_place(here, out_.own);
         if (level.about == About::table) take_table(here, out_.modality_table);
+        if (level.about == About::segment) take_segment(here, out_.segments.back());
+    }
+    void take_segment(const Element& here, DicomSegment& segment) {
+        if (here.tag == 0x00620004) segment.number = whole(here, "US", 0);
+        if (here.tag == 0x00620005) segment.label = text(here);
+        if (here.tag == 0x0062000d) segment.lab = numbers(here, "US");
     }
     void take_table(const Element& here, DicomTable& table) {
         if (here.tag == 0x00283002) table.descriptor = numbers(here, "US");
@@ -529,6 +543,9 @@ class Parser {
 
     void take_file(const Element& here) {
         switch (here.tag) {
+            case 0x00080005:
+                out_.characters = text(here);
+                break;
             case 0x00080008:
                 out_.image_type = text(here);
                 break;

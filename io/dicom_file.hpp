@@ -51,6 +51,13 @@ struct DicomFrame {
     void fill(const DicomFrame& other);
 };
 
+/// What a segmentation says of one of its segments.
+struct DicomSegment {
+    std::int64_t number = 0;
+    std::string label;        // as stored
+    std::vector<double> lab;  // RecommendedDisplayCIELabValue: 16 bits each
+};
+
 /// A table that stored numbers are looked up in.
 struct DicomTable {
     std::vector<double> descriptor;  // entries (0: 65536), first number mapped, bits of an entry
@@ -100,6 +107,8 @@ struct DicomFile {
     std::int64_t total_columns = 0, total_rows = 0;         // of a picture in tiles; 0: not tiled
     bool fractional = false;                                // segmentation of fractions
     double most_fraction = 255;
+    std::vector<DicomSegment> segments;
+    std::string characters;  // SpecificCharacterSet
 
     std::uint64_t pixels = 0, pixel_bytes = 0;  // where they are; compressed: bytes of all
     bool pixel_words = true;                    // their representation is OW

@@ -591,6 +591,56 @@ class Places(Dicom):
             0x7fe00010: ("OB", packed), 0x52009229: ("SQ", [pixel]), 0x52009230: ("SQ", frames)})
         self.expect(self.put(e), labels, spacing=(1, 1, 2))
 
+    def test_names_and_colours_of_segments(self):
+        """A mesh has them, whether segments come as bits or as a map of labels."""
+        labels = np.zeros((4, 6, 8), "u1")
+        labels[1:3, 1:3, 1:3], labels[1:3, 3:5, 5:7] = 1, 2
+        colours = {1: (1.0, 0.0, 0.0), 2: (0.2, 0.6, 0.4)}
+
+        def segments(names):
+            return [{0x00620003: ("SQ", [{0x00080104: ("LO", "Tissue")}]), 0x00620004: ("US", n), 0x00620005: ("LO", name),
+                     0x0062000d: ("US", tuple(lab_of(colours[n])))} for n, name in names.items()]
+
+        place = [{0x00209113: ("SQ", [{0x00200032: ("DS", (0, 0, 2 * k))}])} for k in range(4)]
+        pixel = {0x00289110: ("SQ", [{0x00280030: ("DS", (1, 1)), 0x00180088: ("DS", 2)}])}
+        bits = {0x00280100: ("US", 1), 0x00280101: ("US", 1), 0x00280102: ("US", 0), 0x00620001: ("CS", "BINARY"),
+                0x7fe00010: ("OB", np.packbits(np.array([labels == 1, labels == 2]).ravel(), bitorder="little").tobytes()),
+                0x52009229: ("SQ", [pixel]),
+                0x52009230: ("SQ", [{**at, 0x0062000a: ("SQ", [{0x0062000b: ("US", n)}])} for n in (1, 2) for at in place])}
+        map_of = {0x00080016: ("UI", "1.2.840.10008.5.1.4.1.1.66.7"), 0x52009229: ("SQ", [pixel]), 0x52009230: ("SQ", place)}
+        for more, frames, names, characters in (
+                (bits, 8, {1: "Liver", 2: "Tumor \u00e9 1"}, "ISO_IR 100"), (map_of, 4, {2: "Niere", 1: "Leber"}, "ISO_IR 192"),
+                (bits, 8, {2: "b", 1: "a"}, None)):
+            e = picture(np.resize(labels, (frames, 6, 8)), "segmentation", "SEG", spacing=None,
+                        more={**more, 0x00620002: ("SQ", segments(names))})
+            if characters:
+                e[0x00080005] = ("CS", characters)
+            out = self.path(".ply")
+            found = self.run_it("mesh", self.put(dict(sorted(e.items()))), "-o", out, "--labels")
+            self.assertEqual(found.returncode, 0, found.stderr)
+            head, body = out.read_bytes().split(b"end_header\n", 1)
+            lines = head.decode().splitlines()
+            self.assertEqual([line for line in lines if line.startswith("comment label")],
+                             [f"comment label {n} {names[n]}" for n in (1, 2)])
+            vertices, faces = (int(line.split()[2]) for line in lines if line.startswith("element"))
+            body = np.frombuffer(body[24 * vertices:], [("n", "u1"), ("at", "<i4", 3), ("label", "<i4"), ("rgb", "u1", 3)])
+            self.assertEqual(len(body), faces)
+            for n in (1, 2):
+                rgb = np.unique(body["rgb"][body["label"] == n], axis=0)
+                # a* and b* have 65535 steps for 255; a level of 255 is far more.
+                np.testing.assert_array_equal(rgb, [np.rint(255 * np.array(colours[n]))])
+
+
+def lab_of(rgb):
+    """sRGB as RecommendedDisplayCIELabValue, through the matrix of ICC's profile for sRGB, which is adapted to D50."""
+    rgb = np.array(rgb)
+    light = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = np.array([[0.4360747, 0.3850649, 0.1430804], [0.2225045, 0.7168786, 0.0606169], [0.0139322, 0.0971045, 0.7141733]]) @ light
+    t = xyz / [0.9642, 1, 0.8249]
+    f = np.where(t > 216 / 24389, np.cbrt(t), (24389 / 27 * t + 16) / 116)
+    lab = 116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])
+    return [round(lab[0] / 100 * 65535), round((lab[1] + 128) / 255 * 65535), round((lab[2] + 128) / 255 * 65535)]
+
 
 def csa(tiles, normal):
     """The private header of Siemens scanners, with two of its entries."""

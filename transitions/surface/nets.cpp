@@ -23,10 +23,10 @@ Work work(const Offer& offer, const Ask& ask, int) {
     const double vertices = vertices_of(ask, kVertices, offer.from);
     const double smoothing = offer.with.number("smooth") > 0 ? 1 : 0;
     constexpr double kAlone = 8;  // one by one: vectors hold eight
-    return {.operations = 8 * samples + kAlone * (400 + 9000 * smoothing) * vertices,
+    return {.operations = 8 * samples + kAlone * (300 + 3700 * smoothing) * vertices,
             .streamed = 4 * offer.from.bytes() + 2 * surface::group_bytes(offer.from) +
                         surface::Mesh::bytes(vertices, 2 * vertices, true),
-            .gathers = (20 + 700 * smoothing) * vertices,
+            .gathers = (15 + 290 * smoothing) * vertices,
             .workspace = surface::nets_scratch(offer.from, vertices, ask.want.threads)};
 }
 
