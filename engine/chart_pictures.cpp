@@ -100,16 +100,17 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
     pictures.white = *high;
     const store::Header& header = session_.input->header;
     const Request& want = session_.want();
+    const double exposure = session_.spec.exposure.value_or(1);
     if (want.job == Job::render && want.mode->over_background) {
         pictures.black = 0;
-        pictures.white = 1;
+        pictures.white = 1 / exposure;
     } else if (!header.volume && (header.type == Type::u8 || !is_integer(header.type))) {
         pictures.black = 0;  // photographs are not stretched
         pictures.white = header.type == Type::u8 ? 255 : 1;
     }
     if (const auto& window = session_.window) {
         const auto end = [&](const WindowEnd& at) {
-            return at.percentile ? quantile(values, at.at / 100) : at.at;
+            return at.percentile ? quantile(values, at.at / 100) : at.at / exposure;
         };
         pictures.black = end(window->low);
         pictures.white = end(window->high);

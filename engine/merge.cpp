@@ -174,11 +174,13 @@ class Merging {
             !left_out.empty())
             merge_.messages.warning(left_out);
         writes_ = outputs_ && !outputs_->none();
+        if (want.mode->over_background) shown_.exposure = spec_.exposure.value_or(1);
         want.mode = coloured_mode();
         if (writes_) written_ = written_of(want, spec_, geometry, input, *outputs_, 0, 1);
         // Colours are there, and no background is seen through them.
         written_.tail.channels = kColours;
         written_.tail.over_background = false;
+        written_.tail.exposure.reset();
         for (const std::string& warning : written_.warnings) merge_.messages.warning(warning);
     }
 
@@ -264,7 +266,7 @@ class Merging {
         if (colours_) return;
         const auto begin = Clock::now();
         const std::vector<std::shared_ptr<const Data>> values(values_[0].begin(), values_[0].end());
-        channel.shades = shades_of(values, session.window, Tail{});
+        channel.shades = shades_of(values, session.window, shown_);
         add(values_[0], channel);
         merging_ += since(begin);
     }
@@ -278,7 +280,7 @@ class Merging {
             window || !bytes_ || !shows_values(*spec_.mode)) {
             std::vector<std::shared_ptr<const Data>> all;
             for (const Pictures& part : values_) all.insert(all.end(), part.begin(), part.end());
-            shades = shades_of(all, window, Tail{});
+            shades = shades_of(all, window, shown_);
             if (!window && shades.white > 0) shades.black = 0;
         }
         for (std::size_t i = 0; i < values_.size(); ++i) {
@@ -373,6 +375,7 @@ class Merging {
     bool colours_ = false;   // they are red, green and blue of one colour
     bool by_alpha_ = false;  // and multiplied by alpha before rays see them
     bool bytes_ = false;     // of 8 bits
+    Tail shown_;             // what the results of channels are
     std::size_t part_ = 0;   // of values_, whose turn it is
     std::optional<Outputs> outputs_;
     bool writes_ = false;

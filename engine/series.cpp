@@ -209,7 +209,7 @@ class Playing {
         without->what = session.input->data->what;
         session.input->data = without;
         session.memory->trim();
-        if (at_once_) write(time, *session.window);
+        if (at_once_) write(time, session.window);
     }
 
     void add(const Session& session, int time) {
@@ -233,8 +233,7 @@ class Playing {
     void begin_writing() {
         if (!writes_) return;
         writer_.emplace(*outputs_, written_.header, spec_, series_.times, series_.messages.stop());
-        const std::optional<Window>& window = series_.first->window;
-        at_once_ = !spec_.strict && window && window->values();
+        at_once_ = !spec_.strict && are_known(series_.first->window, written_.tail);
     }
 
     void write(int time, const std::optional<Window>& window) {

@@ -605,7 +605,7 @@ bool Session::writes_at_once() const noexcept {
     const bool into_files = outputs && !outputs->none();
     // Frames of an animation are written in order, whichever is there first.
     if (into_files && outputs->animates(want().frames)) return false;
-    return !into_files || !written.tail.view || (window && window->values());
+    return !into_files || !written.tail.view || are_known(window, written.tail);
 }
 
 std::vector<Source> Session::sources() const {

@@ -117,8 +117,8 @@ struct Session {
 
     const Request& want() const noexcept { return request; }
     Ask ask() const noexcept { return {request, scene}; }
-    /// Frames are written as they come; else they wait until all are there: the default window
-    /// needs the range of all.
+    /// Frames are written as they come; else they wait until all are there: the default window of
+    /// values needs the range of all.
     bool writes_at_once() const noexcept;
     /// Where a path may start: at the samples in memory; where there are ranks, also at the samples
     /// on disk, of which every rank reads its share.

@@ -243,6 +243,8 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     const auto finish = [&]() -> Written& {
         written.tail.over_background = over_background;
         written.tail.background = want.background;
+        if (want.job == Job::render && want.mode->over_background)
+            written.tail.exposure = spec.exposure.value_or(1);
         // What was not multiplied on the way in, or not divided on the way out, is as it was.
         const bool as_it_was = want.job->samples && written.tail.alpha == store::Alpha::none &&
                                header.channels == input.header.channels;

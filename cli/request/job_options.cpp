@@ -195,6 +195,7 @@ void read_mode(RequestSpec& spec, const JobOptions& o) {
     if (o.isovalue) spec.isovalue = number_of("--isovalue", *o.isovalue);
     if (o.outside) spec.outside = number_of("--outside", *o.outside);
     if (o.window) spec.window = window_of(*o.window);
+    if (o.exposure) spec.exposure = number_of("--exposure", *o.exposure);
     if (o.reference)
         spec.reference = static_cast<Field>(
             chosen("--reference", *o.reference, {"spline", "linear", "nearest"}));

@@ -16,7 +16,7 @@ struct JobOptions {
     std::optional<std::string> out;
     GeometryWords geometry;
     SelectionWords selection;
-    std::optional<std::string> mode, zero, background, transfer, preset, window, outside, isovalue,
+    std::optional<std::string> mode, zero, background, transfer, preset, window, exposure, outside, isovalue,
         smooth;
     std::optional<std::string> op, kernel, border;     // of filter
     std::optional<std::string> angles, to, threshold;  // of radon

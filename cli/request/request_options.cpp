@@ -175,8 +175,18 @@ void add_mode(CLI::App& app, JobOptions& o) {
     app.add_flag("--labels", o.labels,
                  "the samples are labels: nearest, no new value, values bit for bit");
     if (o.job == Job::render) add_text(app, "--smooth", o.smooth, kSmoothHelp)->type_name("0..1");
-    add_text(app, "--window", o.window, "what is black and white, values or percentiles")
+    add_text(app, "--window", o.window,
+             o.job == Job::render
+                 ? "what is black and white, values or percentiles; default the range of all "
+                   "frames. composite: where the grey ramp runs; with colours of its own, as "
+                   "surface and binary: of light, default 0,1"
+                 : "what is black and white, values or percentiles")
         ->type_name("LO,HI");
+    if (o.job == Job::render)
+        add_text(app, "--exposure", o.exposure,
+                 "composite, surface and binary: pictures of 8 and 16 bits show light times E; "
+                 "default 1")
+            ->type_name("E");
 }
 
 void add_surface(CLI::App& app, JobOptions& o) {

@@ -14,6 +14,7 @@
 #include "engine/request/percentile.hpp"
 #include "engine/request/radon.hpp"
 #include "engine/transfer/presets.hpp"
+#include "engine/transfer/robust_window.hpp"
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
 #include "graph/label_surface.hpp"
@@ -110,6 +111,7 @@ void take_mode(Request& want, const RequestSpec& spec) {
     only("--preset", spec.suiting_preset, &ModeTraits::takes_transfer);
     only("--shade", spec.shade.has_value(), &ModeTraits::takes_light);
     only("--depth-cue", spec.cue.has_value(), &ModeTraits::takes_cue);
+    only("--exposure", spec.exposure.has_value(), &ModeTraits::over_background);
     if (want.job == Job::render) {
         only("--isovalue", spec.isovalue.has_value(), &ModeTraits::takes_level);
         const bool of_labels = spec.labels && want.mode->first_hit;
@@ -240,6 +242,8 @@ void expect_sensible(const RequestSpec& spec) {
     expect(!spec.cue || (spec.cue->per_length >= 0 && std::isfinite(spec.cue->per_length)),
            "--depth-cue", "K of at least 0");
     expect(!spec.background || !spec.keeps_alpha, "--background", "colours, or none");
+    expect(!spec.exposure || (*spec.exposure > 0 && std::isfinite(*spec.exposure)), "--exposure",
+           "a number above 0");
     expect(!spec.transfer || !spec.suiting_preset, "--preset", "one, or one that suits the data");
     if (!spec.window) return;
     const auto& [low, high] = *spec.window;
@@ -482,6 +486,20 @@ std::vector<std::string> take_level(Request& want, const Statistics& statistics)
                         high, so)};
 }
 
+/// How far a value lies on the way from one to another, 0 to 1; 1 where they are the same.
+double share_between(double value, double low, double high) {
+    return low == high ? 1 : std::clamp((value - low) / (high - low), 0.0, 1.0);
+}
+
+/// The mean of that over some of the samples; 1 without samples.
+double mean_share(const Data& data, double low, double high) {
+    const std::vector<float> values = drawn_values(data, Region::all(data.what.extent), 1);
+    if (values.empty()) return 1;
+    double sum = 0;
+    for (const float value : values) sum += share_between(value, low, high);
+    return sum / static_cast<double>(values.size());
+}
+
 void take_mask(Request& want, const Data& data) {
     const Filtering* filtering = want.setting.as<Filtering>();
     if (!filtering || !is_binary(filtering->op)) return;
@@ -517,7 +535,6 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
     // Far below the noise of any scanner, far above the rounding of differences.
     constexpr double kNoSurface = 1e-4;
     want.shading.least = kNoSurface * range_between(statistics.low, statistics.high);
-    const double unit = want.spacing.minCoeff();
     if (spec.transfer || spec.suiting_preset) {
         const TransferSpec asked = spec.transfer
                                        ? *spec.transfer
@@ -539,13 +556,20 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
     // Without a transfer function the window is where the grey ramp runs, so it is no view of the
     // result as well.
     double low = statistics.low, high = statistics.high;
+    double share = share_between(statistics.mean, low, high);
     if (window) {
         const std::array<double, 2> ends = ends_of(*window, data, statistics);
         low = ends[0], high = ends[1];
+        share = mean_share(data, low, high);
         window.reset();
     }
-    want.transfer = grey_ramp(low, high, unit);
-    return {};
+    const int part = ramp_part(share);
+    want.transfer = grey_ramp(low, high, want.spacing.minCoeff() / part);
+    if (part == 1) return {};
+    return {{},
+            {fmt::format("--mode {}: most of the volume is dark, so the grey ramp's opacities are "
+                         "for 1/{} of the smallest spacing; --transfer and --preset have their own",
+                         want.mode->name, part)}};
 }
 
 void take_values_of(const Request& from, Request& want) {
@@ -555,6 +579,14 @@ void take_values_of(const Request& from, Request& want) {
     want.surface = from.surface;
     want.transfer = from.transfer;
     want.shading = from.shading;
+}
+
+int ramp_part(double share) noexcept {
+    constexpr int kMostParts = 16;
+    constexpr double kSparse = 1.0 / 16;
+    int part = 1;
+    while (part < kMostParts && share * part < kSparse) part *= 2;
+    return part;
 }
 
 Transfer grey_ramp(double low, double high, double unit) {

@@ -147,6 +147,7 @@ struct RequestSpec {
     std::optional<double> occlusion;  // radius of what keeps ambient light away [file unit]
     std::optional<DepthCue> cue;
     std::optional<Window> window;
+    std::optional<double> exposure;  // of modes that show light; values stay
     std::optional<Field> reference;  // what the samples mean
     bool labels = false;             // no new value appears, all come out bit for bit
     std::optional<double> smooth;    // of labels' surfaces: 0 to 1 of half a sample

@@ -199,9 +199,12 @@ double value_of_rank(std::span<const std::shared_ptr<const Data>> frames, const 
 
 Shades shades_of(std::span<const std::shared_ptr<const Data>> frames,
                  const std::optional<Window>& window, const Tail& tail) {
+    const double exposure = tail.exposure.value_or(1);
     Shades levels{0, 1};
-    if (window && window->values()) {
-        levels = {window->low.at, window->high.at};
+    if (!window && tail.exposure) {
+        levels.white /= exposure;
+    } else if (window && window->values()) {
+        levels = {window->low.at / exposure, window->high.at / exposure};
     } else {
         double low = INFINITY, high = -INFINITY, count = 0;
         for_each_value(frames, tail, [&](double v) {
@@ -220,6 +223,10 @@ Shades shades_of(std::span<const std::shared_ptr<const Data>> frames,
     if (!(levels.black < levels.white))
         levels.white = levels.black + std::max(1.0, std::abs(levels.black));
     return levels;
+}
+
+bool are_known(const std::optional<Window>& window, const Tail& tail) noexcept {
+    return window ? window->values() : tail.exposure.has_value();
 }
 
 Array finished(const Data& result, const Tail& tail, const Shades& levels,

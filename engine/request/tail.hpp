@@ -20,8 +20,11 @@ struct Tail {
     Type type = Type::f32;
     store::Wide integers = store::Wide::no;  // those of the table, in the place of f64
     ValueMap values;                         // of values: value = slope * stored + offset
-    int channels = 1;                        // written
-    bool over_background = false;            // composite: four premultiplied channels become three
+    /// Of light from 0 to 1, which is shown as it is, times this; absent: of values, which are
+    /// shown by their range.
+    std::optional<double> exposure;
+    int channels = 1;              // written
+    bool over_background = false;  // composite: four premultiplied channels become three
     std::array<double, 3> background{0, 0, 0};
     store::Alpha alpha = store::Alpha::none;  // of the last channel that is written
     double alpha_unit = 1;                    // stored alpha that is opaque
@@ -32,10 +35,14 @@ struct Shades {
     double black = 0, white = 1;
 };
 
-/// The values behind a window, over all frames; non-finite samples do not count.
-/// @param window  absent: the range
+/// The values behind a window, over all frames; non-finite samples do not count. Percentiles of
+/// light are those of what is computed, whatever the exposure.
+/// @param window  absent: the range; of light 0 to 1
 Shades shades_of(std::span<const std::shared_ptr<const Data>> frames,
                  const std::optional<Window>& window, const Tail& tail);
+
+/// Whether shades_of() needs no frames.
+bool are_known(const std::optional<Window>& window, const Tail& tail) noexcept;
 
 /// Samples as they are written.
 /// @param result  [samples, channels], of any stored type
