@@ -158,10 +158,12 @@ void count_writing(Session& session) {
     if (!want.written || !session.answer || session.drawn == 0) return;
     const double error = rounding_of(session.ask()) / session.scene.range;
     const auto copies = [&](const Step& step) {
-        return counted_error(*step.by, step.offer, session.ask()).copies;
+        return step.by->error_of(step.offer, session.ask()).copies;
     };
     const auto raise = [&](Plan& plan) {
-        if (std::all_of(plan.steps.begin(), plan.steps.end(), copies)) return;
+        // An integer type is that of the samples; f32 may have fewer digits.
+        if (want.written->rounds() && std::all_of(plan.steps.begin(), plan.steps.end(), copies))
+            return;
         plan.predicted.error = std::hypot(plan.predicted.error, error);
         if (!plan.steps.empty()) plan.steps.back().predicted.error = plan.predicted.error;
     };

@@ -108,10 +108,8 @@ Error counted_error(const Transition& edge, const Offer& offer, const Ask& ask) 
     const std::optional<WrittenAs>& written = ask.want.written;
     if (!written && !ask.want.budget.copied) error.copies = true;
     // A file in f32 rounds copies too of what has more digits.
-    const Representation& from = offer.from;
-    if (written && written->type == Type::f32 &&
-        !(from.values.identity() && ask.scene.fits_f32(from.type, from.values)))
-        error.copies = false;
+    if (written && !written->rounds() && error.copies && is_target(offer.to, ask.want))
+        error.noise = std::hypot(error.noise, rounding_of(ask));
     return error;
 }
 

@@ -10,6 +10,7 @@
 #include "reference/error_tally.hpp"
 #include "reference/preview_block.hpp"
 #include "reference/ray_look.hpp"
+#include "reference/stored.hpp"
 #include "scene/model.hpp"
 #include "scene/preview.hpp"
 
@@ -273,6 +274,19 @@ double changed_by_writing(const WrittenAs& written, const std::vector<double>& e
     return square;
 }
 
+/// The sample at a place, with all its digits, which a block of f32 does not keep.
+std::vector<double> sample_of(const ReferenceField& field, const Vec3& p) {
+    const Data& samples = field.samples();
+    const Extent& n = samples.what.extent;
+    const Vec3 q = field.clamped(p);
+    const auto at = [&](int axis) { return std::llround(q[axis]); };
+    const std::int64_t place = at(0) + n.x * (at(1) + n.y * at(2));
+    std::vector<double> values(static_cast<std::size_t>(samples.what.channels));
+    for (int c = 0; c < samples.what.channels; ++c)
+        values[static_cast<std::size_t>(c)] = value_at(samples, place * samples.what.channels + c);
+    return values;
+}
+
 /// @param whole  of all the input, or null: one is prepared here
 void measure(const Reference& reference, const PointSetting& setting, Cluster& cluster,
              const PreviewBlock* whole, std::pmr::memory_resource* memory) {
@@ -316,7 +330,9 @@ void measure(const Reference& reference, const PointSetting& setting, Cluster& c
             first += count;
         }
         if (setting.want.written && !labels)
-            squares.back() = changed_by_writing(*setting.want.written, expected);
+            squares.back() = changed_by_writing(
+                *setting.want.written,
+                exact && field.kind() != Field::formula ? sample_of(field, p) : expected);
         for (std::size_t fact = 0; fact < squares.size(); ++fact)
             cluster.squares[fact] += squares[fact];
     }

@@ -70,7 +70,7 @@ class Promises(running.Running):
                         self.assertAlmostEqual(measured, true, delta=1e-3 * true + 1e-15)
                     self.assertLessEqual(measured, 1.02 * promised + 1e-15)  # kAgain of measured_results.cpp
                     self.assertLessEqual(promised, 3 * measured + 1e-15)
-                    self.assertEqual(measured > 0, low != -70, "integers of 24 bits are kept")
+                    self.assertEqual(measured > 1e-12, low != -70, "integers of 24 bits are kept")
 
     def test_samples_at_both_faces(self):
         """Of rays along an axis the first and last samples lie half a unit from the faces, whatever rounding makes of those."""
@@ -87,9 +87,9 @@ class Promises(running.Running):
 
     def test_light_at_the_faces_of_a_scan(self):
         """The derivative across a face is that of the outermost sample, on whose other side the spline is mirrored: 0."""
-        for level, view, size in (("-566.5", "107.2,32.81,58.2", "50x50"), ("-631.8", "-38.14,77.99,90", "27x53"), ("200", "90,0,10", "40x40")):
+        for level, view, size in (("-566.5", "107.2,32.81,58.2", "50x50"), ("-631.8", "-38.14,77.99,90", "27x53"), ("-300", "90,0,10", "40x40")):
             self.check("render", DATA / "ct_chest/chest.nrrd", "--rotate", view, "--size", size, "--mode", "surface", "--isovalue", level,
-                       "--max-error", "0.01")
+                       "--max-error", "0.02")
 
     def test_random_requests(self):
         """Each is measured on all of its pixels, so that no promise is left to chance but for what is drawn of the input."""

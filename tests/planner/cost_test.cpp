@@ -74,28 +74,25 @@ TEST(Label, RoundingCountsWhereSamplesAreNoCopies) {
 }
 
 TEST(Label, FilesInF32RoundCopiesOfSamplesWithMoreDigits) {
-    const Transition copying{.name = "toy.copying", .error = [](const Offer&, const Ask&) -> Error {
-                                 return {.copies = true};
-                             }};
+    Transition copying;
+    copying.name = "toy.copying";
+    copying.error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; };
     Request want;
+    want.job = Job::warp;
     want.written = WrittenAs{.type = Type::f32};
-    const auto copies = [&](Type type, const ValueMap& values, double high) {
-        Offer offer{.from = made(1, 1), .to = made(1, 1)};
-        offer.from.type = type;
-        offer.from.values = values;
-        const Scene scene{.low = 0, .high = high};
-        return counted_error(copying, offer, {want, scene}).copies;
-    };
-    EXPECT_FALSE(copies(Type::f64, {}, 1));
-    EXPECT_FALSE(copies(Type::i32, {}, 1 << 25));
-    EXPECT_TRUE(copies(Type::i32, {}, 1 << 24));
-    EXPECT_TRUE(copies(Type::u16, {}, 1000));
-    EXPECT_FALSE(copies(Type::u16, {0.1, 0}, 1000)) << "a tenth is no number of f32";
-
+    Offer offer{.from = made(1, 1), .to = made(1, 1)};
+    offer.to.space = "screen";
     Scene scene{.low = -100, .high = 50};
-    EXPECT_EQ(rounding_of({want, scene}), 0) << "most results are f32 already";
+    EXPECT_EQ(counted_error(copying, offer, {want, scene}).noise, 0)
+        << "nothing measured: most results are f32 already";
     scene.facts["written"] = 2e-6;  // measured
+    const Error error = counted_error(copying, offer, {want, scene});
+    EXPECT_TRUE(error.copies);
+    ASSERT_TRUE(is_target(offer.to, want));
+    EXPECT_EQ(error.noise, 2e-6);
     EXPECT_EQ(rounding_of({want, scene}), 2e-6);
+    want.written = WrittenAs{.type = Type::i16};
+    EXPECT_EQ(counted_error(copying, offer, {want, scene}).noise, 0) << "the samples' own type";
 }
 
 TEST(Label, DominanceIsWeakAndInAllResources) {
