@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <fmt/format.h>
@@ -85,23 +86,49 @@ std::optional<double> dynamic_range_of(const OfSamples& of, const Representation
     return 20 * std::log10(range / floor);
 }
 
-/// Which share of the power lies in which octave.
-std::string octaves_of(const RadialPower& spectrum) {
-    double all = 0;
-    for (const double power : spectrum.power) all += power;
-    if (!(all > 0)) return "nothing varies";
-    const auto between = [&](double low, double high) {
-        double part = 0;
-        for (std::size_t i = 0; i < spectrum.power.size(); ++i)
-            if (spectrum.frequency[i] > low && spectrum.frequency[i] <= high)
-                part += spectrum.power[i];
-        return 100 * part / all;
-    };
-    return fmt::format(
-        "{:.3g} % of the power up to 1/16 cycles a sample, {:.3g} % to 1/8, {:.3g} % to 1/4, "
-        "{:.3g} % to 1/2, {:.3g} % beyond (in {} bricks; {} are empty)",
-        between(-1, 1. / 16), between(1. / 16, 1. / 8), between(1. / 8, 1. / 4),
-        between(1. / 4, 1. / 2), between(1. / 2, 2), spectrum.bricks, spectrum.empty);
+/// Bars of how often values occur, from the least to the greatest, by the logarithm of the count.
+std::string bars_of(const Histogram& histogram) {
+    constexpr std::size_t kBars = 48;
+    constexpr std::array<const char*, 9> kHeights = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+    const std::size_t bins = histogram.counts.size(), bars = std::min(kBars, bins);
+    std::vector<double> heights(bars);
+    for (std::size_t i = 0; i < bins; ++i)
+        heights[i * bars / bins] += static_cast<double>(histogram.counts[i]);
+    double most = 0;
+    for (double& height : heights) most = std::max(most, height = std::log1p(height));
+    std::string text;
+    for (const double height : heights)
+        text += kHeights[most > 0 ? static_cast<std::size_t>(std::ceil(8 * height / most)) : 0];
+    return text;
+}
+
+/// The value that a share of all values is below, from a histogram.
+double quantile_of(const Histogram& histogram, double share, bool integers) {
+    double all = 0, below = 0;
+    for (const std::int64_t count : histogram.counts) all += static_cast<double>(count);
+    const auto bins = static_cast<double>(histogram.counts.size());
+    const double width = (histogram.high - histogram.low) / std::max(1.0, bins);
+    double value = histogram.low;
+    for (std::size_t i = 0; i < histogram.counts.size() && below < share * all; ++i) {
+        const auto count = static_cast<double>(histogram.counts[i]);
+        if (count > 0)
+            value = histogram.low +
+                    width * (static_cast<double>(i) + std::min(1.0, (share * all - below) / count));
+        below += count;
+    }
+    return integers ? std::round(value) + 0.0 : value;
+}
+
+/// Spacing with its unit: of what is smaller than a tenth of a millimetre in micrometres.
+std::string spacing_text(const store::Header& header, int axes) {
+    const bool small =
+        header.unit == "mm" &&
+        *std::max_element(header.spacing.begin(), header.spacing.begin() + axes) < 0.1;
+    std::string text;
+    for (int k = 0; k < axes; ++k)
+        text += fmt::format("{}{:.6g}", k ? " x " : "",
+                            header.spacing[static_cast<std::size_t>(k)] * (small ? 1000 : 1));
+    return text + " " + (small ? "um" : header.unit.empty() ? "(no unit)" : header.unit);
 }
 
 Json json_of(const Facts& facts) {
@@ -150,12 +177,6 @@ Json json_of(const Facts& facts) {
 std::string text_of_facts(const Facts& facts) {
     const store::Header& h = facts.input.header;
     const int axes = h.volume ? 3 : 2;
-    const auto numbers = [&](const auto& v) {
-        std::string text;
-        for (int k = 0; k < axes; ++k)
-            text += fmt::format("{}{:.6g}", k ? " x " : "", v[static_cast<std::size_t>(k)]);
-        return text;
-    };
     std::string text =
         fmt::format("{}: {} ({})\n", facts.input.name, h.volume ? "volume" : "image", h.format);
     const auto line = [&](const char* key, const std::string& value) {
@@ -170,7 +191,8 @@ std::string text_of_facts(const Facts& facts) {
     for (std::size_t i = 0; i < h.levels.size() && h.levels.size() > 1; ++i)
         line("level", fmt::format("{}: {}{}", i, text_of(h.levels[i], axes),
                                   static_cast<int>(i) == h.level ? " (this)" : ""));
-    line("spacing", numbers(h.spacing) + " " + h.unit);
+    if (!h.modality.empty()) line("modality", h.modality);
+    line("spacing", spacing_text(h, axes));
     line("orientation", h.orientation.empty() ? "not said" : h.orientation);
     line("type", std::string(name_of(h.type)) +
                      (h.values.identity() ? ""
@@ -181,10 +203,14 @@ std::string text_of_facts(const Facts& facts) {
         line("range", fmt::format("{:.6g} to {:.6g}, mean {:.6g}", s.low, s.high, s.mean));
         if (s.non_finite) line("not finite", fmt::format("{} values", s.non_finite));
         line("occupied", fmt::format("{:.1f} % of the samples", s.occupied_fraction * 100));
-        line("spectrum", octaves_of(facts.measured->spectrum));
-        if (facts.measured->dynamic_range)
-            line("dynamic", fmt::format("{:.1f} dB from the range to the highest frequencies",
-                                        *facts.measured->dynamic_range));
+        const Histogram& histogram = facts.measured->histogram;
+        const bool integers = is_integer(h.type) && h.values.identity();
+        const auto quantile = [&](double share) { return quantile_of(histogram, share, integers); };
+        if (histogram.counts.size() > 1)
+            line("histogram",
+                 fmt::format(
+                     "{} (logarithmic; 1 % below {:.4g}, half below {:.4g}, 99 % below {:.4g})",
+                     bars_of(histogram), quantile(0.01), quantile(0.5), quantile(0.99)));
         line("memory", fmt::format("{:.1f} MiB", facts.input.bytes() / 0x1p20));
     } else {
         if (h.times > 1) line("note", "several time points: --time N, from 0, says which");

@@ -100,7 +100,7 @@ int do_job(const JobOptions& options, bool runs) {
             if (options.explain || options.json || options.report || !runs) weigh(session);
             forget_errors(session);
             if (options.explain || (!runs && options.json != "-")) {
-                explain(options, explanation_of(session));
+                explain(options, explanation_of(session, options.explain_all));
                 explained = true;
             }
             if (runs) run(*typed);
@@ -118,7 +118,7 @@ int do_job(const JobOptions& options, bool runs) {
             session.messages.end_progress();
             forget_errors(session);
             if (session.answer && (options.explain || !runs) && !explained)
-                explain(options, explanation_of(session));
+                explain(options, explanation_of(session, options.explain_all));
             report(*typed, runs, Failure{code, message});
         });
 }

@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 #include <vector>
 
+#include "cli/request/daily_help.hpp"
 #include "cli/request/errors.hpp"
 #include "cli/request/filter_words.hpp"
 #include "cli/session/report.hpp"
@@ -59,7 +60,7 @@ std::string no_option(const CLI::App& app, const std::string& typed, const std::
             return fmt::format("there is no option {}; it is edgewise filter FILE -o OUT {}",
                                option, meant);
     }
-    const std::string help = fmt::format("`edgewise {} --help` shows all", app.get_name());
+    const std::string help = fmt::format("`edgewise {} --help-all` shows all", app.get_name());
     const std::string others = verbs_with(app, option);
     return fmt::format(
         "there is no option {}; {}", option,
@@ -102,6 +103,8 @@ int parse_failed(const CLI::App& main, const CLI::ParseError& error, int count, 
 int run(int count, char** words) {
     CLI::App main("The cheapest way from the volume or image you have to the picture you want.",
                   "edgewise");
+    main.formatter(daily_help());
+    main.set_help_all_flag("--help-all", "all options, in groups");
     main.set_version_flag("--version", "edgewise " + version());
     main.require_subcommand(1);
     main.ignore_case();  // of verbs

@@ -89,7 +89,8 @@ int do_merge(const JobOptions& options, bool runs) {
                 if (options.explain || options.json || !runs) weigh(session);
                 forget_errors(session);
                 if (options.explain || (!runs && options.json != "-"))
-                    explain(options, heading(channel) + explanation_of(session) + "\n");
+                    explain(options,
+                            heading(channel) + explanation_of(session, options.explain_all) + "\n");
             });
             if (runs) {
                 if (options.explain || (options.verify && options.json != "-"))
@@ -116,8 +117,8 @@ int do_merge(const JobOptions& options, bool runs) {
                                    channels.back().session->answer &&
                                    !channels.back().session->answer->plan;
             if (unplanned && (options.explain || !runs))
-                explain(options,
-                        heading(channels.back()) + explanation_of(*channels.back().session));
+                explain(options, heading(channels.back()) +
+                                     explanation_of(*channels.back().session, options.explain_all));
             write_report(Failure{code, message});
         });
 }

@@ -89,7 +89,8 @@ int do_series(const JobOptions& options, bool runs) {
                 if (options.explain || options.json || !runs) weigh(first);
                 forget_errors(first);
                 if (options.explain || (!runs && options.json != "-"))
-                    explain(options, times_heading(series) + explanation_of(first));
+                    explain(options,
+                            times_heading(series) + explanation_of(first, options.explain_all));
             });
             if (runs) {
                 if (options.explain || (options.verify && options.json != "-"))
@@ -111,7 +112,7 @@ int do_series(const JobOptions& options, bool runs) {
                 forget_errors(*first);
                 const bool unplanned = first->answer && !first->answer->plan;
                 if (unplanned && (options.explain || !runs))
-                    explain(options, explanation_of(*first));
+                    explain(options, explanation_of(*first, options.explain_all));
             }
             write_report(Failure{code, message});
         });

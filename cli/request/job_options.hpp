@@ -16,8 +16,8 @@ struct JobOptions {
     std::optional<std::string> out;
     GeometryWords geometry;
     SelectionWords selection;
-    std::optional<std::string> mode, zero, background, transfer, preset, window, exposure, outside, isovalue,
-        smooth;
+    std::optional<std::string> mode, zero, background, transfer, preset, window, exposure, outside,
+        isovalue, smooth;
     std::optional<std::string> op, kernel, border;     // of filter
     std::optional<std::string> angles, to, threshold;  // of radon
     std::optional<std::string> shade, material, phase, cue, occlusion;
@@ -29,8 +29,8 @@ struct JobOptions {
     std::optional<std::string> progress, log;
     std::optional<std::string> report, stop_after;
     std::vector<std::string> words;  // of the command line, as it was typed
-    bool explain = false, quiet = false, strict = false, labels = false, shadows = false,
-         progressive = false, slices = false, inverse = false;
+    bool explain = false, explain_all = false, quiet = false, strict = false, labels = false,
+         shadows = false, progressive = false, slices = false, inverse = false;
 };
 
 /// Reads all texts that say what is asked for. @throws RequestError

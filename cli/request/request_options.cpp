@@ -277,7 +277,15 @@ void add_output(CLI::App& app, JobOptions& o, OutNeeded out) {
              "composite: what is done from the front by then is the picture");
     }
     text("--json", o.json, "FILE|-", "report");
-    app.add_flag("--explain", o.explain, "the plan and its alternatives")->group("Output");
+    app.add_option("--explain", CLI::callback_t([&o](const Words& words) {
+                       o.explain = true;
+                       o.explain_all = words.back() == "all";
+                       return words.back().empty() || o.explain_all;
+                   }),
+                   "the plan and its alternatives; --explain=all: each refusal too")
+        ->expected(0, 0)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+        ->group("Output");
     const bool is_verifiable = has_reference(o.job);
     if (is_verifiable) add_verify(app, o);
     text("--repeat", o.repeat, "N", "run N times");

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cli/session/margin_report.hpp"
+#include "cli/session/refusals.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
@@ -137,6 +138,23 @@ std::string steps_text(const Plan& plan) {
     return text;
 }
 
+/// @param all  one by one, else folded by reason
+std::string refused_text(const std::vector<Refusal>& refused, const Catalogue& catalogue,
+                         bool all) {
+    if (refused.empty()) return {};
+    const Refusals by_reason = folded(refused, catalogue);
+    std::string text = fmt::format("\nrefused: {}{}\n", count_text(by_reason),
+                                   all ? "" : " (--explain=all lists all)");
+    constexpr std::size_t kNames = 3;
+    if (all)
+        for (const Refusal& refusal : refused)
+            text += fmt::format("  {}: {}\n", refusal.transition, refusal.reason);
+    else
+        for (const auto& [reason, names] : by_reason.reasons)
+            text += fmt::format("  {}: {}\n", few_of(names, kNames), reason);
+    return text;
+}
+
 double median(std::vector<double> values) {
     std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
     return values[values.size() / 2];
@@ -199,7 +217,7 @@ std::string measured_table(const Session& session) {
 
 }  // namespace
 
-std::string explanation_of(const Session& session) {
+std::string explanation_of(const Session& session, bool all_refused) {
     const Answer& answer = *session.answer;
     const Request& want = session.want();
     std::string text = fmt::format(
@@ -260,10 +278,7 @@ std::string explanation_of(const Session& session) {
     }
     if (plans.size() > kMostRows) text += fmt::format("  and {} more\n", plans.size() - kMostRows);
     text += filters_text(plans);
-    if (!answer.refused.empty()) text += "\nrefused\n";
-    for (const Refusal& refusal : answer.refused)
-        text += fmt::format("  {}: {}\n", refusal.transition, refusal.reason);
-    return text;
+    return text + refused_text(answer.refused, session.edges, all_refused);
 }
 
 std::string result_of(const Session& session) {

@@ -13,7 +13,8 @@ struct Session;
 namespace edgewise::cli {
 
 /// The plan and its alternatives as a table.
-std::string explanation_of(const Session& session);
+/// @param all_refused  edges that were refused one by one, else folded by reason
+std::string explanation_of(const Session& session, bool all_refused);
 /// The result of a run in one line: files, size, path, seconds, error.
 std::string result_of(const Session& session);
 /// Measured against predicted seconds of the run, step by step; and, where it was verified, its

@@ -10,7 +10,9 @@
 #include "charts/html.hpp"
 #include "charts/program.hpp"
 #include "charts/scales.hpp"
+#include "cli/session/refusals.hpp"
 #include "engine/session.hpp"
+#include "graph/range.hpp"
 #include "planner/cost.hpp"
 
 namespace edgewise::cli {
@@ -143,63 +145,25 @@ class Drawing {
         return "<tr>" + cells + "</tr>";
     }
 
-    /// A refused edge leads from what it would have read; what nothing made has no such place, and
-    /// what nobody asked for needs none.
+    /// Beside the graph and without lines: what was refused is no part of it.
     std::string refusals() const {
-        std::string dot, unreached, unasked;
-        std::size_t number = 0;
-        for (const Refusal& refusal : spanned_.refused) {
-            const std::string name =
-                fmt::format("<b>{}</b><br align=\"left\"/>", html_text(refusal.transition));
-            const std::string reason = wrapped(refusal.reason, "<br align=\"left\"/>");
-            if (!refusal.asked) {
-                unreached += name + reason;
-                continue;
-            }
-            if (waits_for_via(refusal)) {
-                unasked += name;
-                continue;
-            }
-            dot += fmt::format("  r{} [shape=plaintext, style=\"\", fontsize=9, label=<{}{}>];\n",
-                               number, name, reason);
-            if (const auto from = reader_of(refusal.transition))
-                dot +=
-                    fmt::format("  v{} -> r{} [style=dashed, color=\"#c04040\", arrowhead=tee];\n",
-                                *from, number);
-            ++number;
-        }
-        return dot + box("unreached", "nothing makes what these read", unreached) +
-               box("unasked", "taken only where --via names them", unasked);
+        const Refusals refused = folded(spanned_.refused, catalogue_);
+        std::string reasons;
+        constexpr std::size_t kNames = 3;
+        for (const auto& [reason, names] : refused.reasons)
+            reasons +=
+                fmt::format("<b>{}</b><br align=\"left\"/>{}", html_text(few_of(names, kNames)),
+                            wrapped(reason, "<br align=\"left\"/>"));
+        return box("refused", count_text(refused), reasons);
     }
 
-    static std::string box(const char* id, const char* label, const std::string& lines) {
+    static std::string box(const char* id, const std::string& label, const std::string& lines) {
         if (lines.empty()) return {};
         return fmt::format(
-            "  subgraph cluster_{0} {{ label=\"{1}\"; fontsize=10; color=\"#bbbbbb\"; "
+            "  subgraph cluster_{0} {{ label=\"{0}: {1}\"; fontsize=10; color=\"#bbbbbb\"; "
             "style=dashed;\n"
             "    {0} [shape=plaintext, style=\"\", fontsize=9, label=<{2}>]; }}\n",
             id, label, lines);
-    }
-
-    const Transition* edge_named(const std::string& name) const {
-        const auto edge = std::find_if(catalogue_.begin(), catalogue_.end(),
-                                       [&](const Transition& each) { return each.name == name; });
-        return edge == catalogue_.end() ? nullptr : &*edge;
-    }
-
-    bool waits_for_via(const Refusal& refusal) const {
-        const Transition* edge = edge_named(refusal.transition);
-        return edge && edge->on_demand && refusal.reason.find("--via") != std::string::npos;
-    }
-
-    /// The first vertex of a kind that an edge reads.
-    std::optional<At> reader_of(const std::string& name) const {
-        const Transition* edge = edge_named(name);
-        if (!edge) return std::nullopt;
-        for (const At at : boost::make_iterator_range(boost::vertices(graph_)))
-            for (const auto& [from, to] : edge->joins)
-                if (takes_kind(from, graph_[at].what.kind())) return at;
-        return std::nullopt;
     }
 
     const TransformGraph& spanned_;
@@ -220,9 +184,13 @@ CostWords cost_words(const Session& session) {
     return [&](const Arc& arc) -> std::vector<std::string> {
         const StepCost c = cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer,
                                    session.ask(), session.profile, session.want().threads);
-        const double error = std::hypot(c.error.bias, c.error.noise);
+        // Of a result over what counts as an error of 1 there; of samples over their range.
+        const bool ends = is_target(arc.offer.to, session.want());
+        const double range =
+            ends ? session.scene.range : range_between(session.scene.low, session.scene.high);
+        const double error = std::hypot(c.error.bias, c.error.noise) / range;
         return {charts::seconds_text(c.seconds),
-                c.error.known ? fmt::format("error + {:.3g}", error) : "error unknown"};
+                c.error.known ? fmt::format("NRMSE + {:.2g}", error) : "NRMSE unknown"};
     };
 }
 
