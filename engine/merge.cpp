@@ -75,7 +75,9 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
     if (wanted.empty())
         for (int channel = 0; channel < there; ++channel) wanted.push_back({channel, {}});
     std::set<int> seen;
-    for (const ChannelSpec& one : wanted) {
+    for (ChannelSpec& one : wanted) {
+        if (!one.name.empty())
+            one.channel = store::channel_named(one.name, input.name, input.selection);
         if (one.channel < 0 || one.channel >= there)
             throw RequestError(fmt::format("--channel {}: {} has {} channel{}, counted from 0",
                                            one.channel, input.name, there, there > 1 ? "s" : ""));
@@ -326,16 +328,15 @@ class Merging {
         const auto begin = Clock::now();
         std::optional<ResultWriter> writer;
         if (writes_)
-            writer.emplace(*outputs_, written_.header, spec_, merge_.frames,
-                           merge_.messages.stop());
+            writer.emplace(*outputs_, written_, spec_, merge_.frames, merge_.messages.stop());
         for (std::size_t i = 0; i < pictures_.size(); ++i) {
             poll();
             const int frame = static_cast<int>(i);
             if (sink_) sink_(frame, *pictures_[i]);
             if (writer) {
                 const Array samples = finished(*pictures_[i], written_.tail, {0, 1}, memory_.get());
-                if (const auto file = writer->write(frame, samples.data()))
-                    merge_.files.push_back(*file);
+                for (std::string& file : writer->write(frame, samples.data(), {0, 1}))
+                    merge_.files.push_back(std::move(file));
             }
             pictures_[i].reset();
         }

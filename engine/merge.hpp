@@ -16,6 +16,7 @@ struct ChannelSpec {
     int channel = 0;  // of the file, from 0
     /// Absent: what the file says, else one by its number (store::colour_by_number).
     std::optional<store::Colour> colour;
+    std::string name = {};  // in place of the number
 };
 
 /// A channel on its way into the picture.

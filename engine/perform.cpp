@@ -18,6 +18,7 @@
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
 #include "io/surface_file.hpp"
+#include "surface/finish.hpp"
 #include "surface/mesh.hpp"
 
 namespace edgewise {
@@ -204,15 +205,15 @@ class Performance {
         const auto begin = Clock::now();
         if (const auto cut = cut_off_text(want_, result, session_.written.tail))
             session_.messages.warning(*cut);
-        Array samples = finished(result, session_.written.tail, levels, session_.memory.get());
+        Array samples = written_samples(result, session_.written, levels, session_.memory.get());
         const std::string kept =
             keep_padding(want_, *session_.input, session_.written.tail, samples);
         if (!kept.empty()) session_.messages.warning(kept);
         if (!writer_)
-            writer_.emplace(*session_.outputs, session_.written.header, session_.spec, want_.frames,
+            writer_.emplace(*session_.outputs, session_.written, session_.spec, want_.frames,
                             session_.messages.stop());
-        if (const auto file = writer_->write(frame, samples.data()))
-            session_.files.push_back(*file);
+        for (std::string& file : writer_->write(frame, samples.data(), levels))
+            session_.files.push_back(std::move(file));
         session_.measured->write_seconds += since(begin);
     }
 
@@ -249,10 +250,26 @@ class Performance {
         }
     }
 
-    /// A surface is measured and written as it is.
+    std::shared_ptr<const surface::Mesh> finished_mesh(
+        std::shared_ptr<const surface::Mesh> mesh) const {
+        const SurfaceFinish& finish = session_.spec.finish;
+        std::pmr::memory_resource* memory = session_.memory.get();
+        if (finish.largest)
+            mesh = std::make_shared<surface::Mesh>(surface::largest_part(*mesh, memory));
+        if (finish.smooth)
+            mesh =
+                std::make_shared<surface::Mesh>(surface::smoothed(*mesh, *finish.smooth, memory));
+        if (finish.decimate)
+            mesh = std::make_shared<surface::Mesh>(
+                surface::decimated(*mesh, *finish.decimate, memory));
+        return mesh;
+    }
+
+    /// A surface is finished as the request says, measured and written.
     void end_mesh() {
-        const std::shared_ptr<const surface::Mesh> mesh = surface::mesh_in(*frames_[0]);
-        if (!mesh) throw RunError("the path has made no surface");
+        const std::shared_ptr<const surface::Mesh> made = surface::mesh_in(*frames_[0]);
+        if (!made) throw RunError("the path has made no surface");
+        const std::shared_ptr<const surface::Mesh> mesh = finished_mesh(made);
         session_.surface = surface::measures_of(*mesh, session_.memory.get());
         if (!writes_) return;
         poll();

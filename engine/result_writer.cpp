@@ -1,5 +1,7 @@
 #include "engine/result_writer.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <fmt/format.h>
 
 #include "graph/errors.hpp"
@@ -13,28 +15,84 @@ store::Pace pace_of(const RequestSpec& spec, int frames) {
     return pace;
 }
 
+/// Slices that a montage shows, where there are more than it has room for: equally far apart.
+std::vector<std::int64_t> shown_slices(const LookSpec& look, std::int64_t slices) {
+    std::vector<std::int64_t> shown;
+    std::int64_t count = slices;
+    if (look.montage)
+        count =
+            std::min<std::int64_t>(slices, std::int64_t{(*look.montage)[0]} * (*look.montage)[1]);
+    for (std::int64_t k = 0; k < count; ++k) shown.push_back((2 * k + 1) * slices / (2 * count));
+    return shown;
+}
+
 }  // namespace
 
-ResultWriter::ResultWriter(const Outputs& outputs, const store::Header& header,
-                           const RequestSpec& spec, int frames, const std::atomic<bool>& stop)
-    : outputs_(outputs), header_(header), spec_(spec), frames_(frames), stop_(stop) {}
+ResultWriter::ResultWriter(const Outputs& outputs, const Written& written, const RequestSpec& spec,
+                           int frames, const std::atomic<bool>& stop)
+    : outputs_(outputs),
+      written_(written),
+      spec_(spec),
+      pictures_(written.slices > 1
+                    ? static_cast<int>(shown_slices(spec.look, written.slices).size())
+                    : frames),
+      files_(sheets_of(spec.look, pictures_)),
+      stop_(stop) {
+    if (!spec.look.empty()) sheet_.emplace(spec.look, written.header, pictures_);
+}
 
-std::optional<std::string> ResultWriter::write(int frame, const void* samples) {
-    const std::string file = outputs_.file(frame);
-    if (!outputs_.animates(frames_)) {
-        store::write(file, header_, samples, {spec_.quality});
-        return file;
+std::vector<std::string> ResultWriter::write(int frame, const void* samples, const Shades& levels) {
+    std::vector<std::string> files;
+    const store::Header& header = written_.header;
+    if (sheet_ && spec_.look.legend && written_.colours)
+        sheet_->explain({*written_.colours, levels.black, levels.white, {}});
+    if (written_.slices == 1) {
+        write_picture(frame, header, samples, files);
+        return files;
     }
-    if (!animation_) animation_.emplace(file, header_, pace_of(spec_, frames_), &stop_);
+    const auto bytes =
+        static_cast<std::size_t>(header.extent.samples() * header.channels) * bytes_of(header.type);
+    store::Header slice = header;
+    int number = 0;
+    for (const std::int64_t k : shown_slices(spec_.look, written_.slices)) {
+        if (stop_) throw Cancelled();
+        for (std::size_t row = 0; row < 3; ++row)
+            slice.origin[row] = header.origin[row] + static_cast<double>(k) * header.spacing[2] *
+                                                         header.direction[2][row];
+        write_picture(number++, slice,
+                      static_cast<const std::byte*>(samples) + static_cast<std::size_t>(k) * bytes,
+                      files);
+    }
+    return files;
+}
+
+void ResultWriter::write_picture(int number, const store::Header& header, const void* samples,
+                                 std::vector<std::string>& files) {
+    if (!sheet_)
+        write_file(number, header, samples, files);
+    else if (sheet_->add(number, samples))
+        write_file(files_ == 1 ? 0 : number, sheet_->header(), sheet_->samples(), files);
+}
+
+void ResultWriter::write_file(int number, const store::Header& header, const void* samples,
+                              std::vector<std::string>& files) {
+    std::string file = outputs_.file(number);
+    if (written_.slices > 1 || !outputs_.animates(files_)) {
+        store::write(file, header, samples, {spec_.quality});
+        files.push_back(std::move(file));
+        return;
+    }
+    if (!animation_) animation_.emplace(file, header, pace_of(spec_, files_), &stop_);
     animation_->add(samples);
-    if (frame + 1 < frames_) return std::nullopt;
+    if (number + 1 < files_) return;
     animation_->commit();
     animation_.reset();
-    return file;
+    files.push_back(std::move(file));
 }
 
 std::string expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs,
                           int frames) {
+    frames = sheets_of(spec.look, frames);
     if (!outputs) return {};
     outputs->expect_frames(frames);
     if (spec.fps && !outputs->none() && !outputs->animates(frames))

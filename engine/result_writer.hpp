@@ -1,40 +1,54 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "engine/look/sheet.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/spec.hpp"
+#include "engine/written.hpp"
 #include "io/animation.hpp"
 
 namespace edgewise {
 
 /// Writes the results of a request: a file for each frame, or one that shows them one after
-/// another.
+/// another; each slice of a volume; a montage of either.
 class ResultWriter {
  public:
     /// All but the numbers outlive it.
-    /// @param header  of each result
-    /// @param stop    ends what waits for another program
-    ResultWriter(const Outputs& outputs, const store::Header& header, const RequestSpec& spec,
+    /// @param written  what each result is written as
+    /// @param stop     ends what waits for another program
+    ResultWriter(const Outputs& outputs, const Written& written, const RequestSpec& spec,
                  int frames, const std::atomic<bool>& stop);
 
     /// @param samples  of a frame, as store::write takes them; frames of an animation come in order
-    /// @return the file that is there now; nothing before an animation is whole
+    /// @param levels   that they were made with
+    /// @return the files that are there now; none before an animation, or a montage, is whole
     /// @throws RunError, Cancelled
-    std::optional<std::string> write(int frame, const void* samples);
+    std::vector<std::string> write(int frame, const void* samples, const Shades& levels);
 
  private:
+    /// One of all pictures, as it is or drawn upon.
+    void write_picture(int number, const store::Header& header, const void* samples,
+                       std::vector<std::string>& files);
+    void write_file(int number, const store::Header& header, const void* samples,
+                    std::vector<std::string>& files);
+
     const Outputs& outputs_;
-    const store::Header& header_;
+    const Written& written_;
     const RequestSpec& spec_;
-    const int frames_;
+    const int pictures_;  // frames, or slices of the only one
+    int files_;
     const std::atomic<bool>& stop_;
+    std::optional<Sheet> sheet_;
     std::optional<store::Animation> animation_;
 };
 
-/// @throws RequestError several frames and no place for their number; --fps of what is no animation
+/// @throws RequestError several frames and no place for their number; more than a montage has room
+///         for; --fps of what is no animation
 /// @return  a warning where the file leaves out some of the frames, or ""
 std::string expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs,
                           int frames);

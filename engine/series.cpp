@@ -232,7 +232,7 @@ class Playing {
 
     void begin_writing() {
         if (!writes_) return;
-        writer_.emplace(*outputs_, written_.header, spec_, series_.times, series_.messages.stop());
+        writer_.emplace(*outputs_, written_, spec_, series_.times, series_.messages.stop());
         at_once_ = !spec_.strict && are_known(series_.first->window, written_.tail);
     }
 
@@ -245,8 +245,9 @@ class Playing {
         poll();
         const auto begin = Clock::now();
         std::shared_ptr<Data>& picture = pictures_[static_cast<std::size_t>(time)];
-        const Array samples = finished(*picture, written_.tail, shades, memory_.get());
-        if (const auto file = writer_->write(time, samples.data())) series_.files.push_back(*file);
+        const Array samples = written_samples(*picture, written_, shades, memory_.get());
+        for (std::string& file : writer_->write(time, samples.data(), shades))
+            series_.files.push_back(std::move(file));
         picture.reset();
         write_seconds_ += since(begin);
     }

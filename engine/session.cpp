@@ -11,6 +11,7 @@
 #include "engine/known_scene.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/since.hpp"
+#include "engine/only_labels.hpp"
 #include "engine/pilot.hpp"
 #include "engine/refined_scene.hpp"
 #include "engine/request/radon.hpp"
@@ -289,6 +290,11 @@ void read_input(Session& session) {
     else
         for (const std::string& warning : read_data(input, session.memory.get()))
             session.messages.warning(warning);
+    if (!session.spec.only_labels.empty())
+        if (const std::string missing = keep_labels(input, session.spec.only_labels,
+                                                    session.want().outside, session.memory.get());
+            !missing.empty())
+            session.messages.warning(missing);
     if (!session.spec.remembers) input.identity.reset();
     if (session.announces)
         session.planning = std::make_unique<Announced>(session.messages, "planning");

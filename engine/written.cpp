@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 #include "engine/filter_result.hpp"
+#include "engine/look/coloured.hpp"
 #include "graph/errors.hpp"
 #include "io/animation.hpp"
 #include "io/geometry.hpp"
@@ -172,6 +174,8 @@ std::string instead(store::Header header) {
     if (why.empty())
         why = fmt::format("{} cannot say that values are {} x stored + {}", outputs.format().name,
                           header.values.slope, header.values.offset);
+    if (header.extent.z > 1 && !outputs.numbered() && files.frames == 1)
+        why += "; a number in the name, as s_%03d.png, makes a file of each slice";
     throw RequestError(fmt::format("-o {}: {}{}", outputs.file(0), why, instead(header)));
 }
 
@@ -224,7 +228,35 @@ bool take_value_type(Written& written, const Input& input, const FilterResult& m
     return false;
 }
 
+/// Colours in place of grey, and whether the format holds the picture.
+void take_look(Written& written, const LookSpec& look, const Files& files) {
+    if (look.empty()) return;
+    store::Header& header = written.header;
+    if (header.type != Type::u8 || header.volume || header.extent.z > 1)
+        throw RequestError(fmt::format(
+            "-o {}: {} holds values, and this is a picture for people; .png, .jpg and .tif are",
+            files.outputs.file(0), files.outputs.format().name));
+    if (!look.colours()) return;
+    if (header.channels != 1)
+        throw RequestError(
+            fmt::format("{}: colours stand for one number, and here are {} channels; --channel N "
+                        "takes one",
+                        look.colormap.empty() ? "--legend" : "--colormap", header.channels));
+    const bool is_grey = look.colormap.empty() && !look.depth_colour;
+    written.colours =
+        std::make_shared<const Colormap>(is_grey ? Colormap() : colormap_of(look.colormap));
+    header.channels = 3;
+    header.colour = true;
+    if (!files.fit(header)) refuse(files, header);
+}
+
 }  // namespace
+
+Array written_samples(const Data& result, const Written& written, const Shades& levels,
+                      std::pmr::memory_resource* memory) {
+    if (written.colours) return coloured(result, written.tail, levels, *written.colours, memory);
+    return finished(result, written.tail, levels, memory);
+}
 
 Written written_of(const Request& want, const RequestSpec& spec, const Geometry& geometry,
                    const Input& input, const Outputs& outputs, double low, double high) {
@@ -232,6 +264,17 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     written.header = described(want, geometry, input, outputs);
     written.header.format = outputs.none() ? "" : outputs.format().name;
     store::Header& header = written.header;
+    // A photograph of 8 bits that is drawn upon stays as it is.
+    const bool is_view =
+        !spec.look.empty() && (!want.job->samples || input.header.type != Type::u8 || spec.window ||
+                               spec.look.colours() || !input.header.values.identity());
+    const std::optional<int> bits = is_view ? 8 : spec.bits;
+    const bool slices = outputs.numbered() || spec.look.montage;
+    if (slices && want.frames == 1 && want.job->samples && header.extent.z > 1) {
+        written.slices = std::exchange(header.extent.z, 1);
+        header.volume = header.volume && outputs.format().volumes;
+    }
+    if (!spec.look.empty() && header.extent.z == 1) header.volume = false;
     const FilterResult meant = filter_result(want, input.header, low, high);
     written.warnings = meant.notes;
     const bool over_background =
@@ -257,10 +300,11 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         written.tail.channels = channels;
         return finish();
     }
-    const Files files{outputs, want.frames};
-    if (!spec.bits && want.job->samples) {
+    const Files files{outputs, spec.look.montage ? 1 : want.frames};
+    if (!bits && want.job->samples) {
         if (take_value_type(written, input, meant, files)) {
             written.tail = values_tail(header, input, want);
+            take_look(written, spec.look, files);
             return finish();
         }
         // A view is of pictures; who asks for a format of values must not get 8 bits.
@@ -269,15 +313,15 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     }
     header.values = {};
     header.channels = channels;
-    if ((!spec.bits && !want.job->samples) || spec.bits == 32) {
+    if ((!bits && !want.job->samples) || bits == 32) {
         header.type = Type::f32;
         if (files.fit(header)) {
             written.tail = values_tail(header, input, want);
             return finish();
         }
-        if (spec.bits) refuse(files, header);
+        if (bits) refuse(files, header);
     }
-    header.type = spec.bits == 16 ? Type::u16 : Type::u8;
+    header.type = bits == 16 ? Type::u16 : Type::u8;
     const bool has_alpha =
         input.header.alpha != store::Alpha::none && channels == input.header.channels;
     if (!files.fit(header) && has_alpha && want.job->samples) {
@@ -288,6 +332,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     if (!files.fit(header)) refuse(files, header);
     written.tail = view_tail(header.type, header.channels, input, want);
     if (header.channels < channels) written.tail.alpha = store::Alpha::none;
+    take_look(written, spec.look, files);
     return finish();
 }
 

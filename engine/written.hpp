@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/look/colormap.hpp"
 #include "engine/request/geometry.hpp"
 #include "engine/request/input.hpp"
 #include "engine/request/make_request.hpp"
@@ -12,8 +13,16 @@ namespace edgewise {
 struct Written {
     Tail tail;
     store::Header header;
+    /// A volume becomes so many files of one plane, each of which `header` describes, but for
+    /// where it lies.
+    std::int64_t slices = 1;
+    std::shared_ptr<const Colormap> colours;  // of a view of one channel; null: grey
     std::vector<std::string> warnings;
 };
+
+/// Samples of a result as they are written.
+Array written_samples(const Data& result, const Written& written, const Shades& levels,
+                      std::pmr::memory_resource* memory);
 
 /// @param low,high  of the input's values
 /// @throws RequestError where the format can hold neither values nor a view of this

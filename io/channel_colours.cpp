@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fmt/format.h>
 
+#include "graph/errors.hpp"
+#include "graph/words.hpp"
 #include "io/text.hpp"
 #include "io/tiff_layout.hpp"
 #include "io/zarr.hpp"
@@ -44,6 +46,33 @@ std::vector<std::optional<std::array<double, 2>>> channel_ranges(const std::stri
     if (std::filesystem::is_regular_file(source, none) && is_tiff(File(source).head(4)))
         return tiff_ranges(source);
     return {};
+}
+
+std::vector<std::string> channel_names(const std::string& source, const Selection& pick) {
+    std::error_code none;
+    if (is_zarr(source)) return zarr_channel_names(source, pick);
+    if (std::filesystem::is_regular_file(source, none) && is_tiff(File(source).head(4)))
+        return tiff_channel_names(source, pick);
+    return {};
+}
+
+int channel_named(const std::string& name, const std::string& source, const Selection& pick) {
+    const std::vector<std::string> names = channel_names(source, pick);
+    std::vector<int> found;
+    std::vector<std::string> known;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (names[i].empty()) continue;
+        known.push_back(names[i]);
+        if (same_word(names[i], name)) found.push_back(static_cast<int>(i));
+    }
+    if (found.size() == 1) return found.front();
+    if (found.size() > 1)
+        throw RequestError(fmt::format("--channel {}: channels {} of {} have this name", name,
+                                       fmt::join(found, " and "), source));
+    throw RequestError(
+        fmt::format("--channel: {} names no channel '{}'; {}", source, name,
+                    known.empty() ? "it names none: expected a number, from 0"
+                                  : fmt::format("its channels are {}", fmt::join(known, ", "))));
 }
 
 Colour colour_by_number(int channel) noexcept { return kNamed[channel % kNumbered].colour; }

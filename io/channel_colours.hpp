@@ -23,6 +23,14 @@ std::vector<std::optional<Colour>> channel_colours(const std::string& source,
 /// Absent, or beyond the end: it says none. @throws InputError as inspect
 std::vector<std::optional<std::array<double, 2>>> channel_ranges(const std::string& source);
 
+/// The names that a source gives its channels, by their numbers: those of OME. Absent, or beyond
+/// the end: "". @throws InputError, RequestError as inspect
+std::vector<std::string> channel_names(const std::string& source, const Selection& pick = {});
+
+/// The channel of a name, in any case.
+/// @throws RequestError none of that name, with those that there are; several
+int channel_named(const std::string& name, const std::string& source, const Selection& pick = {});
+
 /// The colour of a channel that has none of its own, as ImageJ shows it: red, green, blue, white,
 /// cyan, magenta, yellow, and from the start.
 Colour colour_by_number(int channel) noexcept;

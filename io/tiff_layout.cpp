@@ -72,6 +72,7 @@ struct TiffData {
 struct OmeChannel {
     std::int64_t samples = 1;
     std::optional<Colour> colour;
+    std::string name;
 };
 
 struct OmeImage {
@@ -145,7 +146,8 @@ Ome parsed(const FilePointer& file, const TiffPage& page) {
         } else if (inside && name == "Channel") {
             const std::int64_t samples = std::max<std::int64_t>(whole("SamplesPerPixel"), 1);
             image.samples = std::max(image.samples, samples);
-            image.channels.push_back({samples, ome_colour(tag.attribute("Color"))});
+            image.channels.push_back({samples, ome_colour(tag.attribute("Color")),
+                                      without_entities(tag.attribute("Name"))});
         } else if (inside && name == "TiffData") {
             image.data.push_back({whole("IFD"), whole("FirstZ"), whole("FirstC"), whole("FirstT"),
                                   whole("PlaneCount")});
@@ -393,6 +395,22 @@ std::vector<std::optional<Colour>> tiff_colours(const std::string& path, const S
             colours.resize(colours.size() +
                            static_cast<std::size_t>(std::min(channel.samples, kMostSamples)));
     return colours;
+}
+
+std::vector<std::string> tiff_channel_names(const std::string& path, const Selection& pick) {
+    const auto file = std::make_shared<const File>(path);
+    const TiffPage page = tiff_pages(*file)[0];
+    std::vector<std::string> names;
+    if (!is_ome(start_of(*file, page, 1 << 14)) || page.text_bytes > kLongestOme) return names;
+    const Ome ome = parsed(file, page);
+    if (ome.images.empty()) return names;
+    constexpr std::int64_t kMostSamples = 64;  // of a pixel
+    for (const OmeChannel& channel : ome.images[chosen(path, ome, pick)].channels) {
+        names.push_back(channel.name);
+        names.resize(names.size() +
+                     static_cast<std::size_t>(std::min(channel.samples, kMostSamples)) - 1);
+    }
+    return names;
 }
 
 std::vector<std::optional<std::array<double, 2>>> tiff_ranges(const std::string& path) {

@@ -45,6 +45,10 @@ std::vector<Series> tiff_series(const std::string& path);
 /// files. @throws InputError, RequestError as tiff_layout
 std::vector<std::optional<Colour>> tiff_colours(const std::string& path, const Selection&);
 
+/// The names of channels as an OME-TIFF says them; empty for all other files.
+/// @throws InputError, RequestError as tiff_layout
+std::vector<std::string> tiff_channel_names(const std::string& path, const Selection&);
+
 /// The values that a hyperstack of ImageJ shows its channels from and to; empty for all other
 /// files.
 /// @throws InputError as tiff_layout

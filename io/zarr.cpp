@@ -149,6 +149,19 @@ std::vector<std::optional<Colour>> zarr_colours(const std::string& path, const S
     return colours;
 }
 
+std::vector<std::string> zarr_channel_names(const std::string& path, const Selection& pick) {
+    std::vector<std::string> names;
+    try {
+        const ZarrNode node = opened_zarr(path, pick).place.node;
+        if (!node.has("omero")) return names;
+        for (const Json& channel : node.attributes["omero"].value("channels", Json::array()))
+            names.push_back(channel.value("label", ""));
+    } catch (const Json::exception&) {
+        names.clear();  // it says none that can be read
+    }
+    return names;
+}
+
 Header inspect_zarr(const std::string& path, const Selection& pick) {
     try {
         return inspected(path, pick);

@@ -18,5 +18,6 @@ bool is_zarr(const std::string& path);
 Header inspect_zarr(const std::string& path, const Selection&);
 /// Colours of an image's channels, by their numbers.
 std::vector<std::optional<Colour>> zarr_colours(const std::string& path, const Selection&);
+std::vector<std::string> zarr_channel_names(const std::string& path, const Selection&);
 
 }  // namespace edgewise::store

@@ -19,14 +19,22 @@ bool names_colours(const SelectionWords& words) {
     return text && (text->find_first_of(",=") != text->npos || same_word(*text, kAll));
 }
 
+bool is_channel_name(const std::string& text) {
+    return text.find_first_not_of("+-.0123456789") != text.npos && !same_word(text, kAll);
+}
+
 std::vector<ChannelSpec> channels_of(const std::string& text) {
     std::vector<ChannelSpec> channels;
     if (same_word(text, kAll)) return channels;
     for (const std::string& word : split(text, ',')) {
         const std::size_t at = word.find('=');
         ChannelSpec& channel = channels.emplace_back();
-        channel.channel = static_cast<int>(
-            whole_of("--channel", word.substr(0, at), 0, std::numeric_limits<int>::max()));
+        const std::string which = word.substr(0, at);
+        if (is_channel_name(which))
+            channel.name = which;
+        else
+            channel.channel =
+                static_cast<int>(whole_of("--channel", which, 0, std::numeric_limits<int>::max()));
         if (at == word.npos) continue;
         channel.colour = store::colour_of(word.substr(at + 1));
         if (!channel.colour)

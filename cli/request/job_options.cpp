@@ -184,6 +184,15 @@ Mode typed_mode(const std::string& word) {
         fmt::format("--mode: no mode is called '{}'; {}", word, instead_of(word, known)));
 }
 
+/// "12,13"
+std::vector<std::int64_t> label_list(const std::string& text) {
+    std::vector<std::int64_t> labels;
+    for (const std::string& word : split(text, ','))
+        labels.push_back(whole_of("--labels", word, std::numeric_limits<std::int64_t>::min(),
+                                  std::numeric_limits<std::int64_t>::max()));
+    return labels;
+}
+
 void read_mode(RequestSpec& spec, const JobOptions& o) {
     const bool shaded = is_shaded(o);
     if (o.mode) spec.mode = shaded ? lit_mode() : typed_mode(*o.mode);
@@ -200,7 +209,27 @@ void read_mode(RequestSpec& spec, const JobOptions& o) {
         spec.reference = static_cast<Field>(
             chosen("--reference", *o.reference, {"spline", "linear", "nearest"}));
     spec.labels = o.labels;
-    if (o.smooth) spec.smooth = number_of("--smooth", *o.smooth);
+    if (o.only_labels) spec.only_labels = label_list(*o.only_labels);
+    const bool isosurface = o.job == Job::mesh && !o.labels;
+    if (o.smooth)
+        (isosurface ? spec.finish.smooth : spec.smooth) = number_of("--smooth", *o.smooth);
+    spec.finish.lids = o.lids;
+    spec.finish.largest = o.largest;
+    if (o.decimate) spec.finish.decimate = number_of("--decimate", *o.decimate);
+}
+
+void read_look(LookSpec& look, const JobOptions& o) {
+    if (o.colormap) look.colormap = *o.colormap;
+    look.legend = o.legend;
+    look.scale_bar = o.scale_bar;
+    look.depth_colour = o.depth_colour;
+    if (!o.montage) return;
+    const std::vector<std::string> sides = split(lower(*o.montage), 'x');
+    if (sides.size() != 2)
+        throw RequestError(
+            fmt::format("--montage: '{}' given; expected columns and rows, as 4x3", *o.montage));
+    look.montage = {static_cast<int>(whole_of("--montage", sides[0], 1, 1000)),
+                    static_cast<int>(whole_of("--montage", sides[1], 1, 1000))};
 }
 
 void read_output(RequestSpec& spec, const JobOptions& o) {
@@ -238,7 +267,7 @@ store::Selection selection_of(const SelectionWords& words) {
             fmt::format("--channel: '{}' is merged by `edgewise render` alone; here expected one "
                         "number, from 0",
                         *words.channel));
-    if (words.channel)
+    if (words.channel && !is_channel_name(*words.channel))
         selection.channel = static_cast<int>(whole_of("--channel", *words.channel, 0, kMost));
     if (words.orient) {
         directions_of(*words.orient);
@@ -260,14 +289,21 @@ RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
     if (o.job == radon_job()) spec.radon = radon_of(o);
     read_budgets(spec, o);
     read_output(spec, o);
+    read_look(spec.look, o);
     spec.selection = selection_of(o.selection);
+    if (o.selection.channel && is_channel_name(*o.selection.channel))
+        spec.channel_name = *o.selection.channel;
     spec.level_by_result = o.selection.level == kLevelByResult;
     read_transfer(spec, o);
     for (const std::string& text : o.via) spec.demands.via.push_back(demand_of(text, edges, o.job));
     for (const std::string& text : o.without)
         spec.demands.without.push_back(demand_of(text, edges, o.job));
     spec.geometry = geometry_spec(o.geometry);
-    spec.clip = clip_spec(o.geometry);
+    if (o.job == Job::warp) {
+        if (o.geometry.clip) spec.geometry.crop = numbers_of("--clip", *o.geometry.clip);
+    } else {
+        spec.clip = clip_spec(o.geometry);
+    }
     return spec;
 }
 

@@ -28,7 +28,10 @@ struct JobOptions {
     std::optional<std::string> bits, quality, fps, json, verify, seed, repeat, trace, flow;
     std::optional<std::string> progress, log;
     std::optional<std::string> report, stop_after;
-    std::vector<std::string> words;  // of the command line, as it was typed
+    std::vector<std::string> words;          // of the command line, as it was typed
+    std::optional<std::string> only_labels;  // of --labels=12,13
+    std::optional<std::string> colormap, montage, decimate, mpr;
+    bool legend = false, scale_bar = false, depth_colour = false, lids = false, largest = false;
     bool explain = false, explain_all = false, quiet = false, strict = false, labels = false,
          shadows = false, progressive = false, slices = false, inverse = false;
 };

@@ -1,10 +1,12 @@
 #include "cli/request/request_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 #include <map>
 
 #include "cli/request/filter_words.hpp"
 #include "cli/request/radon_words.hpp"
+#include "engine/look/colormap.hpp"
 #include "reference/job_reference.hpp"
 
 namespace edgewise::cli {
@@ -65,6 +67,9 @@ void add_geometry(CLI::App& app, JobOptions& o) {
         step("--path", "FILE", "matrices, one for each view, at its place among the others");
         text("--zoom", o.geometry.zoom, "Z", "more than 1 shows less of the scene, larger");
     } else {
+        text("--clip", o.geometry.clip, "X0,Y0,Z0,X1,Y1,Z1",
+             "crop: first and last sample of FILE that is kept along each axis (an image: "
+             "X0,Y0,X1,Y1); it stays where it is in the world");
         text("--move", o.geometry.move, "content|grid",
              "what all but --view turns: what is seen (default), or where it is sampled (MPR)");
     }
@@ -134,6 +139,39 @@ std::string shade_help() {
     return help + "; --mode shaded: phong";
 }
 
+/// --labels, or --labels=12,13.
+void add_labels(CLI::App& app, JobOptions& o, const std::string& help) {
+    app.add_option("--labels", CLI::callback_t([&o](const Words& words) {
+                       o.labels = true;
+                       const bool bare = words.back().empty() || words.back() == "true";
+                       o.only_labels = bare ? std::nullopt : std::optional(words.back());
+                       return true;
+                   }),
+                   help + "; --labels=12,13: these alone")
+        ->expected(0, 0)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+/// How values become a picture for people.
+void add_look(CLI::App& app, JobOptions& o) {
+    const std::string group = "Looks";
+    const auto text = [&](const char* name, std::optional<std::string>& into, const char* value,
+                          const std::string& help) {
+        add_text(app, name, into, help)->type_name(value)->group(group);
+    };
+    const char* of = o.job == Job::render ? "mip, minip, xray, mean ..." : "pictures";
+    std::string maps;
+    for (const std::string& name : colormap_names()) maps += (maps.empty() ? "" : ", ") + name;
+    text("--colormap", o.colormap, "NAME|FILE",
+         fmt::format("{}: {}; or rows of R,G,B (docs/files.md)", of, maps));
+    app.add_flag("--legend", o.legend, "colours and their values, in a strip at the right")
+        ->group(group);
+    app.add_flag("--scale-bar", o.scale_bar, "a length, at the lower left")->group(group);
+    text("--montage", o.montage, "WxH",
+         o.job == Job::render ? "frames side by side, in W columns and H rows"
+                              : "slices side by side, W x H of them, equally far apart");
+}
+
 void add_mode(CLI::App& app, JobOptions& o) {
     if (o.job == Job::warp) {
         add_text(app, "--outside", o.outside, "value beyond the input; default 0")->type_name("V");
@@ -172,8 +210,7 @@ void add_mode(CLI::App& app, JobOptions& o) {
                  "xray, mean, composite and surface: light falls off with depth")
             ->type_name("K[,linear|exp]");
     }
-    app.add_flag("--labels", o.labels,
-                 "the samples are labels: nearest, no new value, values bit for bit");
+    add_labels(app, o, "the samples are labels: nearest, no new value, values bit for bit");
     if (o.job == Job::render) add_text(app, "--smooth", o.smooth, kSmoothHelp)->type_name("0..1");
     add_text(app, "--window", o.window,
              o.job == Job::render
@@ -191,8 +228,14 @@ void add_mode(CLI::App& app, JobOptions& o) {
 
 void add_surface(CLI::App& app, JobOptions& o) {
     add_text(app, "--isovalue", o.isovalue, "the surface where values reach V")->type_name("V");
-    app.add_flag("--labels", o.labels, "a closed surface around each label but 0");
-    add_text(app, "--smooth", o.smooth, kSmoothHelp)->type_name("0..1");
+    add_labels(app, o, "a closed surface around each label but 0");
+    add_text(app, "--smooth", o.smooth, std::string(kSmoothHelp) + "; of isosurfaces: default 0")
+        ->type_name("0..1");
+    app.add_flag("--close", o.lids, "closes an isosurface at the volume's faces");
+    app.add_flag("--largest", o.largest,
+                 "keeps the connected part with the largest area; of labels, of each");
+    add_text(app, "--decimate", o.decimate, "takes away this share of the triangles")
+        ->type_name("0..1");
 }
 
 void add_budgets(CLI::App& app, JobOptions& o) {
@@ -312,8 +355,9 @@ void add_selection(CLI::App& app, SelectionWords& words) {
         "fine as the result");
     text("--time", words.time, "N|all",
          "which time point, from 0; all: a film of render, a frame for each; a series of filter");
-    text("--channel", words.channel, "N|N[=COLOUR],...|all",
-         "which channel, from 0; render merges several, as 0,1 or 0=red,2=#00ff80; of colours "
+    text("--channel", words.channel, "N|NAME|N[=COLOUR],...|all",
+         "which channel, from 0, or as the file calls it; render merges several, as 0,1 or "
+         "0=red,2=#00ff80; of colours "
          "(RGB, RGBA) all are taken where none is named");
     text("--orient", words.orient, "RAS|...", "where x, y, z point, where FILE is silent or wrong");
     text("--input-spacing", words.spacing, "S[,S[,S]]",
@@ -345,6 +389,7 @@ void add_job_options(CLI::App& app, JobOptions& options, OutNeeded out) {
         add_geometry(app, options);
         if (options.job == Job::render) add_clip(app, options.geometry);
         add_mode(app, options);
+        add_look(app, options);
     }
     add_budgets(app, options);
     add_output(app, options, out);

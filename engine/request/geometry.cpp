@@ -312,6 +312,48 @@ void measure_depth(Geometry& geometry, const Mat4& map, const std::vector<Vec3>&
     geometry.cut = std::max(0.0, beyond);
 }
 
+/// The grid of a warp becomes that of the samples that --clip keeps.
+/// @param turned  the input's grid as --view turns it
+/// @return where its centre is, from that of the input, in the axes of `turned` [file unit]
+/// @throws RequestError
+Vec3 take_crop(const std::vector<double>& box, const InputGrid& input, const Mat4& view,
+               InputGrid& turned) {
+    const auto axes = static_cast<std::size_t>(input.axes);
+    if (box.size() != 2 * axes)
+        throw RequestError(fmt::format(
+            "--clip: {} numbers given; expected {}: first and last sample along each axis",
+            box.size(), axes == 2 ? "X0,Y0,X1,Y1 of an image" : "X0,Y0,Z0,X1,Y1,Z1"));
+    Vec3 centre = Vec3::Zero();
+    Extent kept = input.extent;
+    for (std::size_t k = 0; k < axes; ++k) {
+        const double first = box[k], last = box[axes + k];
+        const int axis = static_cast<int>(k);
+        const auto most = static_cast<double>(input.extent[axis] - 1);
+        if (first != std::floor(first) || last != std::floor(last) || !(first >= 0) ||
+            !(last <= most) || first > last)
+            throw RequestError(fmt::format(
+                "--clip: {},{} along {}: expected whole numbers, the first at most the last, from "
+                "0 to {}",
+                first, last, "xyz"[k], most));
+        kept[axis] = static_cast<std::int64_t>(last - first) + 1;
+        centre[axis] = ((first + last) / 2 - most / 2) * input.spacing[axis];
+    }
+    const Mat3 turn = view.topLeftCorner<3, 3>();
+    for (int to = 0; to < 3; ++to)
+        for (int from = 0; from < 3; ++from)
+            if (turn(to, from) != 0) turned.extent[to] = kept[from];
+    return turn * centre;
+}
+
+void expect_croppable(const GeometrySpec& spec, Job job) {
+    if (!spec.crop) return;
+    if (job != Job::warp) throw RequestError("--clip: a crop is of warp");
+    if (spec.grid_moves.value_or(false))
+        throw RequestError("--clip: its box is of the grid of FILE, which --move grid leaves");
+    if (spec.size && spec.size->fit)
+        throw RequestError("--size fit: nothing is cut off, and --clip cuts; leave out one");
+}
+
 }  // namespace
 
 void take_axes(InputGrid& grid, const Mat3& points) {
@@ -345,7 +387,10 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
     expect_eye(spec, input, job);
     const Mat4 view = viewed(spec, input, job);
     std::vector<Mat4> maps = all_views(spec, input, looking(spec, input, view), job);
-    const InputGrid turned = turned_grid(input, view);
+    expect_croppable(spec, job);
+    InputGrid turned = turned_grid(input, view);
+    Vec3 middle = Vec3::Zero();
+    if (spec.crop) middle = take_crop(*spec.crop, input, view, turned);
     Mat4 turning = view;
     if (input.leans()) {
         // From along the axes of the grid to perpendicular ones and, in a warp, back.
@@ -369,6 +414,7 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
     if (spec.eye) move_to_eye(maps, Vec3::Zero());
     geometry.grid = job == Job::warp ? warp_grid(spec, turned, maps[0], corners)
                                      : picture_grid(spec, input, maps, corners);
+    if (spec.crop) geometry.grid.centre = middle;
     if (spec.perspective && job == Job::warp)
         throw RequestError("--perspective: only render has an eye");
     if (spec.eye) {
@@ -396,7 +442,8 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
         throw RequestError("--move grid: a homography leaves no grid of equal steps");
     geometry.lies =
         place_of(grid_moves ? geometry.views[0] : on_grid(turning, input, geometry.grid));
-    if (input.axes == 3) measure_depth(geometry, maps[0], corners);
+    // Who crops has said what is cut off.
+    if (input.axes == 3 && !spec.crop) measure_depth(geometry, maps[0], corners);
     return geometry;
 }
 

@@ -20,8 +20,11 @@
 #include "graph/label_surface.hpp"
 #include "graph/range.hpp"
 #include "graph/transfer_table.hpp"
+#include "io/channel_colours.hpp"
 #include "io/geometry.hpp"
 #include "reference/jumps.hpp"
+#include "surface/finish.hpp"
+#include "surface/lids.hpp"
 #include "transitions/filters/like_linear.hpp"
 
 namespace edgewise {
@@ -137,6 +140,15 @@ void take_surface(Request& want, const RequestSpec& spec) {
             spec.labels ? "--labels: surfaces of labels have no --isovalue; leave out one of them"
                         : "mesh: which surface? Expected --isovalue V, or --labels");
     want.surface = SurfaceOf{spec.isovalue};
+    const SurfaceFinish& finish = spec.finish;
+    for (const auto& [option, share] :
+         {std::pair{"--decimate", finish.decimate}, std::pair{"--smooth", finish.smooth}})
+        if (share && !(*share >= 0 && *share <= 1))
+            throw RequestError(fmt::format("{}: expected a number from 0 to 1", option));
+    if (finish.decimate && !surface::can_decimate())
+        throw RequestError(
+            "--decimate: this build was made without meshoptimizer (libmeshoptimizer-dev)");
+    if (finish.lids && !spec.labels) want.setting = JobSetting::of(surface::MeshSetting{true});
     want.minimize = spec.minimize.value_or(Minimize::time);
     want.budget.like.reset();
     want.budget.error.reset();
@@ -245,6 +257,7 @@ void expect_sensible(const RequestSpec& spec) {
     expect(!spec.exposure || (*spec.exposure > 0 && std::isfinite(*spec.exposure)), "--exposure",
            "a number above 0");
     expect(!spec.transfer || !spec.suiting_preset, "--preset", "one, or one that suits the data");
+    expect_look(spec);
     if (!spec.window) return;
     const auto& [low, high] = *spec.window;
     for (const WindowEnd& end : {low, high})
@@ -285,6 +298,8 @@ RequestSpec with_smoothing(RequestSpec spec, const Catalogue& edges) {
 
 store::Selection selection_of(const RequestSpec& spec) {
     store::Selection selection = spec.selection;
+    if (!spec.channel_name.empty())
+        selection.channel = store::channel_named(spec.channel_name, spec.input, selection);
     // Padding of DICOM is no measurement: rays, sums and filters must not take it for one. A warp
     // keeps it as stored.
     if (spec.job == Job::filter || spec.job == radon_job())

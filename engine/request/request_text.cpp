@@ -8,6 +8,7 @@
 #include "graph/hash.hpp"
 #include "graph/radon.hpp"
 #include "graph/transfer_table.hpp"
+#include "surface/lids.hpp"
 
 namespace edgewise {
 namespace {
@@ -66,6 +67,8 @@ std::string request_text(const Request& want) {
     if (want.surface)
         text += want.surface->isovalue ? fmt::format("surface {:a}", *want.surface->isovalue)
                                        : "surface of labels";
+    if (const auto* setting = want.setting.as<surface::MeshSetting>())
+        text += setting->lids ? " closed" : "";
     if (const Filtering* filtering = want.setting.as<Filtering>()) {
         const Stencil& stencil = filtering->stencil;
         text += fmt::format("filter {} {} {}", name_of(filtering->op), name_of(filtering->border),

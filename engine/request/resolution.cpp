@@ -17,6 +17,7 @@ std::string counts_samples(const RequestSpec& spec) {
     const GeometrySpec& geometry = spec.geometry;
     if (spec.clip.box || !spec.clip.planes.empty() || !spec.clip.balls.empty())
         return spec.clip.options();
+    if (geometry.crop) return "--clip";
     if (geometry.about) return "--about";
     if (geometry.eye) return "--eye";
     if (geometry.look_at) return "--look-at";

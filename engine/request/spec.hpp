@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/request/look_spec.hpp"
 #include "engine/transfer/transfer_spec.hpp"
 #include "graph/filtering.hpp"
 #include "graph/radon.hpp"
@@ -61,6 +62,9 @@ struct GeometrySpec {
     std::optional<double> perspective;           // render: vertical angle of the view [degree]
     std::optional<double> zoom;                  // render
     std::optional<bool> grid_moves;              // warp: the steps turn the grid, not the content
+    /// warp: the samples of the input's grid that are kept, ends included: x0, y0, z0, x1, y1, z1,
+    /// or of an image x0, y0, x1, y1.
+    std::optional<std::vector<double>> crop;
     std::optional<std::vector<double>> spacing;  // of output samples [file unit]
     std::optional<OutputSize> size;
     /// The output cannot say that its axes lean, so they are made perpendicular.
@@ -104,6 +108,14 @@ struct FilterSpec {
     KernelSpec kernel;
     Border border = Border::mirror;
     bool slices = false;  // each slice of a volume is an image
+};
+
+/// What becomes of a mesh before it is written.
+struct SurfaceFinish {
+    bool lids = false;               // closes an isosurface at the volume's faces
+    bool largest = false;            // keeps the connected part of the largest area
+    std::optional<double> decimate;  // keeps this share of the triangles
+    std::optional<double> smooth;    // 0 to 1, of an isosurface
 };
 
 /// How costs are found: from models alone, by running the contenders, or all paths.
@@ -150,7 +162,12 @@ struct RequestSpec {
     std::optional<double> exposure;  // of modes that show light; values stay
     std::optional<Field> reference;  // what the samples mean
     bool labels = false;             // no new value appears, all come out bit for bit
+    std::vector<std::int64_t> only_labels;  // with `labels`: all others count as background
     std::optional<double> smooth;    // of labels' surfaces: 0 to 1 of half a sample
+    LookSpec look;                   // of pictures
+    SurfaceFinish finish;            // mesh
+    /// The name of a channel, in place of selection.channel.
+    std::string channel_name;
 
     std::optional<double> max_error;   // NRMSE
     bool like_linear = false;          // as good as linear interpolation

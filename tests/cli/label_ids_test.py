@@ -187,7 +187,7 @@ class LabelIds(Running):
         voxels = self.picture(source, "--smooth", "0")
         np.testing.assert_array_equal(voxels[..., 3] > 0, v.any(0))
         for words, said in ((("--labels", "--smooth", "1.5"), "0 to 1"), (("--labels", "--smooth", "much"), "--smooth"),
-                            (("--isovalue", "1", "--smooth", "1"), "surfaces of labels only")):
+                            (("--isovalue", "1", "--smooth", "1.5"), "0 to 1")):
             self.assertIn(said, self.run_it("mesh", source, "-o", "null:", *words, code=2).stderr.decode())
 
     def test_labels_are_closed_at_the_scans_ends(self):

@@ -1,6 +1,7 @@
 #include "transitions/surface/flying_edges.hpp"
 
 #include "surface/flying_edges.hpp"
+#include "surface/lids.hpp"
 #include "surface/mesh.hpp"
 #include "transitions/surface/surface_of.hpp"
 
@@ -8,6 +9,11 @@ namespace edgewise {
 namespace {
 
 constexpr const char* kVertices = "surface/vertices";
+
+bool has_lids(const Request& want) {
+    const auto* setting = want.setting.as<surface::MeshSetting>();
+    return setting && setting->lids;
+}
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
     if (std::string reason = no_surface(from, ask.want, false); !reason.empty())
@@ -23,7 +29,8 @@ Work work(const Offer& offer, const Ask& ask, int) {
     return {.operations = samples + kAlone * (140 * vertices + 30 * triangles),
             .streamed = offer.from.bytes() + surface::Mesh::bytes(vertices, triangles, false),
             .gathers = 14 * vertices,
-            .workspace = surface::flying_edges_scratch(offer.from)};
+            .workspace = surface::flying_edges_scratch(offer.from) +
+                         (has_lids(ask.want) ? surface::frame_bytes(offer.from) : 0)};
 }
 
 void count(const Data& input, const Request& want, std::map<std::string, double>& facts,
@@ -34,9 +41,18 @@ void count(const Data& input, const Request& want, std::map<std::string, double>
 
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region&,
          Context& context) {
-    surface::put_mesh(out, surface::flying_edges(in, *ask.want.surface->isovalue,
-                                                 place_of(offer, ask.want, context.view),
-                                                 context.memory, [&] { context.poll(); }));
+    const double isovalue = *ask.want.surface->isovalue;
+    const Mat4 place = place_of(offer, ask.want, context.view);
+    const auto poll = [&] { context.poll(); };
+    if (!has_lids(ask.want)) {
+        surface::put_mesh(out, surface::flying_edges(in, isovalue, place, context.memory, poll));
+        return;
+    }
+    Mat4 unframed = Mat4::Identity();
+    unframed.topRightCorner<3, 1>().setConstant(-1);
+    const Data framed = surface::with_frame(in, context.memory);
+    surface::put_mesh(
+        out, surface::flying_edges(framed, isovalue, place * unframed, context.memory, poll));
 }
 
 }  // namespace

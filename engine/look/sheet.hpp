@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "engine/look/canvas.hpp"
+#include "engine/look/drawings.hpp"
+#include "engine/request/look_spec.hpp"
+#include "io/store.hpp"
+
+namespace edgewise {
+
+/// Pictures as they are written: with a scale bar in each, side by side in a montage, beside a
+/// legend.
+class Sheet {
+ public:
+    /// @param picture  what one picture is: 8 bits
+    /// @param count    pictures of a montage
+    Sheet(const LookSpec& look, const store::Header& picture, int count);
+
+    /// Colours and values of the pictures; before the first of them.
+    void explain(const Legend& legend);
+    /// @param number   of a montage its place, from 0
+    /// @return whether there is a sheet to be written
+    bool add(int number, const void* samples);
+    /// Of what add() has made.
+    const store::Header& header() const noexcept { return header_; }
+    const std::uint8_t* samples() const noexcept { return whole_->samples.data(); }
+
+ private:
+    Canvas picture_of(const void* samples) const;
+    /// The sheet with the legend at its right, and its header.
+    void finish(Canvas sheet);
+
+    const LookSpec look_;
+    const store::Header picture_;
+    const int count_;
+    int added_ = 0;
+    std::optional<Legend> legend_;
+    std::optional<Canvas> montage_, whole_;
+    store::Header header_;
+};
+
+/// How many files a number of pictures makes.
+int sheets_of(const LookSpec& look, int pictures);
+
+}  // namespace edgewise

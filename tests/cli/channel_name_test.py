@@ -1,0 +1,67 @@
+"""`--channel DAPI`: channels by the names that files give them. Needs EDGEWISE."""
+
+import json
+import pathlib
+import sys
+import unittest
+
+import numpy as np
+
+sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parent.parent / "io")]
+import format_writers as w  # noqa: E402
+from running import Running  # noqa: E402
+
+
+class Names(Running):
+    def ome(self, name, names):
+        """An OME-TIFF of channels, then slices."""
+        channels = "".join('<Channel ID="Channel:0:%d" SamplesPerPixel="1"%s/>' % (c, f' Name="{n}"' if n else "") for c, n in enumerate(names))
+        volume = (np.arange(len(names) * 3 * 5 * 6).reshape(len(names), 3, 5, 6) % 250).astype("u1")
+        text = w.ome(f'DimensionOrder="XYZCT" Type="uint8" SizeX="6" SizeY="5" SizeZ="3" SizeC="{len(names)}" SizeT="1"', channels=channels, data="<TiffData/>")
+        pages = [w.tiff_page(page, more=w.described(text) if i == 0 else None) for i, page in enumerate(volume.reshape(-1, 5, 6))]
+        path = self.folder / name
+        path.write_bytes(w.tiff(pages))
+        return path
+
+    def zarr(self, name, labels):
+        path = self.folder / name
+        (path / "0").mkdir(parents=True)
+        volume = np.arange(len(labels) * 2 * 4 * 5).reshape(len(labels), 2, 4, 5).astype("u1")
+        axes = [{"name": "c", "type": "channel"}] + [{"name": a, "type": "space", "unit": "micrometer"} for a in "zyx"]
+        (path / ".zgroup").write_text('{"zarr_format": 2}')
+        (path / ".zattrs").write_text(json.dumps({
+            "multiscales": [{"version": "0.4", "axes": axes, "datasets": [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1, 1]}]}]}],
+            "omero": {"channels": [{"label": label, "color": "FFFFFF"} for label in labels]}}))
+        (path / "0" / ".zarray").write_text(json.dumps({"zarr_format": 2, "shape": volume.shape, "chunks": volume.shape, "dtype": "|u1", "compressor": None,
+                                                        "fill_value": 0, "order": "C", "filters": None, "dimension_separator": "/"}))
+        (path / "0" / "0" / "0" / "0").mkdir(parents=True)
+        (path / "0" / "0" / "0" / "0" / "0").write_bytes(volume.tobytes())
+        return path
+
+    def render(self, path, channel, code=0, *more):
+        out = self.folder / "o.png"
+        done = self.run_it("render", path, "-o", out, "--channel", channel, "--view", "z", *more, code=code)
+        return done.stderr if code else out.read_bytes()
+
+    def test_zarr(self):
+        path = self.zarr("a.zarr", ["DAPI", "GFP", "Alexa 568"])
+        for number, name in enumerate(("DAPI", "gfp", "alexa 568")):
+            self.assertEqual(self.render(path, name), self.render(path, number))
+        self.assertEqual(self.render(path, "GFP=red,DAPI=blue"), self.render(path, "1=red,0=blue"))
+        self.assertEqual(self.render(path, "DAPI,2"), self.render(path, "0,2"))
+        error = self.render(path, "DAPY", 2)
+        self.assertIn(b"DAPI, GFP, Alexa 568", error)
+
+    def test_ome_tiff(self):
+        path = self.ome("a.ome.tif", ["DAPI", "Cy5 &amp; more", ""])
+        for number, name in enumerate(("dapi", "Cy5 & more")):
+            self.assertEqual(self.render(path, name), self.render(path, number))
+        self.assertIn(b"its channels are DAPI, Cy5 & more", self.render(path, "GFP", 2))
+
+    def test_several_and_none(self):
+        self.assertIn(b"0 and 2", self.render(self.zarr("b.zarr", ["x", "y", "X"]), "x", 2))
+        self.assertIn(b"names none", self.render(self.zarr("c.zarr", ["", ""]), "DAPI", 2))
+
+
+if __name__ == "__main__":
+    unittest.main()

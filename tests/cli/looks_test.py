@@ -1,0 +1,149 @@
+"""Colour maps, legends, scale bars and montages: pixels against tables and sizes that are written here, not read from the command. Needs EDGEWISE."""
+
+import json
+import pathlib
+import struct
+import sys
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import files  # noqa: E402
+from running import Running  # noqa: E402
+
+# matplotlib's, at 0, 1/4, 1/2, 3/4 and 1 (its rows 0, 64, 128, 191, 255), as documented.
+ENDS = {"viridis": ((68, 1, 84), (253, 231, 37)), "magma": ((0, 0, 4), (252, 253, 191)), "inferno": ((0, 0, 4), (252, 255, 164)),
+        "plasma": ((13, 8, 135), (240, 249, 33)), "grey": ((0, 0, 0), (255, 255, 255)), "jet": ((0, 0, 128), (128, 0, 0)),
+        "hot": ((11, 0, 0), (255, 255, 255))}
+
+
+def hot(v):
+    return np.stack([np.interp(v, (0, 0.365079), (0.0416, 1)), np.interp(v, (0.365079, 0.746032), (0, 1)), np.interp(v, (0.746032, 1), (0, 1))], -1)
+
+
+def jet(v):
+    return np.stack([np.interp(v, (0.35, 0.66, 0.89, 1), (0, 1, 1, 0.5)), np.interp(v, (0.125, 0.375, 0.64, 0.91), (0, 1, 1, 0)),
+                     np.interp(v, (0, 0.11, 0.34, 0.65), (0.5, 1, 1, 0))], -1)
+
+
+class Looks(Running):
+    def ramp(self, name="ramp.nrrd", dtype="u1", step=1):
+        """A volume of one slice whose x-th column is x."""
+        path = self.folder / name
+        files.write_nrrd(path, np.tile((np.arange(256) * step).astype(dtype), (1, 8, 1)))
+        return path
+
+    def picture(self, *words, ending="png"):
+        out = self.folder / f"p.{ending}"
+        self.run_it(*words, "-o", out)
+        return files.read_png(out.read_bytes())[0]
+
+    def test_maps(self):
+        path = self.ramp()
+        stack = self.folder / "stack.nrrd"
+        files.write_nrrd(stack, np.tile(np.arange(256, dtype="<f4") * 3 - 100, (4, 8, 1)))
+        for name, (first, last) in ENDS.items():
+            for words in (("warp", path), ("render", stack, "--mode", "mip", "--view", "z", "--spacing", "1"), ("render", stack, "--mode", "mean", "--view", "z", "--spacing", "1")):
+                found = self.picture(*words, "--colormap", name)
+                self.assertEqual(found.shape, (8, 256, 3))
+                np.testing.assert_allclose(found[0, 0], first, atol=1)
+                np.testing.assert_allclose(found[0, -1], last, atol=1)
+        share = np.arange(256) / 255
+        for name, formula in (("hot", hot), ("jet", jet)):
+            # Between rows of 256 the formula bends at most by a step of its steepest slope, 4.4 levels at a corner.
+            np.testing.assert_allclose(self.picture("warp", path, "--colormap", name)[0], 255 * formula(share), atol=2.5)
+
+    def test_windows_and_files(self):
+        path = self.ramp()
+        rows = [(255, 0, 0), (0, 255, 0), (0, 0, 255)]
+        expected = np.stack([np.interp(np.arange(256), (0, 127.5, 255), part) for part in zip(*rows)], -1)
+        kinds = {"a.csv": "r,g,b\n" + "\n".join(",".join(map(str, row)) for row in rows), "a.json": json.dumps(rows),
+                 "a.lut": "\n".join(f"{i} {r} {g} {b}" for i, (r, g, b) in enumerate(rows)), "b.csv": "1;0;0\n0;1;0\n0;0;1\n",
+                 "c.json": json.dumps({"points": [{"value": v, "opacity": 1, "color": [c / 255 for c in row]} for v, row in zip((5, 6, 7), rows)]})}
+        for name, text in kinds.items():
+            (self.folder / name).write_text(text)
+            np.testing.assert_allclose(self.picture("warp", path, "--colormap", self.folder / name)[3], expected, atol=1.01, err_msg=name)
+        planes = self.folder / "imagej.lut"
+        planes.write_bytes(bytes(range(256)) + bytes(range(255, -1, -1)) + bytes(256))
+        found = self.picture("warp", path, "--colormap", planes)[0]
+        np.testing.assert_allclose(found, np.stack([np.arange(256), 255 - np.arange(256), 0 * np.arange(256)], -1), atol=1)
+        low = self.picture("warp", path, "--colormap", "viridis", "--window", "100,200")[0]
+        np.testing.assert_array_equal(low[:101], np.tile(ENDS["viridis"][0], (101, 1)))
+        np.testing.assert_array_equal(low[200:], np.tile(ENDS["viridis"][1], (56, 1)))
+
+    def test_legends_stand_beside(self):
+        path = self.ramp()
+        stack = self.folder / "tall.nrrd"
+        files.write_nrrd(stack, np.tile((np.arange(160) * 7).astype("<i2"), (3, 200, 1)))
+        plain = self.picture("render", stack, "--view", "z", "--spacing", "1", "--colormap", "magma")
+        both = self.picture("render", stack, "--view", "z", "--spacing", "1", "--colormap", "magma", "--legend")
+        self.assertEqual(both.shape[0], 200)
+        self.assertGreater(both.shape[1], 160 + 20)
+        np.testing.assert_array_equal(both[:, :160], plain)
+        strip = both[:, 160:]
+        # The colours go from the last at the top to the first at the bottom.
+        column = max(range(strip.shape[1]), key=lambda x: len(np.unique(strip[:, x], axis=0)))
+        lit = np.flatnonzero(strip[:, column].any(axis=1))
+        np.testing.assert_allclose(strip[lit[0], column], ENDS["magma"][1], atol=2)
+        self.assertLess(strip[lit[-1], column].sum(), 12)
+        self.assertTrue((strip == 255).all(axis=-1).any())  # letters
+        grey = self.picture("render", stack, "--view", "z", "--spacing", "1", "--legend")
+        np.testing.assert_array_equal(grey[0, :160, 0], grey[0, :160, 2])
+
+    def test_scale_bars_have_their_length(self):
+        for size, spacing, unit, length, pixels in (((200, 100), 0.5, "mm", 20, 40), ((400, 300), 0.001, "mm", 0.1, 100), ((90, 120), 2, "mm", 20, 10)):
+            path = self.folder / "scaled.nii"
+            files.write_nifti(path, np.full((1, size[1], size[0]), 100, "u1"), spacing=(spacing, spacing, spacing))
+            found = self.picture("warp", path, "--scale-bar", "--window", "0,255")
+            white = (found.reshape(size[1], size[0], -1)[..., 0] == 255)
+            longest = max(self.runs(row) for row in white)
+            self.assertEqual(longest, pixels, (size, spacing))
+        for words in (("render", path), ("render", path, "--mode", "xray"), ("render", path, "--mode", "composite", "--background", "none")):
+            self.picture(*words, "--view", "z", "--scale-bar")
+
+    @staticmethod
+    def runs(row):
+        best = run = 0
+        for lit in row:
+            run = run + 1 if lit else 0
+            best = max(best, run)
+        return best
+
+    def test_montages(self):
+        path = self.folder / "m.nrrd"
+        volume = np.random.default_rng(1).integers(0, 256, (24, 10, 14)).astype("u1")
+        volume[0, 0, :2] = 0, 255
+        files.write_nrrd(path, volume)
+        found = self.picture("warp", path, "--montage", "4x3")
+        self.assertEqual(found.shape, (3 * 12 - 2, 4 * 16 - 2, 1))
+        for i in range(12):
+            y, x = 12 * (i // 4), 16 * (i % 4)
+            np.testing.assert_array_equal(found[y:y + 10, x:x + 14, 0], volume[2 * i + 1])
+        # Fewer slices than places: all of them, in order.
+        found = self.picture("warp", path, "--clip", "0,0,3,13,9,5", "--montage", "2x2", "--window", "0,255")
+        for i in range(3):
+            np.testing.assert_array_equal(found[12 * (i // 2):][:10, 16 * (i % 2):][:, :14, 0], volume[3 + i])
+        frames = self.folder / "f_%d.png"
+        self.run_it("render", path, "-o", frames, "--turntable", "6", "--size", "20")
+        sheet = self.picture("render", path, "--turntable", "6", "--size", "20", "--montage", "3x2")
+        for i in range(6):
+            one = files.read_png(pathlib.Path(str(frames) % i).read_bytes())[0]
+            h, w = one.shape[:2]
+            np.testing.assert_array_equal(sheet[(h + 2) * (i // 3):][:h, (w + 2) * (i % 3):][:, :w], one)
+        self.assertIn(b"do not fit", self.run_it("render", path, "-o", self.folder / "x.png", "--turntable", "7", "--montage", "3x2", code=2).stderr)
+
+    def test_refusals(self):
+        path = self.ramp("r.nrrd")
+        (self.folder / "bad.csv").write_text("1,2\n3,4\n")
+        (self.folder / "short.csv").write_text("1,0,0\n")
+        (self.folder / "many.csv").write_text("1,0,300\n1,1,1\n")
+        for words, said in ((["--colormap", "viridiss"], b"viridis"), (["--colormap", self.folder / "bad.csv"], b"line 1"), (["--colormap", self.folder / "short.csv"], b"at least 2"),
+                            (["--colormap", self.folder / "many.csv"], b"255"), (["--colormap", "jet", "--bits", "16"], b"8 bits"), (["--montage", "4"], b"4x3"), (["--montage", "0x3"], b"--montage")):
+            self.assertIn(said, self.run_it("warp", path, "-o", self.folder / "o.png", *words, code=2).stderr, words)
+        self.assertIn(b"colours of its own", self.run_it("render", path, "-o", self.folder / "o.png", "--mode", "composite", "--colormap", "jet", code=2).stderr)
+        self.run_it("warp", path, "-o", self.folder / "o.exr", "--colormap", "jet", code=2)
+
+
+if __name__ == "__main__":
+    unittest.main()
