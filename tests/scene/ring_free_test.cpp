@@ -32,7 +32,7 @@ Data ramp(const Extent& n, double slope, double jump) {
 }
 
 TEST(RingFree, AStepIsShorterWhereOpacityIsSteeper) {
-    const Request gentle = composite({{0, 0, {1, 1, 1}}, {1, 0.1, {1, 1, 1}}});
+    const Request gentle = composite({{0, 0, {1, 1, 1}}, {1, 0.04, {1, 1, 1}}});
     const Request steep =
         composite({{0.4, 0, {0.1, 0.1, 0.1}}, {0.5, 0.7, {0.6, 0.6, 0.6}}, {0.6, 0.9, {1, 1, 1}}});
     double before = 1;
