@@ -74,7 +74,7 @@ class FilteredSeries {
     }
     /// Of all time points: the plan of the last, and what all took together.
     nlohmann::ordered_json report(const std::optional<Failure>& failure) const {
-        if (!session_) return failure_of(failure->code, failure->message);
+        if (!session_ && failure) return failure_of(failure->code, failure->message);
         if (!failure) session_->measured = measured_;
         nlohmann::ordered_json report =
             report_of(*session_, startup_seconds_, !failure.has_value(), failure);

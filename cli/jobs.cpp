@@ -10,6 +10,7 @@
 #include "cli/filter_series.hpp"
 #include "cli/job_words.hpp"
 #include "cli/merge.hpp"
+#include "cli/mpr.hpp"
 #include "cli/request/channel_words.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/series.hpp"
@@ -131,6 +132,7 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
     return {app, [app, options, job, runs] {
                 options->words = typed_words(*app);
                 order_geometry(*app, *options);
+                if (options->mpr) return do_planes(*options, runs);
                 if (job == Job::render && names_all_times(options->selection))
                     return do_series(*options, runs);
                 if (job == Job::render && names_colours(options->selection))

@@ -8,6 +8,7 @@
 
 #include "engine/filter_result.hpp"
 #include "engine/kept_padding.hpp"
+#include "engine/look/depth_coloured.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/since.hpp"
 #include "engine/refinement.hpp"
@@ -200,18 +201,31 @@ class Performance {
         if (writes_) write(frame, *one[0], levels);
     }
 
+    bool shows_depth() const { return session_.spec.look.depth_colour; }
+    /// How deep all views are, in units of screen space.
+    double scene_depth() const { return static_cast<double>(session_.geometry.grid.extent.z); }
+
+    Array samples_to_write(int frame, const Data& result, const Shades& levels) const {
+        if (!shows_depth())
+            return written_samples(result, session_.written, levels, session_.memory.get());
+        return depth_coloured(result, session_.written.tail, levels, *session_.written.colours,
+                              want_, *session_.input->data, frame, scene_depth(),
+                              session_.memory.get());
+    }
+
     void write(int frame, const Data& result, const Shades& levels) {
         poll();
         const auto begin = Clock::now();
         if (const auto cut = cut_off_text(want_, result, session_.written.tail))
             session_.messages.warning(*cut);
-        Array samples = written_samples(result, session_.written, levels, session_.memory.get());
+        Array samples = samples_to_write(frame, result, levels);
         const std::string kept =
             keep_padding(want_, *session_.input, session_.written.tail, samples);
         if (!kept.empty()) session_.messages.warning(kept);
         if (!writer_)
             writer_.emplace(*session_.outputs, session_.written, session_.spec, want_.frames,
                             session_.messages.stop());
+        if (shows_depth()) writer_->explain_depth(scene_depth() * session_.geometry.unit);
         for (std::string& file : writer_->write(frame, samples.data(), levels))
             session_.files.push_back(std::move(file));
         session_.measured->write_seconds += since(begin);
@@ -243,11 +257,12 @@ class Performance {
         if (!waited || !writes_) return;
         // From here on nobody reads the samples: their bytes are the last form's.
         field_.reset();
-        session_.input->data.reset();
+        if (!shows_depth()) session_.input->data.reset();
         for (std::size_t i = 0; i < frames_.size(); ++i) {
             write(static_cast<int>(i), *frames_[i], levels);
             frames_[i].reset();
         }
+        session_.input->data.reset();
     }
 
     std::shared_ptr<const surface::Mesh> finished_mesh(

@@ -24,6 +24,8 @@ class ResultWriter {
     ResultWriter(const Outputs& outputs, const Written& written, const RequestSpec& spec,
                  int frames, const std::atomic<bool>& stop);
 
+    /// Colours stand for depths up to this [file unit], not for values; before the first picture.
+    void explain_depth(double depth) { depth_ = depth; }
     /// @param samples  of a frame, as store::write takes them; frames of an animation come in order
     /// @param levels   that they were made with
     /// @return the files that are there now; none before an animation, or a montage, is whole
@@ -42,6 +44,7 @@ class ResultWriter {
     const RequestSpec& spec_;
     const int pictures_;  // frames, or slices of the only one
     int files_;
+    std::optional<double> depth_;
     const std::atomic<bool>& stop_;
     std::optional<Sheet> sheet_;
     std::optional<store::Animation> animation_;

@@ -75,6 +75,8 @@ class Playing {
         const InState unobserved(series_.messages, Listener::State::unobserved);
         file_ = inspected(spec_.input, chosen_selection(at_time(0), outputs_));
         const Input& input = *file_;
+        if (spec_.look.depth_colour)
+            throw RequestError("--depth-colour: of one time point; name it by --time N");
         if (input.phantom || input.described || input.pairs)
             throw RequestError(fmt::format("--time all: {} has no time points", spec_.input));
         series_.times = series_.told.frames = input.header.times;

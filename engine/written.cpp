@@ -242,9 +242,9 @@ void take_look(Written& written, const LookSpec& look, const Files& files) {
             fmt::format("{}: colours stand for one number, and here are {} channels; --channel N "
                         "takes one",
                         look.colormap.empty() ? "--legend" : "--colormap", header.channels));
-    const bool is_grey = look.colormap.empty() && !look.depth_colour;
-    written.colours =
-        std::make_shared<const Colormap>(is_grey ? Colormap() : colormap_of(look.colormap));
+    std::string map = look.colormap;
+    if (map.empty()) map = look.depth_colour ? "hue" : "grey";
+    written.colours = std::make_shared<const Colormap>(colormap_of(map));
     header.channels = 3;
     header.colour = true;
     if (!files.fit(header)) refuse(files, header);

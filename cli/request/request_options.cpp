@@ -164,12 +164,20 @@ void add_look(CLI::App& app, JobOptions& o) {
     for (const std::string& name : colormap_names()) maps += (maps.empty() ? "" : ", ") + name;
     text("--colormap", o.colormap, "NAME|FILE",
          fmt::format("{}: {}; or rows of R,G,B (docs/files.md)", of, maps));
+    if (o.job == Job::render)
+        app.add_flag("--depth-colour", o.depth_colour,
+                     "mip: colours by the depth of the value, red in front and blue behind, or of "
+                     "--colormap")
+            ->group(group);
     app.add_flag("--legend", o.legend, "colours and their values, in a strip at the right")
         ->group(group);
     app.add_flag("--scale-bar", o.scale_bar, "a length, at the lower left")->group(group);
     text("--montage", o.montage, "WxH",
          o.job == Job::render ? "frames side by side, in W columns and H rows"
                               : "slices side by side, W x H of them, equally far apart");
+    if (o.job == Job::render)
+        text("--mpr", o.mpr, "X,Y,Z",
+             "in place of a mode: the three planes through this sample of FILE, in one picture");
 }
 
 void add_mode(CLI::App& app, JobOptions& o) {

@@ -133,6 +133,50 @@ class Looks(Running):
             np.testing.assert_array_equal(sheet[(h + 2) * (i // 3):][:h, (w + 2) * (i % 3):][:, :w], one)
         self.assertIn(b"do not fit", self.run_it("render", path, "-o", self.folder / "x.png", "--turntable", "7", "--montage", "3x2", code=2).stderr)
 
+    def test_depth(self):
+        rng = np.random.default_rng(6)
+        hue = np.array([(1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1)])
+        for dtype, extent in (("u1", (7, 9, 12)), ("<f4", (16, 5, 6)), ("<i2", (3, 20, 8))):
+            volume = rng.permutation(int(np.prod(extent))).reshape(extent)
+            volume = (volume % 250 if dtype == "u1" else volume).astype(dtype)
+            path = self.folder / f"depth{dtype[-1]}.nrrd"
+            files.write_nrrd(path, volume)
+            for view, along in (("z", 0), ("y", 1), ("x", 2)):
+                high = float(volume.max())
+                found = self.picture("render", path, "--view", view, "--spacing", "1", "--depth-colour", "--window", f"0,{high}", "--via", "project.ray_cast/filter=foh/step=1")
+                looked = np.flip(volume, along) if view == "y" else volume  # y is seen against
+                share = (looked.argmax(along) + 0.5) / extent[along]
+                light = looked.max(along) / high
+                colour = np.stack([np.interp(share, np.linspace(0, 1, 5), part) for part in hue.T], -1)
+                np.testing.assert_allclose(found, 255 * colour * light[..., None], atol=1.01, err_msg=f"{dtype} {view}")
+        wide = self.picture("render", path, "--view", "z", "--spacing", "0.1", "--depth-colour", "--legend")
+        self.assertGreater(wide.shape[1], 80)
+        self.assertIn(b"mip", self.run_it("render", path, "-o", self.folder / "o.png", "--mode", "xray", "--depth-colour", code=2).stderr)
+
+    def test_three_planes(self):
+        for dtype, extent, place in (("u1", (9, 11, 13), (3, 7, 2)), ("<i2", (20, 6, 8), (0, 5, 19)), ("<f4", (4, 30, 5), (4, 0, 0))):
+            volume = np.random.default_rng(3).integers(0, 256, extent).astype(dtype)
+            path = self.folder / f"planes{dtype[-1]}.nrrd"
+            files.write_nrrd(path, volume)
+            x, y, z = place
+            found = self.picture("render", path, "--mpr", f"{x},{y},{z}", "--window", "0,255")[..., 0]
+            nz, ny, nx = extent
+            self.assertEqual(found.shape, (nz + 2 + ny, nx + 2 + ny))
+            np.testing.assert_array_equal(found[:nz, :nx], volume[:, y, :])
+            np.testing.assert_array_equal(found[:nz, nx + 2:], volume[:, :, x])
+            np.testing.assert_array_equal(found[nz + 2:, :nx], volume[z])
+            coloured = self.picture("render", path, "--mpr", f"{x},{y},{z}", "--window", "0,255", "--colormap", "viridis", "--scale-bar", "--legend")
+            self.assertEqual(coloured.shape[2], 3)
+        # Thick slices become as tall as they are.
+        nifti = self.folder / "thick.nii"
+        files.write_nifti(nifti, volume, spacing=(1, 1, 3))
+        self.assertEqual(self.picture("render", nifti, "--mpr", "1,1,1").shape[0], 3 * 4 + 2 + 30)
+        self.assertEqual(self.picture("render", nifti, "--mpr", "1,1,1", "--size", "60").shape[0], 2 * (12 + 30) + 2)
+        done = self.run_it("render", path, "-o", self.folder / "o.png", "--mpr", "1,1,1", "--json", "-")
+        self.assertEqual(len(json.loads(done.stdout)["planes"]), 3)
+        for words in (["--mpr", "5,0,0"], ["--mpr", "1,1"], ["--mpr", "1,1,0.5"], ["--mpr", "1,1,1", "--rotate", "3,0,0"], ["--mpr", "1,1,1", "--view", "x"]):
+            self.assertIn(b"--", self.run_it("render", path, "-o", self.folder / "o.png", *words, code=2).stderr)
+
     def test_refusals(self):
         path = self.ramp("r.nrrd")
         (self.folder / "bad.csv").write_text("1,2\n3,4\n")

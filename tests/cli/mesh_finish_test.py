@@ -76,7 +76,9 @@ class Finished(Running):
             self.assertLessEqual(report["triangles"], (1 - share) * whole["triangles"] * 1.01 + 4)
             self.assertGreaterEqual(report["triangles"], (1 - share) * whole["triangles"] * 0.9 - 4)
             self.assertTrue(report["closed"])
-            self.assertAlmostEqual(report["volume"] / whole["volume"], 1, delta=0.02)
+            # N equal triangles with corners on a sphere miss 6 pi / (sqrt(3) N) of its volume; these are not quite equal.
+            missed = 6 * math.pi / math.sqrt(3) / report["triangles"]
+            self.assertAlmostEqual(report["volume"] / whole["volume"], 1, delta=1.5 * missed + 0.002)
             away = np.linalg.norm(triangles.reshape(-1, 3) - 15, axis=1)
             self.assertLess(np.abs(away - 12).max(), 0.2)  # vertices stay on the sphere
         labels = np.zeros((20, 20, 40), "u1")

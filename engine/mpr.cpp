@@ -1,0 +1,208 @@
+#include "engine/mpr.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fmt/format.h>
+
+#include "engine/look/coloured.hpp"
+#include "engine/look/sheet.hpp"
+#include "engine/measure/since.hpp"
+#include "engine/request/make_request.hpp"
+#include "engine/request/outputs.hpp"
+#include "engine/request/resolution.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr int kBetween = 2;  // pixels between planes
+
+/// An option of the request that planes have no use for, or "".
+std::string useless(const RequestSpec& spec) {
+    const GeometrySpec& geometry = spec.geometry;
+    if (geometry.view) return "--view";
+    if (!geometry.steps.empty()) return fmt::format("--{}", name_of(geometry.steps.front().kind));
+    if (geometry.about) return "--about";
+    if (geometry.perspective) return "--perspective";
+    if (geometry.zoom) return "--zoom";
+    if (!spec.clip.empty()) return spec.clip.options();
+    if (spec.look.montage) return "--montage";
+    if (spec.look.depth_colour) return "--depth-colour";
+    if (spec.verify) return "--verify";
+    return "";
+}
+
+class MakingPlanes {
+ public:
+    explicit MakingPlanes(Planes& planes) : planes_(planes), spec_(planes.spec) {}
+
+    void run_all() {
+        look();
+        for (const char* view : views_) {
+            if (planes_.messages.stop()) throw Cancelled();
+            render(view);
+        }
+        write();
+    }
+
+ private:
+    void look() {
+        if (const std::string option = useless(spec_); !option.empty())
+            throw RequestError(fmt::format("{}: not with --mpr, which shows three planes", option));
+        if (spec_.out) outputs_.emplace(*spec_.out);
+        const InState unobserved(planes_.messages, Listener::State::unobserved);
+        const Input input = inspected(spec_.input, selection_of(spec_));
+        if (input.described) throw RequestError("--mpr: a description has no samples to show");
+        grid_ = grid_of(input);
+        if (grid_.axes != 3) throw RequestError("--mpr: of volumes; this is an image");
+        for (int axis = 0; axis < 3; ++axis) {
+            const double at = planes_.place[static_cast<std::size_t>(axis)];
+            const auto most = static_cast<double>(grid_.extent[axis] - 1);
+            if (at != std::floor(at) || !(at >= 0 && at <= most))
+                throw RequestError(fmt::format(
+                    "--mpr: {} along {}: expected a sample, from 0 to {}", at, "xyz"[axis], most));
+        }
+        if (grid_.anatomical) views_ = {"front", "left", "bottom"};
+        take_pixel();
+    }
+
+    void take_pixel() {
+        pixel_ = grid_.spacing.minCoeff();
+        const GeometrySpec& geometry = spec_.geometry;
+        if (geometry.spacing) pixel_ = geometry.spacing->front();
+        if (!geometry.size) return;
+        if (geometry.size->fit || geometry.size->sides.size() != 1)
+            throw RequestError(
+                fmt::format("--size: '{}' given; of --mpr expected N, the pixels of the longest "
+                            "side of the volume",
+                            geometry.size->text()));
+        double longest = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            longest =
+                std::max(longest, static_cast<double>(grid_.extent[axis]) * grid_.spacing[axis]);
+        pixel_ = longest / static_cast<double>(geometry.size->sides[0]);
+    }
+
+    /// One plane, as a warp of the view's grid of which one layer is kept.
+    void render(const char* view) {
+        const Mat3 turn = view_of(view, grid_.direction);
+        int depth = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            if (turn(2, axis) != 0) depth = axis;
+        RequestSpec one = spec_;
+        one.job = Job::warp;
+        one.mode = Mode::mip;
+        one.out.reset();
+        one.look = {};
+        one.geometry = {};
+        one.geometry.view = view;
+        one.geometry.spacing = {pixel_, pixel_, grid_.spacing[depth]};
+        std::vector<double> box{0, 0, 0};
+        for (int axis = 0; axis < 3; ++axis)
+            box.push_back(static_cast<double>(grid_.extent[axis] - 1));
+        const double at = planes_.place[static_cast<std::size_t>(depth)];
+        box[static_cast<std::size_t>(depth)] = box[static_cast<std::size_t>(depth) + 3] = at;
+        one.geometry.crop = box;
+        planes_.sessions.push_back(std::make_unique<Session>(std::move(one), planes_.edges,
+                                                             planes_.profile, planes_.messages));
+        Session& session = *planes_.sessions.back();
+        session.runs = true;
+        session.explained = planes_.sessions.size() > 1;  // notices of the machine are told once
+        session.errors = ErrorsWanted::for_choice;
+        take_request(session);
+        make_plan(session);
+        perform(session, [&](int, const Data& result) {
+            auto copy =
+                std::make_shared<Data>(Data::make(result.what, std::pmr::get_default_resource()));
+            std::memcpy(copy->as<std::byte>(), result.as<std::byte>(), result.samples.bytes());
+            found_.push_back(std::move(copy));
+        });
+        session.input->data.reset();
+        session.memory->trim();
+    }
+
+    void write() {
+        if (!outputs_ || outputs_->none()) return;
+        const auto begin = std::chrono::steady_clock::now();
+        const int channels = found_[0]->what.channels;
+        if (channels != 1 && channels != 3)
+            throw RequestError(fmt::format(
+                "--mpr: of one channel or of colours, and here are {} channels; --channel N takes "
+                "one",
+                channels));
+        Tail tail;
+        tail.view = true;
+        tail.type = Type::u8;
+        tail.channels = channels;
+        tail.table = planes_.sessions[0]->input->table;
+        const Shades levels = shades_of(found_, spec_.window, tail);
+        const bool in_colours = channels == 1 && spec_.look.colours();
+        const Colormap map =
+            spec_.look.colormap.empty() ? Colormap() : colormap_of(spec_.look.colormap);
+        const auto samples = [&](const Data& result) {
+            return in_colours
+                       ? coloured(result, tail, levels, map, std::pmr::get_default_resource())
+                       : finished(result, tail, levels, std::pmr::get_default_resource());
+        };
+        Canvas canvas = arranged(in_colours ? 3 : channels, samples);
+        planes_.extent = {canvas.width, canvas.height, 1};
+        store::Header header;
+        header.volume = false;
+        header.extent = planes_.extent;
+        header.channels = canvas.channels;
+        header.colour = canvas.channels == 3;
+        header.type = Type::u8;
+        header.spacing = {pixel_, pixel_, 1};
+        header.unit = planes_.sessions[0]->input->header.unit;
+        header.format = outputs_->format().name;
+        Sheet sheet(spec_.look, header, 1);
+        if (in_colours && spec_.look.legend) sheet.explain({map, levels.black, levels.white, {}});
+        sheet.add(0, canvas.samples.data());
+        const std::string file = outputs_->file(0);
+        if (const std::string why = store::cannot_write(file, sheet.header()); !why.empty())
+            throw RequestError(fmt::format("-o {}: {}", file, why));
+        store::write(file, sheet.header(), sheet.samples(), {spec_.quality});
+        planes_.files.push_back(file);
+        planes_.write_seconds = since(begin);
+    }
+
+    template <class Samples>
+    Canvas arranged(int channels, const Samples& samples) const {
+        const auto side = [&](std::size_t plane, int axis) {
+            return static_cast<int>(found_[plane]->what.extent[axis]);
+        };
+        const int left = std::max(side(0, 0), side(2, 0)), above = std::max(side(0, 1), side(1, 1));
+        Canvas canvas(left + kBetween + side(1, 0), above + kBetween + side(2, 1), channels);
+        const std::array<std::array<int, 2>, 3> places{
+            {{0, 0}, {left + kBetween, 0}, {0, above + kBetween}}};
+        for (std::size_t k = 0; k < found_.size(); ++k) {
+            const Array picture = samples(*found_[k]);
+            canvas.put(places[k][0], places[k][1], side(k, 0), side(k, 1),
+                       {static_cast<const std::uint8_t*>(picture.data()), picture.bytes()});
+        }
+        return canvas;
+    }
+
+    Planes& planes_;
+    const RequestSpec& spec_;
+    std::optional<Outputs> outputs_;
+    std::array<const char*, 3> views_{"y", "x", "z"};
+    InputGrid grid_;
+    double pixel_ = 1;  // [file unit]
+    std::vector<std::shared_ptr<const Data>> found_;
+};
+
+}  // namespace
+
+Planes::Planes(RequestSpec request, const std::array<double, 3>& at, Catalogue catalogue,
+               Profile machine, Listener& listener)
+    : spec(std::move(request)),
+      place(at),
+      edges(std::move(catalogue)),
+      profile(std::move(machine)),
+      messages(listener) {}
+
+void perform(Planes& planes) { MakingPlanes(planes).run_all(); }
+
+}  // namespace edgewise

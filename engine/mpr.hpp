@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/session.hpp"
+
+namespace edgewise {
+
+/// The three planes of a volume through one place, in one picture: what front, left and bottom show
+/// (coronal, sagittal, axial) where the file is anatomical, else along y, x and z. Above are the
+/// first two, below the first is the third, so that what lies in one column or row has one x or z.
+/// All have square pixels of one size, through one window.
+struct Planes {
+    /// @param request   of render; its size is one number, of the longest side of the volume
+    /// @param place     sample of the input
+    /// @param listener  outlives it
+    Planes(RequestSpec request, const std::array<double, 3>& place, Catalogue catalogue,
+           Profile machine, Listener& listener);
+
+    const RequestSpec spec;
+    const std::array<double, 3> place;
+    Catalogue edges;
+    Profile profile;
+    Listener& messages;
+    std::vector<std::unique_ptr<Session>> sessions;  // their requests, plans and measurements
+    Extent extent;                                   // of the picture, without a legend
+    double write_seconds = 0;
+    std::vector<std::string> files;  // written
+};
+
+/// @throws RequestError, InputError, NoPlan, Cancelled, RunError, std::bad_alloc
+void perform(Planes& planes);
+
+}  // namespace edgewise
