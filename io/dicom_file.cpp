@@ -448,6 +448,29 @@ class Parser {
                                           name(here.tag), found.size(), N));
         std::copy(found.begin(), found.end(), into.emplace().begin());
     }
+    /// How many digits behind the point three numbers were written with; negative: so many of those
+    /// before it are not said. Numbers that are no text have all there are.
+    std::array<int, 3> decimals_of(const Element& here) {
+        constexpr int kAll = 17;
+        std::array<int, 3> decimals{kAll, kAll, kAll};
+        const std::string_view vr = here.vr.empty() || here.vr == "UN" ? "DS" : here.vr;
+        if (vr != "DS") return decimals;
+        const std::string all = text(here);
+        std::size_t axis = 0;
+        for (std::string_view part : split(all, '\\')) {
+            if (axis == decimals.size()) break;
+            part = trim(part);
+            const std::size_t e = part.find_first_of("eE");
+            const std::string_view digits = part.substr(0, e);
+            const std::size_t point = digits.find('.');
+            const auto behind = point == digits.npos ? 0 : digits.size() - point - 1;
+            double power = 0;
+            if (e != part.npos) power = to_double(part.substr(e + 1)).value_or(0);
+            decimals[axis++] = static_cast<int>(
+                std::clamp(static_cast<double>(behind) - power, -double(kAll), double(kAll)));
+        }
+        return decimals;
+    }
     void one(const Element& here, std::string_view usual, std::optional<double>& into) {
         const std::vector<double> found = numbers(here, usual);
         if (!found.empty()) into = found[0];
@@ -505,7 +528,9 @@ class Parser {
             case 0x00180088:
                 return one(here, "DS", frame.between);
             case 0x00200032:
-                return several(here, "DS", frame.position);
+                several(here, "DS", frame.position);
+                if (frame.position) frame.decimals = decimals_of(here);
+                return;
             case 0x00200037:
                 return several(here, "DS", frame.orientation);
             case 0x00280030:
@@ -867,6 +892,7 @@ void DicomFrame::fill(const DicomFrame& other) {
     const auto take = [](auto& mine, const auto& theirs) {
         if (!mine) mine = theirs;
     };
+    if (!position) decimals = other.decimals;
     take(position, other.position);
     take(orientation, other.orientation);
     take(spacing, other.spacing);

@@ -36,6 +36,7 @@ class DicomBytes {
 /// What one frame says of itself: in its functional groups, or its file for all frames.
 struct DicomFrame {
     std::optional<Vector> position;                    // centre of its first pixel [mm]
+    std::array<int, 3> decimals{17, 17, 17};           // that its numbers were written with
     std::optional<std::array<double, 6>> orientation;  // directions of rows and of columns
     std::optional<std::array<double, 2>> spacing;      // between rows, between columns [mm]
     std::optional<double> thickness, between;          // [mm]; between slices, NM: signed

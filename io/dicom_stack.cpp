@@ -26,6 +26,7 @@ constexpr double kSameDirection = 1e-3;        // entries of unit vectors
 constexpr double kTilt = 1e-3;                 // sine between stack and slice normal
 constexpr double kAside = 0.1, kFarAside = 1;  // of a pixel
 constexpr double kOffGrid = 0.1;               // of the spacing
+constexpr double kMostOffGrid = 0.35;          // the same, of places written with few digits
 constexpr double kFar = 1e6;                   // of the spacing: no series has so many slices
 
 constexpr std::array<double, 6> kUpright{1, 0, 0, 0, 1, 0};
@@ -553,7 +554,7 @@ class Builder {
         for (std::size_t i = 0; i < grid.at.size(); ++i)
             grid.off = std::max(grid.off, std::abs((planes_[starts_[i]].place - first) / grid.step -
                                                    static_cast<double>(grid.at[i])));
-        if (grid.off > kOffGrid) return {};
+        if (grid.off > std::min(kMostOffGrid, kOffGrid + 2 * half_a_digit() / grid.step)) return {};
         return grid;
     }
 
@@ -564,7 +565,7 @@ class Builder {
         if (sorted.size() < 2) return;
         std::sort(sorted.begin(), sorted.end());
         const double median = sorted[(sorted.size() - 1) / 2];
-        if (sorted.back() < 1.5 * median) return;
+        if (sorted.back() < 1.5 * median || even_but_for_digits()) return;
         Grid grid = grid_of(gaps(), median);
         // Where more than half of the distances are of several steps, the least is one.
         if (grid.at.empty()) {
@@ -617,9 +618,58 @@ class Builder {
             "{} empty",
             named, grid.count(), named > 1 ? "are" : "is", places, named > kMostNamed ? " ..." : "",
             named > 1 ? "their places stay" : "its place stays"));
-        if (grid.off > kUneven)
+        if (grid.off > kUneven && grid.off * grid.step > 2 * half_a_digit())
             warn(fmt::format("slices lie up to {:.3g} mm beside an even grid of {:.6g} mm",
                              grid.off * grid.step, grid.step));
+    }
+
+    /// How far along the normal a place may lie beside where it is written, as numbers are rounded
+    /// to the digits that they are written with [mm]. A writer that leaves out zeros at the end
+    /// shows all its digits in some of the numbers.
+    double half_a_digit() const {
+        const Vector normal = normal_of(first_), all = digits();
+        double half = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            half += 0.5 * std::abs(normal[axis]) * all[axis];
+        return half;
+    }
+    /// How far rounding may move one place from another [mm].
+    double digit_length() const { return length(digits()); }
+    /// The last digit of positions along each axis [mm].
+    Vector digits() const {
+        if (!files_[0].grid_offsets.empty()) return {0, 0, 0};  // other numbers say where they are
+        std::array<int, 3> decimals;
+        decimals.fill(std::numeric_limits<int>::min());
+        for (const std::size_t start : starts_) {
+            const DicomPiece& piece = planes_[start].pieces[0];
+            const DicomFrame frame = files_[piece.file].frame(piece.frame);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                decimals[axis] = std::max(decimals[axis], frame.decimals[axis]);
+        }
+        Vector last;
+        for (std::size_t axis = 0; axis < 3; ++axis) last[axis] = std::pow(10.0, -decimals[axis]);
+        return last;
+    }
+    /// The step of the even grid that all places lie on but for the digits that they are written
+    /// with. That of places i and j is their distance give or take a digit, over j - i; some grid
+    /// has them all where all pairs leave a step in common.
+    std::optional<double> even_but_for_digits() const {
+        constexpr double kRounding = 1e-9;      // of the places themselves, in f64
+        constexpr std::size_t kMost = 1 << 13;  // pairs of more take long
+        if (starts_.size() > kMost) return std::nullopt;
+        const double digit = 2 * half_a_digit() * (1 + kRounding);
+        double low = 0, high = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < starts_.size(); ++i)
+            for (std::size_t j = i + 1; j < starts_.size(); ++j) {
+                const double apart = at_place(j).place - at_place(i).place;
+                const auto steps = static_cast<double>(j - i);
+                low = std::max(low, (apart - digit) / steps);
+                high = std::min(high, (apart + digit) / steps);
+            }
+        const double from_ends = (at_place(starts_.size() - 1).place - at_place(0).place) /
+                                 static_cast<double>(starts_.size() - 1);
+        if (!(low <= high * (1 + kRounding))) return std::nullopt;
+        return std::clamp(from_ends, low, std::max(low, high));
     }
 
     /// The median distance.
@@ -629,6 +679,7 @@ class Builder {
         std::sort(sorted.begin(), sorted.end());
         const double median = sorted[(sorted.size() - 1) / 2];
         if (sorted.back() - sorted.front() <= kUneven * median) return median;
+        if (const auto even = even_but_for_digits()) return *even;
         double off = 0;
         for (std::size_t i = 0; i < starts_.size(); ++i)
             off = std::max(off, std::abs(at_place(i).place - at_place(0).place -
@@ -697,7 +748,8 @@ class Builder {
                 fmt::format("slices do not follow one line: one lies {:.3g} mm beside it", aside));
         if (aside > kAside * pixel)
             warn(fmt::format("slices do not follow one line: up to {:.3g} mm beside it", aside));
-        if (length(cross(along, z)) <= kTilt) return;
+        const double tilt = length(cross(along, z));
+        if (tilt <= kTilt || tilt * size <= digit_length()) return;
         warn("the stack leans against its slices (tilted gantry)");
         step /= dot(along, z);
         z = along;
