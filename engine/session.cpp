@@ -246,14 +246,16 @@ void take_transfer(Session& session, const Statistics& statistics) {
         if (const Session* first = session.series->first) {
             take_values_of(first->want(), session.request);
             session.window = first->window;
+            session.preset = first->preset;
             return;
         }
         if (session.series->low <= session.series->high)
             seen.low = session.series->low, seen.high = session.series->high;
     }
-    const Remarks remarks = take_values(session.request, session.window, session.spec, input, seen);
+    Remarks remarks = take_values(session.request, session.window, session.spec, input, seen);
     for (const std::string& warning : remarks.warnings) session.messages.warning(warning);
     for (const std::string& notice : remarks.notices) session.messages.notice(notice);
+    session.preset = std::move(remarks.preset);
 }
 
 /// A picture as good as linear interpolation makes it has no rings either.
@@ -309,6 +311,8 @@ void read_input(Session& session) {
     begin = Clock::now();
     if (input.table) session.request.outside = place_in(*input.table, input.outside);
     take_transfer(session, statistics);
+    (session.preset ? session.spent.preset : session.spent.statistics) += since(begin);
+    begin = Clock::now();
     take_step(session, statistics);
     session.spent.statistics += since(begin);
     // What is written decides about errors.

@@ -56,9 +56,9 @@ struct InSeries {
 
 /// What choosing took [s].
 struct Spent {
-    double statistics = 0, preview = 0, search = 0, pilot = 0;
+    double statistics = 0, preset = 0, preview = 0, search = 0, pilot = 0;
 
-    double all() const noexcept { return statistics + preview + search + pilot; }
+    double all() const noexcept { return statistics + preset + preview + search + pilot; }
 };
 
 /// One request on its way from its words to a result. What is not there yet when something fails
@@ -88,6 +88,7 @@ struct Session {
     Request request;                       // what the graph knows of it
     bool threads_of_machine = false;       // its threads are the profile's, of one rank
     std::optional<Window> window;          // of the result; nothing where it became a grey ramp
+    std::optional<TakenPreset> preset;     // of modes with a transfer function, where there is one
     std::optional<Outputs> outputs;
     Profile profile;
     Catalogue edges;

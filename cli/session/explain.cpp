@@ -227,6 +227,10 @@ std::string explanation_of(const Session& session, bool all_refused) {
         want.threads, want.threads > 1 ? "s" : "", threads_text(session), machine_text(session),
         budget_text(want), seconds_text(answer.seconds), answer.vertices, answer.edges,
         name_of(answer.search));
+    if (const auto& preset = session.preset)
+        text += preset_text(*preset) +
+                (preset->kind.empty() ? "\n"
+                                      : fmt::format(", as it seems to be {}\n", preset->kind));
     const std::map<std::string, double> on_all = seconds_on_all(session);
     if (!on_all.empty())
         text += fmt::format(
@@ -281,6 +285,11 @@ std::string explanation_of(const Session& session, bool all_refused) {
     return text + refused_text(answer.refused, session.edges, all_refused);
 }
 
+std::string preset_text(const TakenPreset& preset) {
+    return fmt::format("{}{} over {:.5g} to {:.5g}", preset.file ? "" : "preset ", preset.name,
+                       preset.window.low, preset.window.high);
+}
+
 std::string result_of(const Session& session) {
     const Measured& measured = *session.measured;
     const Request& want = session.want();
@@ -297,6 +306,7 @@ std::string result_of(const Session& session) {
     else
         parts.push_back((want.frames > 1 ? fmt::format("{} of ", want.frames) : "") +
                         text_of(out, want.job->samples ? want.axes : 2));
+    if (session.preset) parts.push_back(preset_text(*session.preset));
     parts.push_back(measured.steps.empty() ? "the input itself"
                                            : fmt::format("{}", fmt::join(measured.steps, " > ")));
     parts.push_back(seconds_text(median(measured.seconds)));

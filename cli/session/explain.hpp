@@ -8,6 +8,7 @@
 
 namespace edgewise {
 struct Session;
+struct TakenPreset;
 }
 
 namespace edgewise::cli {
@@ -17,6 +18,8 @@ namespace edgewise::cli {
 std::string explanation_of(const Session& session, bool all_refused);
 /// The result of a run in one line: files, size, path, seconds, error.
 std::string result_of(const Session& session);
+/// "preset mr-head over 12 to 430"
+std::string preset_text(const TakenPreset& preset);
 /// Measured against predicted seconds of the run, step by step; and, where it was verified, its
 /// error.
 std::string measurement_of(const Session& session);

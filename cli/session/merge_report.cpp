@@ -59,6 +59,7 @@ Json planning_json(const Merge& merge, double startup_seconds) {
         const Answer& answer = *any->answer;
         seconds += answer.seconds;
         spent.statistics += any->spent.statistics;
+        spent.preset += any->spent.preset;
         spent.preview += any->spent.preview;
         spent.search += any->spent.search;
         spent.pilot += any->spent.pilot;
@@ -69,6 +70,7 @@ Json planning_json(const Merge& merge, double startup_seconds) {
     return {{"seconds", seconds},
             {"parts",
              {{"statistics", spent.statistics},
+              {"preset", spent.preset},
               {"preview", spent.preview},
               {"search", spent.search},
               {"pilot", spent.pilot}}},

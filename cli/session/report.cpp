@@ -124,6 +124,7 @@ void add_answer(Json& report, const Session& session, double startup_seconds) {
     report["planning"] = {{"seconds", answer.seconds},
                           {"parts",
                            {{"statistics", spent.statistics},
+                            {"preset", spent.preset},
                             {"preview", spent.preview},
                             {"search", spent.search},
                             {"pilot", spent.pilot}}},
@@ -160,6 +161,11 @@ Json request_json(const Session& session) {
     const Request& want = session.want();
     Json json = {{"job", name_of(want.job)}, {"input", session.spec.input}};
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
+    if (const auto& preset = session.preset) {
+        json["preset"] = preset->name;
+        json["preset_for"] = preset->kind.empty() ? Json() : Json(preset->kind);
+        json["preset_window"] = {preset->window.low, preset->window.high};
+    }
     if (const Filtering* filtering = want.setting.as<Filtering>()) {
         json["op"] = name_of(filtering->op);
         json["kernel"] = filtering->stencil.name;

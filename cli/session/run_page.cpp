@@ -107,6 +107,7 @@ std::vector<Fact> request_facts(const Session& session) {
     facts.emplace_back("output",
                        fmt::format("{}{}", text_of(want.output(), want.output().z > 1 ? 3 : 2),
                                    want.frames > 1 ? fmt::format(", {} frames", want.frames) : ""));
+    if (session.preset) facts.emplace_back("colours", preset_text(*session.preset));
     facts.emplace_back("written to", outputs_text(session));
     Request asked = want;
     if (!session.spec.max_memory) asked.budget.bytes.reset();  // what is free is no demand

@@ -13,6 +13,7 @@
 #include "engine/request/filtering.hpp"
 #include "engine/request/percentile.hpp"
 #include "engine/request/radon.hpp"
+#include "engine/transfer/kinds.hpp"
 #include "engine/transfer/presets.hpp"
 #include "engine/transfer/robust_window.hpp"
 #include "engine/transfer/suited.hpp"
@@ -459,31 +460,86 @@ std::array<double, 2> ends_of(const Window& window, const Data& data,
     return {value(window.low), value(window.high)};
 }
 
+/// A transfer function, and the kind of data that it was chosen for; null: somebody named it.
+struct ChosenTransfer {
+    TransferSpec spec;
+    const Kind* kind = nullptr;
+    std::optional<ValueWindow> window = {};  // that it was put over
+};
+
 /// The preset that suits the data; over the window, where somebody gave one.
-TransferSpec suiting_spec(const std::optional<Window>& window, const Data& data,
-                          const Statistics& statistics, const std::string& modality, bool labels) {
-    if (labels) return preset_named("labels");
-    if (!window) return preset_named(suiting_preset(data, statistics, modality));
-    TransferSpec spec = preset_named("general");
+ChosenTransfer suiting(const std::optional<Window>& window, const Data& data,
+                       const Statistics& statistics, const Look& look) {
+    const Kind& kind = kind_of(look);
+    ChosenTransfer chosen{preset_named(kind.preset), &kind, {}};
+    if (!window || look.file.labels) return chosen;
+    // What is in Hounsfield units cannot be stretched.
+    if (kind.window == WindowRule::own) chosen.spec = preset_named("general");
     const auto [low, high] = ends_of(*window, data, statistics);
-    for (Transfer::Point& point : spec.transfer.points)
+    for (Transfer::Point& point : chosen.spec.transfer.points)
         point.value = low + point.value * std::max(0.0, high - low);
-    spec.values = TransferValues::data;
-    return spec;
+    chosen.spec.values = TransferValues::data;
+    chosen.window = ValueWindow{low, high};
+    return chosen;
 }
 
-/// Where nobody named the preset for labels and they are none that it can show, the general one.
-Suited suited_or_general(const TransferSpec& asked, const RequestSpec& spec, const Data& data,
-                         const Statistics& statistics, const Vec3& spacing, double millimetres) {
-    if (spec.transfer || asked.values != TransferValues::labels)
-        return suited(asked, data, statistics, spacing, millimetres);
+/// What the file says of its samples.
+FileFacts facts_of(const Input& input, bool labels) {
+    const store::Header& header = input.header;
+    const bool says_size = !header.unit.empty() && !input.phantom;
+    return {.modality = header.modality,
+            .format = header.format,
+            .millimetres = says_size ? std::max(0.0, store::millimetres(header.unit)) : 0,
+            .channels = header.channels,
+            .integers = is_integer(header.type),
+            .labels = labels};
+}
+
+/// The transfer function that somebody named, or that suits the data, as values of these.
+Remarks take_preset(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+                    const Input& input, const Statistics& statistics) {
+    const Data& data = *input.data;
+    const FileFacts facts = facts_of(input, want.field == Field::nearest);
+    const double millimetres = facts.millimetres > 0 ? facts.millimetres : 1;
+    const Glance glance = glance_at(data, statistics);
+    ChosenTransfer chosen;
+    if (spec.transfer)
+        chosen.spec = *spec.transfer;
+    else
+        chosen = suiting(window, data, statistics,
+                         look_of(data, statistics, want.spacing, facts, glance));
+    if (!spec.transfer) window.reset();
+    const auto fitted = [&](const TransferSpec& asked) {
+        return suited(asked, data, statistics, want.spacing, millimetres, &glance);
+    };
+    Suited found;
     try {
-        return suited(asked, data, statistics, spacing, millimetres);
+        found = fitted(chosen.spec);
     } catch (const RequestError& error) {
-        Suited found = suited(preset_named("general"), data, statistics, spacing, millimetres);
+        // Where nobody named the preset for labels and they are none that it can show.
+        if (spec.transfer || chosen.spec.values != TransferValues::labels) throw;
+        chosen.spec = preset_named("general");
+        found = fitted(chosen.spec);
         found.warnings.push_back(fmt::format("{}; --preset general is taken", error.what()));
-        return found;
     }
+    const TransferSpec& taken = chosen.spec;
+    if (taken.values == TransferValues::labels && want.field != Field::nearest)
+        found.warnings.push_back(
+            taken.from +
+            ": between two labels values pass through others, whose colours appear; say --labels");
+    if (chosen.kind && chosen.kind->is_of_labels && want.field != Field::nearest)
+        found.warnings.push_back(
+            fmt::format("{} may hold labels (few different values): values between them appear; "
+                        "--labels shows each in its colour",
+                        input.name));
+    want.transfer = std::move(found.transfer);
+    if (!spec.material && taken.material) want.shading.material = *taken.material;
+    const bool named = !taken.preset.empty();
+    return {std::move(found.warnings), std::move(found.notices),
+            TakenPreset{.name = named ? taken.preset : taken.from,
+                        .file = !named,
+                        .kind = chosen.kind ? chosen.kind->what : "",
+                        .window = chosen.window.value_or(found.window)}};
 }
 
 /// What a level says of the values. That of a picture lies a little lower, by more than what values
@@ -528,7 +584,6 @@ void take_mask(Request& want, const Data& data) {
 Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
                     const Input& input, const Statistics& statistics) {
     const Data& data = *input.data;
-    const store::Header& header = input.header;
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
                                                                : 0;
@@ -550,24 +605,8 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
     // Far below the noise of any scanner, far above the rounding of differences.
     constexpr double kNoSurface = 1e-4;
     want.shading.least = kNoSurface * range_between(statistics.low, statistics.high);
-    if (spec.transfer || spec.suiting_preset) {
-        const TransferSpec asked = spec.transfer
-                                       ? *spec.transfer
-                                       : suiting_spec(window, data, statistics, header.modality,
-                                                      want.field == Field::nearest);
-        if (!spec.transfer) window.reset();
-        const double millimetres = store::millimetres(header.unit);
-        Suited found = suited_or_general(asked, spec, data, statistics, want.spacing,
-                                         millimetres > 0 ? millimetres : 1);
-        if (asked.values == TransferValues::labels && want.field != Field::nearest)
-            found.warnings.push_back(
-                asked.from +
-                ": between two labels values pass through others, whose colours appear; say "
-                "--labels");
-        want.transfer = std::move(found.transfer);
-        if (!spec.material && asked.material) want.shading.material = *asked.material;
-        return {std::move(found.warnings), std::move(found.notices)};
-    }
+    if (spec.transfer || spec.suiting_preset)
+        return take_preset(want, window, spec, input, statistics);
     // Without a transfer function the window is where the grey ramp runs, so it is no view of the
     // result as well.
     double low = statistics.low, high = statistics.high;

@@ -8,6 +8,7 @@
 #include "engine/request/input.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/spec.hpp"
+#include "engine/transfer/robust_window.hpp"
 #include "graph/errors.hpp"
 #include "graph/transition.hpp"
 #include "scene/statistics.hpp"
@@ -35,9 +36,18 @@ RequestSpec with_smoothing(RequestSpec spec, const Catalogue& edges);
 Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
                        const std::optional<Outputs>& outputs);
 
+/// The transfer function that is taken: of a preset, or of a file.
+struct TakenPreset {
+    std::string name;   // of the preset, or as messages call the file
+    bool file = false;  // it is a file's
+    std::string kind;  // of data, for which it was chosen: "an MR of a head"; "": somebody named it
+    ValueWindow window;  // the values that it is spread over
+};
+
 /// What is to be said of a request: what may be wrong with it, and what is worth knowing.
 struct Remarks {
     std::vector<std::string> warnings = {}, notices = {};
+    std::optional<TakenPreset> preset = {};
 };
 
 /// Puts in what hangs on values: what a MIP's misses show, an X-ray's zero, a composite's transfer

@@ -4,19 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-
-#include "reference/preview_block.hpp"
-#include "reference/stored.hpp"
+#include <numeric>
+#include <span>
+#include <vector>
 
 namespace edgewise {
 namespace {
-
-/// The value below which a share of some values lies; changes their order.
-double quantile(std::vector<float>& values, double share) {
-    const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), values.begin() + rank, values.end());
-    return values[static_cast<std::size_t>(rank)];
-}
 
 /// Where the largest peak ends on its right: the bin that is farthest below the line from the peak
 /// to the last bin. Nothing where the peak is in the upper half.
@@ -44,72 +37,76 @@ std::optional<double> foot_of_peak(const std::vector<float>& values, double low,
 
 }  // namespace
 
-std::vector<float> drawn_values(const Data& data, const Region& region, double occupied_fraction) {
-    constexpr std::int64_t kUsual = 1 << 18, kOfSparse = 1 << 21;
-    constexpr double kSparse = 0.05;
-    std::vector<float> values;
-    if (!data.samples.data() || region.empty()) return values;
-    const Extent size = region.extent();
-    const std::int64_t count = size.samples();
-    const std::int64_t drawn = std::min(count, occupied_fraction < kSparse ? kOfSparse : kUsual);
-    const double stretch = static_cast<double>(count) / static_cast<double>(drawn);
-    const Extent& n = data.what.extent;
-    const std::int64_t channels = data.what.channels;
-    values.reserve(static_cast<std::size_t>(drawn));
-    with_stored_type(data.what.type, [&](auto zero) {
-        const auto* stored = data.as<decltype(zero)>();
-        for (std::int64_t i = 0; i < drawn; ++i) {
-            const double within = drawn == count ? 0 : hashed(static_cast<std::uint64_t>(i));
-            const std::int64_t at = std::min(
-                count - 1, static_cast<std::int64_t>((static_cast<double>(i) + within) * stretch));
-            const std::int64_t x = region.begin[0] + at % size.x,
-                               y = region.begin[1] + at / size.x % size.y,
-                               z = region.begin[2] + at / (size.x * size.y);
-            const auto value = static_cast<float>(
-                data.what.values(as_double(stored[channels * (x + n.x * (y + n.y * z))])));
-            if (std::isfinite(value)) values.push_back(value);
-        }
-    });
-    return values;
-}
-
-ValueWindow robust_window(const Data& data, const Statistics& statistics) {
+ValueWindow robust_window(const Drawn& inside, const Statistics& statistics) {
     constexpr double kTop = 0.995, kOutliers = 0.999;
     const ValueWindow all{statistics.low, statistics.high};
-    std::vector<float> values =
-        drawn_values(data, statistics.occupied, statistics.occupied_fraction);
+    std::vector<float> values(inside.values().begin(), inside.values().end());
+    std::erase_if(values, [](float value) { return !std::isfinite(value); });
     if (values.empty()) return all;
     double low = statistics.low;
     if (statistics.occupied_fraction < 0.5) {
         low = statistics.commonest;
-    } else if (const double high = quantile(values, kOutliers); high > low) {
+    } else if (const double high = quantile_of(values, kOutliers); high > low) {
         low = foot_of_peak(values, low, high).value_or(low);
     }
     std::erase_if(values, [&](float value) { return !(value > low); });
     if (values.empty()) return all;
-    const double high = quantile(values, kTop);
+    const double high = quantile_of(values, kTop);
     return high > low ? ValueWindow{low, high} : all;
 }
 
-std::optional<double> hounsfield_shift(const Data& data, const Statistics& statistics) {
-    const std::vector<float> values = drawn_values(data, Region::all(data.what.extent), 1);
+std::optional<double> hounsfield_shift(const Drawn& everywhere, const Statistics& statistics) {
+    const std::span<const float> values = everywhere.values();
     if (values.empty()) return std::nullopt;
-    const auto share = [&](double low, double high) {
-        const auto inside = std::count_if(values.begin(), values.end(),
-                                          [&](float v) { return v >= low && v <= high; });
-        return static_cast<double>(inside) / static_cast<double>(values.size());
+    // Counts of steps of 25 from -1100 on: all bounds below are multiples.
+    constexpr int kStep = 25, kFirst = -1100, kBins = 140;
+    std::array<std::int64_t, kBins> counts{};
+    for (const float value : values) {
+        const double bin = std::floor((value - kFirst) / kStep);
+        if (bin >= 0 && bin < kBins) ++counts[static_cast<std::size_t>(bin)];
+    }
+    const auto share = [&](int low, int high) {
+        const auto from = counts.begin() + (low - kFirst) / kStep;
+        const auto to = counts.begin() + (high - kFirst) / kStep;
+        return static_cast<double>(std::accumulate(from, to, std::int64_t{0})) /
+               static_cast<double>(values.size());
     };
-    constexpr double kSome = 0.005;
-    if (statistics.low <= -850)
-        return share(-1100, -850) > kSome && share(-150, 200) > kSome ? std::optional(0.0)
-                                                                      : std::nullopt;
-    constexpr double kShift = 1024, kNarrow = 3;
+    constexpr double kSome = 0.005, kNarrow = 3, kPeak = 1.5;
+    if (statistics.low <= -850) {
+        // Between lungs and fat there are but the samples that lie half in one and half in another.
+        const double between = share(-650, -350);
+        const double air = share(-1100, -800), tissue = share(-150, 200);
+        return share(-1100, -850) > kSome && tissue > kSome && air > kPeak * between &&
+                       tissue > kPeak * between
+                   ? std::optional(0.0)
+                   : std::nullopt;
+    }
+    constexpr double kShift = 1024, kFewBetween = 0.35;
     // Soft tissue and water are a narrow peak far above air; fat, lungs and bone are not as common.
-    const double tissue = share(kShift - 75, kShift + 125);
-    if (statistics.low >= 0 && statistics.high > kShift + 200 && share(0, kShift - 850) > kSome &&
-        tissue > kSome && tissue > kNarrow * share(kShift - 500, kShift - 300))
+    const double tissue = share(950, 1150);
+    if (statistics.low >= 0 && statistics.high > kShift + 200 && share(0, 175) > kSome &&
+        tissue > kSome && tissue > kNarrow * share(525, 725) &&
+        share(300, 850) < kFewBetween * share(925, 1200))
         return -kShift;
     return std::nullopt;
+}
+
+Glance glance_at(const Data& data, const Statistics& statistics) {
+    constexpr std::int64_t kRuns = 1 << 10, kLength = 32;
+    constexpr std::int64_t kRunsOfSparse = 1 << 12, kLengthOfSparse = 128;
+    constexpr double kSparse = 0.05;
+    const Region all = Region::all(data.what.extent);
+    const bool sparse = statistics.occupied_fraction < kSparse;
+    const Drawn everywhere(data, all, kRuns, kLength);
+    Glance glance{.everywhere = everywhere,
+                  .inside = sparse ? Drawn(data, statistics.occupied, kRunsOfSparse,
+                                           kLengthOfSparse, &statistics.commonest)
+                            : statistics.occupied == all
+                                ? everywhere
+                                : Drawn(data, statistics.occupied, kRuns, kLength)};
+    glance.window = robust_window(glance.inside, statistics);
+    glance.hounsfield = hounsfield_shift(glance.everywhere, statistics);
+    return glance;
 }
 
 }  // namespace edgewise

@@ -31,10 +31,8 @@ void take_labels(Transfer& transfer, const Data& data, const Statistics& statist
                  const std::string& from) {
     constexpr std::size_t kMost = 256;
     std::set<double> labels;
-    double last = 0;
-    for (std::int64_t i = 0; i < data.what.samples(); ++i) {
-        const double value = value_at(data, i);
-        if (!std::isfinite(value) || value == 0) continue;
+    const auto take = [&](double value) {
+        if (!std::isfinite(value) || value == 0) return;
         if (value != std::floor(value))
             throw RequestError(
                 fmt::format("{}: {:g} is no label; expected whole numbers", from, value));
@@ -43,12 +41,16 @@ void take_labels(Transfer& transfer, const Data& data, const Statistics& statist
             throw RequestError(fmt::format(
                 "{}: label {:.0f} is beyond {:.0f}, where 32 bits do not tell neighbours apart",
                 from, value, kLargest));
-        if (value == last) continue;
-        last = value;
         labels.insert(value);
         if (labels.size() > kMost)
             throw RequestError(fmt::format("{}: more than {} labels", from, kMost));
-    }
+    };
+    with_stored_type(data.what.type, [&](auto zero) {
+        const auto* stored = data.as<decltype(zero)>();
+        const std::int64_t n = data.what.samples();
+        for (std::int64_t i = 0; i < n; ++i)
+            if (i == 0 || stored[i] != stored[i - 1]) take(data.what.values(as_double(stored[i])));
+    });
     const double opacity = transfer.points.back().opacity;
     transfer.points = {{std::min(statistics.low, 0.0) - 0.5, 0, {0, 0, 0}}};
     std::size_t number = 0;
@@ -102,8 +104,14 @@ void take_size(Suited& out, const TransferSpec& spec, double share, double milli
 }  // namespace
 
 Suited suited(const TransferSpec& spec, const Data& data, const Statistics& statistics,
-              const Vec3& spacing, double millimetres) {
-    Suited out{spec.transfer, spec.warnings};
+              const Vec3& spacing, double millimetres, const Glance* glance) {
+    const bool looks =
+        spec.values == TransferValues::hounsfield || spec.values == TransferValues::window;
+    if (looks && !glance) {
+        const Glance own = glance_at(data, statistics);
+        return suited(spec, data, statistics, spacing, millimetres, &own);
+    }
+    Suited out{spec.transfer, spec.warnings, {}, {}};
     if (!spec.unit_given) out.transfer.unit = spacing.minCoeff();
     if (spec.by_size)
         take_size(out, spec, size_share(data.what.extent, millimetres * spacing), millimetres);
@@ -113,7 +121,7 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
             break;
         case TransferValues::hounsfield: {
             if (!samples) break;
-            const std::optional<double> shifted = hounsfield_shift(data, statistics);
+            const std::optional<double> shifted = glance->hounsfield;
             if (shifted) rescale(out.transfer, -*shifted, 1);
             if (shifted && *shifted != 0)
                 out.warnings.push_back(
@@ -128,7 +136,7 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
             break;
         }
         case TransferValues::window: {
-            const ValueWindow window = robust_window(data, statistics);
+            const ValueWindow& window = glance->window;
             rescale(out.transfer, window.low, window.high - window.low);
             break;
         }
@@ -140,6 +148,12 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
             break;
     }
     out.transfer = completed(std::move(out.transfer));
+    if (spec.values == TransferValues::window)
+        out.window = glance->window;
+    else if (spec.values == TransferValues::range || out.transfer.points.empty())
+        out.window = {statistics.low, statistics.high};
+    else
+        out.window = {out.transfer.points.front().value, out.transfer.points.back().value};
     if (samples && !shows_any(out.transfer, statistics.low, statistics.high))
         out.warnings.push_back(
             fmt::format("{}: shows nothing: no value from {:.6g} to {:.6g} has an opacity",
@@ -190,14 +204,6 @@ Suited label_colors(const std::string& from, const Data& data, double outside,
         out.transfer.points.push_back({after, 1, color});
     }
     return out;
-}
-
-std::string suiting_preset(const Data& data, const Statistics& statistics,
-                           const std::string& modality) {
-    const bool maybe = modality.empty() || modality == "CT";
-    const bool units = maybe && data.samples.data() &&
-                       (modality == "CT" || hounsfield_shift(data, statistics) == 0);
-    return units ? "ct-bone" : "general";
 }
 
 }  // namespace edgewise

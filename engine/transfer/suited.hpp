@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/transfer/robust_window.hpp"
 #include "engine/transfer/transfer_spec.hpp"
 #include "graph/data.hpp"
 #include "scene/statistics.hpp"
@@ -16,6 +17,7 @@ namespace edgewise {
 struct Suited {
     Transfer transfer;
     std::vector<std::string> warnings = {}, notices = {};
+    ValueWindow window = {};  // the values that it is spread over
 };
 
 /// How small structures are beside those of a patient's scan: 1, 0.1, 0.01 ... A length between the
@@ -29,8 +31,9 @@ double size_share(const Extent& extent, const Vec3& spacing) noexcept;
 /// Turns shares into values, and Hounsfield units into what the data have in their place.
 /// @param spacing      of the data; the smallest is what opacities are for that name no length
 /// @param millimetres  in one unit of spacing; 1 where nobody says what it is
+/// @param glance       at the data; null: taken here
 Suited suited(const TransferSpec& spec, const Data& data, const Statistics& statistics,
-              const Vec3& spacing, double millimetres);
+              const Vec3& spacing, double millimetres, const Glance* glance = nullptr);
 
 /// The colour of the label that is so many from the least, counted from 0, where nobody brings one:
 /// as far from those before it as hues go.
@@ -43,11 +46,5 @@ std::array<double, 3> label_color(std::size_t number) noexcept;
 /// @param from     what asks for them
 Suited label_colors(const std::string& from, const Data& data, double outside,
                     const std::function<std::optional<std::array<double, 3>>(double value)>& own);
-
-/// The preset for data of which nobody said how they are to look: of a CT in Hounsfield units
-/// "ct-bone", of all else "general".
-/// @param modality  as DICOM has it; "": not known
-std::string suiting_preset(const Data& data, const Statistics& statistics,
-                           const std::string& modality);
 
 }  // namespace edgewise

@@ -28,6 +28,7 @@ struct TransferSpec {
     TransferValues values = TransferValues::data;
     std::optional<Material> material = {};   // where light falls and the request names none
     std::string from = "--transfer";         // what messages call it
+    std::string preset = {};                 // its name; "": it is a file's
     std::vector<std::string> warnings = {};  // what of its file is left out
 };
 

@@ -187,7 +187,7 @@ class Merge(Running):
         self.assertAlmostEqual(predicted["seconds"], sum(channel["plan"]["predicted"]["seconds"] for channel in channels))
         self.assertEqual(predicted["error"], max(channel["plan"]["predicted"]["error"] for channel in channels))
         self.assertEqual(report["outputs"], [str(self.folder / "a.png")])
-        self.assertEqual(set(report["planning"]["parts"]), {"statistics", "preview", "search", "pilot"})
+        self.assertEqual(set(report["planning"]["parts"]), {"statistics", "preset", "preview", "search", "pilot"})
         self.assertAlmostEqual(report["planning"]["seconds"], sum(report["planning"]["parts"].values()))
 
     def test_a_plan_alone(self):

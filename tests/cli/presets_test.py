@@ -12,7 +12,8 @@ HEAD = DATA / "ct_head" / "quarter.nhdr"
 CHEST = DATA / "ct_chest" / "chest.nrrd"
 BRAIN = DATA / "mr_brain" / "MR.nii.gz"
 VOLUMES = {"ct-bone": HEAD, "ct-skin": HEAD, "ct-lung": CHEST, "ct-vessels": CHEST, "ct-soft": HEAD, "mr-head": BRAIN,
-           "mr-angio": DATA / "carotid" / "carotid.vtk", "microscopy": DATA / "neuron" / "neuron.tif", "general": BRAIN}
+           "mr-angio": DATA / "carotid" / "carotid.vtk", "microscopy": DATA / "neuron" / "neuron.tif", "general": BRAIN,
+           "micro-ct": DATA / "engine" / "engine.nii.gz"}
 
 
 class Presets(Running):
@@ -53,7 +54,7 @@ class Presets(Running):
     # --- --mode shaded
 
     def test_shaded_is_composite_with_light_and_a_preset(self):
-        for source, name in ((CHEST, "ct-bone"), (BRAIN, "general")):
+        for source, name in ((CHEST, "ct-bone"), (BRAIN, "mr-head")):
             shaded = self.render(source, "shaded.nrrd", "--mode", "shaded")
             named = self.render(source, "named.nrrd", "--mode", "composite", "--shade", "phong", "--preset", name)
             self.assertTrue(np.array_equal(shaded, named), name)

@@ -7,7 +7,10 @@
 #include <memory_resource>
 #include <random>
 
+#include "engine/transfer/air.hpp"
 #include "engine/transfer/curves.hpp"
+#include "engine/transfer/drawn.hpp"
+#include "engine/transfer/kinds.hpp"
 #include "engine/transfer/load.hpp"
 #include "engine/transfer/presets.hpp"
 #include "engine/transfer/robust_window.hpp"
@@ -318,7 +321,7 @@ Data mixture(const std::vector<Part>& parts, double least) {
 TEST(RobustWindow, LeavesOutBackgroundAndOutliers) {
     // Noise, tissue, and a few samples that are far too bright.
     const Data data = mixture({{10, 6, 0.5}, {300, 60, 0.499}, {30000, 10, 0.001}}, 0);
-    const ValueWindow window = robust_window(data, look_at(data));
+    const ValueWindow window = glance_at(data, look_at(data)).window;
     EXPECT_GT(window.low, 15);
     EXPECT_LT(window.low, 150);
     EXPECT_GT(window.high, 380);
@@ -327,33 +330,105 @@ TEST(RobustWindow, LeavesOutBackgroundAndOutliers) {
 
 TEST(RobustWindow, OfSparseDataStartsAtTheCommonestValue) {
     const Data data = mixture({{0, 0, 0.98}, {120, 30, 0.02}}, 0);
-    const ValueWindow window = robust_window(data, look_at(data));
+    const ValueWindow window = glance_at(data, look_at(data)).window;
     EXPECT_EQ(window.low, 0);
     EXPECT_NEAR(window.high, 120 + 2.6 * 30, 15);
 }
 
 TEST(RobustWindow, OfOneValueIsItsRange) {
     const Data data = volume(std::vector<float>(512, 7));
-    const ValueWindow window = robust_window(data, look_at(data));
+    const ValueWindow window = glance_at(data, look_at(data)).window;
     EXPECT_EQ(window.low, 7);
     EXPECT_EQ(window.high, 7);
     const Data none = volume(std::vector<float>(512, NAN));
-    robust_window(none, look_at(none));
+    glance_at(none, look_at(none));
 }
 
 TEST(HounsfieldUnits, AreRecognisedByAirAndWater) {
     const std::vector<Part> head{{-1000, 20, 0.5}, {40, 30, 0.4}, {900, 300, 0.1}};
     const Data units = mixture(head, -1024);
-    EXPECT_EQ(hounsfield_shift(units, look_at(units)), 0);
+    EXPECT_EQ(glance_at(units, look_at(units)).hounsfield, 0);
     std::vector<Part> moved = head;
     for (Part& part : moved) part.mean += 1024;
     const Data stored = mixture(moved, 0);
-    EXPECT_EQ(hounsfield_shift(stored, look_at(stored)), -1024);
+    EXPECT_EQ(glance_at(stored, look_at(stored)).hounsfield, -1024);
     const Data mr = mixture({{10, 6, 0.5}, {300, 60, 0.4}, {700, 100, 0.1}}, 0);
-    EXPECT_FALSE(hounsfield_shift(mr, look_at(mr)));
-    EXPECT_EQ(suiting_preset(units, look_at(units), ""), "ct-bone");
-    EXPECT_EQ(suiting_preset(units, look_at(units), "PT"), "general");
-    EXPECT_EQ(suiting_preset(mr, look_at(mr), ""), "general");
+    EXPECT_FALSE(glance_at(mr, look_at(mr)).hounsfield);
+    const auto preset_for = [](const Data& data, const char* modality) {
+        FileFacts facts;
+        facts.modality = modality;
+        const Statistics statistics = look_at(data);
+        return std::string(
+            kind_of(look_of(data, statistics, Vec3::Ones(), facts, glance_at(data, statistics)))
+                .preset);
+    };
+    EXPECT_EQ(preset_for(units, ""), "ct-bone");
+    EXPECT_EQ(preset_for(units, "CT"), "ct-bone");
+    EXPECT_EQ(preset_for(stored, ""), "ct-bone");
+    EXPECT_EQ(preset_for(units, "PT"), "general");
+    EXPECT_EQ(preset_for(mr, ""), "general");
+}
+
+TEST(HounsfieldUnits, ArePeaks) {
+    // Values of both signs that spread over all between, and an MR as bright as a shifted CT.
+    for (const double deviation : {300.0, 700.0, 1000.0, 3000.0}) {
+        const Data waves = mixture({{0, deviation, 1}}, -32768);
+        EXPECT_FALSE(glance_at(waves, look_at(waves)).hounsfield) << deviation;
+    }
+    const Data mr = mixture(
+        {{15, 8, 0.4}, {350, 80, 0.15}, {750, 90, 0.2}, {1050, 60, 0.2}, {1400, 100, 0.05}}, 0);
+    EXPECT_FALSE(glance_at(mr, look_at(mr)).hounsfield);
+    // Lungs lie between air and water.
+    const Data chest = mixture(
+        {{-1000, 15, 0.3}, {-850, 70, 0.3}, {-100, 20, 0.1}, {45, 30, 0.25}, {500, 250, 0.05}},
+        -1024);
+    EXPECT_EQ(glance_at(chest, look_at(chest)).hounsfield, 0);
+}
+
+TEST(Drawn, IsTheSameEachTimeAndOfRunsOfNeighbours) {
+    Representation what;
+    what.type = Type::f32;
+    what.extent = {100, 90, 80};
+    Data data = Data::make(what, std::pmr::get_default_resource());
+    auto* samples = static_cast<float*>(data.samples.data());
+    for (std::int64_t i = 0; i < what.samples(); ++i) samples[i] = static_cast<float>(i);
+    const Drawn drawn(data, {{10, 20, 30}, {90, 70, 60}}, 500, 16);
+    const Drawn again(data, {{10, 20, 30}, {90, 70, 60}}, 500, 16);
+    EXPECT_TRUE(std::equal(drawn.values().begin(), drawn.values().end(), again.values().begin()));
+    ASSERT_EQ(drawn.runs(), 500u);
+    for (std::size_t i = 0; i < drawn.runs(); ++i) {
+        const auto run = drawn.run(i);
+        ASSERT_EQ(run.size(), 16u);
+        const auto at = static_cast<std::int64_t>(run[0]);
+        EXPECT_TRUE(at % 100 >= 10 && at % 100 <= 90 - 16 && at / 100 % 90 >= 20 &&
+                    at / 100 % 90 < 70 && at / 9000 >= 30 && at / 9000 < 60);
+        for (std::size_t k = 1; k < run.size(); ++k) EXPECT_EQ(run[k], run[0] + float(k));
+    }
+    // A small region is drawn whole; of runs of one value none is kept.
+    EXPECT_EQ(Drawn(data, {{0, 0, 0}, {10, 5, 4}}, 500, 16).values().size(), 200u);
+    std::fill(samples, samples + what.samples(), 7.f);
+    samples[9000 * 40 + 100 * 50 + 33] = 8;
+    const double seven = 7;
+    const Drawn sparse(data, {{0, 0, 40}, {100, 90, 41}}, 1000, 100, &seven);
+    ASSERT_EQ(sparse.runs(), 1u);
+    EXPECT_EQ(sparse.run(0)[33], 8);
+}
+
+TEST(Air, IsTheLeastValueThatIsNoPadding) {
+    const auto air = [](std::vector<float> values,
+                        std::vector<store::PaddingRuns::Run> padding = {}) {
+        values.resize(512, 40);
+        return air_of(volume(values), padding);
+    };
+    EXPECT_EQ(air({-1000, -990, 900}), -1000);
+    EXPECT_EQ(air({-3024, -3024, -1007, -990}), -1007);
+    EXPECT_EQ(air({-3024, -2000, -1007, -990}), -1007);
+    EXPECT_EQ(air({-1080, -1050, -1010}), -1080);  // the noise of air
+    EXPECT_EQ(air({-900, -500, -1003}, {{2, 1}}), -900);
+    EXPECT_EQ(air({-900, -500, -1003}, {{0, 1}, {2, 1}}), -500);
+    EXPECT_EQ(air({NAN, -1001}), -1001);
+    EXPECT_EQ(air({-5000}, {{1, 511}}), -5000);
+    EXPECT_FALSE(air_of(volume(std::vector<float>(512, NAN)), {}));
 }
 
 // --- presets
@@ -410,7 +485,7 @@ TEST(Presets, ShrinkWithStructuresByPowersOfTen) {
 TEST(Presets, AreFittedToTheData) {
     const Data data = mixture({{0, 0, 0.98}, {120, 30, 0.02}}, 0);
     const Statistics statistics = look_at(data);
-    const ValueWindow window = robust_window(data, statistics);
+    const ValueWindow window = glance_at(data, statistics).window;
     const TransferSpec spec = preset_named("mr-angio");
     const Suited fitted = suited(spec, data, statistics, Vec3(0.4, 0.6, 2), 1);
     EXPECT_TRUE(fitted.warnings.empty());
