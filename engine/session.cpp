@@ -8,6 +8,7 @@
 #include <limits>
 #include <malloc.h>
 
+#include "engine/guesses.hpp"
 #include "engine/known_scene.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/since.hpp"
@@ -313,6 +314,7 @@ void read_input(Session& session) {
     take_transfer(session, statistics);
     (session.preset ? session.spent.preset : session.spent.statistics) += since(begin);
     begin = Clock::now();
+    take_outside(session);
     take_step(session, statistics);
     session.spent.statistics += since(begin);
     // What is written decides about errors.
@@ -323,6 +325,7 @@ void read_input(Session& session) {
     else
         take_written(session, statistics.low, statistics.high);
     for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
+    say_what_fills(session);
 }
 
 double frame_bytes(const Request& want) {
@@ -526,10 +529,10 @@ void say_what_is_squeezed(Session& session) {
 
 /// Rays of a picture that is smaller than the volume pass between samples: the brightest may be
 /// met by none.
-void say_what_is_missed(Session& session) {
+bool say_what_is_missed(Session& session) {
     const Request& want = session.want();
     const bool keeps_one = want.mode->extreme != 0 || want.mode->sampled_every > 0;
-    if (want.job != Job::render || !keeps_one) return;
+    if (want.job != Job::render || !keeps_one) return false;
     // A sample that is interpolated linearly reaches one sample each way: closer rays meet all.
     constexpr double kSeen = 2 - 1e-6;  // [sample]
     double apart = 0;
@@ -538,7 +541,7 @@ void say_what_is_missed(Session& session) {
         for (int axis = 0; axis < 2; ++axis)
             apart = std::max(apart, back.col(axis).head<3>().norm());
     }
-    if (!(apart >= kSeen) || !std::isfinite(apart)) return;
+    if (!(apart >= kSeen) || !std::isfinite(apart)) return false;
     const auto grown = [&](std::int64_t side) {
         return static_cast<std::int64_t>(std::ceil(static_cast<double>(side) * apart - 1e-6));
     };
@@ -553,6 +556,7 @@ void say_what_is_missed(Session& session) {
         fmt::format("--mode {}: rays are {:.3g} samples apart, so single {} samples between them "
                     "are not in the picture; {} meets all of them",
                     want.mode->name, apart, want.mode->extreme < 0 ? "dark" : "bright", finer));
+    return true;
 }
 
 /// A surface that is far from the origin, in a format of 32 bits.
@@ -711,8 +715,9 @@ void take_request(Session& session) {
     say_what_is_squeezed(session);
     say_what_is_not_seen(session);
     say_what_is_finer(session);
-    say_what_is_missed(session);
+    if (!say_what_is_missed(session)) say_what_is_reduced(session);
     say_what_is_shifted(session);
+    say_where_front_is(session);
     if (const std::string left_out = expect_frames(o, session.outputs, session.want().frames);
         !left_out.empty())
         session.messages.warning(left_out);

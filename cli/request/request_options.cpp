@@ -182,7 +182,9 @@ void add_look(CLI::App& app, JobOptions& o) {
 
 void add_mode(CLI::App& app, JobOptions& o) {
     if (o.job == Job::warp) {
-        add_text(app, "--outside", o.outside, "value beyond the input; default 0")->type_name("V");
+        add_text(app, "--outside", o.outside,
+                 "value beyond the input; default 0, of a CT in Hounsfield units its air")
+            ->type_name("V");
     } else {
         add_text(app, "--mode", o.mode, mode_help())->type_name("MODE");
         add_text(app, "--zero", o.zero, "xray: the value that adds nothing")->type_name("V");

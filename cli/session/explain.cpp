@@ -9,6 +9,7 @@
 
 #include "cli/session/margin_report.hpp"
 #include "cli/session/refusals.hpp"
+#include "engine/guesses.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
@@ -306,7 +307,10 @@ std::string result_of(const Session& session) {
     else
         parts.push_back((want.frames > 1 ? fmt::format("{} of ", want.frames) : "") +
                         text_of(out, want.job->samples ? want.axes : 2));
+    if (looks_along_z(session)) parts.push_back("seen along z, as no orientation is known");
     if (session.preset) parts.push_back(preset_text(*session.preset));
+    if (const std::optional<double> filled = filled_with(session))
+        parts.push_back(fmt::format("{:g} beyond the input", *filled));
     parts.push_back(measured.steps.empty() ? "the input itself"
                                            : fmt::format("{}", fmt::join(measured.steps, " > ")));
     parts.push_back(seconds_text(median(measured.seconds)));

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/session/margin_report.hpp"
+#include "engine/guesses.hpp"
 #include "engine/session.hpp"
 #include "graph/filtering.hpp"
 #include "graph/radon.hpp"
@@ -161,6 +162,7 @@ Json request_json(const Session& session) {
     const Request& want = session.want();
     Json json = {{"job", name_of(want.job)}, {"input", session.spec.input}};
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
+    if (want.job == Job::warp && session.input) json["outside"] = or_null(filled_with(session));
     if (const auto& preset = session.preset) {
         json["preset"] = preset->name;
         json["preset_for"] = preset->kind.empty() ? Json() : Json(preset->kind);
