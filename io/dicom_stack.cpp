@@ -554,7 +554,8 @@ class Builder {
         for (std::size_t i = 0; i < grid.at.size(); ++i)
             grid.off = std::max(grid.off, std::abs((planes_[starts_[i]].place - first) / grid.step -
                                                    static_cast<double>(grid.at[i])));
-        if (grid.off > std::min(kMostOffGrid, kOffGrid + 2 * half_a_digit() / grid.step)) return {};
+        if (grid.off > std::min(kMostOffGrid, kOffGrid + 2 * half_a_digit(step) / grid.step))
+            return {};
         return grid;
     }
 
@@ -565,7 +566,7 @@ class Builder {
         if (sorted.size() < 2) return;
         std::sort(sorted.begin(), sorted.end());
         const double median = sorted[(sorted.size() - 1) / 2];
-        if (sorted.back() < 1.5 * median || even_but_for_digits()) return;
+        if (sorted.back() < 1.5 * median || even_but_for_digits(median)) return;
         Grid grid = grid_of(gaps(), median);
         // Where more than half of the distances are of several steps, the least is one.
         if (grid.at.empty()) {
@@ -618,7 +619,7 @@ class Builder {
             "{} empty",
             named, grid.count(), named > 1 ? "are" : "is", places, named > kMostNamed ? " ..." : "",
             named > 1 ? "their places stay" : "its place stays"));
-        if (grid.off > kUneven && grid.off * grid.step > 2 * half_a_digit())
+        if (grid.off > kUneven && grid.off * grid.step > 2 * half_a_digit(grid.step))
             warn(fmt::format("slices lie up to {:.3g} mm beside an even grid of {:.6g} mm",
                              grid.off * grid.step, grid.step));
     }
@@ -626,17 +627,21 @@ class Builder {
     /// How far along the normal a place may lie beside where it is written, as numbers are rounded
     /// to the digits that they are written with [mm]. A writer that leaves out zeros at the end
     /// shows all its digits in some of the numbers.
-    double half_a_digit() const {
-        const Vector normal = normal_of(first_), all = digits();
+    /// @param step  of the slices: digits that are no small part of it are taken as they are
+    /// written,
+    ///              as 0, 1 and 3 mm rather miss a slice than lie 1.5 mm apart
+    double half_a_digit(double step) const {
+        const Vector normal = normal_of(first_), all = digits(step);
         double half = 0;
         for (std::size_t axis = 0; axis < 3; ++axis)
             half += 0.5 * std::abs(normal[axis]) * all[axis];
         return half;
     }
     /// How far rounding may move one place from another [mm].
-    double digit_length() const { return length(digits()); }
+    double digit_length(double step) const { return length(digits(step)); }
     /// The last digit of positions along each axis [mm].
-    Vector digits() const {
+    Vector digits(double step) const {
+        constexpr double kSmallPart = 0.25;
         if (!files_[0].grid_offsets.empty()) return {0, 0, 0};  // other numbers say where they are
         std::array<int, 3> decimals;
         decimals.fill(std::numeric_limits<int>::min());
@@ -648,23 +653,26 @@ class Builder {
         }
         Vector last;
         for (std::size_t axis = 0; axis < 3; ++axis) last[axis] = std::pow(10.0, -decimals[axis]);
-        return last;
+        const Vector normal = normal_of(first_);
+        double along = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) along += std::abs(normal[axis]) * last[axis];
+        return along <= kSmallPart * step ? last : Vector{0, 0, 0};
     }
     /// The step of the even grid that all places lie on but for the digits that they are written
     /// with. That of places i and j is their distance give or take a digit, over j - i; some grid
     /// has them all where all pairs leave a step in common.
-    std::optional<double> even_but_for_digits() const {
+    std::optional<double> even_but_for_digits(double step) const {
         constexpr double kRounding = 1e-9;      // of the places themselves, in f64
         constexpr std::size_t kMost = 1 << 13;  // pairs of more take long
         if (starts_.size() > kMost) return std::nullopt;
-        const double digit = 2 * half_a_digit() * (1 + kRounding);
+        const double digit = 2 * half_a_digit(step) * (1 + kRounding);
         double low = 0, high = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < starts_.size(); ++i)
             for (std::size_t j = i + 1; j < starts_.size(); ++j) {
                 const double apart = at_place(j).place - at_place(i).place;
-                const auto steps = static_cast<double>(j - i);
-                low = std::max(low, (apart - digit) / steps);
-                high = std::min(high, (apart + digit) / steps);
+                const auto between = static_cast<double>(j - i);
+                low = std::max(low, (apart - digit) / between);
+                high = std::min(high, (apart + digit) / between);
             }
         const double from_ends = (at_place(starts_.size() - 1).place - at_place(0).place) /
                                  static_cast<double>(starts_.size() - 1);
@@ -679,7 +687,7 @@ class Builder {
         std::sort(sorted.begin(), sorted.end());
         const double median = sorted[(sorted.size() - 1) / 2];
         if (sorted.back() - sorted.front() <= kUneven * median) return median;
-        if (const auto even = even_but_for_digits()) return *even;
+        if (const auto even = even_but_for_digits(median)) return *even;
         double off = 0;
         for (std::size_t i = 0; i < starts_.size(); ++i)
             off = std::max(off, std::abs(at_place(i).place - at_place(0).place -
@@ -749,7 +757,7 @@ class Builder {
         if (aside > kAside * pixel)
             warn(fmt::format("slices do not follow one line: up to {:.3g} mm beside it", aside));
         const double tilt = length(cross(along, z));
-        if (tilt <= kTilt || tilt * size <= digit_length()) return;
+        if (tilt <= kTilt || tilt * size <= digit_length(step)) return;
         warn("the stack leans against its slices (tilted gantry)");
         step /= dot(along, z);
         z = along;

@@ -22,7 +22,7 @@ class SliceDigits(series.SeriesCase):
 
     def test_rounded_positions_are_even(self):
         # Rounding to d digits moves the first and the last slice by half a digit at most, so the step of n by a digit over n - 1.
-        for step, digits, count in ((1.25, 1, 12), (0.625, 1, 40), (0.3333333, 2, 25), (2.4, 0, 9), (0.0625, 3, 30), (5.03, 1, 20), (0.7, 1, 10)):
+        for step, digits, count in ((1.25, 1, 12), (0.625, 1, 40), (0.3333333, 2, 25), (0.0625, 3, 30), (5.03, 1, 20), (0.7, 1, 10)):
             with self.subTest(step=step, digits=digits):
                 told = self.told([-37.1 + step * k for k in range(count)], digits)
                 self.even(told, step, 1.001 * 10 ** -digits / (count - 1))
@@ -48,6 +48,14 @@ class SliceDigits(series.SeriesCase):
                 self.assertIn("unevenly", " ".join(self.told(places, 1)["warnings"]))
         # The same with three digits is uneven by less.
         self.assertIn("unevenly", " ".join(self.told([0, 1.25, 2.55, 3.75, 5], 3)["warnings"]))
+
+    def test_digits_as_large_as_the_step_are_taken_as_written(self):
+        # A slice is missing, rather than that 0, 1 and 3 stand for 0, 1.5 and 3.
+        for places, digits, extent in (([0, 1, 3], 0, 4), ([0, 1, 2, 4, 5], 0, 6), ([0, 0.1, 0.3], 1, 4), ([0, 2, 6, 8], 0, 5)):
+            told = self.told(places, digits)
+            self.assertEqual(told["extent"][2], extent)
+            self.assertIn("missing", " ".join(told["warnings"]))
+        self.assertIn("leans", " ".join(self.told([0, 3, 6, 9], 0, (0, 1 / 3, 1))["warnings"]))
 
     def test_powers_of_ten_are_digits_too(self):
         def told(words):
