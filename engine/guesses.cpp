@@ -113,7 +113,7 @@ bool looks_along_z(const Session& session) {
 
 void say_what_is_reduced(Session& session) {
     const Request& want = session.want();
-    if (want.job != Job::render && want.job != Job::warp) return;
+    if ((want.job != Job::render && want.job != Job::warp) || !is_of_file(session)) return;
     constexpr double kSeen = 1.5;
     const std::array<double, 3> apart = reductions(session);
     const double most = *std::max_element(apart.begin(), apart.end());

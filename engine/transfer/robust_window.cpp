@@ -38,7 +38,7 @@ std::optional<double> foot_of_peak(const std::vector<float>& values, double low,
 }  // namespace
 
 ValueWindow robust_window(const Drawn& inside, const Statistics& statistics) {
-    constexpr double kTop = 0.995, kOutliers = 0.999;
+    constexpr double kTop = 0.995, kOutliers = 0.998;
     const ValueWindow all{statistics.low, statistics.high};
     std::vector<float> values(inside.values().begin(), inside.values().end());
     std::erase_if(values, [](float value) { return !std::isfinite(value); });

@@ -151,6 +151,7 @@ class Guesses(Running):
                 self.assertIn(f" {apart:g} samples of the input apart", warnings)
             self.assertIn("gauss:", warnings)
             self.assertNotIn("antialias", warnings)
+        self.assertNotIn("apart", self.report("render", "phantom:gaussians:24", "-o", "null:", "--mode", "xray", "--size", "12")[1])  # a formula
         # The brightest that no ray meets has a sentence of its own.
         _, warnings, _ = self.report("render", path, "-o", "null:", "--size", "14")
         self.assertIn("bright samples", warnings)
