@@ -163,7 +163,7 @@ void add_look(CLI::App& app, JobOptions& o) {
     std::string maps;
     for (const std::string& name : colormap_names()) maps += (maps.empty() ? "" : ", ") + name;
     text("--colormap", o.colormap, "NAME|FILE",
-         fmt::format("{}: {}; or rows of R,G,B (docs/files.md)", of, maps));
+         fmt::format("{}: {}; or rows of R,G,B (docs/looks.md)", of, maps));
     if (o.job == Job::render)
         app.add_flag("--depth-colour", o.depth_colour,
                      "mip: colours by the depth of the value, red in front and blue behind, or of "
