@@ -71,7 +71,8 @@ int do_planes(const JobOptions& options, bool runs) {
             perform(planes);
             double seconds = 0;
             for (const auto& session : planes.sessions) {
-                if (options.explain) explain(options, explanation_of(*session));
+                if (options.explain)
+                    explain(options, explanation_of(*session, options.explain_all));
                 for (const double one : session->measured->seconds) seconds += one;
             }
             typed->messages.result(

@@ -20,7 +20,7 @@ void expect_look(const RequestSpec& spec) {
     if (spec.bits && *spec.bits != 8)
         throw RequestError(
             fmt::format("{}: makes pictures of 8 bits; leave out --bits {}", option, *spec.bits));
-    if (look.depth_colour && (spec.job != Job::render || spec.mode != Mode::mip))
+    if (look.depth_colour && (spec.job != Job::render || spec.mode->extreme != 1))
         throw RequestError(
             "--depth-colour: of `edgewise render --mode mip`, whose values have a depth");
     if (spec.job == Job::render && look.colours() &&

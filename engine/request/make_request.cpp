@@ -13,9 +13,9 @@
 #include "engine/request/filtering.hpp"
 #include "engine/request/percentile.hpp"
 #include "engine/request/radon.hpp"
+#include "engine/transfer/drawn.hpp"
 #include "engine/transfer/kinds.hpp"
 #include "engine/transfer/presets.hpp"
-#include "engine/transfer/robust_window.hpp"
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
 #include "graph/label_surface.hpp"
@@ -564,11 +564,16 @@ double share_between(double value, double low, double high) {
 
 /// The mean of that over some of the samples; 1 without samples.
 double mean_share(const Data& data, double low, double high) {
-    const std::vector<float> values = drawn_values(data, Region::all(data.what.extent), 1);
-    if (values.empty()) return 1;
+    constexpr std::int64_t kRuns = 1 << 10, kLength = 32;
+    const Drawn drawn(data, Region::all(data.what.extent), kRuns, kLength);
     double sum = 0;
-    for (const float value : values) sum += share_between(value, low, high);
-    return sum / static_cast<double>(values.size());
+    std::size_t finite = 0;
+    for (const float value : drawn.values()) {
+        if (!std::isfinite(value)) continue;
+        sum += share_between(value, low, high);
+        ++finite;
+    }
+    return finite > 0 ? sum / static_cast<double>(finite) : 1;
 }
 
 void take_mask(Request& want, const Data& data) {
