@@ -7,6 +7,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "engine/look/sheet.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/measure/since.hpp"
@@ -172,6 +173,14 @@ class Merging {
         const Geometry geometry = take_geometry(want, spec_, input, outputs_);
         merge_.frames = want.frames;
         merge_.extent = want.output();
+        apart_ = spec_.look.montage && merge_.frames == 1 && !colours_ && found_.size() > 1;
+        if (apart_) {
+            const int channels = static_cast<int>(found_.size());
+            sheets_of(spec_.look, channels);  // refuses what has no room
+            pictures_of_each_ = channels;
+            const auto [columns, rows] = *spec_.look.montage;
+            if (columns * rows > channels) ++pictures_of_each_;
+        }
         if (const std::string left_out = expect_frames(spec_, outputs_, want.frames);
             !left_out.empty())
             merge_.messages.warning(left_out);
@@ -192,7 +201,8 @@ class Merging {
         const Representation value = picture_of(merge_.extent, 1),
                              colours = picture_of(merge_.extent, kColours);
         const std::size_t parts = colours_ ? found_.size() : 1;
-        const double bytes = double(frames) * (double(parts) * value.bytes() + colours.bytes());
+        const double bytes = double(frames) * (double(parts) * value.bytes() +
+                                               (apart_ ? pictures_of_each_ : 1) * colours.bytes());
         const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
         if (bytes > left)
             throw NoPlan(fmt::format(
@@ -211,7 +221,7 @@ class Merging {
         values_.resize(parts);
         for (std::size_t i = 0; i < frames; ++i) {
             for (Pictures& part : values_) add(part, value);
-            add(pictures_, colours);
+            for (int k = 0; k < (apart_ ? pictures_of_each_ : 1); ++k) add(pictures_, colours);
         }
     }
 
@@ -292,8 +302,16 @@ class Merging {
         merging_ += since(begin);
     }
 
-    /// The frames of one channel into the picture.
+    /// The frames of one channel into the picture; or into one of its own, and into the last, which
+    /// merges all, where a montage has room for it.
     void add(const Pictures& values, const MergedChannel& channel) const {
+        if (apart_) {
+            const std::size_t own = merge_.channels.size() - 1, last = found_.size();
+            add(*values[0], *channel.shades, channel.colour, *pictures_[own]);
+            if (pictures_.size() > last)
+                add(*values[0], *channel.shades, channel.colour, *pictures_[last]);
+            return;
+        }
         for (std::size_t i = 0; i < values.size(); ++i) {
             poll();
             add(*values[i], *channel.shades, channel.colour, *pictures_[i]);
@@ -328,7 +346,8 @@ class Merging {
         const auto begin = Clock::now();
         std::optional<ResultWriter> writer;
         if (writes_)
-            writer.emplace(*outputs_, written_, spec_, merge_.frames, merge_.messages.stop());
+            writer.emplace(*outputs_, written_, spec_, static_cast<int>(pictures_.size()),
+                           merge_.messages.stop());
         for (std::size_t i = 0; i < pictures_.size(); ++i) {
             poll();
             const int frame = static_cast<int>(i);
@@ -376,8 +395,10 @@ class Merging {
     bool colours_ = false;   // they are red, green and blue of one colour
     bool by_alpha_ = false;  // and multiplied by alpha before rays see them
     bool bytes_ = false;     // of 8 bits
+    bool apart_ = false;     // each has a picture in a montage, and all together have one
+    int pictures_of_each_ = 1;
+    std::size_t part_ = 0;  // of values_, whose turn it is
     Tail shown_;             // what the results of channels are
-    std::size_t part_ = 0;   // of values_, whose turn it is
     std::optional<Outputs> outputs_;
     bool writes_ = false;
     Written written_;

@@ -8,6 +8,7 @@ import unittest
 import numpy as np
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parent.parent / "io")]
+import files  # noqa: E402
 import format_writers as w  # noqa: E402
 from running import Running  # noqa: E402
 
@@ -57,6 +58,27 @@ class Names(Running):
         for number, name in enumerate(("dapi", "Cy5 & more")):
             self.assertEqual(self.render(path, name), self.render(path, number))
         self.assertIn(b"its channels are DAPI, Cy5 & more", self.render(path, "GFP", 2))
+
+    def test_a_montage_of_channels(self):
+        """Each in its colour, then all together where there is room."""
+        path = self.zarr("m.zarr", ["DAPI", "GFP", "Cy5"])
+        out = self.folder / "m.png"
+
+        def picture(channel, *more):
+            self.run_it("render", path, "-o", out, "--channel", channel, "--view", "z", "--spacing", "1", *more)
+            return files.read_png(out.read_bytes())[0]
+
+        colours = "0=red,1=#00ff80,2=blue"
+        alone = [picture(one) for one in colours.split(",")] + [picture(colours)]
+        # One channel with a colour is a picture in that colour.
+        height, width = alone[0].shape[:2]
+        for columns, rows, count in ((3, 1, 3), (2, 2, 4), (4, 1, 4)):
+            sheet = picture(colours, "--montage", f"{columns}x{rows}")
+            self.assertEqual(sheet.shape[:2], (rows * (height + 2) - 2, columns * (width + 2) - 2))
+            for i in range(count):
+                y, x = (i // columns) * (height + 2), (i % columns) * (width + 2)
+                np.testing.assert_array_equal(sheet[y:y + height, x:x + width], alone[i])
+        self.assertIn(b"do not fit", self.render(path, colours, 2, "--montage", "2x1"))
 
     def test_several_and_none(self):
         self.assertIn(b"0 and 2", self.render(self.zarr("b.zarr", ["x", "y", "X"]), "x", 2))

@@ -15,7 +15,7 @@
 namespace edgewise {
 namespace {
 
-using Kind = GeometryStep::Kind;
+using Step = GeometryStep::Kind;
 using Picture = std::vector<float>;
 
 const store::Colour kColours[] = {{1, 0.5, 0}, {0, 0.25, 1}, {0.5, 1, 0.75}};
@@ -59,9 +59,9 @@ RequestSpec turned(const Volume& volume, const char* mode, int frames = 1) {
     RequestSpec spec;
     spec.input = volume.path();
     spec.mode = mode_named(mode);
-    spec.geometry.steps = {{Kind::rotate, {20, 10, 0}}};
+    spec.geometry.steps = {{Step::rotate, {20, 10, 0}}};
     spec.geometry.size = OutputSize{false, {37, 23}};
-    if (frames > 1) spec.geometry.steps.push_back({Kind::turntable, {double(frames)}});
+    if (frames > 1) spec.geometry.steps.push_back({Step::turntable, {double(frames)}});
     spec.remembers = false;
     return spec;
 }
