@@ -76,9 +76,11 @@ int do_planes(const JobOptions& options, bool runs) {
                 for (const double one : session->measured->seconds) seconds += one;
             }
             typed->messages.result(
-                fmt::format("{}, {}, three planes through {}, {:.2f} ms",
-                            planes.files.empty() ? "nothing written" : planes.files[0],
-                            text_of(planes.extent, 2), *options.mpr, 1e3 * seconds));
+                fmt::format("{}, three planes through {}, {:.2f} ms",
+                            planes.files.empty()
+                                ? "nothing written"
+                                : fmt::format("{}, {}", planes.files[0], text_of(planes.extent, 2)),
+                            *options.mpr, 1e3 * seconds));
             if (options.json) write_text(*options.json, text_of(report_of_planes(*typed)));
             return 0;
         },

@@ -269,6 +269,11 @@ class Performance {
         std::shared_ptr<const surface::Mesh> mesh) const {
         const SurfaceFinish& finish = session_.spec.finish;
         std::pmr::memory_resource* memory = session_.memory.get();
+        if (!finish.largest && !finish.smooth && !finish.decimate) return mesh;
+        // What the steps take beside the meshes counts as well.
+        const Array room(static_cast<std::size_t>(surface::finishing_bytes(
+                             double(mesh->positions().size()), double(mesh->triangles().size()))),
+                         memory);
         if (finish.largest)
             mesh = std::make_shared<surface::Mesh>(surface::largest_part(*mesh, memory));
         if (finish.smooth)

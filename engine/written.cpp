@@ -269,7 +269,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         !spec.look.empty() && (!want.job->samples || input.header.type != Type::u8 || spec.window ||
                                spec.look.colours() || !input.header.values.identity());
     const std::optional<int> bits = is_view ? 8 : spec.bits;
-    const bool slices = outputs.numbered() || spec.look.montage;
+    const bool slices = outputs.numbered() || (spec.look.montage && !outputs.none());
     if (slices && want.frames == 1 && want.job->samples && header.extent.z > 1) {
         written.slices = std::exchange(header.extent.z, 1);
         header.volume = header.volume && outputs.format().volumes;

@@ -25,4 +25,7 @@ bool can_decimate() noexcept;
 /// @param share  0 to 1: of 20 rounds
 Mesh smoothed(const Mesh& mesh, double share, std::pmr::memory_resource* memory);
 
+/// Bytes that any of these takes beside the meshes, at most about.
+double finishing_bytes(double vertices, double triangles) noexcept;
+
 }  // namespace edgewise::surface

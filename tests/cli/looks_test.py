@@ -187,6 +187,10 @@ class Looks(Running):
             self.assertIn(said, self.run_it("warp", path, "-o", self.folder / "o.png", *words, code=2).stderr, words)
         self.assertIn(b"colours of its own", self.run_it("render", path, "-o", self.folder / "o.png", "--mode", "composite", "--colormap", "jet", code=2).stderr)
         self.run_it("warp", path, "-o", self.folder / "o.exr", "--colormap", "jet", code=2)
+        for words in (["--montage", "3x3"], ["--colormap", "jet", "--legend", "--scale-bar"]):
+            for job in ("warp", "render"):
+                self.run_it(job, "phantom:sphere:16", "-o", "null:", *words)
+        self.assertIn(b"%03d", self.run_it("warp", "phantom:sphere:16", "-o", self.folder / "o.png", code=2).stderr)
 
 
 if __name__ == "__main__":
