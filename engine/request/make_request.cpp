@@ -486,10 +486,12 @@ ChosenTransfer suiting(const std::optional<Window>& window, const Data& data,
 /// What the file says of its samples.
 FileFacts facts_of(const Input& input, bool labels) {
     const store::Header& header = input.header;
-    const bool says_size = !header.unit.empty() && !input.phantom;
+    // Who says how a volume lies in the body means millimetres, and so do all that write NIfTI.
+    const bool means_mm = header.anatomical || header.format == "NIfTI";
+    const double said = header.unit.empty() ? 0 : store::millimetres(header.unit);
     return {.modality = header.modality,
             .format = header.format,
-            .millimetres = says_size ? std::max(0.0, store::millimetres(header.unit)) : 0,
+            .millimetres = input.phantom ? 0 : said > 0 ? said : means_mm ? 1 : 0,
             .channels = header.channels,
             .integers = is_integer(header.type),
             .labels = labels};

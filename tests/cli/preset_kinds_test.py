@@ -15,7 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "io"))
 import dicom_writing as dw  # noqa: E402
 import format_writers as writers  # noqa: E402
 
-MM, UM, SILENT = 2, 3, 0
+MM, UM, SILENT = 2, 3, None
 N = 56
 
 
@@ -107,6 +107,10 @@ class Kinds(Running):
     def nifti(self, a, side, unit=MM, intent=0):
         """@param side  of the whole [unit]"""
         self.count = getattr(self, "count", 0) + 1
+        if unit is None:  # NRRD that says neither unit nor spacing
+            path = self.folder / f"a{self.count}.nrrd"
+            files.write_nrrd(path, a.astype("<f4") if a.dtype == float else a)
+            return path
         path = self.folder / f"a{self.count}.nii"
         if a.dtype == float:
             a = a.astype("<f4")
@@ -168,6 +172,7 @@ class Kinds(Running):
         for a, side in ((head(), 230), (head(.05, 255).clip(0, 255).astype("u1"), 210), (head(.01, 3000).astype("<i2"), 256), (head(brain_only=True), 190)):
             self.expect("mr-head", self.nifti(a, side))
         self.expect("mr-head", self.dicom(head(top=1200), 240, "MR"))
+        self.expect("mr-head", self.nifti(head(), 230, 0))  # NIfTI that leaves its unit out means mm
         # Heads of no modality that shows them so; what is no head; a head that is as small as a mouse's, or whose size nobody says.
         self.expect("general", self.dicom(head(top=1200), 240, "NM"))
         z, y, x = grid()
