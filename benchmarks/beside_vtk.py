@@ -29,7 +29,7 @@ import numpy as np
 import render_speed
 from render_speed import EDGEWISE, WORK, Scene
 
-MATERIAL = ["--material", f"{render_speed.AMBIENT},{render_speed.DIFFUSE},{render_speed.SPECULAR},{render_speed.POWER / 4}"]
+MATERIAL = ["--light", "head", "--material", f"{render_speed.AMBIENT},{render_speed.DIFFUSE},{render_speed.SPECULAR},{render_speed.POWER / 4}"]
 TURN = (20, 35, 0)
 
 

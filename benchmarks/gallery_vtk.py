@@ -22,6 +22,7 @@ HEAD = "data/ct_head/quarter.nhdr"
 SIZE, TURN, PIXEL = 320, (90, 30, 180), 0.75
 LEVEL = 1250
 POINTS = [(0, 0, (0, 0, 0)), (500, 0, (0.9, 0.6, 0.4)), (1100, 0.06, (0.9, 0.6, 0.4)), (1250, 0.6, (1, 0.95, 0.85)), (3000, 0.9, (1, 1, 1))]
+LOOK = ["--light", "head", "--material", "0.1,0.7,0.2,10"]  # VTK's
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="edgewise-vtk-"))
 
 
@@ -122,8 +123,8 @@ def our_picture(samples, mode):
     (WORK / "t.json").write_text(json.dumps({"points": [{"value": v, "opacity": a, "color": c} for v, a, c in POINTS]}))
     words = {"mip": ["--mode", "mip", "--window", f"{samples.min()},{samples.max()}"],
              "composite": ["--mode", "composite", "--transfer", WORK / "t.json", "--window", "0,1"],
-             "shaded": ["--mode", "composite", "--shade", "phong", "--transfer", WORK / "t.json", "--window", "0,1"],
-             "surface": ["--mode", "surface", "--isovalue", LEVEL, "--window", "0,1"]}[mode]
+             "shaded": ["--mode", "composite", "--shade", "phong", *LOOK, "--transfer", WORK / "t.json", "--window", "0,1"],
+             "surface": ["--mode", "surface", "--isovalue", LEVEL, *LOOK, "--window", "0,1"]}[mode]
     subprocess.run([EDGEWISE, "render", HEAD, "-o", WORK / "o.png", "--view", "z", "--rotate", ",".join(map(str, TURN)), "--size",
                     f"{SIZE}x{SIZE}", "--spacing", str(PIXEL), "--max-error", "9", "--via", "project.ray_cast/filter=foh/step=1", "--quiet",
                     *map(str, words)], check=True)

@@ -44,6 +44,7 @@ EDGEWISE = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
 HEAD = pathlib.Path(__file__).resolve().parents[1] / "data/ct_head/quarter.nhdr"
 FINER, EVERY = 8, 8
 AMBIENT, DIFFUSE, SPECULAR, POWER = 0.1, 0.7, 0.2, 10
+LOOK = ["--light", "head", "--material", f"{AMBIENT},{DIFFUSE},{SPECULAR},{POWER}"]
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="edgewise-speed-"))
 HOME = {**os.environ, "XDG_CACHE_HOME": str(WORK), "XDG_CONFIG_HOME": str(WORK)}  # no kept plans
 # Value, opacity per smallest spacing, grey.
@@ -304,7 +305,7 @@ class Volume:
 
     def __init__(self, what, scene, points, goal, lit=False, planned=False):
         self.what, self.scene, self.points, self.lit, self.goal, self.planned = what, scene, points, lit, goal, planned
-        self.words = (scene.transfer(points) if points else ["--mode", "mip"]) + (["--shade", "phong"] if lit else [])
+        self.words = (scene.transfer(points) if points else ["--mode", "mip"]) + (["--shade", "phong", *LOOK] if lit else [])
         self.words += [] if planned else CAST
 
     def prepare(self):

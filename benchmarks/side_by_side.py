@@ -283,7 +283,7 @@ def cast(mode):
     if mode != "mip":
         arguments += ["--transfer", WORK / "transfer.json"]
     if mode == "shaded":
-        arguments += ["--shade", "phong"]
+        arguments += ["--shade", "phong", "--light", "head", "--material", "0.1,0.7,0.2,10"]
     times = pair(lambda: median_time(turn, 5), lambda: seconds_of(*arguments))
     ours = edgewise(*arguments, "--verify")["measured"]["error"]["nrmse"]
     goal = 10 if mode == "shaded" else 5

@@ -103,9 +103,12 @@ void read_budgets(RequestSpec& spec, const JobOptions& o) {
 }
 
 Light light_of(const std::string& text) {
-    const std::vector<double> n = numbers_of("--light", text);
+    if (same_word(text, "head")) return {};
+    const std::vector<double> n =
+        split(text, ',').size() < 3 ? std::vector<double>() : numbers_of("--light", text);
     if (n.size() != 3 && n.size() != 4)
-        throw RequestError(fmt::format("--light: '{}' given; expected X,Y,Z or X,Y,Z,I", text));
+        throw RequestError(
+            fmt::format("--light: '{}' given; expected X,Y,Z or X,Y,Z,I, or head", text));
     return {Vec3(n[0], n[1], n[2]), n.size() == 4 ? n[3] : 1};
 }
 

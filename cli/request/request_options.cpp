@@ -201,17 +201,19 @@ void add_mode(CLI::App& app, JobOptions& o) {
             ->type_name("NAME|FILE");
         add_text(app, "--shade", o.shade, shade_help())->type_name(shade_words());
         add_list(app, "--light", o.lights,
-                 "towards a light, in screen space (z away from the eye); default 0,0,-1: at the "
-                 "eye. Several add up")
-            ->type_name("X,Y,Z[,I]");
+                 "towards a light, in screen space (z away from the eye); default -0.5,-0.5,-1: "
+                 "over the viewer's left shoulder; head: 0,0,-1. Several add up")
+            ->type_name("X,Y,Z[,I]|head");
         add_text(app, "--material", o.material,
-                 "ambient, diffuse, specular, exponent; default 0.1,0.7,0.2,10")
+                 "ambient, diffuse, specular, exponent; default that of the preset, else "
+                 "0.2,0.9,0.2,20; with --shadows 0.25 more "
+                 "ambient light")
             ->type_name("A,D,S,N");
         add_text(app, "--phase", o.phase,
                  "particles: mean cosine of the angle that they turn light by; default 0")
             ->type_name("G");
         app.add_flag("--shadows", o.shadows,
-                     "composite: samples take away light on its way to others");
+                     "composite: samples take away light on its way to others, not ambient light");
         add_text(app, "--ambient-occlusion", o.occlusion,
                  "composite: ambient light is taken away by what is nearer than R, in the file's "
                  "unit")

@@ -51,6 +51,18 @@ void take_budgets(Request& want, const RequestSpec& spec) {
         throw RequestError("--planning-time: of --planner pilot and exhaustive only");
 }
 
+/// The key light of portraits: over the viewer's left shoulder.
+const Light kKeyLight{Vec3(-0.5, -0.5, -1)};
+constexpr Material kMaterial{0.2, 0.9, 0.2, 20};
+
+/// A material that the request did not name, under its lights. Samples throw shadows on themselves
+/// as well, so little of a light arrives: ambient light, which throws none, fills them.
+Material filled(Material material, bool shadows) {
+    constexpr double kFill = 0.25;
+    if (shadows) material.ambient = std::min(1.0, material.ambient + kFill);
+    return material;
+}
+
 void take_light(Request& want, const RequestSpec& spec) {
     want.shading.by = spec.shade.value_or(want.mode->shade);
     const auto rules_of = [&](auto&& is_one) {
@@ -92,9 +104,9 @@ void take_light(Request& want, const RequestSpec& spec) {
     want.shading.shadows = spec.shadows;
     want.shading.occlusion = spec.occlusion.value_or(0);
     if (spec.phase) want.shading.phase = *spec.phase;
-    if (spec.material) want.shading.material = *spec.material;
-    if (spec.lights.empty()) return;
-    want.shading.lights = spec.lights;
+    if (!want.shading.on()) return;
+    want.shading.material = spec.material ? *spec.material : filled(kMaterial, spec.shadows);
+    want.shading.lights = spec.lights.empty() ? std::vector<Light>{kKeyLight} : spec.lights;
     for (Light& light : want.shading.lights) light.towards.normalize();
 }
 
@@ -535,7 +547,8 @@ Remarks take_preset(Request& want, std::optional<Window>& window, const RequestS
                         "--labels shows each in its colour",
                         input.name));
     want.transfer = std::move(found.transfer);
-    if (!spec.material && taken.material) want.shading.material = *taken.material;
+    if (!spec.material && taken.material)
+        want.shading.material = filled(*taken.material, spec.shadows);
     const bool named = !taken.preset.empty();
     return {std::move(found.warnings), std::move(found.notices),
             TakenPreset{.name = named ? taken.preset : taken.from,

@@ -152,7 +152,9 @@ struct RequestSpec {
     /// there is one. Else a grey ramp.
     bool suiting_preset = false;
     std::optional<Shade> shade;  // else the mode's own
-    std::vector<Light> lights;   // in place of one at the eye
+    std::vector<Light> lights;   // else one over the viewer's left shoulder
+    /// Else that of the transfer function, or 0.2, 0.9, 0.2 and 20: what is white and faces the eye
+    /// is nearly white. With shadows more of ambient light then, which throws none.
     std::optional<Material> material;
     std::optional<double> phase;  // of particles: Henyey and Greenstein's g
     bool shadows = false;

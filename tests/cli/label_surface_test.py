@@ -6,7 +6,7 @@ import unittest
 
 import files
 import numpy as np
-from running import Running
+from running import HEADLIGHT, Running
 
 CAST = ("--via", "project.label_cast")
 DRAWN = ("--via", "surface.draw/light=pixel")
@@ -103,7 +103,7 @@ class LabelSurface(Running):
         z, y, x = np.mgrid[:30, :30, :30] - 14.5
         ball = (x * x + y * y + z * z < 11 ** 2).astype("u1")
         for path in (CAST, DRAWN):
-            got = self.picture(ball, *path)
+            got = self.picture(ball, *path, *HEADLIGHT)
             self.assertEqual(got[0, 0].tolist(), [0, 0, 0, 0])
             # Half a pixel beside the middle a ball's normal leans by 0.5 sqrt(2) / 11 = 0.064. That of its mesh may lean by half as much again:
             # the highlight, 0.2 cos(2 0.096)^10, then lacks 0.2 10 0.192^2 / 2 = 0.037.
@@ -157,7 +157,7 @@ class LabelSurface(Running):
             self.assertEqual(len(pictures), 1)
 
     def test_a_clip_cuts_labels_open_to_flat_faces(self):
-        got = self.picture(cubes(), *CAST, "--clip", "0,0,5,12,10,11")
+        got = self.picture(cubes(), *CAST, *HEADLIGHT, "--clip", "0,0,5,12,10,11")
         # What faces the eye has all light of the one that is there.
         np.testing.assert_allclose(got[4:7, 2:5, :3], np.broadcast_to([0.8 * c + 0.2 for c in colour(0)], (3, 3, 3)), atol=1e-6)
         np.testing.assert_allclose(got[4:7, 8:10, :3], np.broadcast_to([0.8 * c + 0.2 for c in colour(1)], (3, 2, 3)), atol=1e-6)

@@ -25,6 +25,9 @@ class Running(unittest.TestCase):
         return done
 
 
+HEADLIGHT = ("--light", "head", "--material", "0.1,0.7,0.2,10")  # as VTK has it
+
+
 def png(data):
     """The samples of a grey PNG of 8 bits."""
     import struct

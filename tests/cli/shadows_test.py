@@ -32,7 +32,7 @@ class Shadows(Running):
         source = self.source(np.full((depth, 9, 9), 1.0))
         words = ("--transfer", self.transfer((1, opacity, [0.5, 0.25, 1])), "--shade", "particles", "--shadows", *CAST)
         # From the eye: in and out by the same way.
-        picture = self.render(source, *words)
+        picture = self.render(source, *words, "--light", "head")
         np.testing.assert_allclose(picture[..., 0], 0.5 * (1 - np.exp(-2 * tau * depth)) / 2, rtol=3e-3)
         np.testing.assert_allclose(picture[..., 2], (1 - np.exp(-2 * tau * depth)) / 2, rtol=3e-3)
         np.testing.assert_allclose(picture[..., 3], 1 - np.exp(-tau * depth), rtol=1e-4)
@@ -45,7 +45,7 @@ class Shadows(Running):
         np.testing.assert_allclose(picture[4, :, 2], in_row * (1 - np.exp(-tau * depth)), rtol=3e-3)
         # Two lights add up.
         both = self.render(source, *words, "--light", "-1,0,0,0.5", "--light", "0,0,-1,2")
-        one, other = self.render(source, *words, "--light", "-1,0,0"), self.render(source, *words)
+        one, other = self.render(source, *words, "--light", "-1,0,0"), self.render(source, *words, "--light", "head")
         np.testing.assert_allclose(both[..., :3], 0.5 * one[..., :3] + 2 * other[..., :3], rtol=1e-4)
 
     def test_a_wall_keeps_light_from_what_lies_behind_it(self):
