@@ -115,7 +115,7 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
         pictures.black = end(window->low);
         pictures.white = end(window->high);
     }
-    if (!(pictures.black < pictures.white)) pictures.white = pictures.black + 1;
+    if (pictures.black == pictures.white) pictures.white = pictures.black + 1;
 }
 
 std::string PictureTaker::shown() const {

@@ -7,6 +7,7 @@
 
 #include "engine/filter_result.hpp"
 #include "engine/look/coloured.hpp"
+#include "engine/request/windows.hpp"
 #include "graph/errors.hpp"
 #include "io/animation.hpp"
 #include "io/geometry.hpp"
@@ -288,6 +289,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         written.tail.background = want.background;
         if (want.job == Job::render && want.mode->over_background)
             written.tail.exposure = spec.exposure.value_or(1);
+        written.tail.radiograph = is_radiograph(want);
         // What was not multiplied on the way in, or not divided on the way out, is as it was.
         const bool as_it_was = want.job->samples && written.tail.alpha == store::Alpha::none &&
                                header.channels == input.header.channels;

@@ -204,7 +204,8 @@ void add_filter(CLI::App& app, JobOptions& o) {
              "what stands beyond the samples: zero, clamp, mirror (c b a b c; default) or wrap")
         ->type_name("BORDER");
     app.add_flag("--slices", o.slices, "a volume slice by slice, each as an image");
-    add_text(app, "--window", o.window, "what is black and white, values or percentiles")
+    add_text(app, "--window", o.window,
+             "what is black and white, values or percentiles; HI,LO inverts")
         ->type_name("LO,HI");
 }
 

@@ -11,6 +11,7 @@
 #include "engine/request/geometry.hpp"
 #include "engine/request/numbers.hpp"
 #include "engine/request/quantities.hpp"
+#include "engine/request/windows.hpp"
 #include "engine/transfer/load.hpp"
 #include "engine/transfer/presets.hpp"
 #include "graph/errors.hpp"
@@ -41,14 +42,51 @@ std::array<double, 3> background_of(const std::string& text) {
 
 }  // namespace
 
+namespace {
+
+/// W400L40, in any case and order: width and level. Nothing where the text is none of that kind.
+std::optional<Window> width_and_level(const std::string& text) {
+    const std::string word = lower(text);
+    const std::size_t w = word.find('w'), l = word.find('l');
+    if (w == std::string::npos || l == std::string::npos || std::min(w, l) != 0)
+        return std::nullopt;
+    const auto number = [&](std::size_t at, std::size_t other) {
+        const std::size_t end = other > at ? other : word.size();
+        return number_of("--window", word.substr(at + 1, end - at - 1));
+    };
+    const double width = number(w, l), level = number(l, w);
+    if (!(width > 0))
+        throw RequestError(fmt::format("--window: {}: the width is not greater than 0", text));
+    return window_around(level, width);
+}
+
+/// "lung, bone, ..."
+std::vector<std::string> window_names() {
+    std::vector<std::string> names;
+    for (const NamedWindow& named : named_windows()) names.emplace_back(named.name);
+    return names;
+}
+
+}  // namespace
+
 Window window_of(const std::string& text) {
     const auto words = split(text, ',');
-    if (words.size() != 2)
+    if (words.size() != 2) {
+        if (const std::optional<Window> named = window_named(text)) return *named;
+        const bool has_number = text.find_first_of("0123456789") != std::string::npos;
+        if (has_number)
+            if (const std::optional<Window> window = width_and_level(text)) return *window;
         throw RequestError(fmt::format(
-            "--window: '{}' given; expected LO,HI in values or percentiles, as 1%,99.5%", text));
+            "--window: '{}' given; expected LO,HI in values or percentiles, as 1%,99.5%, or width "
+            "and level, as W400L40, or a name; {}",
+            text, instead_of(text, window_names())));
+    }
     const Window window{window_end(words[0]), window_end(words[1])};
-    if (window.low.percentile == window.high.percentile && !(window.low.at < window.high.at))
-        throw RequestError(fmt::format("--window: {}: LO is not less than HI", text));
+    if (window.low.percentile == window.high.percentile && window.low.at == window.high.at)
+        throw RequestError(
+            fmt::format("--window: {}: LO and HI are the same; expected two that differ (the "
+                        "greater one first inverts)",
+                        text));
     return window;
 }
 

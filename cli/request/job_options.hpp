@@ -42,7 +42,7 @@ RequestSpec spec_of(const JobOptions& options, const Catalogue& edges);
 /// None, and the rules of light that some mode takes.
 std::vector<Shade> known_shades();
 
-/// --window LO,HI: "0,255", "1%,99.5%". @throws RequestError
+/// --window: "0,255", "1%,99.5%", "W400L40", "lung". @throws RequestError
 Window window_of(const std::string& text);
 
 /// --verify=N: a number of samples, or all (0). @throws RequestError

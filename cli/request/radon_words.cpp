@@ -24,7 +24,8 @@ void add_radon(CLI::App& app, JobOptions& o) {
         "sinogram: integrals along lines (default); hough: how many samples lie nearest to each")
         ->type_name("sinogram|hough");
     add_text(app, "--threshold", o.threshold, "hough: samples of at least T vote")->type_name("T");
-    add_text(app, "--window", o.window, "what is black and white, values or percentiles")
+    add_text(app, "--window", o.window,
+             "what is black and white, values or percentiles; HI,LO inverts")
         ->type_name("LO,HI");
 }
 

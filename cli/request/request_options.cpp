@@ -7,6 +7,7 @@
 #include "cli/request/filter_words.hpp"
 #include "cli/request/radon_words.hpp"
 #include "engine/look/colormap.hpp"
+#include "engine/request/windows.hpp"
 #include "reference/job_reference.hpp"
 
 namespace edgewise::cli {
@@ -180,6 +181,17 @@ void add_look(CLI::App& app, JobOptions& o) {
              "in place of a mode: the three planes through this sample of FILE, in one picture");
 }
 
+/// Two ends, width and level, or a name.
+std::string window_help() {
+    std::string names;
+    for (const NamedWindow& named : named_windows())
+        names += fmt::format("{}{} W{:g}L{:g}", names.empty() ? "" : ", ", named.name, named.width,
+                             named.level);
+    return "what is black and white, values or percentiles; HI,LO inverts; width and level as "
+           "W400L40; of a CT: " +
+           names;
+}
+
 void add_mode(CLI::App& app, JobOptions& o) {
     if (o.job == Job::warp) {
         add_text(app, "--outside", o.outside,
@@ -226,11 +238,12 @@ void add_mode(CLI::App& app, JobOptions& o) {
     if (o.job == Job::render) add_text(app, "--smooth", o.smooth, kSmoothHelp)->type_name("0..1");
     add_text(app, "--window", o.window,
              o.job == Job::render
-                 ? "what is black and white, values or percentiles; default the range of all "
-                   "frames. composite: where the grey ramp runs; with colours of its own, as "
-                   "surface and binary: of light, default 0,1"
-                 : "what is black and white, values or percentiles")
-        ->type_name("LO,HI");
+                 ? window_help() +
+                       ". Default the range of all frames; drr 99.5%,1%; mip of an MR 1%,99.9%. "
+                       "composite: where the grey ramp runs; with colours of its own, as surface "
+                       "and binary: of light, default 0,1"
+                 : window_help())
+        ->type_name("LO,HI|WnLn|NAME");
     if (o.job == Job::render)
         add_text(app, "--exposure", o.exposure,
                  "composite, surface and binary: pictures of 8 and 16 bits show light times E; "

@@ -13,6 +13,7 @@
 #include "engine/request/filtering.hpp"
 #include "engine/request/percentile.hpp"
 #include "engine/request/radon.hpp"
+#include "engine/request/windows.hpp"
 #include "engine/transfer/drawn.hpp"
 #include "engine/transfer/kinds.hpp"
 #include "engine/transfer/presets.hpp"
@@ -272,11 +273,21 @@ void expect_sensible(const RequestSpec& spec) {
     expect(!spec.transfer || !spec.suiting_preset, "--preset", "one, or one that suits the data");
     expect_look(spec);
     if (!spec.window) return;
-    const auto& [low, high] = *spec.window;
+    const WindowEnd &low = spec.window->low, &high = spec.window->high;
     for (const WindowEnd& end : {low, high})
         expect(end.percentile ? end.at >= 0 && end.at <= 100 : std::isfinite(end.at), "--window",
                "finite values, or percentiles from 0 to 100");
-    expect(low.percentile != high.percentile || low.at < high.at, "--window", "LO less than HI");
+    expect(low.percentile != high.percentile || low.at != high.at, "--window",
+           "two ends that differ; the greater one first inverts");
+    if (spec.window->name.empty() || spec.job != Job::render) return;
+    const ModeTraits& mode = *spec.mode;
+    const bool of_values = mode.extreme != 0 || mode.slices == ModeTraits::Slices::mean ||
+                           (mode.takes_transfer && !spec.transfer);
+    if (!of_values)
+        throw RequestError(fmt::format(
+            "--window {}: is of values in Hounsfield units, which pictures of --mode {}{} "
+            "do not show; expected LO,HI",
+            spec.window->name, mode.name, mode.takes_transfer ? " with a transfer function" : ""));
 }
 
 }  // namespace
@@ -488,8 +499,9 @@ ChosenTransfer suiting(const std::optional<Window>& window, const Data& data,
     // What is in Hounsfield units cannot be stretched.
     if (kind.window == WindowRule::own) chosen.spec = preset_named("general");
     const auto [low, high] = ends_of(*window, data, statistics);
-    for (Transfer::Point& point : chosen.spec.transfer.points)
-        point.value = low + point.value * std::max(0.0, high - low);
+    std::vector<Transfer::Point>& points = chosen.spec.transfer.points;
+    for (Transfer::Point& point : points) point.value = low + point.value * (high - low);
+    if (high < low) std::reverse(points.begin(), points.end());
     chosen.spec.values = TransferValues::data;
     chosen.window = ValueWindow{low, high};
     return chosen;
@@ -503,7 +515,10 @@ FileFacts facts_of(const Input& input, bool labels) {
     const double said = header.unit.empty() ? 0 : store::millimetres(header.unit);
     return {.modality = header.modality,
             .format = header.format,
-            .millimetres = input.phantom ? 0 : said > 0 ? said : means_mm ? 1 : 0,
+            .millimetres = input.phantom ? 0
+                           : said > 0    ? said
+                           : means_mm    ? 1
+                                         : 0,
             .channels = header.channels,
             .integers = is_integer(header.type),
             .labels = labels};
@@ -601,8 +616,10 @@ void take_mask(Request& want, const Data& data) {
 
 }  // namespace
 
-Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
-                    const Input& input, const Statistics& statistics) {
+namespace {
+
+Remarks take_all_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+                        const Input& input, const Statistics& statistics) {
     const Data& data = *input.data;
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
@@ -646,6 +663,22 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
                          want.mode->name, part)}};
 }
 
+}  // namespace
+
+Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+                    const Input& input, const Statistics& statistics) {
+    const Data& data = *input.data;
+    const store::Header& header = input.header;
+    std::string about_window;
+    if (window)
+        about_window = take_hounsfield(*window, header, data, statistics);
+    else
+        window = usual_window(want, header, data, statistics);
+    Remarks remarks = take_all_values(want, window, spec, input, statistics);
+    if (!about_window.empty()) remarks.warnings.push_back(about_window);
+    return remarks;
+}
+
 void take_values_of(const Request& from, Request& want) {
     want.miss = from.miss;
     want.magnitude = from.magnitude;
@@ -666,7 +699,8 @@ int ramp_part(double share) noexcept {
 Transfer grey_ramp(double low, double high, double unit) {
     constexpr double kMostOpacity = 0.05;
     // A step would tell a constant from its own rounding.
-    if (!(low < high)) high = low + range_between(low, low);
+    if (low == high) high = low + range_between(low, low);
+    if (high < low) return {{{high, kMostOpacity, {1, 1, 1}}, {low, 0, {0, 0, 0}}}, unit, {}};
     return {{{low, 0, {0, 0, 0}}, {high, kMostOpacity, {1, 1, 1}}}, unit, {}};
 }
 

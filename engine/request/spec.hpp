@@ -22,9 +22,10 @@ struct WindowEnd {
     double at = 0;
     bool percentile = false;  // then `at` is in percent
 };
-/// What is shown black and what white.
+/// What is shown black (`low`) and what white: a black that is more than white inverts.
 struct Window {
     WindowEnd low, high;
+    std::string name = {};  // of a window in Hounsfield units, see window_named()
 
     bool values() const noexcept { return !low.percentile && !high.percentile; }
 };

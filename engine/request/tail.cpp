@@ -109,8 +109,13 @@ void convert(const Data& result, const Tail& tail, const Shades& levels, T* out)
     double full = 1;
     if constexpr (!std::is_same_v<T, Half>)
         if (view) full = static_cast<double>(std::numeric_limits<T>::max());
-    const double unit = view ? levels.white - levels.black : tail.values.slope;
-    const double zero = view ? levels.black : tail.values.offset;
+    const bool by_logarithm = view && levels.logarithmic;
+    const auto scaled = [by_logarithm](double value) {
+        constexpr double kLeast = std::numeric_limits<float>::min();
+        return by_logarithm ? std::log(std::max(value, kLeast)) : value;
+    };
+    const double zero = view ? scaled(levels.black) : tail.values.offset;
+    const double unit = view ? scaled(levels.white) - zero : tail.values.slope;
     const double opaque = view ? full : tail.alpha_unit;
     const bool as_they_are = !view && tail.values.slope == 1 && !tail.over_background &&
                              tail.alpha == store::Alpha::none &&
@@ -128,7 +133,7 @@ void convert(const Data& result, const Tail& tail, const Shades& levels, T* out)
         for (std::size_t i = part.begin(); i != part.end(); ++i, in += channels) {
             const auto colour = colours(in);
             for (int c = 0; c < tail.channels; ++c) {
-                double value = (colour[c] - zero) * full / unit;
+                double value = (scaled(colour[c]) - zero) * full / unit;
                 if (view) value = std::clamp(value, 0.0, full);
                 if (colours.is_alpha(c)) value = std::clamp(colour[c], 0.0, 1.0) * opaque;
                 out[i * static_cast<std::size_t>(tail.channels) + static_cast<std::size_t>(c)] =
@@ -218,9 +223,10 @@ Shades shades_of(std::span<const std::shared_ptr<const Data>> frames,
             return value_of_rank(frames, tail, low, high, end.at / 100 * (count - 1));
         };
         if (window) levels = {end_of(window->low), end_of(window->high)};
+        levels.logarithmic = tail.radiograph;
     }
     // All of one value: it is black.
-    if (!(levels.black < levels.white))
+    if (levels.black == levels.white)
         levels.white = levels.black + std::max(1.0, std::abs(levels.black));
     return levels;
 }

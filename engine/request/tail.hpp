@@ -23,6 +23,9 @@ struct Tail {
     /// Of light from 0 to 1, which is shown as it is, times this; absent: of values, which are
     /// shown by their range.
     std::optional<double> exposure;
+    /// Of shares of light that are left: shown by their logarithm, as film and detectors show them,
+    /// but through a window of two values.
+    bool radiograph = false;
     int channels = 1;              // written
     bool over_background = false;  // composite: four premultiplied channels become three
     std::array<double, 3> background{0, 0, 0};
@@ -30,9 +33,10 @@ struct Tail {
     double alpha_unit = 1;                    // stored alpha that is opaque
 };
 
-/// A black and a white value.
+/// A black and a white value; a black that is more than white inverts.
 struct Shades {
     double black = 0, white = 1;
+    bool logarithmic = false;  // greys between them go by the logarithm of the value
 };
 
 /// The values behind a window, over all frames; non-finite samples do not count. Percentiles of

@@ -227,7 +227,7 @@ class Refusals(Command):
                  ["warp", volume, "--via", "no.such.edge"], ["warp", volume, "--max-error", "-1"],
                  ["warp", volume, "--via", "warp.backward/filter=none"],
                  ["warp", volume, "--orient", "RRR"], ["warp", volume, "--threads", "0"],
-                 ["render", volume, "--window", "3,1"], ["render", volume, "--background", "2,0,0"],
+                 ["render", volume, "--window", "3,3"], ["render", volume, "--background", "2,0,0"],
                  ["render", volume, "--zero", "3"], ["warp", volume, "--channel", "4"],
                  ["warp", volume, "--seed", "-1"], ["warp", volume, "--repeat", "0"],
                  ["warp", volume, "--range", "0"], ["warp", volume, "--log", "loud"],

@@ -184,7 +184,7 @@ TEST(Session, RefusesValuesThatNoCommandLineLetsThrough) {
     refused([](RequestSpec& spec) { spec.threads = 0; });
     refused([](RequestSpec& spec) { spec.repeat = 0; });
     refused([](RequestSpec& spec) { spec.bits = 7; });
-    refused([](RequestSpec& spec) { spec.window = Window{{.at = 2}, {.at = 1}}; });
+    refused([](RequestSpec& spec) { spec.window = Window{{.at = 2}, {.at = 2}}; });
     refused([](RequestSpec& spec) { spec.window = Window{{.at = NAN}, {.at = 1}}; });
     refused([](RequestSpec& spec) { spec.range = INFINITY; });
     refused([](RequestSpec& spec) { spec.geometry.spacing = {{INFINITY, 1}}; });
