@@ -42,6 +42,7 @@ int main() {
     RequestSpec spec;
     spec.input = "phantom:sphere:64";
     spec.mode = Mode::xray;
+    spec.geometry.size = OutputSize{.native = true};  // a pixel for each column
     const Charted chart = charted(
         spec, edges, machine, {}, [](double, const auto&) {}, listener);
     bool mine = false;

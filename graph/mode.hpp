@@ -128,7 +128,8 @@ struct ModeTraits {
     double sampled_every = 0;
     /// It ends where the field passes the level, between samples.
     bool first_hit = false;
-    int extreme = 0;  // 1, -1: the result is one of the samples, the largest or least
+    bool light_left = false;  // it is what a body leaves of light: negatives show most as white
+    int extreme = 0;          // 1, -1: the result is one of the samples, the largest or least
     /// It is one of two answers, or such an answer decides what it is. So its errors are jumps of
     /// few pixels, and how many is told from rays that nearly jump. Null: results go with samples.
     const Threshold* threshold = nullptr;

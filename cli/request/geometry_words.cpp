@@ -160,7 +160,8 @@ GeometryStep step_of(const std::string& name, const std::string& value) {
 }
 
 OutputSize size_of(const std::string& text) {
-    if (same_word(text, "fit")) return {.fit = true, .sides = {}};
+    if (same_word(text, "fit")) return {.fit = true};
+    if (same_word(text, "native")) return {.native = true};
     OutputSize size;
     for (const std::string& word : split(lower(text), 'x'))
         size.sides.push_back(whole_of("--size", word, 1, kMostSamplesAnAxis));

@@ -75,8 +75,11 @@ void add_geometry(CLI::App& app, JobOptions& o) {
              "what all but --view turns: what is seen (default), or where it is sampled (MPR)");
     }
     text("--spacing", o.geometry.spacing, "S[,S[,S]]", "distance of output samples");
-    text("--size", o.geometry.size, o.job == Job::warp ? "WxH[xD]|N|fit" : "WxH|N",
-         "output samples; N: of the longer side");
+    text("--size", o.geometry.size, o.job == Job::warp ? "WxH[xD]|N|fit" : "WxH|N|native",
+         o.job == Job::render ? "output samples; N: of the longer side; native: one for each "
+                                "smallest spacing of the volume. Default native, at least 512 on "
+                                "the longer side"
+                              : "output samples; N: of the longer side");
 }
 
 /// What rays see of the volume.

@@ -222,6 +222,7 @@ RequestSpec spec_of(const Trial& trial) {
     spec.labels = trial.labels;
     if (!trial.turn.empty()) spec.geometry.steps = {{Kind::rotate, trial.turn}};
     if (trial.mode) spec.mode = mode_named(trial.mode);
+    if (trial.job == Job::render) spec.geometry.size = OutputSize{.native = true};
     if (trial.size) spec.geometry.size = OutputSize{.sides = {trial.size, trial.size}};
     if (trial.frames) spec.geometry.steps.push_back({Kind::turntable, {double(trial.frames)}});
     if (trial.lit) spec.shade = Shade::phong;

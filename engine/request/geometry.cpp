@@ -447,4 +447,19 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
     return geometry;
 }
 
+void take_usual_size(GeometrySpec& spec, const InputGrid& input, Job job) {
+    constexpr std::int64_t kLeastSide = 512;
+    if (spec.size && spec.size->native) {
+        if (job != Job::render)
+            throw RequestError("--size native: of render; a warp has the input's samples unasked");
+        if (spec.spacing)
+            throw RequestError("--size native: says the spacing; leave out --spacing");
+        spec.size.reset();
+        return;
+    }
+    if (job != Job::render || spec.size || spec.spacing) return;
+    const Extent size = geometry_of(spec, input, Job::render).grid.extent;
+    if (std::max(size.x, size.y) < kLeastSide) spec.size = OutputSize{.sides = {kLeastSide}};
+}
+
 }  // namespace edgewise

@@ -61,6 +61,11 @@ struct Geometry {
 /// @throws RequestError naming the option, its value and what was expected
 Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job);
 
+/// A picture of which nobody said how large it is has at least 512 samples on its longer side:
+/// where it would have less, as if that size had been asked for. The field of view stays.
+/// @throws RequestError where no picture is asked for, and a size that is of pictures
+void take_usual_size(GeometrySpec& spec, const InputGrid& input, Job job);
+
 /// Takes where the axes of a grid point apart into perpendicular axes and how it leans among them.
 /// What does not move any sample of the grid by a tenth of one is no lean.
 /// @param points  columns, of length one: where x, y and z point

@@ -438,6 +438,7 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
     GeometrySpec seen = spec.geometry;
     // A picture of a plane through a grid that leans must not lean.
     seen.upright = outputs && !outputs->none() && !outputs->format().volumes;
+    take_usual_size(seen, grid, want.job);
     const Geometry geometry = geometry_of(seen, grid, want.job);
     want.axes = grid.axes;
     want.input = grid.extent;

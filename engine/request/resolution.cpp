@@ -59,6 +59,7 @@ store::Selection chosen_selection(const RequestSpec& spec, const std::optional<O
     if (input.header.levels.size() < 2) return selection;
     GeometrySpec seen = spec.geometry;
     seen.upright = outputs && !outputs->none() && !outputs->format().volumes;
+    take_usual_size(seen, grid_of(input), spec.job);
     const Geometry geometry = geometry_of(seen, grid_of(input), spec.job);
     selection.level = level_as_fine(input.header, geometry.grid, spec.job);
     return selection;

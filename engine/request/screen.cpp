@@ -174,7 +174,7 @@ ScreenGrid picture_grid(const GeometrySpec& spec, const InputGrid& input,
         grid.extent[k] = whole_samples(2 * std::max(box.high[k], -box.low[k]), grid.spacing[k],
                                        spec.spacing ? "--spacing" : "the geometry");
     if (says_fit(spec)) throw RequestError("--size fit: of warp; a picture is never cut off");
-    if (spec.size) take_size(grid, spec, 2, "WxH or N for a picture");
+    if (spec.size && !spec.size->native) take_size(grid, spec, 2, "WxH, N or native for a picture");
     grid.spacing.z() = unit;
     take_depth(grid, box);
     expect_countable(grid.extent);

@@ -16,7 +16,7 @@ const char* name_of(Planner planner) noexcept {
 }
 
 std::string OutputSize::text() const {
-    return fit ? "fit" : fmt::format("{}", fmt::join(sides, "x"));
+    return fit ? "fit" : native ? "native" : fmt::format("{}", fmt::join(sides, "x"));
 }
 
 std::string ClipSpec::options() const {

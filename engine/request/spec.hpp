@@ -46,11 +46,12 @@ struct GeometryStep {
 };
 const char* name_of(GeometryStep::Kind kind) noexcept;
 
-/// How many samples the output has: as many as show all (`fit`), those of the longer side (one
-/// number), or those of each axis.
+/// How many samples the output has: as many as show all (`fit`), one for each smallest spacing of
+/// the volume (`native`), those of the longer side (one number), or those of each axis.
 struct OutputSize {
     bool fit = false;
-    std::vector<std::int64_t> sides;
+    std::vector<std::int64_t> sides = {};
+    bool native = false;
 
     std::string text() const;
 };

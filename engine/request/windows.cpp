@@ -16,7 +16,7 @@ namespace {
 bool is_mr(const store::Header& header, const Data& data, const Statistics& statistics) {
     if (!header.modality.empty()) return header.modality == "MR";
     return header.anatomical && !header.labels && !header.colour && statistics.low >= 0 &&
-           data.samples.data() && !hounsfield_shift(data, statistics);
+           data.samples.data() && !glance_at(data, statistics).hounsfield;
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ std::optional<Window> window_named(std::string_view name) {
 std::string take_hounsfield(Window& window, const store::Header& header, const Data& data,
                             const Statistics& statistics) {
     if (window.name.empty() || !data.samples.data()) return {};
-    const std::optional<double> shift = hounsfield_shift(data, statistics);
+    const std::optional<double> shift = glance_at(data, statistics).hounsfield;
     const std::string name = std::exchange(window.name, {});
     if (shift && *shift != 0) {
         window.low.at -= *shift;
@@ -63,14 +63,14 @@ std::string take_hounsfield(Window& window, const store::Header& header, const D
 }
 
 bool is_radiograph(const Request& want) noexcept {
-    return want.job == Job::render && want.mode->name == "drr";
+    return want.job == Job::render && want.mode->light_left;
 }
 
 std::optional<Window> usual_window(const Request& want, const store::Header& header,
                                    const Data& data, const Statistics& statistics) {
     if (want.job != Job::render) return std::nullopt;
     if (is_radiograph(want)) return Window{{99.5, true}, {1, true}};
-    if (want.mode == Mode::mip && is_mr(header, data, statistics))
+    if (want.mode->extreme > 0 && is_mr(header, data, statistics))
         return Window{{1, true}, {99.9, true}};
     return std::nullopt;
 }

@@ -76,6 +76,7 @@ const ModeTraits drr_mode = {
     .name = "drr",
     .help = "radiograph: exp(-attenuation) of values in Hounsfield units",
     .rule = &kRule,
+    .light_left = true,
     .averages = true,
     .slices = ModeTraits::Slices::integral,
     .needs = needs,

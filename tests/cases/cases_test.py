@@ -84,7 +84,7 @@ class CasesTest(unittest.TestCase):
 
     def test_padding_is_no_measurement(self):
         case = self.case(make_cases.padding)
-        picture = self.output("render", case, "--mode", "xray", "--view", "z")[0]
+        picture = self.output("render", case, "--mode", "xray", "--view", "z", "--size", "native")[0]
         np.testing.assert_allclose(picture.reshape(case["xray"].shape), case["xray"], atol=1e-2)
 
     def test_a_stopped_scan_keeps_its_whole_times(self):
@@ -120,7 +120,7 @@ class CasesTest(unittest.TestCase):
         case = self.case(make_cases.sheared_ball)
         for view in ("front", "bottom", "left"):
             out = self.folder / "ball.nrrd"
-            done = self.run_it("render", case["path"], "-o", out, "--mode", "xray", "--view", view, "--quiet", codes=(0, 2, 3, 4))
+            done = self.run_it("render", case["path"], "-o", out, "--mode", "xray", "--view", view, "--size", "native", "--quiet", codes=(0, 2, 3, 4))
             if done.returncode:
                 self.assertRegex(done.stderr.decode(), "(?i)shear|lean|tilt|oblique|square")
                 continue

@@ -13,7 +13,7 @@ sys.path[:0] = [str(root / "io"), str(root / "cli")]
 import dicom_writing as dw
 import files
 import format_writers as w
-from running import Running
+from running import Running, native
 
 COLOUR = (200, 100, 50)
 
@@ -51,7 +51,7 @@ class ColourVolumeTest(Running):
 
     def picture(self, path, *words, ending=".png"):
         out = self.folder / ("picture" + ending)
-        self.run_it("render", path, "-o", out, "--quiet", *words)
+        self.run_it("render", path, "-o", out, "--quiet", *native(words))
         return files.read(out)[0].astype(float)
 
     def expect_block(self, picture, colour, atol=1):
@@ -104,7 +104,7 @@ class ColourVolumeTest(Running):
 
     def test_frames_and_values(self):
         source = self.put("a.tif", tiff_colours(block()))
-        self.run_it("render", source, "-o", self.folder / "f_%d.png", "--turntable", "3", "--quiet")
+        self.run_it("render", source, "-o", self.folder / "f_%d.png", "--turntable", "3", "--size", "native", "--quiet")
         self.expect_block(files.read(self.folder / "f_0.png")[0].astype(float), COLOUR)
         values = self.picture(source, "--view", "z", ending=".nrrd")
         np.testing.assert_allclose(values.max((0, 1)), np.array(COLOUR) / 255, atol=1e-6)

@@ -168,7 +168,7 @@ class MissingSlices(SeriesCase):
         folder = self.series(sets)
         self.assertEqual(self.samples(folder)[3, :, :, 0].tolist(), [[-1000] * 5] * 6)
         # Along z: five slices of 1 mm of 40 HU above air.
-        picture_ = self.samples(folder, "--mode", "xray", "--view", "z", verb="render")
+        picture_ = self.samples(folder, "--mode", "xray", "--view", "z", "--size", "native", verb="render")
         values = np.sort(np.unique(np.round(np.squeeze(picture_), 3)))
         np.testing.assert_allclose(values, [0, 5 * 1040], atol=0.5)
         self.assertAlmostEqual(self.info(folder)["range"][0], -1000)

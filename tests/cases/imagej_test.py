@@ -56,7 +56,7 @@ class ImageJTest(Running):
         self.assertEqual(got.dtype, np.dtype("<i2"))
         np.testing.assert_array_equal(got, values)
         # A mode shows them too: the lowest sample of each ray.
-        self.run_it("render", path, "-o", self.folder / "a.nrrd", "--mode", "minip", "--view", "z", "--quiet")
+        self.run_it("render", path, "-o", self.folder / "a.nrrd", "--mode", "minip", "--view", "z", "--size", "native", "--quiet")
         np.testing.assert_allclose(np.sort(files.read(self.folder / "a.nrrd").ravel()), np.sort(values.min(0).ravel()), atol=1e-3)
         # Samples that are signed in the file have nothing added.
         path = self.put("b.tif", values.astype("i2"), "images=3\nslices=3\ncf=0\nc0=-32768.0\nc1=1.0\n")

@@ -145,7 +145,7 @@ class Reports(Command):
         self.assertEqual(report["outputs"], [str(out)])
 
     def test_front_is_written_as_via_takes_it(self):
-        words = ["render", "phantom:noise:24", "-o", "null:", "--rotate", "10,20,30"]
+        words = ["render", "phantom:noise:24", "-o", "null:", "--rotate", "10,20,30", "--size", "native"]
         for plan in self.report(*words)["front"][:4]:
             via = [word for step in plan["steps"] for word in ("--via", step)]
             forced = self.report(*words, *via, "--max-error", "9")
@@ -291,7 +291,7 @@ class Files(Command):
     def test_a_mip_along_z_is_the_largest_of_each_column(self):
         samples = np.random.default_rng(2).random((6, 7, 8), "f4")
         write_nrrd(self.folder / "a.nrrd", samples)
-        self.run_it("render", self.folder / "a.nrrd", "-o", self.folder / "p.nrrd",
+        self.run_it("render", self.folder / "a.nrrd", "-o", self.folder / "p.nrrd", "--size", "native",
                     "--via", "project.ray_cast/filter=foh/step=1")
         # Steps of one sample meet the centres; 3 roundings of f32.
         np.testing.assert_allclose(read_nrrd(self.folder / "p.nrrd"), samples.max(0), rtol=1e-6)

@@ -77,7 +77,7 @@ class Describe(unittest.TestCase):
     def test_a_small_volume_stays_on_one_rank(self):
         # [W93] TABLE 29: 32^3 by zero-order hold takes 0.097 s on one processor of the Proteus, 0.150 s on 32.
         def begins(side, hold):
-            return self.plan("render", f"describe:{side}x{side}x{side}:u8", "--rotate", "20,20,20", "--machine", "proteus-32",
+            return self.plan("render", f"describe:{side}x{side}x{side}:u8", "--rotate", "20,20,20", "--size", "native", "--machine", "proteus-32",
                              "--max-error", 1, "--via", f"project.ray_cast/filter={hold}/step=1")["steps"][0]["transition"]
         self.assertEqual(begins(32, "zoh"), "project.ray_cast")
         self.assertEqual(begins(32, "foh"), "net.spread")
@@ -93,7 +93,7 @@ class Describe(unittest.TestCase):
         self.assertEqual(error(), error("spectrum=3"))
 
     def test_spacing_and_occupied(self):
-        done = self.report("plan", "render", "describe:64x64x32:u8:spacing=1,1,2:occupied=0.1", "--mode", "composite")
+        done = self.report("plan", "render", "describe:64x64x32:u8:spacing=1,1,2:occupied=0.1", "--size", "native", "--mode", "composite")
         self.assertEqual(done["plan"]["steps"][-1]["to"].split("/")[-1].split("x")[:2], ["64", "64"])
         self.run_it("graph", "render", "describe:64x64x32:u8", "-o", self.folder / "graph.json")
         graph = json.loads((self.folder / "graph.json").read_text())

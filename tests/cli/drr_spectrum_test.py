@@ -5,7 +5,7 @@ import unittest
 
 import files
 import numpy as np
-from running import DATA, Running
+from running import DATA, Running, native
 from scipy.ndimage import map_coordinates
 
 WATER = 0.0206  # attenuation [1 / mm]
@@ -45,7 +45,7 @@ def tolerance(want, axes, width):
 class RadiographsBySpectra(Running):
     def picture(self, source, *words):
         out = self.folder / "out.nrrd"
-        done = self.run_it("render", source, "-o", out, "--mode", "drr", "--json", "-", "--quiet", *words)
+        done = self.run_it("render", source, "-o", out, "--mode", "drr", "--json", "-", "--quiet", *native(words))
         self.report = json.loads(done.stdout)
         return files.read(out)[0, ..., 0].astype(float)
 

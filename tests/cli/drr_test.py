@@ -5,13 +5,13 @@ import unittest
 
 import files
 import numpy as np
-from running import DATA, Running
+from running import DATA, Running, native
 
 
 class Radiographs(Running):
     def picture(self, source, *words):
         out = self.folder / "out.nrrd"
-        done = self.run_it("render", source, "-o", out, "--mode", "drr", "--json", "-", "--quiet", *words)
+        done = self.run_it("render", source, "-o", out, "--mode", "drr", "--json", "-", "--quiet", *native(words))
         self.report = json.loads(done.stdout)
         return files.read(out)[0, ..., 0]
 

@@ -124,7 +124,7 @@ class Forward(Running):
 
     def request(self, head, mode, turn, via, filter="foh", scale="foh"):
         words = ["render", head, "--mode", mode, "--view", "z", "--rotate", ",".join(map(str, turn)), "--max-error", "9",
-                 "--via", f"warp.scale/filter={scale}"]
+                 "--size", "native", "--via", f"warp.scale/filter={scale}"]
         if mode == "composite":
             words += ["--transfer", self.transfer]
         if mode == "xray":

@@ -6,7 +6,7 @@ import unittest
 import files
 import numpy as np
 from levels_test import premultiplied
-from running import Running
+from running import Running, native
 
 CAST = ("--via", "project.ray_cast/filter=foh/step=1", "--max-error", "9", "--background", "none", "--mode", "composite")
 
@@ -18,7 +18,7 @@ class Opacities(Running):
         return file
 
     def render(self, source, *words):
-        self.run_it("render", source, "-o", self.folder / "p.nrrd", "--quiet", *words)
+        self.run_it("render", source, "-o", self.folder / "p.nrrd", "--quiet", *native(words))
         return premultiplied(files.read(self.folder / "p.nrrd")[0].astype(float))
 
     def test_a_ramp_has_the_opacity_of_its_slope(self):

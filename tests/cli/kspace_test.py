@@ -44,10 +44,10 @@ class KSpace(Running):
         info = json.loads(self.run_it("info", source, "--json", "-").stdout)
         self.assertEqual(info["extent"], [20, 18, 16])
         out = self.folder / "x.nrrd"
-        done = self.run_it("render", source, "-o", out, "--mode", "xray", "--view", "z", "--verify", "--json", "-", "--quiet")
+        done = self.run_it("render", source, "-o", out, "--mode", "xray", "--view", "z", "--size", "native", "--verify", "--json", "-", "--quiet")
         self.assertLess(json.loads(done.stdout)["measured"]["error"]["nrmse"], 1e-2)
         np.testing.assert_allclose(files.read(out)[0, ..., 0], samples.sum(0), rtol=0, atol=0.1)
-        spectra = self.run_it("render", source, "-o", out, "--mode", "xray", "--via", "spectrum.slice", "--max-error", "9", "--json", "-", "--quiet")
+        spectra = self.run_it("render", source, "-o", out, "--mode", "xray", "--size", "native", "--via", "spectrum.slice", "--max-error", "9", "--json", "-", "--quiet")
         self.assertIn("spectrum.forward", spectra.stdout.decode())
 
     def test_refusals(self):

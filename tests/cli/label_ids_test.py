@@ -6,7 +6,7 @@ import struct
 import unittest
 
 import numpy as np
-from running import Running
+from running import Running, native
 
 KINDS = {"u1": "uint8", "i2": "int16", "i4": "int32", "u4": "uint32", "i8": "int64", "u8": "uint64", "f4": "float", "f8": "double"}
 BASE = 864691135000000123  # of a connectome; f64 tells every 128th integer there
@@ -101,7 +101,7 @@ class LabelIds(Running):
 
     def picture(self, source, *words):
         out = self.folder / "p.nrrd"
-        self.run_it("render", source, "-o", out, "--labels", "--mode", "surface", "--background", "none", "--shade", "none", "--quiet", *words)
+        self.run_it("render", source, "-o", out, "--labels", "--mode", "surface", "--background", "none", "--shade", "none", "--quiet", *native(words))
         return read_nrrd(out)
 
     def test_pictures_tell_large_ids_apart(self):

@@ -6,7 +6,7 @@ import unittest
 
 import files
 import numpy as np
-from running import HEADLIGHT, Running
+from running import HEADLIGHT, Running, native
 
 CAST = ("--via", "project.label_cast")
 DRAWN = ("--via", "surface.draw/light=pixel")
@@ -43,7 +43,7 @@ class LabelSurface(Running):
 
     def picture(self, volume, *words, name="p.nrrd"):
         source = volume if not isinstance(volume, np.ndarray) else self.write(volume)
-        self.run_it("render", source, "-o", self.folder / name, "--labels", "--mode", "surface", "--background", "none", "--quiet", *words)
+        self.run_it("render", source, "-o", self.folder / name, "--labels", "--mode", "surface", "--background", "none", "--quiet", *native(words))
         return files.read(self.folder / name)[0].astype(float)
 
     def expect_silhouettes_alike(self, one, other, pixels=1):

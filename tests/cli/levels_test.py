@@ -6,7 +6,7 @@ import unittest
 
 import files
 import numpy as np
-from running import HEADLIGHT, Running
+from running import HEADLIGHT, Running, native
 from scipy import ndimage
 from views_test import rays, turn_of
 
@@ -80,7 +80,7 @@ class Levels(Running):
     def render(self, *words, source=None, out="p.nrrd"):
         if "surface" in words and "--shade" not in words:
             words = (*words, *(HEADLIGHT[2:] if "--light" in words else HEADLIGHT))
-        self.run_it("render", source or self.source, "-o", self.folder / out, "--quiet", *words)
+        self.run_it("render", source or self.source, "-o", self.folder / out, "--quiet", *native(words))
         return premultiplied(files.read(self.folder / out)[0].astype(float))
 
     def refused(self, *words, code=2):

@@ -5,7 +5,7 @@ import unittest
 
 import files
 import numpy as np
-from running import Running
+from running import Running, native
 
 RED, BLUE = (1, 0, 0), (0, 0, 1)
 VIA = ("--via", "shade.materials")
@@ -20,7 +20,7 @@ class Materials(Running):
     def picture(self, volume, *words):
         files.write_nrrd(self.folder / "v.nrrd", volume.astype("<f4"))
         out = self.folder / "out.nrrd"
-        self.run_it("render", self.folder / "v.nrrd", "--mode", "composite", "--background", "none", *words, "-o", out)
+        self.run_it("render", self.folder / "v.nrrd", "--mode", "composite", "--background", "none", *native(words), "-o", out)
         return files.read(out)[0].astype(float)
 
     def test_colours_are_mixed_by_what_materials_hide(self):

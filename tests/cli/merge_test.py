@@ -237,7 +237,7 @@ class Merge(Running):
     def test_a_volume_of_colours_comes_out_in_its_own(self):
         colours = np.moveaxis(self.volume // 8, 0, -1).astype("u1")
         files.write_nrrd(self.folder / "rgb.nrrd", colours)
-        words = ("--view", "z", "--window", "0,255", "--quiet")
+        words = ("--view", "z", "--size", "native", "--window", "0,255", "--quiet")
         self.run_it("render", self.folder / "rgb.nrrd", "-o", self.folder / "rgb.png", "--channel", "all", *words)
         np.testing.assert_array_equal(files.read(self.folder / "rgb.png")[0], colours.max(0))
 

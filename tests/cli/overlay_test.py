@@ -233,7 +233,7 @@ class SpacingsOfF32(Running):
                 right = np.transpose(grid.values.astype("f4"), (1, 0, 2))[::-1]
                 self.assertTrue(np.array_equal(turned.values, right), (seed, step))
                 if step == 1:
-                    self.run_it("render", self.folder / "q.nii", "--view", "z", "-o", self.folder / "p.nii")
+                    self.run_it("render", self.folder / "q.nii", "--view", "z", "--size", "native", "-o", self.folder / "p.nii")
                     data = (self.folder / "p.nii").read_bytes()
                     self.assertEqual(struct.unpack_from("<2h", data, 42), (14, 12))
 
@@ -259,7 +259,7 @@ class Leaning(Running):
                 for mode in ("mip", "xray"):
                     out = self.folder / "disc.nrrd"
                     self.run_it("render", self.folder / "ball.nii.gz", "-o", out, "--view", view, "--mode", mode,
-                                "--max-error", "0.05")
+                                "--size", "native", "--max-error", "0.05")
                     head, data = out.read_bytes().split(b"\n\n", 1)
                     sizes = [int(n) for n in re.search(rb"sizes: (\d+) (\d+)", head).groups()]
                     disc = np.frombuffer(data, "<f4").reshape(sizes[::-1])
@@ -293,7 +293,7 @@ class Pictures(Running):
         self.assertEqual(png(file).shape, (30, 50))
         for extra in ([], ["--explain"], ["--verify"], ["--json", self.folder / "r.json"]):
             self.assertEqual(self.run_it(*words, "-o", "-", *extra).stdout, file, extra)
-        picture = self.run_it("render", "phantom:gaussians:20", "-o", "-").stdout
+        picture = self.run_it("render", "phantom:gaussians:20", "--size", "native", "-o", "-").stdout
         self.assertEqual(png(picture).shape, (20, 20))
         self.run_it(*words, "-o", "-", "--json", "-", code=2)
         self.run_it("render", "phantom:gaussians:20", "-o", "-", "--turntable", "3", code=2)

@@ -5,7 +5,7 @@ import unittest
 
 import files
 import numpy as np
-from running import HEADLIGHT, Running
+from running import HEADLIGHT, Running, native
 
 N, RADIUS = 40, 14.0
 MATERIAL = (0.1, 0.7, 0.2, 10)
@@ -22,7 +22,7 @@ class Depths(Running):
     def picture(self, volume, *words, via=("project.depth", "shade.depth")):
         files.write_nrrd(self.folder / "v.nrrd", volume.astype("<f4"))
         out = self.folder / "out.nrrd"
-        self.run_it("render", self.folder / "v.nrrd", "--mode", "surface", "--isovalue", "0", "--background", "none", *HEADLIGHT, *words,
+        self.run_it("render", self.folder / "v.nrrd", "--mode", "surface", "--isovalue", "0", "--background", "none", *HEADLIGHT, *native(words),
                     *[word for name in via for word in ("--via", name)], "-o", out)
         return files.read(out)[0].astype(float)
 

@@ -8,7 +8,7 @@ import unittest
 
 import files
 import numpy as np
-from running import Running
+from running import Running, native
 
 MOVED = 0x40 | 0x80  # from a name and to one: events that are alike and follow one another would be one
 
@@ -47,7 +47,7 @@ class Progressive(Running):
 
     def render(self, *words, code=0, name="p.nrrd"):
         done = self.run_it("render", self.source, "-o", self.folder / name, "--mode", "composite", "--transfer", self.transfer,
-                           "--via", "warp.backward/filter=foh", "--max-error", "9", "--json", self.folder / "r.json", *words, code=code)
+                           "--via", "warp.backward/filter=foh", "--max-error", "9", "--json", self.folder / "r.json", *native(words), code=code)
         if code:
             return done.stderr.decode()
         self.report = json.loads((self.folder / "r.json").read_text())
@@ -108,13 +108,13 @@ class Progressive(Running):
 
     def test_views_have_files_of_their_own(self):
         self.run_it("render", self.source, "-o", self.folder / "v%d.png", "--mode", "composite", "--transfer", self.transfer,
-                    "--max-error", "9", "--turntable", "3", "--stop-after", "0", "--json", self.folder / "r.json", "--threads", "2")
+                    "--max-error", "9", "--turntable", "3", "--size", "native", "--stop-after", "0", "--json", self.folder / "r.json", "--threads", "2")
         refined = json.loads((self.folder / "r.json").read_text())["measured"]["refined"]
         self.assertEqual(sorted(seen["view"] for seen in refined["pictures"]), [0, 1, 2])
         self.assertTrue(all((self.folder / f"v{view}.png").exists() for view in range(3)))
 
     def test_errors_are_measured_of_the_picture_that_is_there(self):
-        words = ("render", "phantom:gaussians:32", "--mode", "composite", "--max-error", "0.05", "-o", "null:", "--verify=all",
+        words = ("render", "phantom:gaussians:32", "--mode", "composite", "--max-error", "0.05", "--size", "native", "-o", "null:", "--verify=all",
                  "--json", self.folder / "r.json")
         self.run_it(*words, "--stop-after", "0")
         measured = json.loads((self.folder / "r.json").read_text())["measured"]

@@ -28,6 +28,11 @@ class Running(unittest.TestCase):
 HEADLIGHT = ("--light", "head", "--material", "0.1,0.7,0.2,10")  # as VTK has it
 
 
+def native(words):
+    """A pixel for each smallest spacing of the volume, where the words do not say how many there are."""
+    return words if {"--size", "--spacing"} & set(words) else (*words, "--size", "native")
+
+
 def png(data):
     """The samples of a grey PNG of 8 bits."""
     import struct

@@ -6,7 +6,7 @@ import unittest
 import files
 import numpy as np
 from levels_test import premultiplied
-from running import Running
+from running import Running, native
 from scipy import integrate
 
 CAST = ("--via", "project.ray_cast/filter=foh/step=0.25", "--max-error", "9", "--background", "none")
@@ -23,7 +23,7 @@ class Shadows(Running):
         return file
 
     def render(self, source, *words):
-        self.run_it("render", source, "-o", self.folder / "p.nrrd", "--quiet", "--mode", "composite", *words)
+        self.run_it("render", source, "-o", self.folder / "p.nrrd", "--quiet", "--mode", "composite", *native(words))
         return premultiplied(files.read(self.folder / "p.nrrd")[0].astype(float))
 
     def test_light_is_attenuated_on_its_way_in_and_out(self):

@@ -9,7 +9,7 @@ import unittest
 import files
 import numpy as np
 from gif_rate_test import gif_delays
-from running import Running
+from running import Running, native
 
 
 def series(dtype="<i2", shape=(5, 9, 11, 13), scale=100):
@@ -82,7 +82,7 @@ class TimeFilm(Running):
         write_nifti_series(cls.nifti, cls.values)
 
     def report(self, source, out, *words, code=0):
-        done = self.run_it("render", source, "--time", "all", "-o", self.folder / out, *words, "--json", "-", code=code)
+        done = self.run_it("render", source, "--time", "all", "-o", self.folder / out, *native(words), "--json", "-", code=code)
         return json.loads(done.stdout)
 
     def test_frames_are_the_mips_of_the_time_points(self):
@@ -145,7 +145,7 @@ class TimeFilm(Running):
         ramp.write_text(json.dumps({"points": [{"value": low, "opacity": 0, "color": [0, 0, 0]}, {"value": high, "opacity": .05, "color": [1, 1, 1]}],
                                     "unit": 1}))
         for t in range(5):
-            self.run_it("render", self.nifti, "--time", t, "-o", self.folder / "one.nrrd", "--mode", "composite", "--view", "z", "--transfer", ramp)
+            self.run_it("render", self.nifti, "--time", t, "-o", self.folder / "one.nrrd", "--mode", "composite", "--view", "z", "--size", "native", "--transfer", ramp)
             np.testing.assert_allclose(files.read(self.folder / f"c_{t}.nrrd")[0], files.read(self.folder / "one.nrrd")[0], atol=1e-6)
 
     def test_windows_that_are_given(self):
@@ -182,7 +182,7 @@ class TimeFilm(Running):
         path = self.folder / "single.nii"
         files.write_nifti(path, self.values[2])
         report = self.report(path, "single.png")
-        self.run_it("render", path, "-o", self.folder / "plain.png")
+        self.run_it("render", path, "-o", self.folder / "plain.png", "--size", "native")
         self.assertEqual((self.folder / "single.png").read_bytes(), (self.folder / "plain.png").read_bytes())
         self.assertEqual(report["request"]["frames"], 1)
 

@@ -6,7 +6,7 @@ import unittest
 import files
 import numpy as np
 from levels_test import premultiplied
-from running import Running
+from running import Running, native
 
 CAST = ("--via", "project.ray_cast/filter=foh/step=1", "--max-error", "9", "--background", "none", "--mode", "composite")
 VALUES, GRADIENTS = [0, 40, 120], [0, 5, 20]
@@ -26,7 +26,7 @@ class Tables(Running):
         return file
 
     def render(self, source, *words):
-        self.run_it("render", source, "-o", self.folder / "p.nrrd", "--quiet", *words)
+        self.run_it("render", source, "-o", self.folder / "p.nrrd", "--quiet", *native(words))
         return premultiplied(files.read(self.folder / "p.nrrd")[0].astype(float))
 
     def ball(self, n=30):

@@ -7,7 +7,7 @@ import zlib
 
 import files
 import numpy as np
-from running import Running, png
+from running import Running, native, png
 from scipy import ndimage
 
 GENERATOR = np.random.default_rng(34)
@@ -61,7 +61,7 @@ class Views(Running):
         files.write_nrrd(cls.source, cls.volume)
 
     def picture(self, *words, source=None, out="p.nrrd"):
-        self.run_it("render", source or self.source, "-o", self.folder / out, "--quiet", *words)
+        self.run_it("render", source or self.source, "-o", self.folder / out, "--quiet", *native(words))
         return files.read(self.folder / out)[0, ..., 0].astype(float)
 
     def refused(self, *words, code=2, source=None):

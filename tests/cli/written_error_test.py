@@ -6,7 +6,7 @@ import unittest
 
 import numpy
 
-from running import Running
+from running import Running, native
 
 
 def write_nrrd(file, volume):
@@ -31,6 +31,7 @@ def sharp_peak():
 
 class WrittenError(Running):
     def report(self, *words, code=0):
+        words = native(words) if words[0] == "render" else words
         return json.loads(self.run_it(*words, "--json", "-", "--quiet", code=code).stdout)
 
     def test_small_pictures_are_verified_whole(self):

@@ -73,6 +73,7 @@ std::vector<float> picture_after(double seconds, std::optional<Refined>& refined
     RequestSpec spec;
     spec.input = "phantom:gaussians:24";
     spec.mode = mode_named("composite");
+    spec.geometry.size = OutputSize{.native = true};
     spec.threads = 1;
     spec.max_error = 9;
     const auto refinement = std::make_shared<Refinement>(false, seconds);

@@ -24,6 +24,7 @@ RequestSpec turned(const std::string& input, int frames = 1) {
     spec.input = input;
     spec.geometry.steps = {{Kind::rotate, {20, 10, 0}}};
     if (frames > 1) spec.geometry.steps.push_back({Kind::turntable, {double(frames)}});
+    spec.geometry.size = OutputSize{.native = true};
     spec.max_error = 0.05;
     return spec;
 }
@@ -216,6 +217,7 @@ TEST(Session, TwoThreadsServeTwoRequestsAtOnce) {
     const RequestSpec mip = turned("phantom:gaussians:48", 3);
     RequestSpec warp = turned("phantom:gaussians:40");
     warp.job = Job::warp;
+    warp.geometry.size.reset();
     const Frames mip_alone = frames_of(mip), warp_alone = frames_of(warp);
     for (int round = 0; round < 3; ++round) {
         Frames a, b;

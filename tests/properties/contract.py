@@ -272,6 +272,11 @@ def default_look(volume, mode, zero=None, points=None, unit=None, background=(0,
         zero = min(0.0, low)
     if points is None:
         points = ((low, 0.0, (0, 0, 0)), (high, 0.05, (1, 1, 1)))
+        # Sparse data: for a half to a 16th of the spacing, so that the mean is a 16th of the ramp.
+        share, part = (data.mean() - low) / (high - low) if high > low else 1, 1
+        while part < 16 and share * part < 1 / 16:
+            part *= 2
+        unit = volume.spacing.min() / part
     return Look(mode, zero, tuple(points), unit or volume.spacing.min(), tuple(background))
 
 

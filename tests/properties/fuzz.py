@@ -371,6 +371,8 @@ def make_request(seed, index, kinds):
         words += ["--spacing", number(said[0]) if len(set(said)) == 1 else listed(said)]
     if size is not None:
         words += ["--size", "x".join(map(str, size))]
+    elif job == "render" and spacing is None:
+        words += ["--size", "native"]
     reference = str(rng.choice(["spline", "linear", "nearest"], p=[.6, .28, .12]))
     holes = not np.isfinite(volume.values).all()
     if holes and rng.random() < .7:

@@ -54,6 +54,8 @@ class Driven(unittest.TestCase):
         return done
 
     def report(self, *words, code=0):
+        if "render" in words[:2] and not {"--size", "--spacing"} & set(words):
+            words = (*words, "--size", "native")
         return json.loads(self.run_it(*words, "--json", "-", "--quiet", code=code).stdout)
 
     def run_on(self, verb, samples, words, code, spacing):
@@ -77,6 +79,8 @@ class Driven(unittest.TestCase):
 
     def render(self, samples, *words, code=0, spacing=None):
         """The picture's values [height, width] or [height, width, 3]; else as warp."""
+        if not {"--size", "--spacing"} & set(words):
+            words = (*words, "--size", "native")
         return self.run_on("render", samples, words, code, spacing)
 
     def edges(self):
