@@ -453,13 +453,13 @@ class Parser {
     std::array<int, 3> decimals_of(const Element& here) {
         constexpr int kAll = 17;
         std::array<int, 3> decimals{kAll, kAll, kAll};
-        const std::string_view vr = here.vr.empty() || here.vr == "UN" ? "DS" : here.vr;
-        if (vr != "DS") return decimals;
+        const bool is_text = here.vr.empty() || here.vr == "UN" || here.vr == "DS";
+        if (!is_text) return decimals;
         const std::string all = text(here);
         std::size_t axis = 0;
-        for (std::string_view part : split(all, '\\')) {
+        for (const std::string_view word : split(all, '\\')) {
             if (axis == decimals.size()) break;
-            part = trim(part);
+            const std::string_view part = trim(word);
             const std::size_t e = part.find_first_of("eE");
             const std::string_view digits = part.substr(0, e);
             const std::size_t point = digits.find('.');
