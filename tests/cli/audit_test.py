@@ -16,7 +16,7 @@ COMMAND = os.environ.get("EDGEWISE", "build/release/bin/edgewise")
 REQUESTS = pathlib.Path(__file__).resolve().parents[2] / "benchmarks/audit_requests.json"
 
 TINY = [
-    ["render", "phantom:noise:24", "--mode", "xray", "--rotate", "20,30,0", "--max-error", "0.05"],
+    ["render", "phantom:noise:24", "--mode", "xray", "--rotate", "20,30,0", "--size", "native", "--max-error", "0.05"],
     ["render", "phantom:gaussians:24", "--rotate", "10,5,0", "--size", "40x30", "--max-error", "0.1"],
     ["warp", "phantom:zone-plate:64", "--rotate", "20"],
     ["warp", "phantom:sphere:20", "--rotate", "10,20,30", "--max-error", "0.2", "--without", "store"],

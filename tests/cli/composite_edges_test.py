@@ -10,7 +10,7 @@ from running import Running
 ORDERS = ("composite.back_to_front", "composite.front_to_back", "composite.binary_tree", "composite.binary_tree_front_to_back",
           "composite.attenuated_sum")
 EDGES = ("composite.classify", *ORDERS)
-SCENE = ("phantom:gaussians:32", "--rotate", "10,20,30", "--mode", "composite", "--max-error", "9")
+SCENE = ("phantom:gaussians:32", "--rotate", "10,20,30", "--mode", "composite", "--size", "native", "--max-error", "9")
 
 
 class CompositeEdges(Running):
