@@ -99,7 +99,7 @@ class Media(Driven):
                 for step in steps if opacity == 0.2 else (steps[nth % len(steps)],):
                     name = edge["name"] + (f"/step={step}" if step else "")
                     done = self.run_it("render", slab, "-o", out, "--mode", "composite", "--transfer", medium, "--max-error", "9",
-                                       "--via", name, code=None)
+                                       "--size", "native", "--via", name, code=None)
                     if done.returncode == 3 and opacity == 0.2:
                         break
                     self.assertEqual(done.returncode, 0, done.stderr)
