@@ -92,7 +92,7 @@ class MakingPlanes {
             if (turn(2, axis) != 0) depth = axis;
         RequestSpec one = spec_;
         one.job = Job::warp;
-        one.mode = Mode::mip;
+        one.mode = RequestSpec().mode;
         one.out.reset();
         one.look = {};
         one.geometry = {};

