@@ -733,7 +733,7 @@ class PaddingValues(Dicom):
 
     def xray(self, path, *options):
         out = self.path(".nrrd")
-        done = self.run_it("render", path, "-o", out, "--mode", "xray", "--view", "z", "--quiet", *options)
+        done = self.run_it("render", path, "-o", out, "--mode", "xray", "--view", "z", "--size", "native", "--quiet", *options)
         self.assertEqual(done.returncode, 0, done.stderr)
         return np.squeeze(nrrd(out)[0])
 
