@@ -67,12 +67,12 @@ class EveryPath(Running):
         files.write_nrrd(labels, tissues())
         # Input and view, a value that is clear, one that is not, and a level between them.
         cls.scenes = {
-            "formula": (["phantom:gaussians:20", "--rotate", "25,-40,10"], 0.1, 0.9, 0.5),
+            "formula": (["phantom:gaussians:20", "--rotate", "25,-40,10", "--size", "native"], 0.1, 0.9, 0.5),
             "vessels": ([vessels, "--rotate", "10,20,0", "--size", "40x40"], 40, 220, 100),
             "head": ([DATA / "ct_head/quarter.nhdr", "--orient", "RPI", "--rotate", "10,30,0", "--size", "32x32"], 300, 1500, 600),
             "artery": ([DATA / "carotid/carotid.vtk", "--rotate", "20,30,0", "--size", "40x40"], 50, 400, 150),
-            "large": ([DATA / "ct_head/quarter.nhdr", "--orient", "RPI", "--rotate", "10,30,0"], 300, 1500, 600),
-            "labels": ([labels, "--labels", "--rotate", "25,-40,10"], 0, 3, 1)}
+            "large": ([DATA / "ct_head/quarter.nhdr", "--orient", "RPI", "--rotate", "10,30,0", "--size", "native"], 300, 1500, 600),
+            "labels": ([labels, "--labels", "--rotate", "25,-40,10", "--size", "native"], 0, 3, 1)}
         cls.takes_level = {}  # mode, of labels: whether it asks for --isovalue
         cls.run_by = {}  # edge: the requests that it was run in
 
