@@ -55,7 +55,7 @@ def main():
                     runs = [picture(file, out, options)[1]["measured"]["seconds"][0] for options in (mode, by_one)]
                     ratios.append(runs[0] / runs[1])
                 step = report["plan"]["steps"][-1]["parameters"].get("step")
-                print(f"| {name.split('/')[0]} | {mode[1]} | {ring(rough, fine):.1f} | {ring(shown, fine):.1f} | {step:g} | "
+                print(f"| {name.split('/')[0]} | {mode[1]} | {ring(rough, fine):.1f} | {ring(shown, fine):.1f} | {step or '-'} | "
                       f"{statistics.median(ratios):.2f} |", flush=True)
 
 

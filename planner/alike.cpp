@@ -36,7 +36,10 @@ double distance_of(const Offer& offer, const Request& want) {
     if (!want.job->of_rays()) return 0;
     const auto step = offer.with.all().find("step");
     if (step != offer.with.all().end()) return offer.with.number("step");
-    const bool layers = is_target(offer.to, want) && offer.from.content == "scalar";
+    // Surfaces and depths are no samples, and pictures are combined already.
+    const std::string& reads = offer.from.content;
+    const bool layers =
+        is_target(offer.to, want) && reads != "mesh" && reads != "depth" && reads != "picture";
     return layers ? 1 : 0;
 }
 

@@ -27,7 +27,8 @@ class Balls(Running):
         files.write_nrrd(cls.constant, np.full((40, 41, 42), 2, "<f4"))
 
     def picture(self, *words, source=None, out="p.nrrd"):
-        self.run_it("render", source or self.source, "-o", self.folder / out, "--quiet", *words)
+        size = () if "--size" in words else ("--size", "native")
+        self.run_it("render", source or self.source, "-o", self.folder / out, "--quiet", *words, *size)
         return files.read(self.folder / out)[0, ..., 0].astype(float)
 
     # --- closed forms
@@ -106,7 +107,7 @@ class Balls(Running):
         words = ("--mode", "surface", "--isovalue", "1", "--background", "none", "--max-error", "9", "--via", "project.ray_cast/filter=foh/step=0.5")
 
         def picture(*more):
-            self.run_it("render", self.folder / "b.nrrd", "-o", self.folder / "s.nrrd", "--quiet", *words, *more)
+            self.run_it("render", self.folder / "b.nrrd", "-o", self.folder / "s.nrrd", "--quiet", *words, *more, "--size", "native")
             return files.read(self.folder / "s.nrrd")[0].astype(float)
 
         self.assertEqual(picture(*words_of((20, 20, 20, 9)))[..., 3].max(), 0)
@@ -165,8 +166,8 @@ class Balls(Running):
 
     def test_shadows_end_at_the_ball(self):
         words = ("--mode", "composite", "--shade", "phong", "--light", "-1,-1,-1", "--shadows", "--background", "none", "--size", "40x40")
-        self.run_it("render", self.source, "-o", self.folder / "all.nrrd", "--quiet", *words, "--max-error", "9")
-        self.run_it("render", self.source, "-o", self.folder / "cut.nrrd", "--quiet", *words, *words_of((9, 8, 6, 4)), "--max-error", "9")
+        self.run_it("render", self.source, "-o", self.folder / "all.nrrd", "--quiet", *words, "--max-error", "9", "--size", "native")
+        self.run_it("render", self.source, "-o", self.folder / "cut.nrrd", "--quiet", *words, *words_of((9, 8, 6, 4)), "--max-error", "9", "--size", "native")
         whole, cut = (files.read(self.folder / f"{name}.nrrd")[0].astype(float) for name in ("all", "cut"))
         self.assertLess((cut[..., 3] > 0).sum(), (whole[..., 3] > 0).sum())
         self.assertGreater((cut[..., 3] > 0).sum(), 20)

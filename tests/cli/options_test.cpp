@@ -44,7 +44,8 @@ TEST(Windows, AreValuesOrPercentiles) {
     EXPECT_EQ(mixed.low.at, -1000);
     EXPECT_TRUE(mixed.high.percentile);
     EXPECT_TRUE(window_of("0,255").values());
-    for (const char* text : {"1", "3,2", "0%,101%", "1,2,3", "a,b", "5%,5%", "nan,1"})
+    EXPECT_EQ(window_of("3,2").low.at, 3);  // inverted
+    for (const char* text : {"1", "0%,101%", "1,2,3", "a,b", "5%,5%", "nan,1"})
         EXPECT_THROW(window_of(text), RequestError) << text;
 }
 
