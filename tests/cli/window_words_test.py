@@ -40,7 +40,7 @@ class WindowWords(Running):
 
     def ct(self, shift=0, name="ct.nrrd"):
         """Air, water and what lies between and beyond, in every value."""
-        values = np.concatenate((np.full(900, -1000), np.arange(-1024, 2200), np.full(900, 20))) + shift
+        values = np.concatenate((np.full(2400, -1000), np.arange(-1024, 2200), np.full(2400, 20))) + shift
         values = np.pad(values, (0, -len(values) % 80), constant_values=shift + 30).reshape(-1, 80)
         return slab(values, name, self.folder), values
 
@@ -90,7 +90,7 @@ class WindowWords(Running):
                 got = self.picture(source, *size, "--window", word, quiet=())
                 np.testing.assert_array_equal(got, grey(values, level - width / 2, level + width / 2), name)
                 self.assertNotIn("--window", self.said)
-        help_text = self.run_it("render", "--help").stdout.decode()
+        help_text = self.run_it("render", "--help-all").stdout.decode()
         for name, (width, level) in NAMED.items():
             self.assertIn(f"{name} W{width}L{level}", " ".join(help_text.split()))
 
