@@ -398,7 +398,7 @@ class Merging {
     bool apart_ = false;     // each has a picture in a montage, and all together have one
     int pictures_of_each_ = 1;
     std::size_t part_ = 0;  // of values_, whose turn it is
-    Tail shown_;             // what the results of channels are
+    Tail shown_;            // what the results of channels are
     std::optional<Outputs> outputs_;
     bool writes_ = false;
     Written written_;

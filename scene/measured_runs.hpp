@@ -17,10 +17,10 @@ namespace edgewise {
 /// pixels four parts are made. Of a warp six boxes are made, each from the part of the input that
 /// it sees. Of the shortest paths that go through an edge, one with the whole input and one with a
 /// cropped one, the worse counts. Adds facts as fact_of_runs() names them, as errors of the edge's
-/// own samples: what later edges make of these is divided by their gains. Where an edge that rounds or
-/// blurs may come before, the measured one is run once more behind it: how its result changes, over
-/// that edge's own error, is its gain, the fact that gain_of_runs() names. Where nothing could be
-/// drawn or run, or memory is too small, there is no fact, and the error stays unknown.
+/// own samples: what later edges make of these is divided by their gains. Where an edge that rounds
+/// or blurs may come before, the measured one is run once more behind it: how its result changes,
+/// over that edge's own error, is its gain, the fact that gain_of_runs() names. Where nothing could
+/// be drawn or run, or memory is too small, there is no fact, and the error stays unknown.
 /// @param asked  edges that a path has to go through; those on demand are measured if they are
 /// @param scene  with the facts of models
 void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& input,

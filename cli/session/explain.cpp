@@ -229,9 +229,9 @@ std::string explanation_of(const Session& session, bool all_refused) {
         budget_text(want), seconds_text(answer.seconds), answer.vertices, answer.edges,
         name_of(answer.search));
     if (const auto& preset = session.preset)
-        text += preset_text(*preset) +
-                (preset->kind.empty() ? "\n"
-                                      : fmt::format(", as it seems to be {}\n", preset->kind));
+        text +=
+            preset_text(*preset) +
+            (preset->kind.empty() ? "\n" : fmt::format(", as it seems to be {}\n", preset->kind));
     const std::map<std::string, double> on_all = seconds_on_all(session);
     if (!on_all.empty())
         text += fmt::format(

@@ -9,7 +9,7 @@
 namespace edgewise {
 struct Session;
 struct TakenPreset;
-}
+}  // namespace edgewise
 
 namespace edgewise::cli {
 

@@ -58,12 +58,12 @@ struct OutputSize {
 
 /// How the output lies in the input. What is absent is chosen so that all of the input is seen.
 struct GeometrySpec {
-    std::optional<std::string> view;             // front, left, axial, x, ...: see view_of
-    std::optional<std::vector<double>> about;    // sample that is held fixed; else the centre
-    std::vector<GeometryStep> steps;             // applied in this order
-    std::optional<double> perspective;           // render: vertical angle of the view [degree]
-    std::optional<double> zoom;                  // render
-    std::optional<bool> grid_moves;              // warp: the steps turn the grid, not the content
+    std::optional<std::string> view;           // front, left, axial, x, ...: see view_of
+    std::optional<std::vector<double>> about;  // sample that is held fixed; else the centre
+    std::vector<GeometryStep> steps;           // applied in this order
+    std::optional<double> perspective;         // render: vertical angle of the view [degree]
+    std::optional<double> zoom;                // render
+    std::optional<bool> grid_moves;            // warp: the steps turn the grid, not the content
     /// warp: the samples of the input's grid that are kept, ends included: x0, y0, z0, x1, y1, z1,
     /// or of an image x0, y0, x1, y1.
     std::optional<std::vector<double>> crop;
@@ -163,13 +163,13 @@ struct RequestSpec {
     std::optional<double> occlusion;  // radius of what keeps ambient light away [file unit]
     std::optional<DepthCue> cue;
     std::optional<Window> window;
-    std::optional<double> exposure;  // of modes that show light; values stay
-    std::optional<Field> reference;  // what the samples mean
-    bool labels = false;             // no new value appears, all come out bit for bit
+    std::optional<double> exposure;         // of modes that show light; values stay
+    std::optional<Field> reference;         // what the samples mean
+    bool labels = false;                    // no new value appears, all come out bit for bit
     std::vector<std::int64_t> only_labels;  // with `labels`: all others count as background
-    std::optional<double> smooth;    // of labels' surfaces: 0 to 1 of half a sample
-    LookSpec look;                   // of pictures
-    SurfaceFinish finish;            // mesh
+    std::optional<double> smooth;           // of labels' surfaces: 0 to 1 of half a sample
+    LookSpec look;                          // of pictures
+    SurfaceFinish finish;                   // mesh
     /// The name of a channel, in place of selection.channel.
     std::string channel_name;
 
