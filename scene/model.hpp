@@ -44,8 +44,6 @@ struct ModelFact {
     std::size_t like_point = 1;
     /// Of pictures: squares of samples along rays, weighed by length; else one a ray.
     bool of_points = false;
-    /// Whether promises depend on it, so that it is an upper estimate; else the likely value.
-    bool promised = true;
 };
 
 /// One output sample of a warp.

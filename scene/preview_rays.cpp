@@ -249,7 +249,7 @@ Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Req
     for (std::size_t among = 0; among < kAmong; ++among)
         auxiliaries[among] = drawn.from[among].auxiliaries();
     for (std::size_t fact = 0; fact < setting.facts.size(); ++fact) {
-        const auto& [name, like, like_point, of_points, promised] = setting.facts[fact];
+        const auto& [name, like, like_point, of_points] = setting.facts[fact];
         // In a thin slab all rays are short, and none was drawn at random.
         if (!tallies.measured[kDrawn][fact] && (of_points || !tallies.measured[most][fact]))
             continue;
@@ -259,7 +259,7 @@ Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Req
             strata.push_back({shares[among], tallies.among[among][fact], drawn.from[among].whole,
                               like < RayLook::kCasts ? auxiliaries[among][like] : Auxiliary{}});
         const ErrorEstimate error = estimate_of(strata, jumps_of(tallies, shares, drawn, fact));
-        facts.upper[name] = promised ? error.upper : error.likely;
+        facts.upper[name] = error.upper;
         facts.likely[name] = error.likely;
     }
     for (const auto& model : setting.models) model->derive(facts);

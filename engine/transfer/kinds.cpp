@@ -98,8 +98,7 @@ void take_shape(Look& look, const Data& data, double least) {
     look.centre = share_of(data, centre, kOfCentre, least);
 }
 
-/// How values of the body are distributed, and how much they differ from neighbour to neighbour: by
-/// second differences, of which slopes have none.
+/// How values of the body are distributed.
 void take_values(Look& look, const Glance& glance, double least) {
     const double height = look.window.high - look.window.low;
     if (!(height > 0)) return;
@@ -120,26 +119,16 @@ void take_values(Look& look, const Glance& glance, double least) {
         beside += (value >= lit) != (before >= lit);
     });
     if (of_bright > 0) look.thin = beside / of_bright;
-    std::vector<float> differences;
     // Every second run is enough for quartiles; of few runs all are taken.
     constexpr std::size_t kFewRuns = 512;
     const std::size_t each = glance.inside.runs() > kFewRuns ? 2 : 1;
-    for (std::size_t i = 0; i < glance.inside.runs(); i += each) {
-        const auto run = glance.inside.run(i);
-        for (std::size_t k = 0; k < run.size(); ++k) {
-            if (!(run[k] >= least)) continue;
-            body.push_back(run[k]);
-            if (k < 2 || !(run[k - 1] >= least) || !(run[k - 2] >= least)) continue;
-            differences.push_back(std::abs(run[k] - 2 * run[k - 1] + run[k - 2]));
-        }
-    }
+    for (std::size_t i = 0; i < glance.inside.runs(); i += each)
+        for (const float value : glance.inside.run(i))
+            if (value >= least) body.push_back(value);
     if (body.empty()) return;
     const double lower = quantile_of(body, 0.25), upper = quantile_of(body, 0.75);
     look.middle = (quantile_of(body, 0.5) - look.window.low) / height;
     look.spread = (upper - lower) / height;
-    if (differences.empty()) return;
-    // Of noise of deviation s they have the deviation sqrt(6) s, whose median is 0.6745 of that.
-    look.noise = quantile_of(differences, 0.5) / (0.6745 * std::sqrt(6.0)) / height;
 }
 
 // --- the kinds

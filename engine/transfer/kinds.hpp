@@ -32,7 +32,6 @@ struct Look {
     double thin = 0;                   // of the bright, those beside others along x
     double middle = 0;                 // of the window, where the median of the body lies
     double spread = 0;                 // of the window, between the quartiles of the body
-    double noise = 0;                  // of the window, the standard deviation within the body
     double centre = 0;                 // of the middle third along each axis, the body
     int open_faces = 0;                // faces of the volume that hardly any of the body touches
 
