@@ -49,12 +49,6 @@ void fill(Image& image) {
             }
 }
 
-std::shared_ptr<Image> filled(const Extent& n, int channels, TypeDesc type) {
-    auto image = std::make_shared<Image>(spec_of(n, channels, type));
-    fill(*image);
-    return image;
-}
-
 std::string refusal(std::shared_ptr<const Image> image) {
     try {
         data_of(std::move(image));
@@ -62,6 +56,18 @@ std::string refusal(std::shared_ptr<const Image> image) {
         return error.what();
     }
     return "";
+}
+
+/// In memory of its own. Where that ends near the end of its page, which is a matter of chance,
+/// data_of refuses, so the next piece of memory is taken.
+std::shared_ptr<Image> filled(const Extent& n, int channels, TypeDesc type) {
+    std::vector<std::shared_ptr<Image>> refused;
+    for (;;) {
+        auto image = std::make_shared<Image>(spec_of(n, channels, type));
+        fill(*image);
+        if (refusal(image).find("page of memory") == std::string::npos) return image;
+        refused.push_back(std::move(image));
+    }
 }
 
 /// The same samples in an array of ours.
