@@ -32,7 +32,7 @@ class References(unittest.TestCase):
         rows = known_fuzz.sinogram(a, 2, (1.0, 1.0), 17, 64)
         np.testing.assert_allclose(rows[:, 8], 18, atol=1e-3)
         np.testing.assert_allclose(rows[0, :3], 0, atol=1e-12)
-        votes = known_fuzz.hough(a, 2, 1, (1.0, 1.0), 17)
+        votes = known_fuzz.hough(a, 2, 1, (1.0, 1.0), 17)[0]
         np.testing.assert_array_equal(votes[0], [0] * 4 + [9] * 9 + [0] * 4)
 
 
