@@ -18,7 +18,7 @@ double mirrored(const Vec3& normal, const Vec3& light, const Vec3& eye, double e
 /// falls straight; over `specular`.
 double from_facets(const Vec3& normal, const Vec3& light, const Vec3& eye, const Material& of) {
     const Vec3 half = (light + eye).normalized();
-    const double nl = normal.dot(light), nv = normal.dot(eye), nh = normal.dot(half),
+    const double nl = normal.dot(light), nv = std::abs(normal.dot(eye)), nh = normal.dot(half),
                  vh = eye.dot(half);
     if (!(nl > 0) || !(nv > 0) || !(nh > 0) || !(vh > 0)) return 0;
     const double slope = facet_slope(of.exponent), cosine = nh * nh;
@@ -92,14 +92,16 @@ Lit Shading::at(const Vec3& gradient, const Vec3& to_eye, const Arriving& arrivi
     const double length = gradient.norm();
     Lit lit{material.ambient * arriving.ambient, 0};
     if (!(length > 0) || !std::isfinite(length)) return lit;
-    Vec3 normal = gradient / length;
-    if (normal.dot(to_eye) < 0) normal = -normal;
+    const Vec3 axis = gradient / length;
     const double surface = least > 0 ? std::min(1.0, length / least) : 1;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const Light& light = lights[i];
+        // Of the side that the light falls on.
+        const Vec3 normal = axis.dot(light.towards) < 0 ? Vec3(-axis) : axis;
         const double facing = normal.dot(light.towards);
-        if (!(facing > 0)) continue;
-        const double strength = surface * light.intensity * share_of(arriving, i);
+        const double seen = std::clamp((1 + normal.dot(to_eye) / kEdgeOn) / 2, 0.0, 1.0);
+        if (!(facing > 0) || !(seen > 0)) continue;
+        const double strength = seen * surface * light.intensity * share_of(arriving, i);
         lit.diffuse += strength * material.diffuse * facing;
         lit.specular +=
             strength * (by == Shade::phong ? material.specular * mirrored(normal, light.towards,

@@ -71,8 +71,12 @@ struct Shading {
     bool on() const noexcept { return by != Shade::none; }
     /// Whether light depends on the gradient.
     bool has_normals() const noexcept { return on() && by != Shade::particles; }
-    /// @param gradient  of the value, in screen space, steps along all axes equally long; a side
-    ///                  that faces away from the eye is turned round, so its sign does not matter
+    /// The cosine between normal and view below which a surface is seen edge on: there both of its
+    /// sides are seen, in shares that run evenly from one to the other, so that rounding does not
+    /// decide which one the light falls on. It is that of 0.9 degrees.
+    static constexpr double kEdgeOn = 1.0 / 64;
+    /// @param gradient  of the value, in screen space, steps along all axes equally long; its sign
+    ///                  does not matter: the side that is seen is the one that faces the eye
     /// @param to_eye    unit length
     Lit at(const Vec3& gradient, const Vec3& to_eye, const Arriving& arriving = {}) const noexcept;
     /// Whether it is a rule of sums. A sample counts a f + d sum I |grad f| w(N.L), with f its

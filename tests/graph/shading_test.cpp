@@ -59,6 +59,30 @@ TEST(Shading, LightsAddUpAndNoneShinesFromBehind) {
     EXPECT_EQ(behind.specular, 0);
 }
 
+TEST(Shading, DoesNotJumpWhereASurfaceIsSeenEdgeOn) {
+    // A light from the side: one side of the surface is lit, the other one is dark.
+    for (const Shade by : {Shade::phong, Shade::torrance_sparrow}) {
+        Shading shading{.by = by, .least = 1e-9};
+        shading.lights = {{direction(0.7, 0.2), 1}};
+        const auto at = [&](double normal) {
+            const Lit lit = shading.at(direction(normal, 0), kEye);
+            return lit.diffuse + lit.specular;
+        };
+        const double right = std::numbers::pi / 2, step = 1e-4;
+        // Shares run from 0 to 1 over a cosine of 2 kEdgeOn; what is sent changes 100 times less.
+        const double most = 1.01 * step / (2 * Shading::kEdgeOn);
+        double lit = 0, dark = 1;
+        for (double normal = right - 0.05; normal < right + 0.05; normal += step) {
+            EXPECT_NEAR(at(normal), at(normal + step), most) << normal;
+            lit = std::max(lit, at(normal));
+            dark = std::min(dark, at(normal));
+        }
+        EXPECT_GT(lit, 0.5);
+        EXPECT_DOUBLE_EQ(dark, 0.1);
+        EXPECT_DOUBLE_EQ(at(right - 0.02), at(right - 0.02 + std::numbers::pi));
+    }
+}
+
 TEST(Shading, SendsNoMoreThanFallsOnIt) {
     for (const Shade by : {Shade::phong, Shade::torrance_sparrow}) {
         Shading shading{.by = by, .least = 1e-9};

@@ -152,9 +152,8 @@ struct ArrivingLanes {
     const MF some = hn::And(hn::Gt(length, zero), is_finite(length));
     const VF inverse = hn::IfThenElseZero(some, hn::Div(one, length));
     for (VF& axis : normal) axis = hn::IfThenElseZero(some, hn::Mul(axis, inverse));
-    const VF seen = dot(normal, eye);
-    for (VF& axis : normal) axis = hn::Xor(axis, hn::And(seen, hn::Set(d, -0.0f)));
-    const VF facing_eye = hn::Abs(seen);
+    const VF towards_eye = dot(normal, eye), facing_eye = hn::Abs(towards_eye);
+    const VF half_way = hn::Set(d, 0.5f), edge_on = hn::Set(d, float{0.5 / Shading::kEdgeOn});
     const VF surface = hn::Min(one, hn::Mul(length, hn::Set(d, 1 / by.least)));
     diffuse = zero;
     specular = zero;
@@ -162,20 +161,24 @@ struct ArrivingLanes {
         const RayLight::Source& source = by.sources[i];
         VF towards[3];
         for (int axis = 0; axis < 3; ++axis) towards[axis] = hn::Set(d, source.towards[axis]);
-        VF strength = hn::Set(d, source.intensity);
+        // Of the side that the light falls on.
+        const VF along_light = dot(normal, towards), along = dot(towards, eye);
+        const VF turned = hn::And(along_light, hn::Set(d, -0.0f));
+        const VF facing = hn::Abs(along_light), to_eye = hn::Xor(towards_eye, turned);
+        const VF seen = hn::Min(one, hn::Max(zero, hn::MulAdd(edge_on, to_eye, half_way)));
+        VF strength = hn::Mul(seen, hn::Set(d, source.intensity));
         if (i < Arriving::kMostLights) strength = hn::Mul(strength, arriving.lights[i]);
-        const VF facing = hn::Max(zero, dot(normal, towards)), along = dot(towards, eye);
         diffuse = hn::MulAdd(strength, facing, diffuse);
         VF sent;
         if (by.by == Shade::phong) {
-            const VF cosine = hn::MulSub(hn::Add(facing, facing), facing_eye, along);
+            const VF cosine = hn::MulSub(hn::Add(facing, facing), to_eye, along);
             sent = hn::Mul(hn::Set(d, by.specular), raised(hn::Max(zero, cosine), by.exponent));
         } else {
             // Half of the way from light to eye; both against each other have none.
             VF half[3];
             for (int axis = 0; axis < 3; ++axis) half[axis] = hn::Add(towards[axis], eye[axis]);
             const VF to_half = hn::Div(one, hn::Sqrt(hn::Max(dot(half, half), hn::Set(d, 1e-20f))));
-            const VF nh = hn::Mul(dot(normal, half), to_half),
+            const VF nh = hn::Mul(hn::Xor(dot(normal, half), turned), to_half),
                      vh = hn::Mul(dot(eye, half), to_half);
             const VF cosine = hn::Mul(nh, nh);
             const VF slope =
