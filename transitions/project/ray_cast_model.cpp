@@ -283,9 +283,13 @@ class CastRay final : public RayModel {
         double square = answer.square(cast_[i][s]);
         if (!halfway_.empty()) square = halfway_[i][s].square(square, answer);
         if (beside_) square = at_level_[i][s].square(square, answer);
-        if (crossing_) square += crossing_->rounded(rounding_[i]);
+        // Rounding is as random as jumps are: a few pixels that graze the surface decide. The
+        // square of a normal deviate of variance v varies by 2 v^2.
+        const double rounded = crossing_ ? crossing_->rounded(rounding_[i]) : 0;
+        const double varies = 2 * rounded * rounded;
+        square += rounded;
         if (!crossing_ || !(answer.nearby().within > 0)) {
-            squares.add(fact, square, answer.fourth(square));
+            squares.add(fact, square, answer.fourth(square) + varies);
             return;
         }
         // Where the reference meets nothing, a cast may. That is as frequent as the reverse, where
@@ -299,7 +303,7 @@ class CastRay final : public RayModel {
         const double jump = answer.square(crossing_->behind());
         const bool jumps =
             !std::isfinite(crossed.at) || !crossing_->holds(crossed.at, margin_of(kCastSteps[s]));
-        squares.add(fact, (jumps ? 0 : square) + share * jump, share * jump * jump);
+        squares.add(fact, (jumps ? 0 : square) + share * jump, share * jump * jump + varies);
     }
     void add_noisy(RayPiece& piece) {
         for (const PreviewHold hold : kNoisy) {
