@@ -94,6 +94,20 @@ void RayPiece::add_seen(std::span<const double> values, const Vec3& steps, const
     add_lit(values, steps, read, to, want, arriving ? arriving : arriving_);
 }
 
+/// 1 or -1 where a smooth field ends at a face less than a step below or above; 0: at neither.
+int RayPiece::inwards_at(const Vec3& p, int axis, double step, const Request& want) const {
+    if (step >= 1 || want.field == Field::formula) return 0;
+    const auto last = static_cast<double>(block_.field().extent()[axis] - 1);
+    return (p[axis] < step ? 1 : 0) - (p[axis] + step > last ? 1 : 0);
+}
+
+/// That of the parabola through three places inside.
+double RayPiece::slope_at_face(const Vec3& p, int axis, double step, double here,
+                               const Read& read) const {
+    const Vec3 aside = step * Vec3::Unit(axis);
+    return (4 * value_at(p + aside, read) - value_at(p + 2 * aside, read) - 3 * here) / (2 * step);
+}
+
 /// By differences of what `read` knows.
 Vec3 RayPiece::gradient_at(double t, const Vec3& steps, const Read& read,
                            const Request& want) const {
@@ -102,6 +116,10 @@ Vec3 RayPiece::gradient_at(double t, const Vec3& steps, const Read& read,
     const double here = value_at(p, read);
     Vec3 gradient;
     for (int axis = 0; axis < 3; ++axis) {
+        if (const int inwards = inwards_at(p, axis, steps[axis], want)) {
+            gradient[axis] = slope_at_face(p, axis, inwards * steps[axis], here, read);
+            continue;
+        }
         const Vec3 aside = steps[axis] * Vec3::Unit(axis);
         const double below = value_at(p - aside, read), above = value_at(p + aside, read);
         gradient[axis] =
@@ -160,6 +178,9 @@ void RayPiece::add_lit(std::span<const double> values, const Vec3& steps, const 
             const double below = std::isfinite(side[0][i]) ? side[0][i] : here;
             const double above = std::isfinite(side[1][i]) ? side[1][i] : here;
             gradients[i][axis] = (above - below) / (2 * steps[axis]);
+            if (const int inwards = inwards_at(at(seen[i]), axis, steps[axis], want))
+                gradients[i][axis] =
+                    slope_at_face(at(seen[i]), axis, inwards * steps[axis], here, read);
         }
     }
     std::size_t next = 0;

@@ -133,6 +133,8 @@ class RayPiece {
     void follow(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
                 const Request& want, int tries) const;
     Vec3 gradient_at(double t, const Vec3& steps, const Read& read, const Request& want) const;
+    int inwards_at(const Vec3& p, int axis, double step, const Request& want) const;
+    double slope_at_face(const Vec3& p, int axis, double step, double here, const Read& read) const;
     /// As the reference reads places, and the steps of its gradients.
     void read_reference(const Places& at, double* values, const Request& want) const;
     static Vec3 reference_steps(const Request& want);
