@@ -45,7 +45,7 @@ std::vector<std::string> ResultWriter::write(int frame, const void* samples, con
     std::vector<std::string> files;
     const store::Header& header = written_.header;
     if (sheet_ && spec_.look.legend && written_.colours)
-        sheet_->explain(depth_ ? Legend{*written_.colours, 0, *depth_, header.unit}
+        sheet_->explain(depth_ ? depth_legend(*written_.colours, *depth_, header.unit)
                                : Legend{*written_.colours, levels.black, levels.white, {}});
     if (written_.slices == 1) {
         write_picture(frame, header, samples, files);

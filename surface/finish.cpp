@@ -6,8 +6,10 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <span>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -31,11 +33,19 @@ std::uint32_t group_of(const Mesh& mesh, std::size_t triangle) {
     return mesh.groups().empty() ? 0 : mesh.groups()[triangle];
 }
 
+/// What a mesh says of a vertex.
+struct Vertex {
+    Float3 position, normal;
+};
+
 /// The mesh of some triangles, with the vertices that they use, in their order.
 /// @param groups  of each; empty where the mesh has none
+/// @param added   vertices that follow those of the mesh
 Mesh mesh_of(const Mesh& from, const std::vector<Triangle>& triangles,
-             const std::vector<std::uint32_t>& groups, std::pmr::memory_resource* memory) {
-    std::vector<std::uint32_t> place_of(from.positions().size(), kUnused);
+             const std::vector<std::uint32_t>& groups, std::pmr::memory_resource* memory,
+             const std::vector<Vertex>& added = {}) {
+    const std::size_t before = from.positions().size();
+    std::vector<std::uint32_t> place_of(before + added.size(), kUnused);
     for (const Triangle& triangle : triangles)
         for (const std::uint32_t vertex : triangle) place_of[vertex] = 0;
     std::uint32_t count = 0;
@@ -44,8 +54,9 @@ Mesh mesh_of(const Mesh& from, const std::vector<Triangle>& triangles,
     Mesh mesh(count, static_cast<std::int64_t>(triangles.size()), !from.groups().empty(), memory);
     for (std::size_t v = 0; v < place_of.size(); ++v) {
         if (place_of[v] == kUnused) continue;
-        mesh.positions()[place_of[v]] = from.positions()[v];
-        mesh.normals()[place_of[v]] = from.normals()[v];
+        const bool is_new = v >= before;
+        mesh.positions()[place_of[v]] = is_new ? added[v - before].position : from.positions()[v];
+        mesh.normals()[place_of[v]] = is_new ? added[v - before].normal : from.normals()[v];
     }
     for (std::size_t t = 0; t < triangles.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k) mesh.triangles()[t][k] = place_of[triangles[t][k]];
@@ -122,6 +133,99 @@ void decimate_part(const Mesh& mesh, double share, const std::vector<Triangle>& 
                          positions.size(), sizeof(Float3), target, kAnyError, 0, nullptr);
     for (std::size_t i = 0; i + 2 < count; i += 3)
         out.push_back({vertices[less[i]], vertices[less[i + 1]], vertices[less[i + 2]]});
+}
+
+/// A side of a triangle.
+struct Side {
+    std::uint32_t low, high;  // its vertices
+    bool down;                // passed from the higher one to the lower one
+    std::uint32_t triangle, opposite;
+
+    auto key() const noexcept { return std::tuple(low, high, down, triangle); }
+    bool same_place(const Side& other) const noexcept {
+        return low == other.low && high == other.high;
+    }
+};
+
+std::vector<Side> sides_of(const std::vector<Triangle>& triangles, std::size_t begin) {
+    std::vector<Side> sides;
+    sides.reserve(3 * (triangles.size() - begin));
+    for (std::size_t t = begin; t < triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+            sides.push_back({std::min(a, b), std::max(a, b), a > b, static_cast<std::uint32_t>(t),
+                             triangles[t][(k + 2) % 3]});
+        }
+    std::sort(sides.begin(), sides.end(),
+              [](const Side& a, const Side& b) { return a.key() < b.key(); });
+    return sides;
+}
+
+/// Puts a vertex on a side of a triangle: two triangles in its place.
+void divide(std::vector<Triangle>& triangles, const Side& side, std::uint32_t vertex) {
+    Triangle first = triangles[side.triangle], second = first;
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (first[k] == side.high) first[k] = vertex;
+        if (second[k] == side.low) second[k] = vertex;
+    }
+    triangles[side.triangle] = first;
+    triangles.push_back(second);
+}
+
+/// Two triangles that pass a side in opposite ways, and are not yet divided; none: null. Such as
+/// are folded onto each other would share the side to the vertex between.
+std::pair<const Side*, const Side*> pair_of(std::span<const Side> same,
+                                            const std::vector<bool>& divided) {
+    for (const Side& up : same)
+        for (const Side& down : same)
+            if (!up.down && down.down && up.opposite != down.opposite && !divided[up.triangle] &&
+                !divided[down.triangle])
+                return {&up, &down};
+    return {nullptr, nullptr};
+}
+
+Vertex between(const Vertex& a, const Vertex& b, float share) {
+    Vertex vertex;
+    Eigen::Vector3f normal;
+    for (int k = 0; k < 3; ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        vertex.position[at] = a.position[at] + share * (b.position[at] - a.position[at]);
+        normal[k] = a.normal[at] + b.normal[at];
+    }
+    normal.normalize();  // stays 0 where it is
+    for (int k = 0; k < 3; ++k) vertex.normal[static_cast<std::size_t>(k)] = normal[k];
+    return vertex;
+}
+
+/// Collapsing edges may leave sides that four triangles or more share: walls that touch. One pair
+/// of them keeps the side, others get a vertex of their own on it. Nothing moves.
+/// @param begin  the first triangle of the part
+/// @param added  vertices that follow those of the mesh
+void part_shared_sides(const Mesh& mesh, std::size_t begin, std::vector<Triangle>& triangles,
+                       std::vector<Vertex>& added) {
+    const std::size_t before = mesh.positions().size();
+    const auto vertex_of = [&](std::uint32_t v) {
+        return v < before ? Vertex{mesh.positions()[v], mesh.normals()[v]} : added[v - before];
+    };
+    bool again = true;
+    for (int round = 0; again; ++round) {
+        again = false;
+        const std::vector<Side> sides = sides_of(triangles, begin);
+        std::vector<bool> divided(triangles.size());
+        for (auto first = sides.begin(), end = first; first != sides.end(); first = end) {
+            while (end != sides.end() && end->same_place(*first)) ++end;
+            if (end - first <= 2) continue;
+            const auto [up, down] = pair_of({first, end}, divided);
+            if (up == nullptr) continue;
+            const auto vertex = static_cast<std::uint32_t>(before + added.size());
+            const float share = 1.0F / static_cast<float>(2 + round);  // elsewhere each time
+            added.push_back(between(vertex_of(up->low), vertex_of(up->high), share));
+            for (const Side* side : {up, down}) {
+                divide(triangles, *side, vertex);
+                divided[side->triangle] = again = true;
+            }
+        }
+    }
 }
 #endif
 
@@ -211,15 +315,18 @@ Mesh decimated(const Mesh& mesh, double share, std::pmr::memory_resource* memory
     });
     std::vector<std::uint32_t> local(mesh.positions().size(), kUnused), groups;
     std::vector<Triangle> part, out;
+    std::vector<Vertex> added;
     for (std::size_t begin = 0; begin < order.size();) {
         const std::uint32_t group = group_of(mesh, order[begin]);
         part.clear();
         for (; begin < order.size() && group_of(mesh, order[begin]) == group; ++begin)
             part.push_back(mesh.triangles()[order[begin]]);
+        const std::size_t here = out.size();
         decimate_part(mesh, share, part, local, out);
+        part_shared_sides(mesh, here, out, added);
         if (!mesh.groups().empty()) groups.resize(out.size(), group);
     }
-    return mesh_of(mesh, out, groups, memory);
+    return mesh_of(mesh, out, groups, memory, added);
 }
 #else
 bool can_decimate() noexcept { return false; }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
+#include <optional>
 
 namespace edgewise {
 namespace {
@@ -17,6 +19,18 @@ double round_down(double length) {
     return ten;
 }
 
+/// Whether a part of a picture is nearer to white than to black. What is transparent counts as
+/// black.
+bool is_bright(Canvas& canvas, int x, int y, int wide, int high) {
+    const int colours = canvas.channels < 3 ? 1 : 3;
+    const int right = std::min(x + wide, canvas.width), bottom = std::min(y + high, canvas.height);
+    double sum = 0, count = 0;
+    for (int row = std::max(y, 0); row < bottom; ++row)
+        for (int column = std::max(x, 0); column < right; ++column, ++count)
+            for (int c = 0; c < colours; ++c) sum += canvas.at(column, row)[c];
+    return sum > 127.5 * colours * count;
+}
+
 /// Of a capital letter [pixel].
 double letters_for(int side) { return std::clamp(side / 40.0, 8.0, 60.0); }
 
@@ -26,29 +40,42 @@ struct Unit {
 };
 constexpr Unit kUnits[] = {{"m", 1e3}, {"cm", 10}, {"mm", 1}, {"µm", 1e-3}, {"nm", 1e-6}};
 
+struct Length {
+    double value;
+    std::string unit;
+};
+/// In mm, µm or nm, the largest of which the length has one at least.
+std::optional<Length> readable(double length, const std::string& unit) {
+    const std::string known = unit == "um" ? "µm" : unit;
+    const Unit* found = std::find_if(std::begin(kUnits), std::end(kUnits),
+                                     [&](const Unit& each) { return known == each.name; });
+    if (found == std::end(kUnits)) return std::nullopt;
+    const double millimetres = length * found->millimetres;
+    const Unit* read = std::begin(kUnits) + 2;
+    while (read + 1 != std::end(kUnits) && millimetres < read->millimetres * (1 - 1e-9)) ++read;
+    return Length{millimetres / read->millimetres, read->name};
+}
+
 }  // namespace
 
 ScaleBar scale_bar_of(int width, double pixel, const std::string& unit) {
     const double length = round_down(width * pixel / 4);
     ScaleBar bar{length / pixel, {}};
-    const std::string known = unit == "um" ? "µm" : unit;
-    double millimetres = 0;
-    for (const Unit& each : kUnits)
-        if (known == each.name) millimetres = length * each.millimetres;
-    if (millimetres == 0) {
-        bar.text = fmt::format("{:.12g} {}", length,
-                               !known.empty() ? known
-                               : pixel == 1   ? "px"
-                                              : "")
-                       .substr(0, 40);
+    if (const std::optional<Length> read = readable(length, unit)) {
+        bar.text = fmt::format("{:.6g} {}", read->value, read->unit);
         return bar;
     }
-    for (const Unit& each : kUnits) {
-        if (std::string_view(each.name) == "cm" || std::string_view(each.name) == "m") continue;
-        bar.text = fmt::format("{:.6g} {}", millimetres / each.millimetres, each.name);
-        if (millimetres >= each.millimetres * (1 - 1e-9)) break;
-    }
+    bar.text = fmt::format("{:.12g} {}", length,
+                           !unit.empty() ? unit
+                           : pixel == 1  ? "px"
+                                         : "")
+                   .substr(0, 40);
     return bar;
+}
+
+Legend depth_legend(const Colormap& colours, double depth, const std::string& unit) {
+    const std::optional<Length> read = readable(depth, unit);
+    return {colours, 0, read ? read->value : depth, read ? read->unit : unit};
 }
 
 void draw_scale_bar(Canvas& canvas, const ScaleBar& bar) {
@@ -57,16 +84,20 @@ void draw_scale_bar(Canvas& canvas, const ScaleBar& bar) {
     const int thick = std::max(2, static_cast<int>(std::lround(letters / 3)));
     const int left = margin, bottom = canvas.height - margin;
     const int length = std::max(1, static_cast<int>(std::lround(bar.pixels)));
-    canvas.fill(left - rim, bottom - thick - rim, length + 2 * rim, thick + 2 * rim, kBlack);
-    canvas.fill(left, bottom - thick, length, thick, kWhite);
     const TextSize size = text_size(bar.text, letters);
     const int x = std::max(left, left + (length - size.width) / 2);
     const int y = bottom - thick - static_cast<int>(std::lround(letters / 2));
-    // A rim around letters: the same in black, moved each way.
+    const bool bright = is_bright(canvas, left, y - size.above, std::max(length, size.width),
+                                  bottom - y + size.above);
+    const Canvas::Colour& ink = bright ? kBlack : kWhite;
+    const Canvas::Colour& edge = bright ? kWhite : kBlack;
+    canvas.fill(left - rim, bottom - thick - rim, length + 2 * rim, thick + 2 * rim, edge);
+    canvas.fill(left, bottom - thick, length, thick, ink);
+    // A rim around letters: the same in the other colour, moved each way.
     for (int dy = -rim; dy <= rim; ++dy)
         for (int dx = -rim; dx <= rim; ++dx)
-            draw_text(canvas, x + dx, y + dy, bar.text, letters, kBlack);
-    draw_text(canvas, x, y, bar.text, letters, kWhite);
+            draw_text(canvas, x + dx, y + dy, bar.text, letters, edge);
+    draw_text(canvas, x, y, bar.text, letters, ink);
 }
 
 std::vector<double> ticks_between(double low, double high, int most) {

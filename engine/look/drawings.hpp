@@ -17,7 +17,8 @@ struct ScaleBar {
 /// @param unit   "mm", "um" ...; "": none is known, pixels are counted where `pixel` is 1
 ScaleBar scale_bar_of(int width, double pixel, const std::string& unit);
 
-/// Draws one at the lower left: white on a dark rim.
+/// Draws one at the lower left: white with a dark rim, black with a bright one where the picture is
+/// bright.
 void draw_scale_bar(Canvas& canvas, const ScaleBar& bar);
 
 /// What the colours of a picture stand for.
@@ -26,6 +27,8 @@ struct Legend {
     double low = 0, high = 1;  // values of the first and the last colour; may fall
     std::string unit;          // of the values; "": not known
 };
+/// From the front of a scene to its end; in µm or nm where it is small.
+Legend depth_legend(const Colormap& colours, double depth, const std::string& unit);
 /// A strip of colours with their values, as high as a picture; black around.
 Canvas legend_of(const Legend& legend, int height, int channels);
 

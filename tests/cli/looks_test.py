@@ -102,6 +102,41 @@ class Looks(Running):
         for words in (("render", path), ("render", path, "--mode", "xray"), ("render", path, "--mode", "composite", "--background", "none")):
             self.picture(*words, "--view", "z", "--scale-bar")
 
+    def test_scale_bars_are_seen_on_any_picture(self):
+        path = self.folder / "flat.nii"
+        for value, ink, rim in ((0, 255, 0), (100, 255, 0), (160, 0, 255), (255, 0, 255)):
+            files.write_nifti(path, np.full((1, 120, 200), value, "u1"), spacing=(0.5, 0.5, 0.5))
+            found = self.picture("warp", path, "--scale-bar", "--window", "0,255").reshape(120, 200, -1)[..., 0]
+            row = max(range(120), key=lambda y: self.runs(found[y] == ink) if (found[y] != ink).any() else 0)
+            bar = np.flatnonzero(found[row] == ink)
+            bar = bar[(bar < 100)]
+            self.assertEqual((bar[0], len(bar)), (8, 40), value)  # 20 mm; 8: height of the letters
+            self.assertEqual((found[row, 7], found[row, 48]), (rim, rim), value)
+        # Bright at the bar alone, in colours.
+        volume = np.zeros((4, 100, 200), "u1")
+        volume[:, 50:, :100] = 250
+        files.write_nifti(path, volume, spacing=(1, 1, 1))
+        found = self.picture("render", path, "--view", "z", "--spacing", "1", "--window", "0,250", "--colormap", "viridis", "--scale-bar").reshape(100, 200, -1)
+        self.assertTrue(((found[:, :100] == 0).all(axis=-1)).any())  # viridis has no black
+
+    def test_depths_are_told_in_a_unit_that_suits_them(self):
+        volume = np.random.default_rng(3).integers(0, 256, (20, 80, 100)).astype("u1")
+        strips = []
+        for spacing, unit in ((0.5, 2), (0.0005, 2), (0.5, 3)):  # 10 mm, 10 um, 10 um
+            path = self.folder / "depth.nii"
+            files.write_nifti(path, volume, spacing=(spacing,) * 3)
+            raw = bytearray(path.read_bytes())
+            raw[123] = unit
+            path.write_bytes(bytes(raw))
+            strips.append(self.picture("render", path, "--view", "z", "--size", "400x320", "--depth-colour", "--legend")[:, 400:])
+        micro, other = strips[1], strips[2]
+        np.testing.assert_array_equal(micro, other)
+        # The numbers are the same; the unit is not.
+        line = 18  # of letters, from above
+        wide = strips[0].shape[1]  # of "mm", which is shorter
+        np.testing.assert_array_equal(strips[0][line:], micro[line:, :wide])
+        self.assertTrue((strips[0][:line] != micro[:line, :wide]).any())
+
     @staticmethod
     def runs(row):
         best = run = 0

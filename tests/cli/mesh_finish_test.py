@@ -87,6 +87,32 @@ class Finished(Running):
         self.assertTrue(report["closed"])
         self.assertAlmostEqual(report["volume"] / (12 ** 3 + 12 * 12 * 14), 1, delta=0.02)
 
+    def test_fewer_triangles_leave_no_side_with_more_than_two(self):
+        draw = np.random.default_rng(7)
+        sponge = draw.standard_normal((22, 24, 26))
+        for axis in range(3):
+            sponge = sponge + np.roll(sponge, 1, axis)
+        wall = np.full((20, 20, 20), -1.0)
+        wall[3:17, 3:17, 9:11] = 1  # thin: its sides come to touch
+        wall += 0.05 * draw.standard_normal(wall.shape)
+        values = 40 * draw.random((16, 18, 20)) ** 2
+        for name, volume, level in (("sponge", sponge.astype("<f4"), "0.3"), ("wall", wall.astype("<f4"), "0"), ("grains", values.astype("u1"), "9.5")):
+            path = self.put(name + ".nrrd", volume)
+            for share in ("0.3", "0.7", "0.95"):
+                with self.subTest(name, share=share):
+                    report, triangles = self.mesh(path, "--isovalue", level, "--close", "--decimate", share)
+                    self.assertTrue(report["closed"])
+                    corners, index = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+                    del corners
+                    uses = {}
+                    for t in index.reshape(-1, 3):
+                        for a, b in ((t[0], t[1]), (t[1], t[2]), (t[2], t[0])):
+                            uses[a, b] = uses.get((a, b), 0) + 1
+                    self.assertEqual(set(uses.values()), {1})
+                    self.assertTrue(all((b, a) in uses for a, b in uses))
+                    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+                    self.assertAlmostEqual(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6 / report["volume"], 1, places=3)
+
     def test_smoothing_takes_steps_and_keeps_the_volume(self):
         ball = (distances((30, 30, 30), (15, 15, 15)) < 10).astype("u1")
         path = self.put("steps.nrrd", ball)
