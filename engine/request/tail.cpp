@@ -26,10 +26,13 @@ void with_written_type(Type type, Body&& body) {
         with_type(type, body);
 }
 
-/// Whether f32 may not hold the values of these samples.
+/// Whether f32 may not hold the values of these samples: those of few bits have wide ones where
+/// wider samples were rounded to them.
 bool is_wide(const Data& result, const Tail& tail) {
-    const Type type = result.what.type;
-    return tail.table || type == Type::i32 || type == Type::u32 || type == Type::f64;
+    const auto more_than_f32 = [](Type type) {
+        return type == Type::i32 || type == Type::u32 || type == Type::f64;
+    };
+    return tail.table || more_than_f32(result.what.type) || more_than_f32(tail.type);
 }
 
 /// Whether the samples are written as they lie in memory.
