@@ -11,7 +11,6 @@
 
 #include "graph/label_surface.hpp"
 #include "graph/range.hpp"
-#include "reference/error_tally.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/project/arriving.hpp"
 #include "transitions/project/picture.hpp"
@@ -284,10 +283,10 @@ class CastRay final : public RayModel {
         double square = answer.square(cast_[i][s]);
         if (!halfway_.empty()) square = halfway_[i][s].square(square, answer);
         if (beside_) square = at_level_[i][s].square(square, answer);
-        // Rounding is as random as jumps are, and a few pixels that graze the surface decide. Where
-        // one does, three standard deviations are promised: 9 times its mean square.
+        // Rounding is as random as jumps are: a few pixels that graze the surface decide. The
+        // square of a normal deviate of variance v varies by 2 v^2.
         const double rounded = crossing_ ? crossing_->rounded(rounding_[i]) : 0;
-        const double varies = std::pow(8 * rounded / ErrorTally::kStandardErrors, 2);
+        const double varies = 2 * rounded * rounded;
         square += rounded;
         if (!crossing_ || !(answer.nearby().within > 0)) {
             squares.add(fact, square, answer.fourth(square) + varies);
