@@ -51,7 +51,6 @@ namespace {
 
 /// Apart from each other, in a block of f32, so that neither rounding nor curvature counts.
 constexpr double kDerivativeStep = 1.0 / 32;
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
@@ -88,9 +87,8 @@ void RayPiece::each_in_order(const Filter& filter,
 /// @param steps  of differences that make a gradient
 /// @param read   the field whose values these are
 void RayPiece::add_seen(std::span<const double> values, const Vec3& steps, const Read& read,
-                        Stretch& to, const Request& want, const ArrivingAt& arriving,
-                        int tries) const {
-    if (want.mode->first_hit) return follow(values, steps, read, to, want, tries);
+                        Stretch& to, const Request& want, const ArrivingAt& arriving) const {
+    if (want.mode->first_hit) return follow(values, steps, read, to, want);
     add_lit(values, steps, read, to, want, arriving ? arriving : arriving_);
 }
 
@@ -129,23 +127,16 @@ Vec3 RayPiece::gradient_at(double t, const Vec3& steps, const Read& read,
     return gradient;
 }
 
-/// @param tries  so many places between two samples for a hit
 void RayPiece::follow(std::span<const double> values, const Vec3& steps, const Read& read,
-                      Stretch& to, const Request& want, int tries) const {
+                      Stretch& to, const Request& want) const {
     const auto value = [&](double t) { return value_at(ray_.origin + t * ray_.direction, read); };
-    // Edges of labels are found by halving, as far as that goes.
-    if (shows_labels(want)) tries = kEnough;
-    int left = 0;
-    const AlongRay along{.value = [&](double t) { return left-- > 0 ? value(t) : kNone; },
-                         .lit =
-                             [&](double t) {
-                                 return frame_->at(want.needs_gradients()
-                                                       ? gradient_at(t, steps, read, want)
-                                                       : Vec3(Vec3::Zero()),
-                                                   t, want);
-                             }};
+    const AlongRay along{.value = value, .lit = [&](double t) {
+                             return frame_->at(want.needs_gradients()
+                                                   ? gradient_at(t, steps, read, want)
+                                                   : Vec3(Vec3::Zero()),
+                                               t, want);
+                         }};
     in_order(values, value, [&](double t, double here, double length) {
-        left = tries;
         to.follow(t, here, length, along, want);
     });
 }
@@ -260,7 +251,7 @@ void RayPiece::add_reference(Stretch& to, const Request& want, double after) {
     }
     if (!frame_) return add(seen, to, want);
     const auto read = [&](const Places& at, double* values) { read_reference(at, values, want); };
-    add_seen(seen, reference_steps(want), read, to, want, {}, kEnough);
+    add_seen(seen, reference_steps(want), read, to, want, {});
 }
 
 RayAnswer::RayAnswer(const Stretch& reference, const Request& want, const Nearby& nearby)

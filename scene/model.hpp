@@ -120,18 +120,15 @@ class RayPiece {
                        double after = -std::numeric_limits<double>::infinity());
 
  private:
-    /// Places between two samples that casts try for a hit (kernels/ray_cast_hit_simd.cpp), where
-    /// the reference goes on.
-    static constexpr int kHitTries = 8, kEnough = std::numeric_limits<int>::max();
     void add_seen(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
-                  const Request& want, const ArrivingAt& arriving, int tries = kHitTries) const;
+                  const Request& want, const ArrivingAt& arriving) const;
     void add_lit(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
                  const Request& want, const ArrivingAt& arriving) const;
     template <class ValueAt, class Each>
     void in_order(std::span<const double> values, ValueAt&& value_at, Each&& each) const;
     double value_at(const Vec3& p, const Read& read) const;
     void follow(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
-                const Request& want, int tries) const;
+                const Request& want) const;
     Vec3 gradient_at(double t, const Vec3& steps, const Read& read, const Request& want) const;
     int inwards_at(const Vec3& p, int axis, double step, const Request& want) const;
     double slope_at_face(const Vec3& p, int axis, double step, double here, const Read& read) const;

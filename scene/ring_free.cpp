@@ -32,30 +32,18 @@ std::array<double, 3> entering(const Request& want, double low, double high, dou
     return light;
 }
 
-/// By how much colours differ by where samples begin, of 255 levels.
-double levels_between_phases(const Request& want, double low, double high, double slope,
-                             double step) {
+/// How far a colour is from that of short steps, wherever samples begin, of 255 levels.
+double levels_off(const Request& want, double low, double high, double slope, double step,
+                  const std::array<double, 3>& fine) {
     constexpr int kPhases = 8;
-    constexpr double kNever = std::numeric_limits<double>::infinity();
-    std::array<double, 3> least{kNever, kNever, kNever}, most{-kNever, -kNever, -kNever};
+    double levels = 0;
     for (int phase = 0; phase < kPhases; ++phase) {
         const std::array<double, 3> light =
             entering(want, low, high, slope, step, (phase + 0.5) / kPhases);
-        for (std::size_t c = 0; c < 3; ++c) {
-            least[c] = std::min(least[c], light[c]);
-            most[c] = std::max(most[c], light[c]);
-        }
+        for (std::size_t c = 0; c < 3; ++c)
+            levels = std::max(levels, 255 * std::abs(light[c] - fine[c]));
     }
-    double levels = 0;
-    for (std::size_t c = 0; c < 3; ++c) levels = std::max(levels, 255 * (most[c] - least[c]));
     return levels;
-}
-
-/// Of the slope and of gentler ones.
-bool shows_rings(const Request& want, double low, double high, double slope, double step) {
-    for (const double share : {1.0, 0.5, 0.25, 0.125})
-        if (levels_between_phases(want, low, high, share * slope, step) > kRingLevels) return true;
-    return false;
 }
 
 /// Differences of neighbours within boxes, along each axis [value per smallest spacing].
@@ -138,7 +126,13 @@ double ring_free_step(const Request& want, double low, double high, double slope
     const bool turns = want.shading.on() || want.transfer.table;
     double step = turns ? 0.5 : 1;
     if (want.transfer.table || !(slope > 0) || !(high > low)) return step;
-    while (step > kLeastStep && shows_rings(want, low, high, slope, step)) step /= 2;
+    for (const double share : {1.0, 0.5, 0.25, 0.125}) {
+        constexpr double kFine = 1.0 / 32;
+        const double gentle = share * slope;
+        const std::array<double, 3> fine = entering(want, low, high, gentle, kFine, 0.5);
+        while (step > kLeastStep && levels_off(want, low, high, gentle, step, fine) > kRingLevels)
+            step /= 2;
+    }
     return step;
 }
 

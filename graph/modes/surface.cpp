@@ -65,11 +65,13 @@ void add(Stretch& stretch, std::span<const double> values, const double* pieces,
 }
 
 /// A place where the field passes the level, by false position with halved ends (Dowell and
-/// Jarratt 1971), which never leaves the interval.
+/// Jarratt 1971), which never leaves the interval. Where the field jumps, that is the first place
+/// behind the jump.
 double root_between(double a, double above_a, double b, double above_b, double level,
                     const std::function<double(double)>& value) {
     constexpr int kMost = 64;
-    constexpr double kWithin = 1e-12;
+    constexpr double kWithin = 1e-12, kJump = 1e-9;
+    const bool behind = above_b >= 0;
     for (int i = 0; i < kMost && std::abs(b - a) > kWithin * (1 + std::abs(a)); ++i) {
         const double middle = b - above_b * (b - a) / (above_b - above_a);
         const double above = value(middle) - level;
@@ -84,7 +86,7 @@ double root_between(double a, double above_a, double b, double above_b, double l
         b = middle;
         above_b = above;
     }
-    return b;
+    return (above_b >= 0) != behind && std::abs(b - a) <= kJump ? a : b;
 }
 
 /// The first place with a label between one that has none and one that has.

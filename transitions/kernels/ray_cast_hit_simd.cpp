@@ -88,14 +88,16 @@ class HitSum : public InOrder<HitSum<kNumbers>> {
     }
     /// Between two places on either side of the level: inverse quadratic interpolation where three
     /// values are nearly those of a parabola, else bisection. It also ends where a ray hardly
-    /// touches the surface, where false position takes more steps than bisection. Source:
-    /// Chandrupatla, Advances in Engineering Software 28, 1997
+    /// touches the surface, where false position takes more steps than bisection. Where the field
+    /// jumps, that is the first place behind the jump. Source: Chandrupatla, Advances in
+    /// Engineering Software 28, 1997
     template <class At>
     HWY_NOINLINE VF root_between(MF hits, VF a, VF above_a, VF b, VF above_b,
                                  const At& spot) const {
         constexpr int kMost = 48;  // bisection of half a sample to the last place of f32 takes 24
         const DF d;
         const VF zero = hn::Zero(d), half = hn::Set(d, 0.5f), one = hn::Set(d, 1.0f);
+        const MF behind = hn::Ge(above_b, zero);
         // b is the last place, a lies across the level, c is the one before.
         VF c = a, above_c = above_a, share = hn::Div(above_b, hn::Sub(above_b, above_a));
         MF open = hits;
@@ -128,7 +130,8 @@ class HitSum : public InOrder<HitSum<kNumbers>> {
             share = hn::IfThenElse(smooth, hn::Add(by_a, by_c), half);
             share = hn::Min(hn::Max(share, least), hn::Sub(one, least));
         }
-        return hn::IfThenElse(hn::Lt(hn::Abs(above_a), hn::Abs(above_b)), a, b);
+        const MF before = hn::Xor(hn::Ge(above_b, zero), behind);
+        return hn::IfThenElse(hn::And(before, hn::Ne(above_b, zero)), a, b);
     }
     template <class At>
     HWY_NOINLINE void hit(MF hits, VF above_b, VF b, const At& spot) {
