@@ -215,28 +215,37 @@ Vec3 RayPiece::reference_steps(const Request& want) {
     return Vec3::Constant(smooth ? kDerivativeStep : 1);
 }
 
-LightAbout RayPiece::light_about(double t, const Request& want) const {
+LightAbout RayPiece::light_about_hit(double before, double behind, const Request& want) const {
     LightAbout about;
-    if (!frame_) return about;
     const Vec3 steps = reference_steps(want);
     const auto read = [&](const Places& at, double* values) { read_reference(at, values, want); };
-    const auto light = [&](const Vec3& gradient, double at) {
-        const Lit lit = frame_->at(gradient, at, want);
+    const auto is_above = [&](double at) {
+        return value_at(ray_.origin + at * ray_.direction, read) >= want.level();
+    };
+    constexpr int kHalvings = 24;  // of an eighth: to 1e-8
+    const bool above = is_above(behind);
+    for (int i = 0; i < kHalvings; ++i) {
+        const double middle = (before + behind) / 2;
+        (is_above(middle) == above ? behind : before) = middle;
+    }
+    const auto gradient_of = [&](double at) { return gradient_at(at, steps, read, want); };
+    about.gradient = gradient_of(behind);
+    if (!about.gradient.allFinite()) return {};
+    about.slope = std::abs(about.gradient.dot(ray_.direction));
+    if (!frame_) return about;
+    const auto light = [&](const Vec3& gradient) {
+        const Lit lit = frame_->at(gradient, behind, want);
         return lit.diffuse + lit.specular;
     };
-    const auto gradient = [&](double at) { return gradient_at(at, steps, read, want); };
-    about.gradient = gradient(t);
-    if (!about.gradient.allFinite()) return {};
-    constexpr double kStep = 1.0 / 32;  // as far as differences of a block of f32 tell
-    const Vec3 before = gradient(t - kStep), behind = gradient(t + kStep);
-    if (before.allFinite() && behind.allFinite())
-        about.along = (light(behind, t + kStep) - light(before, t - kStep)) / (2 * kStep);
     const double step = 1e-3 * about.gradient.norm();
     for (int axis = 0; axis < 3 && step > 0; ++axis) {
         const Vec3 aside = step * Vec3::Unit(axis);
         about.by_gradient[axis] =
-            (light(about.gradient + aside, t) - light(about.gradient - aside, t)) / (2 * step);
+            (light(about.gradient + aside) - light(about.gradient - aside)) / (2 * step);
     }
+    constexpr double kStep = 1.0 / 32;  // as far as differences of a block of f32 tell
+    const Vec3 turn = gradient_of(behind + kStep) - gradient_of(behind - kStep);
+    if (turn.allFinite()) about.along = about.by_gradient.dot(turn) / (2 * kStep);
     return about;
 }
 

@@ -59,10 +59,11 @@ struct PointMade {
     double square(std::span<const double> got) const noexcept;
 };
 
-/// How the light of the reference changes about a place of a ray, and the field.
+/// How the light of the reference changes about a hit, and the field.
 struct LightAbout {
     Vec3 gradient = Vec3::Zero();     // of the field [value / sample]
-    double along = 0;                 // of the light [1 / t]
+    double slope = 0;                 // of the field, along the ray [value / t]
+    double along = 0;                 // of the light, as the gradient turns along the ray [1 / t]
     Vec3 by_gradient = Vec3::Zero();  // of the light, by component [sample / value]
 };
 
@@ -109,8 +110,8 @@ class RayPiece {
     /// @param arriving  as in add_held
     void add_read(std::span<const double> values, const Vec3& steps, const Read& read, Stretch& to,
                   const Request& want, const ArrivingAt& arriving = {});
-    /// Of modes with light.
-    LightAbout light_about(double t, const Request& want) const;
+    /// Where the reference passes the request's level between two places of the ray.
+    LightAbout light_about_hit(double before, double behind, const Request& want) const;
     /// Calls each(t, value) with what a filter reads where the ray enters, at the cells' middles,
     /// and where it leaves.
     void each_in_order(const Filter& filter, const std::function<void(double, double)>& each);

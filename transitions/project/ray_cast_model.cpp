@@ -63,13 +63,9 @@ class FirstCrossing {
             if (beyond < 0) {
                 if (first_ < kNever) second_ = std::min(second_, t);
             } else if (second_ == kNever) {
-                if (first_ == kNever) {
-                    if (last_t_ < t) slope_ = (beyond - last_) / (t - last_t_);
-                    about_ = piece.light_about(t, want);
-                }
+                if (first_ == kNever) about_ = piece.light_about_hit(std::min(last_t_, t), t, want);
                 first_ = std::min(first_, t);
             }
-            last_ = beyond;
             last_t_ = t;
             if (second_ == kNever) farthest_ = std::max(farthest_, beyond);
         }
@@ -86,7 +82,8 @@ class FirstCrossing {
         if (!is_met()) return 0;
         constexpr double kMost = 1;  // [t]
         const double off = value_off(by);
-        const double moved = slope_ > 0 ? std::min(kMost, off / slope_ + by.place.maxCoeff()) : 0;
+        const double moved =
+            about_.slope > 0 ? std::min(kMost, off / about_.slope + by.place.maxCoeff()) : kMost;
         return std::min(
             1.0, std::pow(about_.along * moved, 2) + about_.by_gradient.squaredNorm() * off * off);
     }
@@ -109,10 +106,10 @@ class FirstCrossing {
     static constexpr double kNever = std::numeric_limits<double>::infinity();
     Stretch behind_;
     double side_ = 0;
-    double first_ = kNever, second_ = kNever;        // [t]
-    double farthest_ = -kNever;                      // between them
-    double last_ = 0, last_t_ = kNever, slope_ = 0;  // slope: at the first [value / t]
-    LightAbout about_;                               // there
+    double first_ = kNever, second_ = kNever;  // [t]
+    double farthest_ = -kNever;                // between them
+    double last_t_ = kNever;                   // [t]
+    LightAbout about_;                         // of the first
 };
 
 /// What a cast makes of a crossing.
