@@ -385,7 +385,9 @@ Vec3 far_offset(const Mat4& place, const Extent& n) {
 Geometry take_place(Request& want, const RequestSpec& spec, const Input& input) {
     const InputGrid grid = grid_of(input);
     if (grid.axes == 2)
-        throw RequestError(fmt::format("mesh: {} is an image; expected a volume", input.name));
+        throw RequestError(fmt::format(
+            "mesh: {} is an image; expected a volume (of slices in files give the folder)",
+            input.name));
     if (input.channels() > 1)
         throw RequestError(fmt::format("mesh: {} has {} channels, from 0; say which by --channel",
                                        input.name, input.channels()));
@@ -420,7 +422,9 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
     const InputGrid grid = grid_of(input);
     if (want.job == Job::render && grid.axes == 2)
         throw RequestError(fmt::format(
-            "render: {} is an image; expected a volume (warp turns images)", input.name));
+            "render: {} is an image; expected a volume (of slices in files give the folder; warp "
+            "turns images)",
+            input.name));
     if (want.job == Job::render && input.channels() > 1 && input.header.colour)
         throw ColoursToMerge(
             fmt::format("render: {} holds colours; --channel all shows them, "
