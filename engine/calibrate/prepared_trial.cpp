@@ -4,7 +4,7 @@ namespace edgewise {
 
 PreparedTrial::PreparedTrial(const Trial& trial, Phantoms& phantoms, const Catalogue& edges,
                              Listener& listener)
-    : session(spec_of(trial), edges, default_profile(), listener) {
+    : told(listener), session(spec_of(trial), edges, default_profile(), told) {
     session.errors = ErrorsWanted::never;
     session.given = phantoms.of(trial);
     take_request(session);

@@ -8,6 +8,21 @@
 
 namespace edgewise {
 
+/// What a trial's request may say, of its view or its window, is of no use to who calibrates: only
+/// its end and its memory are between them.
+class TrialListener final : public Listener {
+ public:
+    explicit TrialListener(Listener& to) : to_(to) {}
+
+    const std::atomic<bool>& stop() const noexcept override { return to_.stop(); }
+    void memory_opened(double bytes) override { to_.memory_opened(bytes); }
+    void begins(State state) override { to_.begins(state); }
+    void ends(State state) override { to_.ends(state); }
+
+ private:
+    Listener& to_;
+};
+
 /// A session whose input is the phantom's samples in the trial's type.
 struct PreparedTrial {
     /// @param phantoms  outlives it
@@ -22,6 +37,7 @@ struct PreparedTrial {
     /// Runs all frames and keeps none. @throws Cancelled
     Outcome run(const Plan& plan, int threads) const;
 
+    TrialListener told;
     Session session;
 };
 

@@ -6,6 +6,9 @@
 #include <set>
 #include <tuple>
 
+#include "engine/calibrate/prepared_trial.hpp"
+#include "transitions/catalogue.hpp"
+
 namespace edgewise::cli {
 namespace {
 
@@ -78,6 +81,36 @@ TEST(CalibrationTrials, LabelsAreWholeNumbers) {
         numbers.insert(labels->as<std::uint8_t>()[i]);
     EXPECT_GT(numbers.size(), 2u);
     EXPECT_LT(numbers.size(), 20u);
+}
+
+/// Keeps what it is told beside warnings.
+class Told final : public Listener {
+ public:
+    void notice(const std::string& text) override { notices.push_back(text); }
+    std::vector<std::string> notices;
+};
+
+TEST(CalibrationTrials, WhoCalibratesIsNotToldOfTheirViews) {
+    Phantoms phantoms;
+    const Catalogue edges = catalogue();
+    Told told;
+    Trial trial{Job::warp, "phantom:noise:20", Type::f32, {20, -15, 10}, nullptr};
+    Listener own;
+    Session alone(spec_of(trial), edges, default_profile(), own);
+    alone.given = phantoms.of(trial);
+    take_request(alone);
+    EXPECT_FALSE(own.warnings().empty()) << "a turned volume is cut off";
+    for (const char* mode : {static_cast<const char*>(nullptr), "mip", "xray", "composite"}) {
+        trial.job = mode ? Job::render : Job::warp;
+        trial.mode = mode;
+        trial.size = mode ? 7 : 0;
+        const PreparedTrial prepared(trial, phantoms, edges, told);
+        EXPECT_TRUE(told.warnings().empty()) << told.warnings().front();
+        EXPECT_TRUE(told.notices.empty()) << told.notices.front();
+    }
+    const PreparedTrial prepared(trial, phantoms, edges, told);
+    told.end();
+    EXPECT_TRUE(prepared.session.messages.stop()) << "its end reaches them";
 }
 
 }  // namespace
