@@ -146,6 +146,20 @@ std::vector<Route> routes_to_choose_from(const Priced& priced) {
     return routes;
 }
 
+std::optional<double> likely_error(const Plan& plan, const Ask& ask,
+                                   const std::vector<Source>& sources) {
+    const auto from = std::find_if(sources.begin(), sources.end(), [&](const Source& source) {
+        return source.what.key() == plan.source.key();
+    });
+    if (from == sources.end()) return std::nullopt;
+    const Scene scene = ask.scene.as_likely();
+    const Ask likely{ask.want, scene};
+    Label label = from->label;
+    for (const Step& step : plan.steps) label = after(label, *step.by, step.offer, likely);
+    if (!label.known) return std::nullopt;
+    return label.error() / ask.scene.range;
+}
+
 bool alike_unseen(const Plan& plan, const Catalogue& catalogue, const Ask& ask,
                   const std::vector<Source>& sources, const Like& like) {
     const auto from = std::find_if(sources.begin(), sources.end(), [&](const Source& source) {

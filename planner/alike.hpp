@@ -40,6 +40,11 @@ Likeness likeness_of(const Route& route, const Priced& priced);
 /// among the paths that are not barred, since a path by nearest samples may beat all of these.
 std::vector<Route> routes_to_choose_from(const Priced& priced);
 
+/// NRMSE that a plan is likely to have, by which it is compared, where an upper estimate is told.
+/// Absent: unknown.
+std::optional<double> likely_error(const Plan& plan, const Ask& ask,
+                                   const std::vector<Source>& sources);
+
 /// Whether a plan is as good as `like` asks, whatever the facts are that the scene does not have.
 /// Then they need not be measured. It is tried on scenes with made-up facts.
 bool alike_unseen(const Plan& plan, const Catalogue& catalogue, const Ask& ask,

@@ -14,6 +14,7 @@
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
 #include "engine/session.hpp"
+#include "planner/alike.hpp"
 #include "transitions/filters/filter.hpp"
 
 namespace edgewise::cli {
@@ -42,7 +43,8 @@ std::string why_not(const Predicted& other, const std::optional<Predicted>& chos
     if (budget.like && other.likeness == Likeness::barred)
         return fmt::format("no filter or step of {}", budget.like->name);
     if (budget.like && other.likeness == Likeness::worse)
-        return fmt::format("less accurate than {}", budget.like->name);
+        return other.known ? fmt::format("less accurate than {}", budget.like->name)
+                           : "its error is unknown";
     if (budget.error && !other.known) return "its error is unknown";
     if (budget.error && other.error > *budget.error)
         return fmt::format("error above {:.3g}", *budget.error);
@@ -216,6 +218,29 @@ std::string measured_table(const Session& session) {
     return text;
 }
 
+/// What linear interpolation is likely to do to these data, and the plan beside it. Both are likely
+/// errors, as plans are compared by them; all others that are told are upper estimates, which lie
+/// above.
+std::string comparison_text(const Session& session) {
+    const Answer& answer = *session.answer;
+    const Like& like = *session.want().budget.like;
+    std::string text = fmt::format("{} on these data: likely error {} by {}", like.name,
+                                   error_text({.error = answer.plain->error}), answer.plain->step);
+    const std::optional<double> own =
+        answer.plan ? likely_error(*answer.plan, session.ask(), session.sources()) : std::nullopt;
+    if (own) {
+        const Likeness likeness = answer.plan->predicted.likeness;
+        text += fmt::format("; of the plan {}, ", error_text({.error = *own}));
+        if (likeness == Likeness::alike)
+            text += fmt::format("as good: at most {:g} times that", like.times);
+        else if (likeness == Likeness::worse)
+            text += "less accurate: no path that may be taken is as good";
+        else
+            text += fmt::format("by no filter or step of {}", like.name);
+    }
+    return text + "\nerrors of steps and paths are upper estimates\n";
+}
+
 }  // namespace
 
 std::string explanation_of(const Session& session, bool all_refused) {
@@ -242,10 +267,7 @@ std::string explanation_of(const Session& session, bool all_refused) {
     if (session.drawn > 1)
         text += fmt::format("errors from {} clusters of samples, {} times the usual draws\n",
                             session.scene.draws, session.drawn);
-    if (answer.plain)
-        text += fmt::format("{} on these data: error {} by {}, and up to {:.3g} is as good\n",
-                            want.budget.like->name, error_text({.error = answer.plain->error}),
-                            answer.plain->step, want.budget.like->times * answer.plain->error);
+    if (answer.plain) text += comparison_text(session);
     std::optional<Predicted> chosen;
     if (answer.plan) {
         chosen = answer.plan->predicted;
@@ -265,7 +287,11 @@ std::string explanation_of(const Session& session, bool all_refused) {
     std::set<std::string> front;
     for (const Plan& plan : answer.front) front.insert(plan_text(plan));
     const auto reason = [&](const Plan& plan, const std::string& path) {
-        const std::string why = why_not(plan.predicted, chosen, want);
+        std::string why = why_not(plan.predicted, chosen, want);
+        // Upper estimates of paths may lie in another order than what they are likely to do.
+        if (answer.plain && plan.predicted.likeness == Likeness::worse && plan.predicted.known)
+            if (const auto likely = likely_error(plan, session.ask(), session.sources()))
+                why += fmt::format(": likely {:.3g}", *likely);
         const auto its = on_all.find(path);
         if (why != kNoBetter || its == on_all.end() || want.minimize != Minimize::time) return why;
         const auto mine = on_all.find(plan_text(*answer.plan));
