@@ -4,11 +4,19 @@
 
 namespace edgewise {
 
-void Listener::warning(const std::string& text) {
+bool Listener::counts(const std::string& text) {
     // The same thing found in every frame is worth saying once.
-    if (std::find(warnings_.begin(), warnings_.end(), text) != warnings_.end()) return;
+    if (std::find(warnings_.begin(), warnings_.end(), text) != warnings_.end()) return false;
     warnings_.push_back(text);
-    on_warning(text);
+    return true;
+}
+
+void Listener::warning(const std::string& text) {
+    if (counts(text)) on_warning(text);
+}
+
+void Listener::known_warning(const std::string& text) {
+    if (counts(text)) on_known_warning(text);
 }
 
 }  // namespace edgewise

@@ -17,7 +17,11 @@ class Listener {
 
     /// What is wrong with the result or may be; the same words count once.
     void warning(const std::string& text);
+    /// The same of what a file has, when an earlier run has told it: it counts, and is not said.
+    void known_warning(const std::string& text);
     const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+    /// Whether what is wrong with a file need not be told again by every run.
+    virtual bool tells_once() const noexcept { return false; }
 
     /// Worth knowing, and nothing is wrong with the result.
     virtual void notice(const std::string&) {}
@@ -45,8 +49,12 @@ class Listener {
 
  protected:
     virtual void on_warning(const std::string&) {}
+    virtual void on_known_warning(const std::string&) {}
 
  private:
+    /// @return whether it is new
+    bool counts(const std::string& text);
+
     std::vector<std::string> warnings_;
     std::atomic<bool> stop_ = false;
 };

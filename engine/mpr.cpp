@@ -16,7 +16,7 @@
 namespace edgewise {
 namespace {
 
-constexpr int kBetween = 2;  // pixels between planes
+constexpr int kBetweenPlanes = 2;  // pixels between planes
 
 /// An option of the request that planes have no use for, or "".
 std::string useless(const RequestSpec& spec) {
@@ -173,9 +173,10 @@ class MakingPlanes {
             return static_cast<int>(found_[plane]->what.extent[axis]);
         };
         const int left = std::max(side(0, 0), side(2, 0)), above = std::max(side(0, 1), side(1, 1));
-        Canvas canvas(left + kBetween + side(1, 0), above + kBetween + side(2, 1), channels);
+        Canvas canvas(left + kBetweenPlanes + side(1, 0), above + kBetweenPlanes + side(2, 1),
+                      channels);
         const std::array<std::array<int, 2>, 3> places{
-            {{0, 0}, {left + kBetween, 0}, {0, above + kBetween}}};
+            {{0, 0}, {left + kBetweenPlanes, 0}, {0, above + kBetweenPlanes}}};
         for (std::size_t k = 0; k < found_.size(); ++k) {
             const Array picture = samples(*found_[k]);
             canvas.put(places[k][0], places[k][1], side(k, 0), side(k, 1),

@@ -28,12 +28,14 @@ class SeriesListener final : public Listener {
     }
     void step_begun(const std::string& step) override { to_.step_begun(step); }
     const std::atomic<bool>& stop() const noexcept override { return to_.stop(); }
+    bool tells_once() const noexcept override { return to_.tells_once(); }
     void memory_opened(double bytes) override { to_.memory_opened(bytes); }
     void begins(State state) override { to_.begins(state); }
     void ends(State state) override { to_.ends(state); }
 
  protected:
     void on_warning(const std::string& text) override { to_.warning(text); }
+    void on_known_warning(const std::string& text) override { to_.known_warning(text); }
 
  private:
     Listener& to_;

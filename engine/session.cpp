@@ -8,6 +8,7 @@
 #include <limits>
 #include <malloc.h>
 
+#include "engine/file_warnings.hpp"
 #include "engine/guesses.hpp"
 #include "engine/known_scene.hpp"
 #include "engine/measure/machine.hpp"
@@ -288,11 +289,12 @@ void read_input(Session& session) {
     }
     const InState unobserved(session.messages, Listener::State::unobserved);
     Input& input = *session.input;
+    std::vector<std::string> found;
     if (session.given)
         input.data = session.given;
     else
-        for (const std::string& warning : read_data(input, session.memory.get()))
-            session.messages.warning(warning);
+        found = read_data(input, session.memory.get());
+    tell_of_file(session, found);
     if (!session.spec.only_labels.empty())
         if (const std::string missing = keep_labels(input, session.spec.only_labels,
                                                     session.want().outside, session.memory.get());
@@ -307,8 +309,8 @@ void read_input(Session& session) {
                       : known_statistics(input, session.memory.get());
     session.spent.statistics += since(begin);
     if (statistics.non_finite > 0)
-        session.messages.warning(
-            fmt::format("{}: {} values are not finite", input.name, statistics.non_finite));
+        tell_of_file(session, {fmt::format("{}: {} values are not finite", input.name,
+                                           statistics.non_finite)});
     begin = Clock::now();
     if (input.table) session.request.outside = place_in(*input.table, input.outside);
     take_transfer(session, statistics);

@@ -30,6 +30,8 @@ class Messages : public Listener {
     /// Takes the bar away.
     void end_progress() override;
     const std::atomic<bool>& stop() const noexcept override;
+    /// --log info and debug tell all, and who is told nothing by --quiet has not been told.
+    bool tells_once() const noexcept override { return log_ == Log::warning; }
     /// Libraries get std::bad_alloc where they would break a memory budget.
     void memory_opened(double bytes) override;
     void begins(State state) override;

@@ -61,15 +61,13 @@ std::string selection_text(const store::Selection& pick) {
 
 }  // namespace
 
-std::optional<InputIdentity> identity_of(const Input& input) {
+std::optional<InputIdentity> identity_of_files(const Input& input) {
     if (input.described) return std::nullopt;
     if (input.phantom) return InputIdentity{input.name, input.name + "|" + measured_by()};
     const auto files = store::files_of(input.pairs ? *input.pairs : input.header);
     if (!files) return std::nullopt;
-    InputIdentity identity;
     // "raw:..." is no path, but says more than one.
-    identity.where = absolute(input.header.file) + selection_text(input.selection);
-    identity.what = measured_by() + "|" + decoding_of(input);
+    InputIdentity identity{absolute(input.header.file), measured_by()};
     const auto newest = std::chrono::system_clock::to_time_t(input.inspected_at - kCoarsestClock);
     for (const std::string& file : *files) {
         const auto status = status_of(file);
@@ -77,6 +75,14 @@ std::optional<InputIdentity> identity_of(const Input& input) {
             return std::nullopt;
         identity.what += fmt::format("|{} {}", absolute(file), text_of(*status));
     }
+    return identity;
+}
+
+std::optional<InputIdentity> identity_of(const Input& input) {
+    std::optional<InputIdentity> identity = identity_of_files(input);
+    if (!identity || input.phantom) return identity;
+    identity->where += selection_text(input.selection);
+    identity->what += "|" + decoding_of(input);
     return identity;
 }
 

@@ -22,5 +22,7 @@ struct InputIdentity {
 /// inspected or up to two seconds earlier: clocks of file systems are coarse, and another change
 /// would leave the same times.
 std::optional<InputIdentity> identity_of(const Input& input);
+/// The same whatever is selected and however it is read.
+std::optional<InputIdentity> identity_of_files(const Input& input);
 
 }  // namespace edgewise
