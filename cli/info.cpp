@@ -18,6 +18,7 @@
 #include "engine/request/input.hpp"
 #include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
+#include "io/channel_colours.hpp"
 #include "runtime/memory_budget.hpp"
 #include "scene/histogram.hpp"
 #include "scene/statistics.hpp"
@@ -46,6 +47,7 @@ struct Facts {
     Input input;
     std::optional<OfSamples> measured;  // absent where something had to be selected first
     std::vector<store::Series> series;
+    std::vector<std::string> channel_names;  // by number, "": none; empty: the file names none
     std::vector<std::string> warnings;
 };
 
@@ -139,6 +141,7 @@ Json json_of(const Facts& facts) {
                  {"kind", header.volume ? "volume" : "image"},
                  {"extent", extent_of(header.extent, axes)},
                  {"channels", header.channels},
+                 {"channel_names", facts.channel_names},
                  {"colour", header.colour},
                  {"times", header.times},
                  {"spacing", axes_of(header.spacing, axes)},
@@ -174,6 +177,24 @@ Json json_of(const Facts& facts) {
     return json;
 }
 
+/// Where no channel has a name there are none.
+std::vector<std::string> channel_names_of(const Input& input, const std::string& file) {
+    if (input.phantom || input.pairs) return {};
+    std::vector<std::string> names = store::channel_names(file, input.selection);
+    names.resize(static_cast<std::size_t>(input.header.channels));
+    const bool none = std::all_of(names.begin(), names.end(),
+                                  [](const std::string& name) { return name.empty(); });
+    return none ? std::vector<std::string>() : names;
+}
+
+/// "0 DAPI, 1 GFP, 3 Cy5": by which number and which name --channel takes them.
+std::string names_text(const std::vector<std::string>& names) {
+    std::vector<std::string> said;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if (!names[i].empty()) said.push_back(fmt::format("{} {}", i, names[i]));
+    return fmt::format("{}", fmt::join(said, ", "));
+}
+
 std::string text_of_facts(const Facts& facts) {
     const store::Header& h = facts.input.header;
     const int axes = h.volume ? 3 : 2;
@@ -188,6 +209,7 @@ std::string text_of_facts(const Facts& facts) {
              fmt::format(", {} channel{}{}, {} time{}", h.channels, h.channels > 1 ? "s" : "",
                          h.colour ? fmt::format(" that are colours{}", alpha) : "", h.times,
                          h.times > 1 ? "s" : ""));
+    if (!facts.channel_names.empty()) line("channels", names_text(facts.channel_names));
     for (std::size_t i = 0; i < h.levels.size() && h.levels.size() > 1; ++i)
         line("level", fmt::format("{}: {}{}", i, text_of(h.levels[i], axes),
                                   static_cast<int>(i) == h.level ? " (this)" : ""));
@@ -254,6 +276,7 @@ Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     facts.input = facts.series.size() > 1 && !selection.series
                       ? first_of(facts.series, options.file, selection, unreadable)
                       : inspected(options.file, selection);
+    facts.channel_names = channel_names_of(facts.input, options.file);
     facts.warnings = facts.input.header.warnings;
     facts.warnings.insert(facts.warnings.end(), unreadable.begin(), unreadable.end());
     const store::Header& header = facts.input.header;

@@ -59,6 +59,22 @@ class Names(Running):
             self.assertEqual(self.render(path, name), self.render(path, number))
         self.assertIn(b"its channels are DAPI, Cy5 & more", self.render(path, "GFP", 2))
 
+    def test_info_lists_them(self):
+        for path, names, said in ((self.zarr("i.zarr", ["DAPI", "GFP", "Alexa 568"]), ["DAPI", "GFP", "Alexa 568"], "0 DAPI, 1 GFP, 2 Alexa 568"),
+                                  (self.ome("i.ome.tif", ["DAPI", "", "Cy5 &amp; more"]), ["DAPI", "", "Cy5 & more"], "0 DAPI, 2 Cy5 & more"),
+                                  (self.ome("six.ome.tif", [f"n{c}" for c in range(6)]), [f"n{c}" for c in range(6)], "0 n0, 1 n1, 2 n2, 3 n3, 4 n4, 5 n5"),
+                                  (self.ome("one.ome.tif", ["DAPI"]), ["DAPI"], "0 DAPI")):
+            self.assertEqual(json.loads(self.run_it("info", path, "--json", "-").stdout)["channel_names"], names)
+            self.assertIn(f"\n  channels     {said}\n", self.run_it("info", path).stdout.decode())
+            # What is listed is what --channel takes.
+            for number, name in enumerate(names):
+                if name:
+                    self.assertEqual(self.render(path, name), self.render(path, number))
+        files.write_nrrd(self.folder / "none.nrrd", np.zeros((2, 3, 4, 3), "u1"))
+        for path in (self.folder / "none.nrrd", self.ome("none.ome.tif", ["", ""]), "phantom:cube:8"):
+            self.assertEqual(json.loads(self.run_it("info", path, "--json", "-").stdout)["channel_names"], [])
+            self.assertNotIn("\n  channels  ", self.run_it("info", path).stdout.decode())
+
     def test_a_montage_of_channels(self):
         """Each in its colour, then all together where there is room."""
         path = self.zarr("m.zarr", ["DAPI", "GFP", "Cy5"])
