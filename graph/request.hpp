@@ -108,6 +108,7 @@ struct Request {
     Mode mode = Mode::mip;
     Transfer transfer;  // of composite
     Shading shading;    // of modes that take light
+    GradientScheme gradient = GradientScheme::central;  // for light and opacities
     /// Width and height of a picture's pixel, in steps along screen z.
     std::array<double, 2> pixel{1, 1};
     std::optional<SurfaceOf> surface = {};  // absent: none is asked for
@@ -138,6 +139,10 @@ struct Request {
     /// Whether gradients of the samples tell anything.
     bool needs_gradients() const noexcept {
         return shading.has_normals() || transfer.needs_gradients();
+    }
+    /// Whether these are smoothed ones.
+    bool smooths_gradients() const noexcept {
+        return gradient == GradientScheme::sobel && needs_gradients();
     }
     /// The value at which a surface lies, of those that have one.
     double level() const noexcept { return surface && surface->isovalue ? *surface->isovalue : 0; }

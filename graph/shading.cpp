@@ -67,6 +67,10 @@ std::string_view name_of(Shade by) noexcept {
     return "?";
 }
 
+std::string_view name_of(GradientScheme scheme) noexcept {
+    return scheme == GradientScheme::sobel ? "sobel" : "central";
+}
+
 double DepthCue::left(double depth) const noexcept {
     return linear ? std::max(0.0, 1 - per_length * depth) : std::exp(-per_length * depth);
 }

@@ -15,6 +15,18 @@ enum class Shade { none, phong, torrance_sparrow, particles, hemisphere, lambert
 /// As the command has it: "torrance-sparrow".
 std::string_view name_of(Shade by) noexcept;
 
+/// How the gradient of a field is taken, for light and for opacities.
+enum class GradientScheme {
+    central,  // the field's own derivative, or central differences where it has none
+    /// Sobel's operator at the distance of samples: central differences with weights of 1 2 1 along
+    /// both other axes. Of the noise of single samples 3/8 are left, and detail of three samples is
+    /// softened. Source: Sobel, Feldman 1968; in 3D Zucker, Hummel 1981.
+    sobel,
+};
+
+/// As the command has it: "sobel".
+std::string_view name_of(GradientScheme scheme) noexcept;
+
 /// A white light, infinitely far away.
 struct Light {
     Vec3 towards{0, 0, -1};  // unit length, in screen space: z away from the eye

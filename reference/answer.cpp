@@ -203,7 +203,8 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
         };
         const auto lit_at = [&](const Vec3& p, double t, const LitFrame& frame,
                                 ArrivingAlong* arriving) {
-            const Vec3 gradient = want_.needs_gradients() ? piece.gradient(p) : Vec3(Vec3::Zero());
+            const Vec3 gradient =
+                want_.needs_gradients() ? piece.gradient(p, want_.gradient) : Vec3(Vec3::Zero());
             return frame.at(gradient, t, want_, arriving ? arriving->at(t) : Arriving{});
         };
         const auto add = [&](Stretch& to, const RaySpan& ray, const Cell& cell,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "reference/sobel.hpp"
 #include "reference/stored.hpp"
 
 namespace edgewise {
@@ -261,9 +262,10 @@ double cubic_slope(const std::array<double, 4>& values, double f) noexcept {
 
 }  // namespace
 
-Vec3 FieldPiece::gradient(const Vec3& p) const {
+Vec3 FieldPiece::gradient(const Vec3& p, GradientScheme scheme) const {
+    const bool sobel = scheme == GradientScheme::sobel;
     // Along each axis a spline is a cubic from one sample to the next.
-    if (spline_ && !spline_->has_gaps()) {
+    if (spline_ && !spline_->has_gaps() && !sobel) {
         const Vec3 q = field_.clamped(p);
         Vec3 gradient = Vec3::Zero();
         for (int axis = 0; axis < field_.axes(); ++axis) {
@@ -290,6 +292,7 @@ Vec3 FieldPiece::gradient(const Vec3& p) const {
     };
     const Vec3 q = formula ? p : field_.clamped(p);
     const double here = value(q);
+    if (sobel) return sobel_gradient(q, here, value);
     Vec3 gradient;
     for (int axis = 0; axis < 3; ++axis) {
         const Vec3 away = step * Vec3::Unit(axis);

@@ -86,8 +86,8 @@ class FieldPiece {
     /// nearest fields, which have none at their samples' faces, by central differences of one
     /// sample on either side (EQ 57); of splines and formulas by such close ones that they are
     /// exact to 1e-5. Beyond the outermost samples it is that of the outermost; where a neighbour
-    /// is absent the field goes on as it is.
-    Vec3 gradient(const Vec3& p) const;
+    /// is absent the field goes on as it is. By Sobel's operator: of all fields alike.
+    Vec3 gradient(const Vec3& p, GradientScheme scheme = GradientScheme::central) const;
 
  private:
     const ReferenceField& field_;

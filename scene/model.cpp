@@ -8,6 +8,7 @@
 
 #include "graph/label_surface.hpp"
 #include "graph/transform_graph.hpp"
+#include "reference/sobel.hpp"
 #include "reference/written.hpp"
 #include "scene/scene.hpp"
 
@@ -112,6 +113,8 @@ Vec3 RayPiece::gradient_at(double t, const Vec3& steps, const Read& read,
     const Vec3 place = ray_.origin + t * ray_.direction;
     const Vec3 p = want.field == Field::formula ? place : block_.field().clamped(place);
     const double here = value_at(p, read);
+    if (want.smooths_gradients())
+        return sobel_gradient(p, here, [&](const Vec3& at) { return value_at(at, read); });
     Vec3 gradient;
     for (int axis = 0; axis < 3; ++axis) {
         if (const int inwards = inwards_at(p, axis, steps[axis], want)) {
@@ -153,11 +156,22 @@ void RayPiece::add_lit(std::span<const double> values, const Vec3& steps, const 
         if (std::isfinite(values[i]) &&
             (!want.mode->is_seen || want.mode->is_seen(values[i], want)))
             seen[count++] = i;
-    const bool needs = want.needs_gradients();
+    const bool needs = want.needs_gradients(), smooth = want.smooths_gradients();
     std::array<Vec3, Places::kMost> gradients;
     Places beside;
     Values side[2];
-    for (int axis = 0; axis < 3 && count > 0 && needs; ++axis) {
+    if (count > 0 && smooth) {
+        std::fill_n(gradients.begin(), count, Vec3::Zero());
+        for_sobel_taps([&](const SobelTap& tap) {
+            beside.count = 0;
+            for (std::size_t i = 0; i < count; ++i) beside.add(at(seen[i]) + tap.offset);
+            read(beside, side[0].data());
+            for (std::size_t i = 0; i < count; ++i)
+                gradients[i] +=
+                    (std::isfinite(side[0][i]) ? side[0][i] : values[seen[i]]) * tap.weight;
+        });
+    }
+    for (int axis = 0; axis < 3 && count > 0 && needs && !smooth; ++axis) {
         for (int s = 0; s < 2; ++s) {
             beside.count = 0;
             for (std::size_t i = 0; i < count; ++i)

@@ -182,6 +182,10 @@ Shade shade_of(const std::string& word) {
 
 void read_light(RequestSpec& spec, const JobOptions& o) {
     if (o.shade) spec.shade = shade_of(*o.shade);
+    if (o.gradient)
+        // Without a scheme the data decide.
+        if (const int by = chosen("--gradient", *o.gradient, {"central", "sobel", "auto"}); by < 2)
+            spec.gradient = static_cast<GradientScheme>(by);
     for (const std::string& text : o.lights) spec.lights.push_back(light_of(text));
     if (o.material) spec.material = material_of(*o.material);
     if (o.phase) spec.phase = number_of("--phase", *o.phase);

@@ -20,7 +20,7 @@ struct JobOptions {
         isovalue, smooth;
     std::optional<std::string> op, kernel, border;     // of filter
     std::optional<std::string> angles, to, threshold;  // of radon
-    std::optional<std::string> shade, material, phase, cue, occlusion;
+    std::optional<std::string> shade, gradient, material, phase, cue, occlusion;
     std::vector<std::string> lights;
     std::optional<std::string> max_error, range, reference, max_time, max_memory, minimize;
     std::optional<std::string> threads, ranks, machine, planner, planning_time;

@@ -215,6 +215,11 @@ void add_mode(CLI::App& app, JobOptions& o) {
                  "default with --mode shaded: one that suits FILE")
             ->type_name("NAME|FILE");
         add_text(app, "--shade", o.shade, shade_help())->type_name(shade_words());
+        add_text(app, "--gradient", o.gradient,
+                 "of lit samples: from neighbours along each axis, or smoothed against noise; "
+                 "default auto: sobel where --mode shaded takes a preset by itself and finds a "
+                 "noisy MR of a head, else central")
+            ->type_name("central|sobel|auto");
         add_list(app, "--light", o.lights,
                  "towards a light, in screen space (z away from the eye); default -0.5,-0.5,-1: "
                  "over the viewer's left shoulder; head: 0,0,-1. Several add up")

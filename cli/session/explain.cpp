@@ -313,8 +313,12 @@ std::string explanation_of(const Session& session, bool all_refused) {
 }
 
 std::string preset_text(const TakenPreset& preset) {
-    return fmt::format("{}{} over {:.5g} to {:.5g}", preset.file ? "" : "preset ", preset.name,
-                       preset.window.low, preset.window.high);
+    std::string text = fmt::format("{}{} over {:.5g} to {:.5g}", preset.file ? "" : "preset ",
+                                   preset.name, preset.window.low, preset.window.high);
+    if (preset.smooths)
+        text +=
+            fmt::format(", gradients smoothed (noise {:.2g} % of the window)", 100 * *preset.noise);
+    return text;
 }
 
 std::string result_of(const Session& session) {

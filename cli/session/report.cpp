@@ -168,6 +168,8 @@ Json request_json(const Session& session) {
         json["preset_for"] = preset->kind.empty() ? Json() : Json(preset->kind);
         json["preset_window"] = {preset->window.low, preset->window.high};
     }
+    if (want.needs_gradients()) json["gradient"] = name_of(want.gradient);
+    if (session.preset && session.preset->noise) json["noise"] = *session.preset->noise;
     if (const Filtering* filtering = want.setting.as<Filtering>()) {
         json["op"] = name_of(filtering->op);
         json["kernel"] = filtering->stencil.name;

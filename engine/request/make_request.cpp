@@ -16,6 +16,7 @@
 #include "engine/request/windows.hpp"
 #include "engine/transfer/drawn.hpp"
 #include "engine/transfer/kinds.hpp"
+#include "engine/transfer/noise.hpp"
 #include "engine/transfer/presets.hpp"
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
@@ -127,6 +128,7 @@ void take_mode(Request& want, const RequestSpec& spec) {
     if (spec.transfer) only(spec.transfer->from.c_str(), true, &ModeTraits::takes_transfer);
     only("--preset", spec.suiting_preset, &ModeTraits::takes_transfer);
     only("--shade", spec.shade.has_value(), &ModeTraits::takes_light);
+    only("--gradient", spec.gradient.has_value(), &ModeTraits::takes_light);
     only("--depth-cue", spec.cue.has_value(), &ModeTraits::takes_cue);
     only("--exposure", spec.exposure.has_value(), &ModeTraits::over_background);
     if (want.job == Job::render) {
@@ -142,6 +144,7 @@ void take_mode(Request& want, const RequestSpec& spec) {
     take_light(want, spec);
     if (spec.background) want.background = *spec.background;
     want.keeps_alpha = spec.keeps_alpha;
+    if (spec.gradient) want.gradient = *spec.gradient;
     if (spec.zero) want.zero = *spec.zero;
     if (spec.outside) want.outside = *spec.outside;
 }
@@ -529,6 +532,16 @@ FileFacts facts_of(const Input& input, bool labels) {
             .labels = labels};
 }
 
+/// The share of a window that the noise of what is brighter than background is.
+std::optional<double> noise_share(const Data& data, const Statistics& statistics,
+                                  const ValueWindow& window) {
+    const double width = std::abs(window.high - window.low);
+    const std::optional<double> noise =
+        noise_of(data, statistics, std::min(window.low, window.high) + kBody * width);
+    if (!noise || !(width > 0)) return std::nullopt;
+    return *noise / width;
+}
+
 /// The transfer function that somebody named, or that suits the data, as values of these.
 Remarks take_preset(Request& want, std::optional<Window>& window, const RequestSpec& spec,
                     const Input& input, const Statistics& statistics) {
@@ -567,6 +580,12 @@ Remarks take_preset(Request& want, std::optional<Window>& window, const RequestS
                         "--labels shows each in its colour",
                         input.name));
     want.transfer = std::move(found.transfer);
+    std::optional<double> noise;
+    if (!spec.gradient && chosen.kind && is_mr_of_tissue(*chosen.kind, facts) &&
+        want.needs_gradients())
+        noise = noise_share(data, statistics, chosen.window.value_or(glance.window));
+    const bool smooths = noise && turns_normals(*noise);
+    if (smooths) want.gradient = GradientScheme::sobel;
     if (!spec.material && taken.material)
         want.shading.material = filled(*taken.material, spec.shadows);
     const bool named = !taken.preset.empty();
@@ -574,7 +593,9 @@ Remarks take_preset(Request& want, std::optional<Window>& window, const RequestS
             TakenPreset{.name = named ? taken.preset : taken.from,
                         .file = !named,
                         .kind = chosen.kind ? chosen.kind->what : "",
-                        .window = chosen.window.value_or(found.window)}};
+                        .window = chosen.window.value_or(found.window),
+                        .noise = noise,
+                        .smooths = smooths}};
 }
 
 /// What a level says of the values. That of a picture lies a little lower, by more than what values
@@ -668,6 +689,16 @@ Remarks take_all_values(Request& want, std::optional<Window>& window, const Requ
                          want.mode->name, part)}};
 }
 
+/// Somebody wants them smoothed.
+void expect_gradients(const Request& want) {
+    if (shows_labels(want))
+        throw RequestError("--gradient: surfaces of labels are lit by their coverage");
+    if (!want.needs_gradients())
+        throw RequestError(
+            "--gradient: neither light nor opacities go by gradients here; --mode shaded or "
+            "--shade phong has light that does");
+}
+
 }  // namespace
 
 Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
@@ -680,6 +711,7 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
     else
         window = usual_window(want, header, data, statistics);
     Remarks remarks = take_all_values(want, window, spec, input, statistics);
+    if (spec.gradient == GradientScheme::sobel) expect_gradients(want);
     if (!about_window.empty()) remarks.warnings.push_back(about_window);
     return remarks;
 }
@@ -691,6 +723,7 @@ void take_values_of(const Request& from, Request& want) {
     want.surface = from.surface;
     want.transfer = from.transfer;
     want.shading = from.shading;
+    want.gradient = from.gradient;
 }
 
 int ramp_part(double share) noexcept {

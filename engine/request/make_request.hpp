@@ -41,7 +41,9 @@ struct TakenPreset {
     std::string name;   // of the preset, or as messages call the file
     bool file = false;  // it is a file's
     std::string kind;  // of data, for which it was chosen: "an MR of a head"; "": somebody named it
-    ValueWindow window;  // the values that it is spread over
+    ValueWindow window;                // the values that it is spread over
+    std::optional<double> noise = {};  // of an MR: its standard deviation over the window's width
+    bool smooths = false;              // gradients, because of it
 };
 
 /// What is to be said of a request: what may be wrong with it, and what is worth knowing.

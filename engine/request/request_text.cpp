@@ -88,6 +88,7 @@ std::string request_text(const Request& want) {
         for (const double degrees : radon->degrees) text += fmt::format(" {:a}", degrees);
     }
     if (want.cue) text += fmt::format("cue {:a} {}", want.cue->per_length, want.cue->linear);
+    if (want.smooths_gradients()) text += "sobel";
     const Shading& shading = want.shading;
     if (!shading.on()) return text;
     const Material& m = shading.material;

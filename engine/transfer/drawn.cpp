@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cstdint>
 #include <type_traits>
+#include <utility>
 
 #include "reference/preview_block.hpp"
 #include "reference/stored.hpp"
 
 namespace edgewise {
 namespace {
+
+constexpr std::int64_t kEnough = 1 << 15;  // samples, of runs that are drawn for what is in them
 
 /// Where runs begin, one after another: sample, row and slice of the region.
 struct Run {
@@ -59,8 +62,11 @@ Drawn::Drawn(const Data& data, const Region& region, std::int64_t runs, std::int
                 like = static_cast<T>((*only_unlike - map.offset) / map.slope);
                 skips = map(as_double(like)) == *only_unlike;
             }
+        std::vector<std::pair<const T*, std::int64_t>> kept;
+        kept.reserve(all.size());
+        std::int64_t count = 0;
         for (const Run& run : all) {
-            const auto* from =
+            const T* from =
                 stored +
                 channels * (run.x + region.begin[0] +
                             n.x * (run.y + region.begin[1] + n.y * (run.z + region.begin[2])));
@@ -71,8 +77,16 @@ Drawn::Drawn(const Data& data, const Region& region, std::int64_t runs, std::int
                         unlike |= from[i] != like;
                     if (!unlike) continue;
                 }
+            kept.emplace_back(from, run.count);
+            count += run.count;
+        }
+        // Of many that are unlike some are enough, evenly spread.
+        const auto each =
+            static_cast<std::size_t>(only_unlike ? (count + kEnough - 1) / kEnough : 1);
+        for (std::size_t k = 0; k < kept.size(); k += std::max<std::size_t>(1, each)) {
+            const auto [from, samples] = kept[k];
             starts_.push_back(values_.size());
-            for (std::int64_t i = 0; i < run.count; ++i)
+            for (std::int64_t i = 0; i < samples; ++i)
                 values_.push_back(static_cast<float>(map(as_double(from[i * channels]))));
         }
     });

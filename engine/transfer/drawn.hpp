@@ -14,8 +14,9 @@ namespace edgewise {
 class Drawn {
  public:
     /// @param runs,length  at most so many, of at most so many samples
-    /// @param only_unlike  runs of nothing but this value are counted and not kept: of sparse data
-    ///                     many more can be looked at
+    /// @param only_unlike  runs of nothing but this value are not kept: of sparse data many more
+    /// can
+    ///                     be looked at; of what is left at most some 2^15 samples
     Drawn(const Data& data, const Region& region, std::int64_t runs, std::int64_t length,
           const double* only_unlike = nullptr);
 

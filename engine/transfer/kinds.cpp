@@ -221,7 +221,6 @@ Look look_of(const Data& data, const Statistics& statistics, const Vec3& spacing
     if (!data.samples.data()) return look;
     look.like_labels = file.integers && data.what.channels == 1 &&
                        is_like_labels(glance.inside, statistics.commonest);
-    constexpr double kBody = 0.1;  // of the window: beyond noise, and what lies half in the body
     const double least = look.window.at(kBody);
     take_values(look, glance, least);
     take_shape(look, data, least);
@@ -233,6 +232,10 @@ std::span<const Kind> kinds() { return kKinds; }
 const Kind& kind_of(const Look& look) {
     return *std::find_if(std::begin(kKinds), std::end(kKinds),
                          [&](const Kind& kind) { return kind.is(look); });
+}
+
+bool is_mr_of_tissue(const Kind& kind, const FileFacts& file) {
+    return kind.is == is_head || (kind.is == is_any && file.modality == "MR");
 }
 
 }  // namespace edgewise

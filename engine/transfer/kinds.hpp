@@ -8,6 +8,9 @@
 
 namespace edgewise {
 
+/// Of a window: beyond noise of the background, and what lies half in a body.
+inline constexpr double kBody = 0.1;
+
 /// What a file says of its samples, as far as it matters to how they are to look.
 struct FileFacts {
     std::string modality;    // as DICOM has it; "": not said
@@ -61,5 +64,9 @@ struct Kind {
 /// In the order in which they are asked; the last is all data.
 std::span<const Kind> kinds();
 const Kind& kind_of(const Look& look);
+
+/// Whether its gradients may be smoothed against noise: those of MR, but for angiograms, whose
+/// vessels are as thin as what is softened.
+bool is_mr_of_tissue(const Kind& kind, const FileFacts& file);
 
 }  // namespace edgewise

@@ -150,6 +150,7 @@ struct RayCast {
     const RayArriving* arriving = nullptr;  // null: all of the light
     const RayCue* cue = nullptr;  // of all but max and other; null: light does not fall off
     const Gradients* gradients = nullptr;  // of all samples; null: light takes the filter's own
+    bool sobel = false;                    // or that of Sobel's operator, of what the filter reads
     double bound = 0;  // of over: a ray ends where less than this transparency is left; the result
                        // differs by at most bound x the largest emission or background
     const Bricks* bricks = nullptr;

@@ -284,6 +284,43 @@ HWY_NOINLINE void central(const Bounds& bounds, const Sampler& sampler, VF x, VF
     return hn::Min(hn::Max(factor, zero), one);
 }
 
+/// The same by Sobel's operator (GradientScheme::sobel). Of trilinear samples that is what
+/// trilinear interpolation of the operator's own results gives.
+template <bool kFinite, class Sampler>
+HWY_NOINLINE void sobel(const Bounds& bounds, const Sampler& sampler, VF x, VF y, VF z, VF value,
+                        VF3& gradient) {
+    const DF d;
+    x = bounds.clamped(x, 0);
+    y = bounds.clamped(y, 1);
+    z = bounds.clamped(z, 2);
+    MF known = hn::FirstN(d, 0);
+    if constexpr (requires { sampler.sobel(x, y, z, gradient); }) {
+        sampler.sobel(x, y, z, gradient);
+        if constexpr (kFinite) return;
+        // Samples that are not finite spoil what is worked out at once.
+        known = is_finite(hn::Add(gradient[0], hn::Add(gradient[1], gradient[2])));
+        if (hn::AllTrue(d, known)) return;
+    }
+    VF sums[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    for (int place = 0; place < 27; ++place) {
+        const int at[3] = {place % 3 - 1, place / 3 % 3 - 1, place / 9 - 1};
+        const auto smooth = [&](int axis) { return static_cast<float>(2 - std::abs(at[axis])); };
+        const auto moved = [&](VF p, int axis) HWY_ATTR {
+            return hn::Add(p, hn::Set(d, static_cast<float>(at[axis])));
+        };
+        if (place == 13) continue;  // the place itself
+        VF there = sampler.template at<false>(moved(x, 0), moved(y, 1), moved(z, 2));
+        if constexpr (!kFinite) there = hn::IfThenElse(is_finite(there), there, value);
+        for (int axis = 0; axis < 3; ++axis) {
+            const float weight =
+                static_cast<float>(at[axis]) * smooth((axis + 1) % 3) * smooth((axis + 2) % 3) / 32;
+            sums[axis] = hn::MulAdd(hn::Set(d, weight), there, sums[axis]);
+        }
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        gradient[axis] = hn::IfThenElse(known, gradient[axis], sums[axis]);
+}
+
 /// What light is left of, by depth, for the rays of a packet.
 struct Fading {
     VF depth, deeper;  // of the middle of a ray's first cell, and from one cell to the next
@@ -341,6 +378,8 @@ template <bool kFinite, class Sampler>
 HWY_INLINE void gradient_of(const RayCast& cast, const Sampler& sampler, VF x, VF y, VF z, VF value,
                             VF3& gradient) {
     if (cast.gradients) return gradient_beside(cast, x, y, z, gradient);
+    if (cast.sobel)
+        return sobel<kFinite>(Bounds(cast.volume.extent), sampler, x, y, z, value, gradient);
     if constexpr (requires { sampler.gradient(x, y, z, gradient); })
         sampler.gradient(x, y, z, gradient);
     else

@@ -244,6 +244,34 @@ class NearestSampler {
     Bounds bounds_;
 };
 
+/// The taps of a place along one axis, their weights, and the weights' derivatives.
+template <int kMost>
+struct SlopedTaps {
+    VI index[kMost];
+    VF weight[kMost], slope[kMost];
+};
+
+/// The derivatives along x, y and z of a sum over `count` taps an axis.
+/// @param value  (i, j, k): a tap
+template <int kMost, class Value>
+HWY_INLINE void sum_slopes(const SlopedTaps<kMost> (&along)[3], int count, const Value& value,
+                           VF (&slopes)[3]) {
+    const auto& [x, y, z] = along;
+    for (VF& slope : slopes) slope = hn::Zero(DF());
+    for (int c = 0; c < count; ++c)
+        for (int b = 0; b < count; ++b) {
+            VF row = hn::Zero(DF()), steep = row;
+            for (int a = 0; a < count; ++a) {
+                const VF tap = value(x.index[a], y.index[b], z.index[c]);
+                row = hn::MulAdd(x.weight[a], tap, row);
+                steep = hn::MulAdd(x.slope[a], tap, steep);
+            }
+            slopes[0] = hn::MulAdd(hn::Mul(y.weight[b], z.weight[c]), steep, slopes[0]);
+            slopes[1] = hn::MulAdd(hn::Mul(y.slope[b], z.weight[c]), row, slopes[1]);
+            slopes[2] = hn::MulAdd(hn::Mul(y.weight[b], z.slope[c]), row, slopes[2]);
+        }
+}
+
 /// Trilinear; not finite where the nearest sample is not.
 template <class Read>
 class LinearSampler {
@@ -333,6 +361,35 @@ class LinearSampler {
                                              hn::Sub(zs[2], own[0]), hn::Sub(zs[3], own[1])));
             return hn::RebindMask(d, between_two);
         }
+    }
+    /// Sobel's operator, interpolated: of the four samples around a place along each axis. Places
+    /// lie inside.
+    HWY_INLINE void sobel(VF x, VF y, VF z, VF (&slopes)[3]) const {
+        const DF d;
+        const DI di;
+        const VF half = hn::Set(d, 0.5f), quarter = hn::Set(d, 0.25f);
+        const VF place[3] = {x, y, z};
+        SlopedTaps<4> along[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            auto& [index, weight, slope] = along[axis];
+            const VI cell = truncated(place[axis]);
+            const VF f = hn::Sub(place[axis], hn::ConvertTo(d, cell)),
+                     g = hn::Sub(hn::Set(d, 1.0f), f);
+            for (int tap = 0; tap < 4; ++tap)
+                index[tap] = hn::Min(hn::Max(hn::Add(cell, hn::Set(di, tap - 1)), hn::Zero(di)),
+                                     bounds_.last[axis]);
+            // 1 2 1 and -1 0 1 of both ends of the cell.
+            weight[0] = hn::Mul(quarter, g);
+            weight[1] = hn::MulAdd(quarter, g, quarter);
+            weight[2] = hn::MulAdd(quarter, f, quarter);
+            weight[3] = hn::Mul(quarter, f);
+            slope[0] = hn::Neg(hn::Mul(half, g));
+            slope[1] = hn::Neg(hn::Mul(half, f));
+            slope[2] = hn::Mul(half, g);
+            slope[3] = hn::Mul(half, f);
+        }
+        sum_slopes(
+            along, 4, [&](VI i, VI j, VI k) HWY_ATTR { return at_index(i, j, k); }, slopes);
     }
     /// Asks for the lines that at() will read, but those of the next slice: where it comes to
     /// that, the next sample's are there.
@@ -453,34 +510,6 @@ class LinearSampler {
     Bounds bounds_;
     int down_ = 0, deep_ = 0;  // bytes to the next row and slice, where there is one
 };
-
-/// The taps of a place along one axis, their weights, and the weights' derivatives.
-template <int kMost>
-struct SlopedTaps {
-    VI index[kMost];
-    VF weight[kMost], slope[kMost];
-};
-
-/// The derivatives along x, y and z of a sum over `count` taps an axis.
-/// @param value  (i, j, k): a tap
-template <int kMost, class Value>
-HWY_INLINE void sum_slopes(const SlopedTaps<kMost> (&along)[3], int count, const Value& value,
-                           VF (&slopes)[3]) {
-    const auto& [x, y, z] = along;
-    for (VF& slope : slopes) slope = hn::Zero(DF());
-    for (int c = 0; c < count; ++c)
-        for (int b = 0; b < count; ++b) {
-            VF row = hn::Zero(DF()), steep = row;
-            for (int a = 0; a < count; ++a) {
-                const VF tap = value(x.index[a], y.index[b], z.index[c]);
-                row = hn::MulAdd(x.weight[a], tap, row);
-                steep = hn::MulAdd(x.slope[a], tap, steep);
-            }
-            slopes[0] = hn::MulAdd(hn::Mul(y.weight[b], z.weight[c]), steep, slopes[0]);
-            slopes[1] = hn::MulAdd(hn::Mul(y.slope[b], z.weight[c]), row, slopes[1]);
-            slopes[2] = hn::MulAdd(hn::Mul(y.weight[b], z.slope[c]), row, slopes[2]);
-        }
-}
 
 /// Cubic B-spline of coefficients, which are mirrored at the end samples.
 template <class Read>

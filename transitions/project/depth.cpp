@@ -21,6 +21,8 @@ std::string refusal(const Request& want) {
         return "the mode asks for more than a surface";
     if (want.eye) return "the eye is at a finite distance: pixels are no steps across the surface";
     if (want.shading.has_shade()) return "shadows are worked out of all samples";
+    if (want.smooths_gradients())
+        return "normals are those of depths; smoothed gradients of samples were asked for";
     return {};
 }
 

@@ -194,7 +194,7 @@ std::string level_fact(int level, const Filter& filter, double step) {
 std::shared_ptr<const Model> level_model(const ModelSetting& setting) {
     const Request& want = setting.want;
     if (!want.job->of_rays() || want.field == Field::nearest || want.field == Field::formula ||
-        want.mode->sampled_every > 0 || want.shading.has_shade() ||
+        want.mode->sampled_every > 0 || want.shading.has_shade() || want.smooths_gradients() ||
         setting.statistics.non_finite > 0)
         return nullptr;
     const Measured measured(setting);

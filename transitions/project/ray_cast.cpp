@@ -57,6 +57,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
             return Offer::no("neither light nor opacity depends on gradients");
         if (static_cast<double>(from.samples()) > kMost)
             return Offer::no("more than 2^28 samples with gradients");
+        if (ask.want.smooths_gradients() && differences_of(from) != kernels::Differences::sobel)
+            return Offer::no("these gradients are no smoothed ones, which were asked for");
     }
     if (is_spread(from) && ask.want.eye)
         return Offer::no(
@@ -255,12 +257,18 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // Few rays come back to their own lines alone, one view after the other.
     const double own = kLineBytes * lines * ask.want.views.different();
     const double tiles = pixels / static_cast<double>(std::pow(tile_side(offer.to.extent), 2));
-    // Light: six more samples, or the filter's weights with their derivatives; 15 operations to
-    // bring a gradient to the screen, 20 to make a normal of it, 40 a light.
+    // Light: six more samples, or the filter's weights with their derivatives; of smoothed
+    // gradients 26 samples, or of a first-order hold all 64 around a place; 15 operations to bring
+    // a gradient to the screen, 20 to make a normal of it, 40 a light.
     const double lit = lit_of(offer, ask, samples, ends);
     const bool beside = !offer.from.facets.empty();
     const bool differences = !beside && (hold == Hold::zoh || hold == Hold::foh);
-    const double gradient = beside ? 60 : differences ? 6 * filter + 6 : 3 * filter;
+    const bool smooth = !beside && ask.want.smooths_gradients();
+    const double gradient = beside        ? 60
+                            : smooth      ? (hold == Hold::foh ? 224 : 26 * (filter + 6))
+                            : differences ? 6 * filter + 6
+                                          : 3 * filter;
+    const double reads = smooth ? (hold == Hold::foh ? 8 : 26) : differences ? 6 : 1;
     const double sources = static_cast<double>(ask.want.shading.lights.size());
     Work work{
         .operations = all * (9 + filter + combining(ask, optics)) +
@@ -270,8 +278,8 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                       (bricks ? brick_operations(offer.from) + 2 * samples : 0),
         .masked = (50 + 5 * filter) * ends,
         .streamed = offer.to.bytes() + 128 * met.packets + (bricks ? offer.from.bytes() : 0),
-        .gathers = (all + lit * (differences ? 6 : 1)) * taps * taps * taps + 20 * met.packets +
-                   (beside ? 16 * lit : 0),
+        .gathers =
+            (all + lit * reads) * taps * taps * taps + 20 * met.packets + (beside ? 16 * lit : 0),
         .lines = {waits * lines, spread ? 0 : std::min(offer.from.bytes(), own)},
         .other_lines = {spread ? 0
                                : taken * lines_swept(lattice, kernels::kPacketSide, bytes,
@@ -411,6 +419,7 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
         gradients = gradients_of(in);
         cast.gradients = gradients.get();
     }
+    cast.sobel = want.smooths_gradients();
     std::optional<ArrivingGrids> arriving;
     if (light && want.shading.has_shade()) {
         const auto opaque = bricks_of(cast.volume, {.optics = &optics}, context.memory,
@@ -493,6 +502,8 @@ Offer offer_level(const Representation& from, const Ask& ask, const Parameters& 
     if (ask.want.mode->sampled_every > 0)
         return Offer::no("the mode asks for the samples themselves, not for means");
     if (ask.want.shading.has_shade()) return Offer::no("shadows are worked out of all samples");
+    if (ask.want.smooths_gradients())
+        return Offer::no("gradients are those of means; smoothed ones of samples were asked for");
     if (ask.want.transfer.table)
         return Offer::no("the table is for gradients of the samples, not for those of their means");
     // A preview has looked, and not at this.
@@ -511,9 +522,12 @@ Error error_level(const Offer& offer, const Ask& ask) {
     return Error::unknown();
 }
 
-/// Trilinear interpolation of central differences is what filters of first order make themselves.
+/// Trilinear interpolation of the differences that are asked for is what filters of first order
+/// make themselves.
 Error error_of_gradients(const Offer& offer, const Ask& ask) {
-    if (differences_of(offer.from) != kernels::Differences::central) return Error::unknown();
+    const auto own =
+        ask.want.smooths_gradients() ? kernels::Differences::sobel : kernels::Differences::central;
+    if (differences_of(offer.from) != own) return Error::unknown();
     return error(offer, ask);
 }
 

@@ -36,6 +36,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (!want.clips.empty()) return Offer::no("the clip cuts between samples");
     if (want.transfer.table)
         return Offer::no("opacities go with gradients between samples, which are classified first");
+    if (want.smooths_gradients())
+        return Offer::no("takes its gradients from central differences; smoothed were asked for");
     if (want.shading.on() && want.views.different() > 1)
         return Offer::no("light differs from view to view");
     if (from.axes != 3 || from.channels != 1) return Offer::no("of volumes of one channel only");

@@ -149,6 +149,8 @@ std::string no_lit_projection(const Ask& ask) {
     if (!want.shading.on()) return "no light falls on samples: one spectrum has it all";
     if (!want.shading.of_sums())
         return fmt::format("--shade {} is no sum over samples", name_of(want.shading.by));
+    if (want.smooths_gradients())
+        return "spectra are those of the field's own gradients; smoothed ones were asked for";
     return no_projection({without_light(want), ask.scene});
 }
 

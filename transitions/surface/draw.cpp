@@ -17,6 +17,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (shows_labels(ask.want) && !ask.want.clips.empty())
         return Offer::no(
             "a clip closes the labels that it cuts, and the mesh has no surface there");
+    if (ask.want.smooths_gradients() && !shows_labels(ask.want))
+        return Offer::no("normals are the mesh's own; smoothed gradients were asked for");
     if (with.word("light") == "vertex" && !ask.want.shading.on())
         return Offer::no("nothing is lit, so light=vertex is light=pixel");
     return {.from = from, .to = screen_picture(from, ask.want), .with = with};
