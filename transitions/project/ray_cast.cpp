@@ -57,8 +57,6 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
             return Offer::no("neither light nor opacity depends on gradients");
         if (static_cast<double>(from.samples()) > kMost)
             return Offer::no("more than 2^28 samples with gradients");
-        if (ask.want.smooths_gradients() && differences_of(from) != kernels::Differences::sobel)
-            return Offer::no("these gradients are no smoothed ones, which were asked for");
     }
     if (is_spread(from) && ask.want.eye)
         return Offer::no(

@@ -29,6 +29,8 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     if (!ask.want.needs_gradients())
         return Offer::no("neither light nor opacity depends on gradients");
     if (shows_labels(ask.want)) return Offer::no("labels are lit by their coverage");
+    if (ask.want.smooths_gradients() && scheme_of(with) != Differences::sobel)
+        return Offer::no("smoothed gradients were asked for, which scheme=sobel makes");
     if (from.axes != 3 || from.channels != 1) return Offer::no("of volumes of one channel only");
     if (!is_whole(from)) return Offer::no("needs all samples in memory, row by row");
     if (from.type == Type::c64 || from.type == Type::f16)
