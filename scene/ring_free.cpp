@@ -13,20 +13,27 @@ namespace {
 
 constexpr double kLeastStep = 1.0 / 8;
 
-/// Colour of a ray through an edge, sampled at (k + phase) step.
+/// Colour of a ray through an edge that faces the eye, sampled at (k + phase) step. The edge lies
+/// between two bodies of even values, whose gradient is 0, so that light falls on the edge alone.
 std::array<double, 3> entering(const Request& want, double low, double high, double slope,
                                double step, double phase) {
-    constexpr double kInside = 8;          // samples behind the edge
+    constexpr double kAround = 8;          // samples on both sides of the edge
     constexpr double kOpaque = 1.0 / 256;  // what is left to see
-    const double length = (high - low) / slope + kInside;
+    const double across = (high - low) / slope;
+    const auto value = [&](double t) { return low + slope * std::clamp(t, 0.0, across); };
     const double power = step * want.unit / want.transfer.unit;
-    const double edge = want.transfer.edge_at(slope / want.unit);
     std::array<double, 3> light{};
     double left = 1;
-    for (double t = phase * step; t < length && left > kOpaque; t += step) {
-        const std::array<double, 4> seen = want.transfer.at(std::min(high, low + slope * t));
+    const double begin = -1;  // the first differences of neighbours that are not 0
+    for (double t = begin + phase * step; t < across + kAround && left > kOpaque; t += step) {
+        const std::array<double, 4> seen = want.transfer.at(value(t));
+        const double gradient = (value(t + 1) - value(t - 1)) / 2;
+        const double edge = want.transfer.edge_at(gradient / want.unit);
         const double caught = left * (1 - std::pow(1 - edge * seen[3], power));
-        for (std::size_t c = 0; c < 3; ++c) light[c] += caught * seen[c];
+        if (!(caught > 0)) continue;
+        const Lit lit = want.shading.at(Vec3(0, 0, gradient), Vec3(0, 0, -1));
+        for (std::size_t c = 0; c < 3; ++c)
+            light[c] += caught * (seen[c] * lit.diffuse + lit.specular);
         left -= caught;
     }
     return light;
