@@ -21,7 +21,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 EDGEWISE = os.environ.get("EDGEWISE", str(ROOT / "build/release/bin/edgewise"))
 DATA = ["mr_brain/MR.nii.gz", "ct_chest/chest.nrrd", "ct_head/quarter.nhdr", "engine/engine.nii.gz", "neuron/neuron.tif",
-        "carotid/carotid.vtk", "hydrogen/hydrogen.vti"]
+        "carotid/carotid.vtk", "hydrogen/hydrogen.vti", "frog/frogtissue.mhd"]
 CAST = "project.ray_cast/filter=foh/step="
 
 

@@ -13,44 +13,49 @@ namespace {
 
 constexpr double kLeastStep = 1.0 / 8;
 
-/// Colour of a ray through an edge that faces the eye, sampled at (k + phase) step. The edge lies
-/// between two bodies of even values, whose gradient is 0, so that light falls on the edge alone.
+/// Colour of a ray through an edge, sampled at (k + phase) step.
 std::array<double, 3> entering(const Request& want, double low, double high, double slope,
                                double step, double phase) {
-    constexpr double kAround = 8;          // samples on both sides of the edge
+    constexpr double kInside = 8;          // samples behind the edge
     constexpr double kOpaque = 1.0 / 256;  // what is left to see
-    const double across = (high - low) / slope;
-    const auto value = [&](double t) { return low + slope * std::clamp(t, 0.0, across); };
+    const double length = (high - low) / slope + kInside;
     const double power = step * want.unit / want.transfer.unit;
+    const double edge = want.transfer.edge_at(slope / want.unit);
     std::array<double, 3> light{};
     double left = 1;
-    const double begin = -1;  // the first differences of neighbours that are not 0
-    for (double t = begin + phase * step; t < across + kAround && left > kOpaque; t += step) {
-        const std::array<double, 4> seen = want.transfer.at(value(t));
-        const double gradient = (value(t + 1) - value(t - 1)) / 2;
-        const double edge = want.transfer.edge_at(gradient / want.unit);
+    for (double t = phase * step; t < length && left > kOpaque; t += step) {
+        const std::array<double, 4> seen = want.transfer.at(std::min(high, low + slope * t));
         const double caught = left * (1 - std::pow(1 - edge * seen[3], power));
-        if (!(caught > 0)) continue;
-        const Lit lit = want.shading.at(Vec3(0, 0, gradient), Vec3(0, 0, -1));
-        for (std::size_t c = 0; c < 3; ++c)
-            light[c] += caught * (seen[c] * lit.diffuse + lit.specular);
+        for (std::size_t c = 0; c < 3; ++c) light[c] += caught * seen[c];
         left -= caught;
     }
     return light;
 }
 
-/// How far a colour is from that of short steps, wherever samples begin, of 255 levels.
-double levels_off(const Request& want, double low, double high, double slope, double step,
-                  const std::array<double, 3>& fine) {
+/// By how much colours differ by where samples begin, of 255 levels.
+double levels_between_phases(const Request& want, double low, double high, double slope,
+                             double step) {
     constexpr int kPhases = 8;
-    double levels = 0;
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    std::array<double, 3> least{kNever, kNever, kNever}, most{-kNever, -kNever, -kNever};
     for (int phase = 0; phase < kPhases; ++phase) {
         const std::array<double, 3> light =
             entering(want, low, high, slope, step, (phase + 0.5) / kPhases);
-        for (std::size_t c = 0; c < 3; ++c)
-            levels = std::max(levels, 255 * std::abs(light[c] - fine[c]));
+        for (std::size_t c = 0; c < 3; ++c) {
+            least[c] = std::min(least[c], light[c]);
+            most[c] = std::max(most[c], light[c]);
+        }
     }
+    double levels = 0;
+    for (std::size_t c = 0; c < 3; ++c) levels = std::max(levels, 255 * (most[c] - least[c]));
     return levels;
+}
+
+/// Of the slope and of gentler ones.
+bool shows_rings(const Request& want, double low, double high, double slope, double step) {
+    for (const double share : {1.0, 0.5, 0.25, 0.125})
+        if (levels_between_phases(want, low, high, share * slope, step) > kRingLevels) return true;
+    return false;
 }
 
 /// Differences of neighbours within boxes, along each axis [value per smallest spacing].
@@ -130,16 +135,11 @@ double seen_slope(const Data& data, const Request& want) {
 double ring_free_step(const Request& want, double low, double high, double slope) {
     if (want.mode->first_hit) return 1.0 / 4;
     if (!want.mode->takes_transfer) return 1;
-    const bool turns = want.shading.on() || want.transfer.table;
-    double step = turns ? 0.5 : 1;
-    if (want.transfer.table || !(slope > 0) || !(high > low)) return step;
-    for (const double share : {1.0, 0.5, 0.25, 0.125}) {
-        constexpr double kFine = 1.0 / 32;
-        const double gentle = share * slope;
-        const std::array<double, 3> fine = entering(want, low, high, gentle, kFine, 0.5);
-        while (step > kLeastStep && levels_off(want, low, high, gentle, step, fine) > kRingLevels)
-            step /= 2;
-    }
+    if (want.transfer.table) return 0.5;
+    if (!(slope > 0) || !(high > low)) return want.shading.on() ? 0.5 : 1;
+    constexpr double kNarrow = 4;  // spacings that an edge takes
+    double step = !want.shading.on() ? 1 : high - low < kNarrow * slope ? 0.25 : 0.5;
+    while (step > kLeastStep && shows_rings(want, low, high, slope, step)) step /= 2;
     return step;
 }
 

@@ -10,7 +10,7 @@ namespace edgewise {
 // that shaded pictures have rings like those of wood. A mean over a picture does not see them,
 // people do.
 
-/// So far colours may be from those of short steps, of 255 levels.
+/// By so much colours may differ by where samples lie, of 255 levels.
 constexpr double kRingLevels = 8;
 
 /// How steep the field is where a transfer function shows something: a thousandth of the
@@ -23,10 +23,11 @@ double seen_slope(const Data& data, const Request& want);
 ///
 /// A rule; no picture is drawn. A ray enters a body whose values rise evenly from the least to the
 /// greatest, at `slope` or at 1/2, 1/4, 1/8 of it, and stays inside. Its samples begin at eight
-/// places within a step. The step is one where none of these composites is further than kRingLevels
-/// from that of steps of 1/32. Lit pictures take two samples a spacing or more, since the light of
-/// a trilinear field turns from sample to sample. Surfaces take four: their edges are rays that
-/// graze them. Opacities by a table of gradients take two. Other pictures take any step: 1.
+/// places within a step. The step is one where what composites of these differ by is at most
+/// kRingLevels. Lit pictures take two samples a spacing or more, since the light of a trilinear
+/// field turns from sample to sample, and four where edges are narrower than four spacings. So do
+/// surfaces: their edges are rays that graze them. Opacities by a table of gradients take two.
+/// Other pictures take any step: 1.
 /// @param low, high  of the data [value]
 /// @param slope      [value per smallest spacing]
 double ring_free_step(const Request& want, double low, double high, double slope);

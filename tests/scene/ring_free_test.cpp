@@ -46,10 +46,12 @@ TEST(RingFree, AStepIsShorterWhereOpacityIsSteeper) {
     EXPECT_LE(before, 0.25);
 }
 
-TEST(RingFree, LightTakesTwoSamplesASpacingAndSurfacesFour) {
+TEST(RingFree, LightTakesTwoSamplesASpacingNarrowEdgesAndSurfacesFour) {
     Request lit = composite({{0, 0, {1, 1, 1}}, {1, 0.1, {1, 1, 1}}});
     lit.shading.by = Shade::phong;
     EXPECT_EQ(ring_free_step(lit, 0, 1, 0.01), 0.5);
+    EXPECT_EQ(ring_free_step(lit, 0, 1, 0.24), 0.5);
+    EXPECT_EQ(ring_free_step(lit, 0, 1, 0.26), 0.25);
     Request surface;
     surface.job = Job::render;
     surface.mode = mode_named("surface");
