@@ -121,6 +121,9 @@ class Smoothed(Running):
         direct = self.picture(*words, "--via", "project.ray_cast/filter=foh/step=1", source=path)
         beside = self.picture(*words, "--via", "shade.gradient/scheme=sobel", "--via", "project.gradient_cast/filter=foh/step=1", source=path)
         self.assertLess(np.abs(direct - beside).max(), 2e-3)  # 16 bits a component
+        # A cast that was not asked to read them does not.
+        self.picture(*words[:-4], "--max-error", "9", "--via", "project.ray_cast/filter=foh/step=1", source=path)
+        self.assertNotIn("shade.gradient", [step["transition"] for step in self.report["plan"]["steps"]])
         # Each filter's own values: nearest samples, trilinear ones and splines differ in these alone.
         for filter, most in (("zoh", .2), ("bspline3", .1)):
             other = self.picture(*words, "--via", f"project.ray_cast/filter={filter}/step=1", source=path)
@@ -134,7 +137,7 @@ class Smoothed(Running):
         surface = ("--mode", "surface", "--isovalue", "110")
         shaded = ("--mode", "composite", "--preset", "mr-head", "--shade", "phong")
         for words in ((*shaded, "--via", cast.format("foh", .5)), (*shaded, "--via", cast.format("bspline3", 1)),
-                      (*surface, "--via", cast.format("foh", .5)), (*shaded, "--via", "shade.gradient/scheme=sobel"),
+                      (*surface, "--via", cast.format("foh", .5)), (*shaded, "--via", cast.format("zoh", .5)), (*shaded, "--via", "shade.gradient/scheme=sobel"),
                       (*shaded, "--reference", "linear", "--via", cast.format("foh", .5))):
             done = self.run_it("render", path, "-o", "null:", "--size", "48", "--rotate", "20,30,5", *SOBEL, *words, "--max-error", "9",
                                "--verify=all", "--json", "-")

@@ -217,7 +217,8 @@ double lit_of(const Offer& offer, const Ask& ask, double samples, double ends) {
     return share("cast/corrected/ends") * ends + share("cast/corrected") * samples;
 }
 
-Work work(const Offer& offer, const Ask& ask, int view) {
+/// @param beside  gradients lie beside the samples
+Work work_of(const Offer& offer, const Ask& ask, int view, bool beside) {
     const Hold hold = hold_of(offer.with);
     // TABLE 6: a first-order hold in 3D takes 7 interpolations of 3; a cubic one 3 x 16 for weights
     // and 21 sums of four products. Place: 3 products and sums, 3 roundings.
@@ -259,7 +260,6 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // gradients 26 samples, or of a first-order hold all 64 around a place; 15 operations to bring
     // a gradient to the screen, 20 to make a normal of it, 40 a light.
     const double lit = lit_of(offer, ask, samples, ends);
-    const bool beside = !offer.from.facets.empty();
     const bool differences = !beside && (hold == Hold::zoh || hold == Hold::foh);
     const bool smooth = !beside && ask.want.smooths_gradients();
     const double gradient = beside        ? 60
@@ -313,6 +313,12 @@ Work work(const Offer& offer, const Ask& ask, int view) {
         work.workspace += grids.bytes() + brick_bytes(offer.from, true);
     }
     return work;
+}
+
+Work work(const Offer& offer, const Ask& ask, int view) { return work_of(offer, ask, view, false); }
+
+Work work_with_gradients(const Offer& offer, const Ask& ask, int view) {
+    return work_of(offer, ask, view, true);
 }
 
 Error error(const Offer& offer, const Ask& ask) {
@@ -376,9 +382,10 @@ Partition parts(const Offer& offer, const Ask& ask) {
 }
 
 /// @param integrated  pieces between samples are integrated
+/// @param beside      gradients lie beside the samples, and are taken
 void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
                   const Region& region, Context& context, bool integrated,
-                  const CastBy& by = {.tile = kernels::ray_cast}) {
+                  const CastBy& by = {.tile = kernels::ray_cast}, bool beside = false) {
     const Request& want = ask.want;
     const kernels::Optics optics = optics_of(want, in.what.values);
     std::optional<kernels::TransferIntegrals> integrals;
@@ -413,7 +420,7 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
     const std::optional<kernels::Kept> kept = kept_of(in.what, want, context.view);
     if (kept) cast.kept = &*kept;
     std::shared_ptr<const kernels::Gradients> gradients;
-    if (!offer.from.facets.empty()) {
+    if (beside) {
         gradients = gradients_of(in);
         cast.gradients = gradients.get();
     }
@@ -449,6 +456,11 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
 void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
          Context& context) {
     cast_picture(offer, ask, in, out, region, context, false);
+}
+
+void run_with_gradients(const Offer& offer, const Ask& ask, const Data& in, Data& out,
+                        const Region& region, Context& context) {
+    cast_picture(offer, ask, in, out, region, context, false, {.tile = kernels::ray_cast}, true);
 }
 
 void run_integrated(const Offer& offer, const Ask& ask, const Data& in, Data& out,
@@ -550,7 +562,9 @@ Transition gradient_cast() {
     edge.parameters["filter"] = one_of({"zoh", "foh"}, "what reads the values");
     edge.laws.clear();
     edge.plain.reset();
+    edge.work = work_with_gradients;
     edge.error = error_of_gradients;
+    edge.run = run_with_gradients;
     edge.model = {};
     edge.count = {};
     return edge;
