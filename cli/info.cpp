@@ -152,6 +152,7 @@ Json json_of(const Facts& facts) {
         json["direction"].push_back(axes_of(header.direction[static_cast<std::size_t>(k)], axes));
     json["orientation"] = header.orientation.empty() ? Json() : Json(header.orientation);
     json["type"] = name_of(header.type);
+    json["value_unit"] = header.value_unit.empty() ? Json() : Json(header.value_unit);
     const bool there = facts.measured.has_value();
     const Statistics s = there ? facts.measured->statistics : Statistics{};
     json["range"] = there ? Json{s.low, s.high} : Json();
@@ -222,7 +223,8 @@ std::string text_of_facts(const Facts& facts) {
                                                         h.values.slope, h.values.offset)));
     if (facts.measured) {
         const Statistics& s = facts.measured->statistics;
-        line("range", fmt::format("{:.6g} to {:.6g}, mean {:.6g}", s.low, s.high, s.mean));
+        const std::string unit = h.value_unit.empty() ? "" : " " + h.value_unit;
+        line("range", fmt::format("{:.6g} to {:.6g}{}, mean {:.6g}", s.low, s.high, unit, s.mean));
         if (s.non_finite) line("not finite", fmt::format("{} values", s.non_finite));
         line("occupied", fmt::format("{:.1f} % of the samples", s.occupied_fraction * 100));
         const Histogram& histogram = facts.measured->histogram;

@@ -225,6 +225,7 @@ class Performance {
         if (!writer_)
             writer_.emplace(*session_.outputs, session_.written, session_.spec, want_.frames,
                             session_.messages.stop());
+        if (want_.job == Job::render) writer_->surround(want_.mode->light_left ? 1 : want_.miss);
         if (shows_depth()) writer_->explain_depth(scene_depth() * session_.geometry.unit);
         for (std::string& file : writer_->write(frame, samples.data(), levels))
             session_.files.push_back(std::move(file));

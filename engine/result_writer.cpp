@@ -45,8 +45,10 @@ std::vector<std::string> ResultWriter::write(int frame, const void* samples, con
     std::vector<std::string> files;
     const store::Header& header = written_.header;
     if (sheet_ && spec_.look.legend && written_.colours)
-        sheet_->explain(depth_ ? depth_legend(*written_.colours, *depth_, header.unit)
-                               : Legend{*written_.colours, levels.black, levels.white, {}});
+        sheet_->explain(
+            depth_ ? depth_legend(*written_.colours, *depth_, header.unit)
+                   : Legend{*written_.colours, levels.black, levels.white, written_.value_unit});
+    if (sheet_ && spec_.look.montage) sheet_->surround(nothing_written(levels));
     if (written_.slices == 1) {
         write_picture(frame, header, samples, files);
         return files;
@@ -65,6 +67,26 @@ std::vector<std::string> ResultWriter::write(int frame, const void* samples, con
                       files);
     }
     return files;
+}
+
+std::vector<std::uint8_t> ResultWriter::nothing_written(const Shades& levels) const {
+    const Tail& tail = written_.tail;
+    const int written = written_.header.channels;
+    // Values as they are have no black; hues of depths stand for no value.
+    if (!tail.view || tail.table || depth_)
+        return std::vector<std::uint8_t>(static_cast<std::size_t>(written));
+    Representation what;
+    what.type = Type::f32;
+    what.extent = {1, 1, 1};
+    what.channels = tail.over_background ? 4 : tail.channels;
+    std::pmr::memory_resource* memory = std::pmr::get_default_resource();
+    Data nothing = Data::make(what, memory);
+    const double value =
+        what.channels > 1 ? 0 : nothing_.value_or(std::min(levels.black, levels.white));
+    for (int c = 0; c < what.channels; ++c) nothing.as<float>()[c] = static_cast<float>(value);
+    const Array bytes = written_samples(nothing, written_, levels, memory);
+    const auto* first = static_cast<const std::uint8_t*>(bytes.data());
+    return {first, first + written};
 }
 
 void ResultWriter::write_picture(int number, const store::Header& header, const void* samples,

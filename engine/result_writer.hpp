@@ -26,6 +26,9 @@ class ResultWriter {
 
     /// Colours stand for depths up to this [file unit], not for values; before the first picture.
     void explain_depth(double depth) { depth_ = depth; }
+    /// What rays that meet nothing show is around the pictures of a montage: this value, where they
+    /// have one channel; else, and where nobody says it, no light or the least value.
+    void surround(double nothing) { nothing_ = nothing; }
     /// @param samples  of a frame, as store::write takes them; frames of an animation come in order
     /// @param levels   that they were made with
     /// @return the files that are there now; none before an animation, or a montage, is whole
@@ -33,6 +36,8 @@ class ResultWriter {
     std::vector<std::string> write(int frame, const void* samples, const Shades& levels);
 
  private:
+    /// A pixel of nothing.
+    std::vector<std::uint8_t> nothing_written(const Shades& levels) const;
     /// One of all pictures, as it is or drawn upon.
     void write_picture(int number, const store::Header& header, const void* samples,
                        std::vector<std::string>& files);
@@ -44,7 +49,7 @@ class ResultWriter {
     const RequestSpec& spec_;
     const int pictures_;  // frames, or slices of the only one
     int files_;
-    std::optional<double> depth_;
+    std::optional<double> depth_, nothing_;
     const std::atomic<bool>& stop_;
     std::optional<Sheet> sheet_;
     std::optional<store::Animation> animation_;

@@ -248,6 +248,8 @@ class Playing {
         const auto begin = Clock::now();
         std::shared_ptr<Data>& picture = pictures_[static_cast<std::size_t>(time)];
         const Array samples = written_samples(*picture, written_, shades, memory_.get());
+        const Request& want = series_.first->want();
+        writer_->surround(want.mode->light_left ? 1 : want.miss);
         for (std::string& file : writer_->write(time, samples.data(), shades))
             series_.files.push_back(std::move(file));
         picture.reset();

@@ -251,6 +251,16 @@ void take_look(Written& written, const LookSpec& look, const Files& files) {
     if (!files.fit(header)) refuse(files, header);
 }
 
+/// The unit of a request's results: that of the values, or of their integral along a length.
+std::string unit_of_results(const Request& want, const store::Header& header) {
+    const std::string& unit = header.value_unit;
+    if (unit.empty() || want.job->samples) return unit;
+    const ModeTraits& mode = *want.mode;
+    if (mode.channels != 1 || mode.light_left) return "";
+    if (mode.combine != Combine::sum) return unit;
+    return header.unit.empty() ? "" : unit + " " + header.unit;
+}
+
 }  // namespace
 
 Array written_samples(const Data& result, const Written& written, const Shades& levels,
@@ -263,6 +273,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
                    const Input& input, const Outputs& outputs, double low, double high) {
     Written written;
     written.header = described(want, geometry, input, outputs);
+    written.value_unit = unit_of_results(want, input.header);
     written.header.format = outputs.none() ? "" : outputs.format().name;
     store::Header& header = written.header;
     // A photograph of 8 bits that is drawn upon stays as it is.

@@ -539,6 +539,9 @@ class Parser {
                 return one(here, "DS", frame.intercept);
             case 0x00281053:
                 return one(here, "DS", frame.slope);
+            case 0x00281054:
+                out_.rescale_type = text(here);
+                return;
             case 0x00409224:
                 return one(here, "FD", frame.world_intercept);
             case 0x00409225:
@@ -598,6 +601,9 @@ class Parser {
                 break;
             case 0x0008103e:
                 out_.text = text(here);
+                break;
+            case 0x00541001:
+                out_.units = text(here);
                 break;
             case 0x00181063:
             case 0x00181065:

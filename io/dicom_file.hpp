@@ -81,6 +81,7 @@ struct DicomFile {
     bool unknown_syntax = false;  // its pixels cannot be decoded
     std::uint64_t body = 0;       // where the data set begins
     std::string uid, series, text, modality, sop_class, image_type;
+    std::string rescale_type, units;  // of the values; units: of PET
 
     Pixels kind = Pixels::none;
     std::int64_t rows = 0, columns = 0, frames = 1;

@@ -35,6 +35,23 @@ std::string name_of_file(const DicomFile& f) {
     return std::filesystem::path(f.path).filename().string();
 }
 
+/// The unit of its values: DICOM's terms (Rescale Type, and Units of PET) as one writes them.
+std::string value_unit_of(const DicomFile& f) {
+    struct Term {
+        const char *term, *unit;
+    };
+    constexpr Term kTerms[] = {
+        {"HU", "HU"},      {"OD", "OD"},        {"MGML", "mg/ml"},       {"PCT", "%"},
+        {"BQML", "Bq/ml"}, {"CNTS", "counts"},  {"GML", "g/ml"},         {"CPS", "counts/s"},
+        {"PCNT", "%"},     {"CM2ML", "cm2/ml"}, {"MGMINML", "mg/min/ml"}};
+    if (!f.modality_table.descriptor.empty()) return "";  // which has types of its own
+    const std::string& said = f.units.empty() ? f.rescale_type : f.units;
+    for (const Term& one : kTerms)
+        if (said == one.term) return one.unit;
+    // PS3.3 C.8.2.1.1.2: of CT images Hounsfield units, where nothing else is said.
+    return said.empty() && f.modality == "CT" ? "HU" : "";
+}
+
 Vector row_of(const DicomFrame& f) {
     const auto& o = f.orientation.value_or(kUpright);
     return {o[0], o[1], o[2]};
@@ -714,6 +731,7 @@ class Builder {
         if (!spacing) spacing = files_[0].aspect;
         const auto [down, across] = spacing.value_or(std::array<double, 2>{1, 1});
         header_.modality = files_[0].modality;
+        header_.value_unit = value_unit_of(files_[0]);
         header_.anatomical = !lies_nowhere_ && first_.orientation.has_value();
         header_.origin = *planes_[0].position;
         double step = std::abs(first_.between.value_or(0));

@@ -274,6 +274,8 @@ class Nrrd {
         const bool lps =
             space.starts_with("left-posterior-superior") || space == "lps" || space == "lpst";
         header_.anatomical = (ras || las || lps) && !directions_.empty();
+        for (const char* field : {"sample units", "sampleunits"})
+            if (header_.value_unit.empty()) header_.value_unit = unit_of_values(value(field));
         if (directions_.empty())
             spacings();
         else

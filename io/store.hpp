@@ -62,6 +62,7 @@ struct Header {
     bool labels = false;      // the file says that it holds labels
     std::vector<Segment> segments;  // what it says of them
     std::string modality;           // "CT", "MR" ...: DICOM; "" where the file does not say
+    std::string value_unit;         // of the values: "HU" ...; "" where nothing says it
     Alpha alpha = Alpha::none;
     /// The first three channels are red, green and blue of one colour, not three measurements.
     bool colour = false;

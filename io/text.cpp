@@ -88,6 +88,15 @@ std::string shown(std::string_view text) {
     return text.size() > kLongestShown ? clean + "..." : clean;
 }
 
+std::string unit_of_values(std::string_view text) {
+    constexpr std::size_t kLongest = 16;
+    text = trim(text);
+    if (text.size() > 1 && text.front() == '"' && text.back() == '"')
+        text = trim(text.substr(1, text.size() - 2));
+    const std::string unit(text);
+    return text.size() <= kLongest && text != "???" && shown(text) == unit ? unit : "";
+}
+
 std::string in_quotes(std::string_view text) {
     std::string quotes(1, '\'');
     return (quotes += shown(text)) += '\'';

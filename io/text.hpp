@@ -22,6 +22,9 @@ std::string shown(std::string_view text);
 /// The same between single quotes.
 std::string in_quotes(std::string_view text);
 
+/// A unit of values as a file names it, between quotes or not: "" where it is none that one reads.
+std::string unit_of_values(std::string_view text);
+
 /// The whole text as a number, or nothing.
 std::optional<std::int64_t> to_integer(std::string_view text) noexcept;
 std::optional<double> to_double(std::string_view text) noexcept;

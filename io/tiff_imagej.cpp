@@ -140,6 +140,9 @@ class Layout {
         lengths(layout.volume);
         header_.values =
             calibration_of(lines_, pages_[layout.pages[0]], header_.file, &header_.warnings);
+        // What ImageJ writes where it knows none.
+        if (!header_.values.identity() && lower(lines_.value("vunit")) != "gray value")
+            header_.value_unit = unit_of_values(lines_.value("vunit"));
         return layout;
     }
 

@@ -31,6 +31,10 @@ void Canvas::fill(int x, int y, int wide, int high, const Colour& colour) noexce
         for (int column = x; column < x + wide; ++column) blend(column, row, colour, 1);
 }
 
+void Canvas::fill(std::span<const std::uint8_t> pixel) noexcept {
+    for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = pixel[i % pixel.size()];
+}
+
 void Canvas::put(int x, int y, int wide, int high, std::span<const std::uint8_t> picture) noexcept {
     const auto line = static_cast<std::size_t>(wide) * static_cast<std::size_t>(channels);
     for (int row = 0; row < high; ++row)

@@ -28,6 +28,8 @@ struct Canvas {
     void blend(int x, int y, const Colour& colour, double share) noexcept;
     /// From x, y on.
     void fill(int x, int y, int wide, int high, const Colour& colour) noexcept;
+    /// All of it with one pixel, which has as many channels.
+    void fill(std::span<const std::uint8_t> pixel) noexcept;
     /// Puts another picture there, which has as many channels.
     void put(int x, int y, int wide, int high, std::span<const std::uint8_t> picture) noexcept;
 };

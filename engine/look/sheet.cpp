@@ -31,6 +31,10 @@ Sheet::Sheet(const LookSpec& look, const store::Header& picture, int count)
 
 void Sheet::explain(const Legend& legend) { legend_ = legend; }
 
+void Sheet::surround(const std::vector<std::uint8_t>& pixel) {
+    if (montage_ && added_ == 0) montage_->fill(pixel);
+}
+
 Canvas Sheet::picture_of(const void* samples) const {
     Canvas canvas(static_cast<int>(picture_.extent.x), static_cast<int>(picture_.extent.y),
                   picture_.channels);

@@ -20,6 +20,9 @@ class Sheet {
 
     /// Colours and values of the pictures; before the first of them.
     void explain(const Legend& legend);
+    /// What is between the pictures of a montage, and where there is none: a pixel; before the
+    /// first of them. Else it is black.
+    void surround(const std::vector<std::uint8_t>& pixel);
     /// @param number   of a montage its place, from 0
     /// @return whether there is a sheet to be written
     bool add(int number, const void* samples);
