@@ -14,6 +14,7 @@
 #include "engine/mpr.hpp"
 #include "engine/request/numbers.hpp"
 #include "engine/request/outputs.hpp"
+#include "engine/rivals.hpp"
 #include "graph/errors.hpp"
 #include "transitions/catalogue.hpp"
 
@@ -42,6 +43,10 @@ struct TypedPlanes {
     Planes planes;
 };
 
+std::string heading_of(const Session& session) {
+    return fmt::format("plane {}\n", *session.spec.geometry.view);
+}
+
 /// What each plane's report is, and what was written.
 nlohmann::ordered_json report_of_planes(const TypedPlanes& typed) {
     nlohmann::ordered_json report{{"schema", 1}, {"planes", nlohmann::ordered_json::array()}};
@@ -63,17 +68,25 @@ int do_planes(const JobOptions& options, bool runs) {
                                                 {"--flow", &options.flow},
                                                 {"--report", &options.report}})
                 if (*given)
-                    throw RequestError(
-                        fmt::format("{}: is about one plan, and --mpr has three", option));
+                    throw RequestError(fmt::format(
+                        "{}: is about one plan, and --mpr has three; --json has all of them",
+                        option));
             check_outputs(options);
             typed.emplace(options);
             Planes& planes = typed->planes;
-            perform(planes);
+            planes.explained = options.explain;
+            const auto explain_plan = [&](Session& session) {
+                if (!options.explain) return;
+                weigh(session);
+                explain(options,
+                        heading_of(session) + explanation_of(session, options.explain_all) + "\n");
+            };
+            perform(planes, explain_plan);
             double seconds = 0;
             for (const auto& session : planes.sessions) {
-                if (options.explain)
-                    explain(options, explanation_of(*session, options.explain_all));
                 for (const double one : session->measured->seconds) seconds += one;
+                if (options.explain || (options.verify && options.json != "-"))
+                    explain(options, heading_of(*session) + measurement_of(*session));
             }
             typed->messages.result(
                 fmt::format("{}, three planes through {}, {:.2f} ms",

@@ -29,13 +29,13 @@ std::string useless(const RequestSpec& spec) {
     if (!spec.clip.empty()) return spec.clip.options();
     if (spec.look.montage) return "--montage";
     if (spec.look.depth_colour) return "--depth-colour";
-    if (spec.verify) return "--verify";
     return "";
 }
 
 class MakingPlanes {
  public:
-    explicit MakingPlanes(Planes& planes) : planes_(planes), spec_(planes.spec) {}
+    MakingPlanes(Planes& planes, const std::function<void(Session&)>& planned)
+        : planes_(planes), spec_(planes.spec), planned_(planned) {}
 
     void run_all() {
         look();
@@ -109,9 +109,13 @@ class MakingPlanes {
         Session& session = *planes_.sessions.back();
         session.runs = true;
         session.explained = planes_.sessions.size() > 1;  // notices of the machine are told once
-        session.errors = ErrorsWanted::for_choice;
+        session.errors =
+            planes_.explained || spec_.verify ? ErrorsWanted::asked : ErrorsWanted::for_choice;
+        session.plan_options.front = planes_.explained;
         take_request(session);
         make_plan(session);
+        session.explained = planes_.explained;
+        if (planned_) planned_(session);
         perform(session, [&](int, const Data& result) {
             auto copy =
                 std::make_shared<Data>(Data::make(result.what, std::pmr::get_default_resource()));
@@ -145,7 +149,7 @@ class MakingPlanes {
                        ? coloured(result, tail, levels, map, std::pmr::get_default_resource())
                        : finished(result, tail, levels, std::pmr::get_default_resource());
         };
-        Canvas canvas = arranged(in_colours ? 3 : channels, samples);
+        Canvas canvas = arranged(in_colours ? 3 : channels, samples, levels);
         planes_.extent = {canvas.width, canvas.height, 1};
         store::Header header;
         header.volume = false;
@@ -157,7 +161,9 @@ class MakingPlanes {
         header.unit = planes_.sessions[0]->input->header.unit;
         header.format = outputs_->format().name;
         Sheet sheet(spec_.look, header, 1);
-        if (in_colours && spec_.look.legend) sheet.explain({map, levels.black, levels.white, {}});
+        if (in_colours && spec_.look.legend)
+            sheet.explain(
+                {map, levels.black, levels.white, planes_.sessions[0]->input->header.value_unit});
         sheet.add(0, canvas.samples.data());
         const std::string file = outputs_->file(0);
         if (const std::string why = store::cannot_write(file, sheet.header()); !why.empty())
@@ -168,13 +174,23 @@ class MakingPlanes {
     }
 
     template <class Samples>
-    Canvas arranged(int channels, const Samples& samples) const {
+    Canvas arranged(int channels, const Samples& samples, const Shades& levels) const {
         const auto side = [&](std::size_t plane, int axis) {
             return static_cast<int>(found_[plane]->what.extent[axis]);
         };
         const int left = std::max(side(0, 0), side(2, 0)), above = std::max(side(0, 1), side(1, 1));
         Canvas canvas(left + kBetweenPlanes + side(1, 0), above + kBetweenPlanes + side(2, 1),
                       channels);
+        // Where no plane is, it is as the least value is shown.
+        if (found_[0]->what.channels == 1 && !planes_.sessions[0]->input->table) {
+            Representation what;
+            what.type = Type::f32;
+            what.extent = {1, 1, 1};
+            Data least = Data::make(what, std::pmr::get_default_resource());
+            *least.as<float>() = static_cast<float>(std::min(levels.black, levels.white));
+            const Array pixel = samples(least);
+            canvas.fill({static_cast<const std::uint8_t*>(pixel.data()), pixel.bytes()});
+        }
         const std::array<std::array<int, 2>, 3> places{
             {{0, 0}, {left + kBetweenPlanes, 0}, {0, above + kBetweenPlanes}}};
         for (std::size_t k = 0; k < found_.size(); ++k) {
@@ -187,6 +203,7 @@ class MakingPlanes {
 
     Planes& planes_;
     const RequestSpec& spec_;
+    const std::function<void(Session&)>& planned_;
     std::optional<Outputs> outputs_;
     std::array<const char*, 3> views_{"y", "x", "z"};
     InputGrid grid_;
@@ -204,6 +221,8 @@ Planes::Planes(RequestSpec request, const std::array<double, 3>& at, Catalogue c
       profile(std::move(machine)),
       messages(listener) {}
 
-void perform(Planes& planes) { MakingPlanes(planes).run_all(); }
+void perform(Planes& planes, const std::function<void(Session&)>& planned) {
+    MakingPlanes(planes, planned).run_all();
+}
 
 }  // namespace edgewise

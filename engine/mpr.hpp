@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,13 +26,15 @@ struct Planes {
     Catalogue edges;
     Profile profile;
     Listener& messages;
+    bool explained = false;  // whoever asked is shown the plans: what they cost is worked out
     std::vector<std::unique_ptr<Session>> sessions;  // their requests, plans and measurements
     Extent extent;                                   // of the picture, without a legend
     double write_seconds = 0;
     std::vector<std::string> files;  // written
 };
 
+/// @param planned  told of each plane when it is planned, and its samples are still there
 /// @throws RequestError, InputError, NoPlan, Cancelled, RunError, std::bad_alloc
-void perform(Planes& planes);
+void perform(Planes& planes, const std::function<void(Session&)>& planned = {});
 
 }  // namespace edgewise
