@@ -218,7 +218,7 @@ void add_mode(CLI::App& app, JobOptions& o) {
         add_text(app, "--gradient", o.gradient,
                  "of lit samples: from neighbours along each axis, or smoothed against noise; "
                  "default auto: sobel where --mode shaded takes a preset by itself and finds a "
-                 "noisy MR of a head, else central")
+                 "noisy MR, else central")
             ->type_name("central|sobel|auto");
         add_list(app, "--light", o.lights,
                  "towards a light, in screen space (z away from the eye); default -0.5,-0.5,-1: "
