@@ -224,7 +224,7 @@ std::string measured_table(const Session& session) {
 std::string comparison_text(const Session& session) {
     const Answer& answer = *session.answer;
     const Like& like = *session.want().budget.like;
-    std::string text = fmt::format("{} on these data: likely error {} by {}", like.name,
+    std::string text = fmt::format("{} on these data: error {} by {}", like.name,
                                    error_text({.error = answer.plain->error}), answer.plain->step);
     const std::optional<double> own =
         answer.plan ? likely_error(*answer.plan, session.ask(), session.sources()) : std::nullopt;
@@ -238,7 +238,7 @@ std::string comparison_text(const Session& session) {
         else
             text += fmt::format("by no filter or step of {}", like.name);
     }
-    return text + "\nerrors of steps and paths are upper estimates\n";
+    return text + "\nthat is likely; errors of steps and paths below are upper estimates\n";
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ import files  # noqa: E402
 from running import Running  # noqa: E402
 
 NUMBER = r"([\d.e+-]+)(?: \([-\d.]+ dB\))?"
-LINE = re.compile(rf"^linear on these data: likely error {NUMBER} by (\S+); of the plan {NUMBER}, (.*)$", re.M)
+LINE = re.compile(rf"^linear on these data: error {NUMBER} by (\S+); of the plan {NUMBER}, (.*)$", re.M)
 ROUNDED = 1.01  # numbers are told to three digits: at most half a percent each
 
 
@@ -42,7 +42,7 @@ class ExplainLikely(Running):
             self.assertNotIn("linear on these data", text, words)
             return None
         linear, plain, own, verdict = float(found[1]), found[2], float(found[3]), found[4]
-        self.assertIn("errors of steps and paths are upper estimates", text)
+        self.assertIn("that is likely; errors of steps and paths below are upper estimates", text)
         if verdict.startswith("as good: at most "):
             times = float(re.match(r"as good: at most ([\d.]+) times that$", verdict)[1])
             self.assertEqual(times, 1.05)
