@@ -102,7 +102,9 @@ class HitSum : public InOrder<HitSum<kNumbers>> {
         VF c = a, above_c = above_a, share = hn::Div(above_b, hn::Sub(above_b, above_a));
         MF open = hits;
         for (int i = 0; i < kMost && !hn::AllFalse(d, open); ++i) {
-            const VF tried = hn::MulAdd(share, hn::Sub(a, b), b);
+            // Other lanes read where they have read: nothing else is known to lie in the volume.
+            const VF between = hn::MulAdd(share, hn::Sub(a, b), b);
+            const VF tried = hn::IfThenElse(hn::And(open, is_finite(between)), between, b);
             const VF there = above(spot.value_at(tried));
             open = hn::And(open, is_finite(there));
             const MF stays = hn::Xor(hn::Ge(there, zero), hn::Lt(above_b, zero));

@@ -17,17 +17,21 @@ std::array<double, 2> phong(const Shading& shading, Vector normal, const Vector&
     const double length = std::sqrt(dot(normal, normal));
     std::array<double, 2> shares{shading.material.ambient, 0};
     if (length == 0) return shares;
-    normal = (dot(normal, eye) < 0 ? -1 : 1) / length * normal;
+    normal = 1 / length * normal;
     const double surface = std::min(1.0, length / shading.least);
     for (const Light& light : shading.lights) {
         const Vector towards{light.towards.x(), light.towards.y(), light.towards.z()};
-        const double facing = dot(normal, towards);
-        if (facing <= 0) continue;
-        const Vector mirrored = 2 * facing * normal + -1 * towards;
-        const double strength = surface * light.intensity;
-        shares[0] += strength * shading.material.diffuse * facing;
-        shares[1] += strength * shading.material.specular *
-                     std::pow(std::max(0.0, dot(mirrored, eye)), shading.material.exponent);
+        for (const Vector& side : {normal, -1 * normal}) {
+            const double facing = dot(side, towards);
+            if (facing <= 0) continue;
+            // Edge on both sides are seen.
+            const double seen = std::clamp(32 * dot(side, eye) + 0.5, 0.0, 1.0);
+            const Vector mirrored = 2 * facing * side + -1 * towards;
+            const double strength = seen * surface * light.intensity;
+            shares[0] += strength * shading.material.diffuse * facing;
+            shares[1] += strength * shading.material.specular *
+                         std::pow(std::max(0.0, dot(mirrored, eye)), shading.material.exponent);
+        }
     }
     return shares;
 }
