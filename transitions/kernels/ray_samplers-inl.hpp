@@ -96,10 +96,9 @@ class Gathered {
                                     Pair (&pairs)[4]) {
         gathers::HWY_NAMESPACE::gather_pairs<Reads, 4>(rows, offset, pairs);
     }
-    /// Of the sample and the three around it along x, in each of four rows: what lies at f between
-    /// the inner two, and the difference of what lies one sample behind and one before.
-    HWY_INLINE static void four_along(const std::uint8_t* const (&rows)[4], VI offset, VF f,
-                                      VF (&own)[4], VF (&differences)[4]) {
+    /// The sample before one, itself and the two behind it along x, in each of four rows.
+    HWY_INLINE static void four_taps(const std::uint8_t* const (&rows)[4], VI offset,
+                                     VF (&taps)[4][4]) {
         constexpr int kBytes = sizeof(T);
         const std::uint8_t* before[4];
         const std::uint8_t* behind[4];
@@ -107,7 +106,6 @@ class Gathered {
             before[r] = rows[r] - kBytes;
             behind[r] = rows[r] + kBytes;
         }
-        VF taps[4][4];
         if constexpr (kBytes == 1) {
             VI words[4];
             gathers::HWY_NAMESPACE::gather_words<Reads, 4>(before, offset, words);
@@ -129,6 +127,13 @@ class Gathered {
                 taps[r][3] = high[r].second;
             }
         }
+    }
+    /// Of the sample and the three around it along x, in each of four rows: what lies at f between
+    /// the inner two, and the difference of what lies one sample behind and one before.
+    HWY_INLINE static void four_along(const std::uint8_t* const (&rows)[4], VI offset, VF f,
+                                      VF (&own)[4], VF (&differences)[4]) {
+        VF taps[4][4];
+        four_taps(rows, offset, taps);
         for (int r = 0; r < 4; ++r) {
             own[r] = between(taps[r][1], taps[r][2], f);
             differences[r] =
@@ -370,9 +375,12 @@ class LinearSampler {
         const VF half = hn::Set(d, 0.5f), quarter = hn::Set(d, 0.25f);
         const VF place[3] = {x, y, z};
         SlopedTaps<4> along[3];
+        VI cells[3];
+        auto inner = hn::Eq(hn::Zero(di), hn::Zero(di));
         for (int axis = 0; axis < 3; ++axis) {
             auto& [index, weight, slope] = along[axis];
-            const VI cell = truncated(place[axis]);
+            const VI cell = cells[axis] = truncated(place[axis]);
+            inner = hn::And(inner, is_inner(cell, axis));
             const VF f = hn::Sub(place[axis], hn::ConvertTo(d, cell)),
                      g = hn::Sub(hn::Set(d, 1.0f), f);
             for (int tap = 0; tap < 4; ++tap)
@@ -388,8 +396,44 @@ class LinearSampler {
             slope[2] = hn::Mul(half, g);
             slope[3] = hn::Mul(half, f);
         }
-        sum_slopes(
-            along, 4, [&](VI i, VI j, VI k) HWY_ATTR { return at_index(i, j, k); }, slopes);
+        for (VF& axis : slopes) axis = hn::Zero(d);
+        const auto add = [&](int c, const VF(&taps)[4][4]) HWY_ATTR {
+            for (int b = 0; b < 4; ++b) {
+                VF row = hn::Zero(d), steep = row;
+                for (int a = 0; a < 4; ++a) {
+                    row = hn::MulAdd(along[0].weight[a], taps[b][a], row);
+                    steep = hn::MulAdd(along[0].slope[a], taps[b][a], steep);
+                }
+                slopes[0] =
+                    hn::MulAdd(hn::Mul(along[1].weight[b], along[2].weight[c]), steep, slopes[0]);
+                slopes[1] =
+                    hn::MulAdd(hn::Mul(along[1].slope[b], along[2].weight[c]), row, slopes[1]);
+                slopes[2] =
+                    hn::MulAdd(hn::Mul(along[1].weight[b], along[2].slope[c]), row, slopes[2]);
+            }
+        };
+        VF taps[4][4];
+        if constexpr (!std::is_same_v<Read, Walked>) {
+            // Samples of one row are read together where all lanes have all of them: the same
+            // numbers, so what a lane gets does not hang on those beside it.
+            if (hn::AllTrue(di, inner)) {
+                const VI offset = read_.offset(cells[0], cells[1], cells[2]);
+                for (int c = 0; c < 4; ++c) {
+                    const std::uint8_t* const first = read_.base() + (c - 1) * deep_;
+                    const std::uint8_t* const rows[4] = {first - down_, first, first + down_,
+                                                         first + 2 * down_};
+                    read_.four_taps(rows, offset, taps);
+                    add(c, taps);
+                }
+                return;
+            }
+        }
+        for (int c = 0; c < 4; ++c) {
+            for (int b = 0; b < 4; ++b)
+                for (int a = 0; a < 4; ++a)
+                    taps[b][a] = at_index(along[0].index[a], along[1].index[b], along[2].index[c]);
+            add(c, taps);
+        }
     }
     /// Asks for the lines that at() will read, but those of the next slice: where it comes to
     /// that, the next sample's are there.
