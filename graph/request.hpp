@@ -108,7 +108,8 @@ struct Request {
     Mode mode = Mode::mip;
     Transfer transfer;  // of composite
     Shading shading;    // of modes that take light
-    GradientScheme gradient = GradientScheme::central;  // for light and opacities
+    /// For light and opacities.
+    GradientScheme gradient = GradientScheme::central;
     /// Width and height of a picture's pixel, in steps along screen z.
     std::array<double, 2> pixel{1, 1};
     std::optional<SurfaceOf> surface = {};  // absent: none is asked for

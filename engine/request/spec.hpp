@@ -156,7 +156,7 @@ struct RequestSpec {
     std::optional<Shade> shade;  // else the mode's own
     /// Else sobel where the data are noisy and the preset that suits them says so, and central.
     std::optional<GradientScheme> gradient;
-    std::vector<Light> lights;   // else one over the viewer's left shoulder
+    std::vector<Light> lights;  // else one over the viewer's left shoulder
     /// Else that of the transfer function, or 0.2, 0.9, 0.2 and 20: what is white and faces the eye
     /// is nearly white. With shadows more of ambient light then, which throws none.
     std::optional<Material> material;
