@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "graph/shadow_start.hpp"
+
 namespace edgewise {
 namespace {
 
@@ -59,9 +61,11 @@ Arriving ArrivingLight::at(int view, const Vec3& p) const {
     const Eigen::Matrix3d& to_input = views_[static_cast<std::size_t>(view)].to_input;
     const Clip* kept = want_.clip(view);
     if (want_.shading.shadows)
-        for (std::size_t i = 0; i < want_.shading.lights.size(); ++i)
+        for (std::size_t i = 0; i < want_.shading.lights.size(); ++i) {
+            const Vec3 towards = to_input * want_.shading.lights[i].towards;
             arriving.lights[i] = std::exp(
-                -depth_along(p, to_input * want_.shading.lights[i].towards, HUGE_VAL, kept));
+                -depth_along(p + shadow_start(want_, view) * towards, towards, HUGE_VAL, kept));
+        }
     if (want_.shading.occlusion > 0) {
         arriving.ambient = 0;
         for (const Vec3& along : around_)

@@ -99,6 +99,44 @@ class Shadows(Running):
         self.assertEqual(pictures[0], pictures[1])
         self.assertEqual(pictures[0], pictures[2])
 
+    @staticmethod
+    def kept_back(towards_eye, towards_light):
+        """The share of light that a flat surface, whose opacity rises to 0.9 within a sample, keeps from itself.
+        @param towards_eye, towards_light  cosines between its normal and these"""
+        depth = np.linspace(0, 8, 4001)
+        step = depth[1]
+        taken = np.cumsum(-np.log1p(-np.minimum(0.9 * depth, 0.9))) * step
+        left = np.exp(-taken / towards_eye)
+        seen = -np.diff(left)
+        to_light = np.interp(depth - 2 * towards_light, depth, taken, left=0) / towards_light
+        return np.sum(seen * (1 - np.exp(-to_light[1:])))
+
+    def test_a_surface_is_not_in_its_own_shadow(self):
+        """Shadows begin two samples towards the light, and have no rings; the side that faces away has no light."""
+        for n, centre, light, dtype, shade in ((48, (23.5, 23.5, 23.5), (-0.5, -0.5, -1), "<f4", "phong"), (40, (19.2, 20.1, 18.7), (0, -0.3, -1), "<i2", "phong"),
+                                               (56, (27.5, 26.8, 28.1), (1, 0.2, -0.6), "<f4", "torrance-sparrow")):
+            z, y, x = np.mgrid[0:n, 0:n, 0:n].astype(float)
+            away = np.sqrt((x - centre[0]) ** 2 + (y - centre[1]) ** 2 + (z - centre[2]) ** 2)
+            source = self.folder / "ball.nrrd"
+            files.write_nrrd(source, np.round(100 * (0.4 * n - away)).astype(dtype))
+            words = ("--transfer", self.transfer((0, 0, [1, 1, 1]), (100, 0.9, [1, 1, 1])), "--shade", shade, "--material", "0.2,0.8,0,10",
+                     "--light", ",".join(map(str, light)), "--via", "project.ray_cast/filter=foh/step=0.125", "--max-error", "9", "--background", "none", "--view", "z")
+            free, shaded = self.render(source, *words), self.render(source, *words, "--shadows")
+            # The normal where a ray meets the ball: x right, y down, the eye at small z.
+            v, u = np.mgrid[0:n, 0:n].astype(float)
+            a, b = (u - centre[0]) / (0.4 * n), (v - centre[1]) / (0.4 * n)
+            c = -np.sqrt(np.clip(1 - a * a - b * b, 0, 1))
+            cosine = (a * light[0] + b * light[1] + c * light[2]) / np.linalg.norm(light)
+            inside = a * a + b * b < 0.8
+            facing = inside & (cosine > 0.4)
+            self.assertGreater(facing.sum(), 50)
+            expected = np.array([0.8 * k * self.kept_back(-w, k) for k, w in zip(cosine[facing], c[facing])])
+            self.assertLess(np.abs((free - shaded)[facing][:, 0] - expected).max(), 0.04)
+            # The side that faces away is in the ball's own shadow.
+            behind = inside & (cosine < -0.3)
+            if behind.any():
+                self.assertLess(shaded[behind][:, 0].max(), 0.25)
+
     def test_refusals(self):
         source = self.source(np.arange(125).reshape(5, 5, 5))
         for words, part in ((("--mode", "composite", "--shadows"), "--shadows: of --mode composite with --shade"),

@@ -4,6 +4,7 @@
 #include <functional>
 #include <tbb/parallel_for.h>
 
+#include "graph/shadow_start.hpp"
 #include "transitions/project/picture.hpp"
 
 namespace edgewise {
@@ -16,6 +17,13 @@ void for_lines(std::int64_t count, const Context* context, const Lines& body) {
         if (!context || !context->stopped()) body(line, line + 1);
     });
     if (context) context->poll();
+}
+
+/// Places look up what arrives at those which are so much nearer to the light.
+/// @param start  [t]
+void begin_at(kernels::LightGrid& grid, double start) {
+    constexpr std::size_t kAlongShift = 4 * 2 + 3;  // of the third row, which goes along the light
+    grid.to_grid[kAlongShift] -= start / grid.step;
 }
 
 }  // namespace
@@ -31,9 +39,11 @@ ArrivingGrids::ArrivingGrids(const kernels::Grid& samples, const Representation&
     to_screen.row(0) *= want.pixel[0];
     to_screen.row(1) *= want.pixel[1];
     if (want.shading.shadows)
-        for (const Light& light : want.shading.lights)
+        for (const Light& light : want.shading.lights) {
             lights_.push_back(
                 kernels::LightGrid::around(from.extent, to_screen, light.towards, memory));
+            begin_at(lights_.back(), shadow_start(want, view));
+        }
     for (const kernels::LightGrid& grid : lights_) lanes_.lights.push_back(&grid);
     if (want.shading.occlusion > 0) {
         ambient_.emplace(kernels::AmbientGrid::around(from.extent, to_screen.topLeftCorner<3, 3>(),
