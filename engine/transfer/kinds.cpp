@@ -98,6 +98,21 @@ void take_shape(Look& look, const Data& data, double least) {
     look.centre = share_of(data, centre, kOfCentre, least);
 }
 
+/// The share of samples that are above both neighbours along x, or below both.
+double turns_of(const Drawn& drawn) {
+    double triples = 0, turns = 0;
+    for (std::size_t i = 0; i < drawn.runs(); ++i) {
+        const auto run = drawn.run(i);
+        for (std::size_t k = 2; k < run.size(); ++k) {
+            ++triples;
+            const float middle = run[k - 1];
+            turns += (middle > run[k - 2] && middle > run[k]) ||
+                     (middle < run[k - 2] && middle < run[k]);
+        }
+    }
+    return triples > 0 ? turns / triples : 0;
+}
+
 /// How values of the body are distributed.
 void take_values(Look& look, const Glance& glance, double least) {
     const double height = look.window.high - look.window.low;
@@ -119,6 +134,7 @@ void take_values(Look& look, const Glance& glance, double least) {
         beside += (value >= lit) != (before >= lit);
     });
     if (of_bright > 0) look.thin = beside / of_bright;
+    look.turns = turns_of(glance.inside);
     // Every second run is enough for quartiles; of few runs all are taken.
     constexpr std::size_t kFewRuns = 512;
     const std::size_t each = glance.inside.runs() > kFewRuns ? 2 : 1;
@@ -142,6 +158,15 @@ bool is_small(const Look& look) {
 }
 bool is_of_patient(const Look& look) {
     return look.file.millimetres > 0 && !is_small(look) && look.longest() >= 60;
+}
+/// The same where lengths without a unit are taken for mm, as most programs do. What has no noise
+/// was computed, not scanned.
+bool may_be_of_patient(const Look& look) {
+    if (look.file.millimetres > 0) return is_of_patient(look);
+    constexpr double kScanned = 0.1;
+    Look in_mm = look;
+    in_mm.file.millimetres = 1;
+    return look.turns > kScanned && is_of_patient(in_mm);
 }
 /// Most of the volume is dark, and most of the rest is dim.
 bool glows(const Look& look) {
@@ -174,7 +199,7 @@ bool is_fluorescence(const Look& look) {
 bool is_micro_ct(const Look& look) { return may_be(look, "CT") && is_small(look); }
 bool is_angiogram(const Look& look) {
     constexpr double kFine = 1.6;  // [mm]
-    return may_be(look, "MR") && is_of_patient(look) && look.spacing.minCoeff() <= kFine &&
+    return may_be(look, "MR") && may_be_of_patient(look) && look.spacing.minCoeff() <= kFine &&
            is_sparse_and_bright(look);
 }
 /// As wide as a head along all axes, free on all sides but that of the neck, full in the middle, of

@@ -36,6 +36,7 @@ struct Look {
     double middle = 0;                 // of the window, where the median of the body lies
     double spread = 0;                 // of the window, between the quartiles of the body
     double centre = 0;                 // of the middle third along each axis, the body
+    double turns = 0;                  // of samples inside, extremes along x: noise has many
     int open_faces = 0;                // faces of the volume that hardly any of the body touches
 
     /// Of one axis [mm]; 0: not known.

@@ -192,6 +192,29 @@ class Kinds(Running):
         self.expect("general", self.nifti(angiogram(), 1, SILENT))  # a simulation
         self.assertNotEqual(self.taken(self.nifti(angiogram(.16), 400)), "mr-angio")  # samples of 7 mm hold no vessels
 
+    def vtk(self, a, spacing):
+        """A file that says lengths and no unit."""
+        path = self.folder / f"a{len(list(self.folder.iterdir()))}.vtk"
+        n = a.shape[::-1]
+        kind = {"u1": "unsigned_char", "i2": "short", "f4": "float"}[a.dtype.str[1:]]
+        text = (f"# vtk DataFile Version 3.0\nx\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS {n[0]} {n[1]} {n[2]}\nSPACING {spacing} {spacing} {spacing}\n"
+                f"ORIGIN 0 0 0\nPOINT_DATA {a.size}\nSCALARS v {kind} 1\nLOOKUP_TABLE default\n")
+        path.write_bytes(text.encode() + a.astype(a.dtype.newbyteorder(">")).tobytes())
+        return path
+
+    def test_an_angiogram_without_a_unit(self):
+        # Lengths are taken for mm.
+        self.expect("mr-angio", self.vtk((angiogram(.12) * 250).astype("u1"), 1.4))
+        self.expect("mr-angio", self.vtk((angiogram(.16) * 2500).astype("<i2"), 1.2))
+        self.expect("mr-angio", self.vtk((angiogram(.1) * 1.5).astype("<f4")[:50, :, :54], 1.3))
+        self.expect("mr-angio", DATA / "carotid" / "carotid.vtk")
+        # Smaller than any patient's vessels, samples too coarse for them, much that is bright, and simulations, which have no noise.
+        for spacing in (0.01, 0.9, 5):
+            self.assertNotEqual(self.taken(self.vtk((angiogram(.12) * 250).astype("u1"), spacing)), "mr-angio")
+        for a in ((angiogram() * 250).astype("u1"), (angiogram() + 0.1 * np.cos(3 * grid()[0]) + 0.1).astype("<f4")):
+            self.assertNotEqual(self.taken(self.vtk(a, 1.4)), "mr-angio")
+        self.assertNotEqual(self.taken(self.vtk((angiogram(.6) * 250).clip(0, 255).astype("u1"), 1.4)), "mr-angio")
+
     def test_micro_ct(self):
         grey = 60 + 120 * trabecula() + noise((N, N, N), 6, 9)
         for side, unit in ((.6, MM), (600, UM), (1.1, MM)):
