@@ -15,6 +15,7 @@
 #include "engine/result_writer.hpp"
 #include "graph/errors.hpp"
 #include "graph/mode.hpp"
+#include "io/stain_colours.hpp"
 
 namespace edgewise {
 namespace {
@@ -89,18 +90,31 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
                                        [](const ChannelSpec& one) { return !one.colour; });
     const bool is_file = !input.phantom && !input.described && !input.pairs;
     std::vector<std::optional<store::Colour>> said;
-    if (asks_file && is_file) said = store::channel_colours(input.name, input.selection);
+    std::vector<std::string> names;
+    const auto of_name = [&](int channel) -> std::optional<store::Colour> {
+        const auto at = static_cast<std::size_t>(channel);
+        return at < names.size() ? store::colour_by_name(names[at]) : std::nullopt;
+    };
+    if (asks_file && is_file) {
+        said = store::channel_colours(input.name, input.selection);
+        names = store::channel_names(input.name, input.selection);
+    }
     std::vector<std::optional<std::array<double, 2>>> ranges;
     if (is_file) ranges = store::channel_ranges(input.name);
+    std::set<store::Colour> taken;
+    for (const ChannelSpec& one : wanted)
+        if (const auto colour = of_name(one.channel)) taken.insert(*colour);
     std::vector<MergedChannel> channels;
     for (const ChannelSpec& one : wanted) {
         MergedChannel& channel = channels.emplace_back();
         channel.channel = one.channel;
         const auto at = static_cast<std::size_t>(one.channel);
         const auto of_file = at < said.size() ? said[at] : std::nullopt;
+        const auto named = of_name(one.channel);
         channel.colour = one.colour ? *one.colour
                          : of_file  ? *of_file
-                                    : store::colour_by_number(one.channel);
+                         : named    ? *named
+                                    : store::free_colour(one.channel, taken);
         if (at < ranges.size()) channel.range = ranges[at];
         for (const double part : channel.colour)
             if (!(part >= 0 && part <= 1))

@@ -96,6 +96,33 @@ class Names(Running):
                 np.testing.assert_array_equal(sheet[y:y + height, x:x + width], alone[i])
         self.assertIn(b"do not fit", self.render(path, colours, 2, "--montage", "2x1"))
 
+    def colours(self, path, *words):
+        report = json.loads(self.run_it("render", path, "-o", "null:", "--channel", "all", "--view", "z", "--spacing", "1", *words, "--json", "-").stdout)
+        return [channel["colour"] for channel in report["channels"]]
+
+    def test_names_of_stains_tell_colours(self):
+        red, green, blue, magenta = "#ff0000", "#00ff00", "#0000ff", "#ff00ff"
+        for i, (names, expected) in enumerate(((["DAPI", "GFP", "mCherry", "Cy5"], [blue, green, red, magenta]),
+                                               (["Hoechst 33342", "Alexa Fluor 488", "AF568", "alexa-647"], [blue, green, red, magenta]),
+                                               (["TRITC", "fitc", "EGFP", "Cy3"], [red, green, green, red]),
+                                               # What has no known name takes the first colour that no name has taken.
+                                               (["DAPI", "actin", "gfp"], [blue, "#ffffff", green]), (["a", "DAPI", "b"], [red, blue, "#ffffff"]),
+                                               # None is known; words that only begin like one.
+                                               (["actin", "b"], [red, green]), (["DAPI2x", "GFPs are dim"], [red, green]))):
+            self.assertEqual(self.colours(self.ome(f"n{i}.ome.tif", names)), expected, names)
+            self.assertEqual(self.colours(self.zarr(f"n{i}.zarr", names)), expected, names)
+
+    def test_colours_of_the_file_and_of_the_command_go_first(self):
+        path = self.zarr("own.zarr", ["DAPI", "GFP"])
+        text = json.loads((path / ".zattrs").read_text())
+        for channel, colour in zip(text["omero"]["channels"], ("00FFFF", "FFFF00")):
+            channel["color"] = colour
+        (path / ".zattrs").write_text(json.dumps(text))
+        self.assertEqual(self.colours(path), ["#00ffff", "#ffff00"])
+        path = self.zarr("said.zarr", ["DAPI", "GFP"])
+        report = json.loads(self.run_it("render", path, "-o", "null:", "--channel", "0=yellow,1", "--view", "z", "--json", "-").stdout)
+        self.assertEqual([channel["colour"] for channel in report["channels"]], ["#ffff00", "#00ff00"])
+
     def test_several_and_none(self):
         self.assertIn(b"0 and 2", self.render(self.zarr("b.zarr", ["x", "y", "X"]), "x", 2))
         self.assertIn(b"names none", self.render(self.zarr("c.zarr", ["", ""]), "DAPI", 2))
