@@ -17,6 +17,7 @@ namespace edgewise {
 namespace {
 
 constexpr int kBetweenPlanes = 2;  // pixels between planes
+constexpr int kLeastSide = 512;    // pixels of a picture whose size nobody says
 
 /// An option of the request that planes have no use for, or "".
 std::string useless(const RequestSpec& spec) {
@@ -71,7 +72,12 @@ class MakingPlanes {
         pixel_ = grid_.spacing.minCoeff();
         const GeometrySpec& geometry = spec_.geometry;
         if (geometry.spacing) pixel_ = geometry.spacing->front();
-        if (!geometry.size) return;
+        if (!geometry.size) {
+            // Gaps make up for what rounding takes from two planes.
+            if (!geometry.spacing) pixel_ = std::min(pixel_, longer_side() / kLeastSide);
+            return;
+        }
+        if (geometry.size->native) return;
         if (geometry.size->fit || geometry.size->sides.size() != 1)
             throw RequestError(
                 fmt::format("--size: '{}' given; of --mpr expected N, the pixels of the longest "
@@ -82,6 +88,18 @@ class MakingPlanes {
             longest =
                 std::max(longest, static_cast<double>(grid_.extent[axis]) * grid_.spacing[axis]);
         pixel_ = longest / static_cast<double>(geometry.size->sides[0]);
+    }
+
+    /// Of the picture without its gap [file unit].
+    double longer_side() const {
+        std::array<Vec3, 3> sides;  // of each plane, along its x, y and away from the eye
+        for (std::size_t k = 0; k < sides.size(); ++k)
+            sides[k] = view_of(views_[k], grid_.direction).cwiseAbs() *
+                       grid_.spacing.cwiseProduct(Vec3(static_cast<double>(grid_.extent.x),
+                                                       static_cast<double>(grid_.extent.y),
+                                                       static_cast<double>(grid_.extent.z)));
+        return std::max(std::max(sides[0].x(), sides[2].x()) + sides[1].x(),
+                        std::max(sides[0].y(), sides[1].y()) + sides[2].y());
     }
 
     /// One plane, as a warp of the view's grid of which one layer is kept.

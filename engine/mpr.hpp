@@ -15,7 +15,8 @@ namespace edgewise {
 /// first two, below the first is the third, so that what lies in one column or row has one x or z.
 /// All have square pixels of one size, through one window.
 struct Planes {
-    /// @param request   of render; its size is one number, of the longest side of the volume
+    /// @param request   of render; its size is one number, of the longest side of the volume;
+    ///                  absent: one pixel a sample, but at least 512 on the longer side
     /// @param place     sample of the input
     /// @param listener  outlives it
     Planes(RequestSpec request, const std::array<double, 3>& place, Catalogue catalogue,

@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <filesystem>
 #include <fmt/format.h>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -212,7 +214,26 @@ void add_filter(CLI::App& app, JobOptions& o) {
 namespace {
 
 /// A mistyped name may be one of other programs.
-void expect_op(const std::string& word) {
+void expect_op(const std::string& word, const std::optional<std::string>& size) {
+    const std::string plain = plain_op_name(word);
+    if (plain == "threshold" || plain == "binarize" || plain == "binarise") {
+        // Whoever gave a level gave it as the kernel.
+        std::string from = "T", below = "T-1";
+        int level = 0;
+        if (size) {
+            const auto [end, error] =
+                std::from_chars(size->data(), size->data() + size->size(), level);
+            if (error == std::errc() && end == size->data() + size->size() &&
+                level > std::numeric_limits<int>::min()) {
+                from = std::to_string(level);
+                below = std::to_string(level - 1);
+            }
+        }
+        throw RequestError(fmt::format(
+            "--op: '{}' is no filter: a window does it. `edgewise warp FILE -o OUT --bits 8 "
+            "--window {},{}` makes whole numbers from {} on white and all others black",
+            word, below, from, from));
+    }
     std::vector<std::string> names;
     for (const NamedSum& sum : kNamedSums) names.emplace_back(sum.name);
     const std::string near = nearest_name(word, names);
@@ -240,7 +261,7 @@ FilterSpec filter_of(const JobOptions& o) {
                                                             : FilterOp::correlate;
         return filter;
     }
-    expect_op(*o.op);
+    expect_op(*o.op, o.kernel);
     filter.op = filter_op_named(*o.op);
     if (o.kernel) {
         filter.kernel = kernel_of(*o.kernel);

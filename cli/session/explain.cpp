@@ -10,6 +10,7 @@
 #include "cli/session/margin_report.hpp"
 #include "cli/session/refusals.hpp"
 #include "engine/guesses.hpp"
+#include "engine/look/sheet.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
@@ -329,14 +330,15 @@ std::string result_of(const Session& session) {
                                    : files.size() == 1
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
-    const Extent out = want.output();
+    const bool sheet = session.spec.look.montage && !files.empty();
+    const Extent out = sheet ? sheet_extent(session.spec.look, want.output()) : want.output();
     if (session.surface)
         parts.push_back(fmt::format("{} triangles, {} vertices, {}", session.surface->triangles,
                                     session.surface->vertices,
                                     session.surface->closed ? "closed" : "open"));
     else
-        parts.push_back((want.frames > 1 ? fmt::format("{} of ", want.frames) : "") +
-                        text_of(out, want.job->samples ? want.axes : 2));
+        parts.push_back((want.frames > 1 && !sheet ? fmt::format("{} of ", want.frames) : "") +
+                        text_of(out, want.job->samples && !sheet ? want.axes : 2));
     if (looks_along_z(session)) parts.push_back("seen along z, as no orientation is known");
     if (session.preset) parts.push_back(preset_text(*session.preset));
     if (const std::optional<double> filled = filled_with(session))

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/session/explain.hpp"
+#include "engine/look/sheet.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/request/quantities.hpp"
 #include "graph/version.hpp"
@@ -173,8 +174,9 @@ std::string result_of(const Merge& merge) {
                                    : files.size() == 1
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
-    parts.push_back((merge.frames > 1 ? fmt::format("{} of ", merge.frames) : "") +
-                    text_of(merge.extent, 2));
+    const bool sheet = merge.spec.look.montage && !files.empty();
+    parts.push_back((merge.frames > 1 && !sheet ? fmt::format("{} of ", merge.frames) : "") +
+                    text_of(sheet ? sheet_extent(merge.spec.look, merge.extent) : merge.extent, 2));
     for (const auto& [path, channels] : paths_of(merge))
         parts.push_back(fmt::format("channel{} {} by {}", channels.size() > 1 ? "s" : "",
                                     fmt::join(channels, " and "), path));

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/session/explain.hpp"
+#include "engine/look/sheet.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/request/quantities.hpp"
 
@@ -62,8 +63,10 @@ std::string result_of(const Series& series) {
                                    : files.size() == 1
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
-    parts.push_back(fmt::format("{} time points of {}", series.times,
-                                text_of(series.first->want().output(), 2)));
+    const Extent picture = series.first->want().output();
+    parts.push_back(series.first->spec.look.montage && !files.empty()
+                        ? text_of(sheet_extent(series.first->spec.look, picture), 2)
+                        : fmt::format("{} time points of {}", series.times, text_of(picture, 2)));
     parts.push_back(fmt::format("{}", fmt::join(series.measured->steps, " > ")));
     parts.push_back(seconds_text(median(series.measured->seconds)));
     if (series.measured->error)

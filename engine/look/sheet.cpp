@@ -17,16 +17,14 @@ int rows_of_sheet(const LookSpec& look) { return (*look.montage)[1]; }
 Sheet::Sheet(const LookSpec& look, const store::Header& picture, int count)
     : look_(look), picture_(picture), count_(count) {
     if (!look_.montage) return;
-    const int columns = columns_of(look_), rows = rows_of_sheet(look_);
-    const double width = double(columns) * (double(picture.extent.x) + kGap) - kGap,
-                 height = double(rows) * (double(picture.extent.y) + kGap) - kGap;
-    constexpr double kMostSide = 65535;
-    if (width > kMostSide || height > kMostSide)
+    const Extent sheet = sheet_extent(look_, picture.extent);
+    constexpr std::int64_t kMostSide = 65535;
+    if (sheet.x > kMostSide || sheet.y > kMostSide)
         throw RequestError(
-            fmt::format("--montage {}x{}: would be {:.0f}x{:.0f} pixels; at most {} a side: give "
-                        "the pictures a smaller --size",
-                        columns, rows, width, height, kMostSide));
-    montage_.emplace(static_cast<int>(width), static_cast<int>(height), picture.channels);
+            fmt::format("--montage {}x{}: would be {}x{} pixels; at most {} a side: give the "
+                        "pictures a smaller --size",
+                        columns_of(look_), rows_of_sheet(look_), sheet.x, sheet.y, kMostSide));
+    montage_.emplace(static_cast<int>(sheet.x), static_cast<int>(sheet.y), picture.channels);
 }
 
 void Sheet::explain(const Legend& legend) { legend_ = legend; }
@@ -72,6 +70,13 @@ void Sheet::finish(Canvas sheet) {
     header_ = picture_;
     header_.extent = {sheet.width, sheet.height, 1};
     whole_ = std::move(sheet);
+}
+
+Extent sheet_extent(const LookSpec& look, const Extent& picture) {
+    if (!look.montage) return picture;
+    // Sides and counts are far below where this could overflow.
+    return {columns_of(look) * (picture.x + kGap) - kGap,
+            rows_of_sheet(look) * (picture.y + kGap) - kGap, 1};
 }
 
 int sheets_of(const LookSpec& look, int pictures) {

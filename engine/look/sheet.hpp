@@ -44,6 +44,9 @@ class Sheet {
     store::Header header_;
 };
 
+/// How large a file is of pictures of one size, without its legend.
+Extent sheet_extent(const LookSpec& look, const Extent& picture);
+
 /// How many files a number of pictures makes.
 int sheets_of(const LookSpec& look, int pictures);
 

@@ -194,7 +194,7 @@ class Looks(Running):
             path = self.folder / f"planes{dtype[-1]}.nrrd"
             files.write_nrrd(path, volume)
             x, y, z = place
-            found = self.picture("render", path, "--mpr", f"{x},{y},{z}", "--window", "0,255")[..., 0]
+            found = self.picture("render", path, "--mpr", f"{x},{y},{z}", "--window", "0,255", "--size", "native")[..., 0]
             nz, ny, nx = extent
             self.assertEqual(found.shape, (nz + 2 + ny, nx + 2 + ny))
             np.testing.assert_array_equal(found[:nz, :nx], volume[:, y, :])
@@ -205,7 +205,7 @@ class Looks(Running):
         # Thick slices become as tall as they are.
         nifti = self.folder / "thick.nii"
         files.write_nifti(nifti, volume, spacing=(1, 1, 3))
-        self.assertEqual(self.picture("render", nifti, "--mpr", "1,1,1").shape[0], 3 * 4 + 2 + 30)
+        self.assertEqual(self.picture("render", nifti, "--mpr", "1,1,1", "--size", "native").shape[0], 3 * 4 + 2 + 30)
         self.assertEqual(self.picture("render", nifti, "--mpr", "1,1,1", "--size", "60").shape[0], 2 * (12 + 30) + 2)
         done = self.run_it("render", path, "-o", self.folder / "o.png", "--mpr", "1,1,1", "--json", "-")
         self.assertEqual(len(json.loads(done.stdout)["planes"]), 3)
