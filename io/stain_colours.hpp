@@ -11,8 +11,8 @@
 namespace edgewise::store {
 
 /// Stains and proteins by the colour of their light, in lower case without spaces and signs.
-/// Source: wavelengths of emission by FPbase (Lambert, Nature Methods 2019): up to 480 nm blue, to
-/// 560 green, to 640 red, beyond, which the eye hardly sees, magenta.
+/// By where most of their light is: up to 480 nm blue, to 560 green, to 640 red; beyond, which the
+/// eye hardly sees, magenta.
 struct Stain {
     const char* name;
     const char* colour;
