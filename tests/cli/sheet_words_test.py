@@ -124,7 +124,7 @@ class Montages(Sheets):
 
     def test_planes(self):
         def planes(*words):
-            sheet = self.picture("render", self.ball, "--mpr", "8,7,6", *words)
+            sheet = self.picture("render", self.ball, "--mpr", "8,7,6", "--size", "native", *words)
             return [tuple(part) for part in (sheet[0, 18], sheet[14, 0], sheet[-1, -1])]
         self.assertEqual(planes("--window", "0,255"), [(0,)] * 3)
         self.assertEqual(planes("--window", "255,0"), [(255,)] * 3)
@@ -139,7 +139,7 @@ class Planes(Sheets):
             files.write_nrrd(path, random.integers(0, 200, extent).astype(dtype))
             place = ",".join(str(n // 2) for n in extent[::-1])
             # Planes of samples as they are: exact. Finer ones of linear samples are not.
-            for words, exact in (((), True), (("--size", "61"), False)):
+            for words, exact in ((("--size", "native"), True), (("--size", "61"), False)):
                 done = self.run_it("render", path, "-o", self.folder / "p.png", "--mpr", place, "--verify", *words)
                 said = re.findall(r"^plane ([xyz])\nmeasured: .*, error ([\d.e+-]+)", done.stdout.decode(), re.M)
                 self.assertEqual([plane for plane, _ in said], ["y", "x", "z"])
