@@ -10,9 +10,9 @@
 
 namespace edgewise::store {
 
-/// Stains and proteins by the colour of their light, in lower case without spaces and signs.
-/// By where most of their light is: up to 480 nm blue, to 560 green, to 640 red; beyond, which the
-/// eye hardly sees, magenta.
+/// Stains and fluorescent proteins, in lower case without spaces and signs, with the colour that
+/// they are shown in. It goes by the wavelength of most of their emission: up to 480 nm blue, to
+/// 560 green, to 640 red; beyond, which the eye hardly sees, magenta.
 struct Stain {
     const char* name;
     const char* colour;
