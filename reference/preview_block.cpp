@@ -45,6 +45,11 @@ PreviewBlock::PreviewBlock(const ReferenceField& field, const Region& cells,
     if (!constant_) spline_.emplace(data, cells, kMargin, memory, all_finite_);
 }
 
+void PreviewBlock::read_exactly(std::pmr::memory_resource* memory) {
+    if (field_.kind() == Field::spline && all_finite_ && !constant_)
+        exact_.emplace(field_.samples(), Region::all(field_.extent()), 0, memory, true);
+}
+
 void PreviewBlock::load() {
     const Data& data = field_.samples();
     const Extent held = held_.extent();
@@ -175,6 +180,14 @@ void PreviewBlock::reference(const Places& places, double* values) const {
         for (std::size_t i = 0; i < places.count; ++i) values[i] = field_.formula()->at(places[i]);
         return;
     }
+    if (exact_) {
+        std::vector<double> all(static_cast<std::size_t>(channels_));
+        for (std::size_t i = 0; i < places.count; ++i) {
+            exact_->at(field_.clamped(places[i]), all.data());
+            values[i] = all[0];
+        }
+        return;
+    }
     hold(own_hold(), places, values);
     if (all_finite_) return;
     std::vector<double> exact(static_cast<std::size_t>(channels_));
@@ -191,7 +204,10 @@ bool PreviewBlock::reference(const Vec3& p, double* values) const {
     }
     if (!all_finite_ && field_.near_non_finite(p))
         return field_.at(p, {values, static_cast<std::size_t>(channels_)});
-    hold(own_hold(), p, values);
+    if (exact_)
+        exact_->at(field_.clamped(p), values);
+    else
+        hold(own_hold(), p, values);
     return true;
 }
 

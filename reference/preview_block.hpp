@@ -26,6 +26,10 @@ class PreviewBlock {
     /// @param cells  floor of the clamped positions that will be asked for
     PreviewBlock(const ReferenceField& field, const Region& cells,
                  std::pmr::memory_resource* memory);
+    /// Makes reference() read the spline in f64, as --verify does: where samples ring about a
+    /// plateau at the level of a threshold, f32 decides otherwise. For blocks of all samples,
+    /// whose spline has no margin that is cut.
+    void read_exactly(std::pmr::memory_resource* memory);
 
     const ReferenceField& field() const noexcept { return field_; }
     /// Channel values at p; p is clamped here. Not finite where the nearest sample is not.
@@ -85,6 +89,7 @@ class PreviewBlock {
     Array copy_;  // [z][y][x][channel]
     const float* samples_ = nullptr;
     std::optional<SplineBlock<float>> spline_;
+    std::optional<SplineBlock<double>> exact_;  // what the reference reads instead
     bool constant_ = false, all_finite_ = true;
 };
 

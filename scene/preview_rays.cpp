@@ -196,8 +196,10 @@ Tallies tally_all(const Drawn& drawn, const RaySetting& setting, const ViewGeome
                   std::pmr::memory_resource* memory) {
     const ReferenceField& field = setting.field;
     std::optional<PreviewBlock> whole;
-    if (field.extent().samples() <= kSmallInput)
+    if (field.extent().samples() <= kSmallInput) {
         whole.emplace(field, Region::all(field.extent()), memory);
+        if (setting.want.mode->threshold) whole->read_exactly(memory);
+    }
     Tallies tallies(setting.facts.size());
     std::vector<Bundle> bundles(std::min(kAtOnce, drawn.draws.size()));
     for (std::size_t first = 0; first < drawn.draws.size(); first += bundles.size()) {

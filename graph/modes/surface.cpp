@@ -64,29 +64,39 @@ void add(Stretch& stretch, std::span<const double> values, const double* pieces,
     }
 }
 
-/// A place where the field passes the level, by false position with halved ends (Dowell and
-/// Jarratt 1971), which never leaves the interval. Where the field jumps, that is the first place
-/// behind the jump.
+/// A place where the field passes the level, between two that lie on its sides; the first one
+/// behind it where the field jumps. By inverse quadratic interpolation where three values lie on a
+/// curve that has an inverse, else by halves (Chandrupatla 1997): a jump, of which one side nearly
+/// is the level, takes no more steps than halves do.
 double root_between(double a, double above_a, double b, double above_b, double level,
                     const std::function<double(double)>& value) {
     constexpr int kMost = 64;
-    constexpr double kWithin = 1e-12, kJump = 1e-9;
+    constexpr double kWithin = 1e-12;
     const bool behind = above_b >= 0;
-    for (int i = 0; i < kMost && std::abs(b - a) > kWithin * (1 + std::abs(a)); ++i) {
-        const double middle = b - above_b * (b - a) / (above_b - above_a);
-        const double above = value(middle) - level;
+    double c = a, above_c = above_a, t = 0.5;  // c: the end before the last one
+    for (int i = 0; i < kMost; ++i) {
+        const double least = kWithin * (1 + std::abs(a)) / std::abs(b - a);
+        if (!(least < 0.5)) break;
+        const double place = a + std::clamp(t, least, 1 - least) * (b - a);
+        const double above = value(place) - level;
         if (!std::isfinite(above)) break;
-        if (above == 0) return middle;
-        if ((above >= 0) != (above_b >= 0)) {
-            a = b;
-            above_a = above_b;
-        } else {
-            above_a /= 2;
+        const bool as_a = (above >= 0) == (above_a >= 0);
+        c = as_a ? a : b;
+        above_c = as_a ? above_a : above_b;
+        if (!as_a) {
+            b = a;
+            above_b = above_a;
         }
-        b = middle;
-        above_b = above;
+        a = place;
+        above_a = above;
+        const double xi = (a - b) / (c - b), phi = (above_a - above_b) / (above_c - above_b);
+        const bool inverse = phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi;
+        t = inverse ? above_a / (above_b - above_a) * above_c / (above_b - above_c) +
+                          (c - a) / (b - a) * above_a / (above_c - above_a) * above_b /
+                              (above_c - above_b)
+                    : 0.5;
     }
-    return (above_b >= 0) != behind && std::abs(b - a) <= kJump ? a : b;
+    return (above_a >= 0) == behind ? a : b;
 }
 
 /// The first place with a label between one that has none and one that has.

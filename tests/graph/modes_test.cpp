@@ -315,5 +315,31 @@ TEST(Modes, ASurfaceIsFoundBetweenSamples) {
     }
 }
 
+/// Where a field jumps the surface lies behind the jump, however near to the level one side is:
+/// interpolation alone goes there by tiny steps, and then stops on either side.
+TEST(Modes, ASurfaceLiesBehindAJump) {
+    Request want = request_of(mode_named("surface"));
+    for (const double before : {-1e-9, -1.4e-4, -1.0, -90.0})
+        for (const double behind : {0.0, 1e-9, 1.4e-4, 1.0, 87.0})
+            for (const double turned : {1.0, -1.0})
+                for (const double jump : {0.0171, 0.5, 0.98}) {
+                    const double from = turned > 0 ? before : behind;
+                    const double to = turned > 0 ? behind : before;
+                    const auto field = [&](double t) {
+                        return want.level() + (t < jump ? from : to);
+                    };
+                    double found = -1;
+                    const AlongRay along{.value = field, .lit = [&](double t) {
+                                             found = t;
+                                             return Lit{};
+                                         }};
+                    Stretch ray = Stretch::empty(want.mode);
+                    ray.follow(0, field(0), 0.5, along, want);
+                    ray.follow(1, field(1), 0.5, along, want);
+                    EXPECT_GE(found, jump) << before << ", " << behind;
+                    EXPECT_NEAR(found, jump, 1e-11) << before << ", " << behind;
+                }
+}
+
 }  // namespace
 }  // namespace edgewise
