@@ -152,8 +152,8 @@ class Merging {
             if (planned_) planned_(channel);
             if (merge_.runs) render(channel);
             // One channel at a time: the next needs the room.
-            channel.session->input->data.reset();
-            channel.session->memory->trim();
+            if (!merge_.runs) channel.request->plan().input.data.reset();
+            channel.request->planned()->memory->trim();
         }
         if (merge_.runs && colours_) add_colours();
         if (merge_.runs) end();
@@ -224,7 +224,7 @@ class Merging {
                 "them",
                 spec_.max_memory ? "--max-memory" : "memory", frames, bytes / 0x1p20,
                 std::max(0.0, left) / 0x1p20));
-        // What the pictures are made of and what they are written as; budgets are the sessions'.
+        // What the pictures are made of and what they are written as; budgets are the channels'.
         memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
         const auto add = [&](Pictures& to, const Representation& what) {
             poll();
@@ -255,44 +255,35 @@ class Merging {
     }
 
     void plan_one(MergedChannel& channel, int left) {
-        channel.session = std::make_unique<Session>(spec_of(channel, left), merge_.edges,
-                                                    merge_.profile, merge_.messages);
-        Session& session = *channel.session;
-        const bool first = merge_.channels.size() == 1;
-        session.runs = merge_.runs;
-        session.announces = merge_.announces;
-        session.errors = merge_.errors;
-        session.plan_options.front = merge_.front;
-        session.explained = merge_.explained || !first;  // notices of the machine are told once
+        const RequestSpec spec = spec_of(channel, left);
+        channel.request.emplace(ask(merge_.engine, spec, {.runs = merge_.runs}));
         try {
-            take_request(session);
-            session.explained = merge_.explained;
-            make_plan(session);
+            channel.request->prepare(merge_.effort, merge_.messages);
         } catch (const NoPlan& error) {
             const std::string share =
                 spec_.max_time && merge_.wanted.size() != 1
-                    ? fmt::format(", for its share of {:.3g} s", *session.spec.max_time)
+                    ? fmt::format(", for its share of {:.3g} s", *spec.max_time)
                     : "";
             throw NoPlan(fmt::format("channel {}{}: {}", channel.channel, share, error.what()));
         }
     }
 
     void render(MergedChannel& channel) {
-        Session& session = *channel.session;
         // All of them together are held against it, when all have run.
-        session.request.budget.seconds = spec_.max_time;
+        channel.request->plan().want.budget.seconds = spec_.max_time;
         const auto pixels = static_cast<std::size_t>(merge_.extent.x * merge_.extent.y);
-        edgewise::perform(session, [&](int frame, const Data& result) {
+        const auto take = [&](int frame, const Data& result) {
             const auto channels = static_cast<std::size_t>(result.what.channels);
             const float* in = result.as<float>();
             float* out = values_[part_][static_cast<std::size_t>(frame)]->as<float>();
             // Of shades of grey, premultiplied and over black, one colour is all of them.
             for (std::size_t i = 0; i < pixels; ++i) out[i] = in[i * channels];
-        });
+        };
+        channel.request->run_all({.frames = take}, merge_.messages);
         if (colours_) return;
         const auto begin = Clock::now();
         const std::vector<std::shared_ptr<const Data>> values(values_[0].begin(), values_[0].end());
-        channel.shades = shades_of(values, session.window, shown_);
+        channel.shades = shades_of(values, channel.request->planned()->window, shown_);
         add(values_[0], channel);
         merging_ += since(begin);
     }
@@ -302,7 +293,7 @@ class Merging {
     void add_colours() {
         const auto begin = Clock::now();
         Shades shades{0, 255};
-        if (const auto& window = merge_.channels[0].session->window;
+        if (const auto& window = merge_.channels[0].request->planned()->window;
             window || !bytes_ || !shows_values(*spec_.mode)) {
             std::vector<std::shared_ptr<const Data>> all;
             for (const Pictures& part : values_) all.insert(all.end(), part.begin(), part.end());
@@ -381,7 +372,7 @@ class Merging {
         Measured& all = merge_.measured.emplace();
         all.seconds.assign(static_cast<std::size_t>(spec_.repeat), 0);
         for (const MergedChannel& channel : merge_.channels) {
-            const Measured& one = *channel.session->measured;
+            const Measured& one = channel.request->run->measured;
             for (std::size_t i = 0; i < all.seconds.size(); ++i) all.seconds[i] += one.seconds[i];
             all.steps.insert(all.steps.end(), one.steps.begin(), one.steps.end());
             all.step_seconds.insert(all.step_seconds.end(), one.step_seconds.begin(),
@@ -435,9 +426,9 @@ void perform(Merge& merge, const std::function<void(MergedChannel&)>& planned,
 Predicted predicted_of(const Merge& merge) {
     Predicted all;
     for (const MergedChannel& channel : merge.channels) {
-        if (!channel.session || !channel.session->answer || !channel.session->answer->plan)
-            continue;
-        const Predicted& one = channel.session->answer->plan->predicted;
+        const Planned* planned = channel.request ? channel.request->planned() : nullptr;
+        if (!planned || !planned->answer.plan) continue;
+        const Predicted& one = planned->answer.plan->predicted;
         // One machine: channels are late together.
         all.spread = std::max(all.spread, one.spread);
         all.seconds += one.seconds;

@@ -35,7 +35,7 @@ std::string useless(const RequestSpec& spec) {
 
 class MakingPlanes {
  public:
-    MakingPlanes(Planes& planes, const std::function<void(Session&)>& planned)
+    MakingPlanes(Planes& planes, const std::function<void(Planned&)>& planned)
         : planes_(planes), spec_(planes.spec), planned_(planned) {}
 
     void run_all() {
@@ -122,27 +122,23 @@ class MakingPlanes {
         const double at = planes_.place[static_cast<std::size_t>(depth)];
         box[static_cast<std::size_t>(depth)] = box[static_cast<std::size_t>(depth) + 3] = at;
         one.geometry.crop = box;
-        planes_.sessions.push_back(std::make_unique<Session>(std::move(one), planes_.edges,
-                                                             planes_.profile, planes_.messages));
-        Session& session = *planes_.sessions.back();
-        session.runs = true;
-        session.explained = planes_.sessions.size() > 1;  // notices of the machine are told once
-        session.errors =
+        Reached& reached =
+            planes_.requests.emplace_back(ask(planes_.engine, std::move(one), {.runs = true}));
+        const ErrorsWanted errors =
             planes_.explained || spec_.verify ? ErrorsWanted::asked : ErrorsWanted::for_choice;
-        session.plan_options.front = planes_.explained;
-        take_request(session);
-        make_plan(session);
-        session.explained = planes_.explained;
-        if (planned_) planned_(session);
-        perform(session, [&](int, const Data& result) {
+        reached.prepare({.errors = errors, .front = planes_.explained}, planes_.messages);
+        if (planned_) planned_(reached.plan());
+        const auto keep = [&](int, const Data& result) {
             auto copy =
                 std::make_shared<Data>(Data::make(result.what, std::pmr::get_default_resource()));
             std::memcpy(copy->as<std::byte>(), result.as<std::byte>(), result.samples.bytes());
             found_.push_back(std::move(copy));
-        });
-        session.input->data.reset();
-        session.memory->trim();
+        };
+        reached.run_all({.frames = keep}, planes_.messages);
+        reached.planned()->memory->trim();
     }
+
+    const Planned& first() const { return *planes_.requests.front().planned(); }
 
     void write() {
         if (!outputs_ || outputs_->none()) return;
@@ -157,7 +153,7 @@ class MakingPlanes {
         tail.view = true;
         tail.type = Type::u8;
         tail.channels = channels;
-        tail.table = planes_.sessions[0]->input->table;
+        tail.table = first().input.table;
         const Shades levels = shades_of(found_, spec_.window, tail);
         const bool in_colours = channels == 1 && spec_.look.colours();
         const Colormap map =
@@ -176,12 +172,11 @@ class MakingPlanes {
         header.colour = canvas.channels == 3;
         header.type = Type::u8;
         header.spacing = {pixel_, pixel_, 1};
-        header.unit = planes_.sessions[0]->input->header.unit;
+        header.unit = first().input.header.unit;
         header.format = outputs_->format().name;
         Sheet sheet(spec_.look, header, 1);
         if (in_colours && spec_.look.legend)
-            sheet.explain(
-                {map, levels.black, levels.white, planes_.sessions[0]->input->header.value_unit});
+            sheet.explain({map, levels.black, levels.white, first().input.header.value_unit});
         sheet.add(0, canvas.samples.data());
         const std::string file = outputs_->file(0);
         if (const std::string why = store::cannot_write(file, sheet.header()); !why.empty())
@@ -200,7 +195,7 @@ class MakingPlanes {
         Canvas canvas(left + kBetweenPlanes + side(1, 0), above + kBetweenPlanes + side(2, 1),
                       channels);
         // Where no plane is, it is as the least value is shown.
-        if (found_[0]->what.channels == 1 && !planes_.sessions[0]->input->table) {
+        if (found_[0]->what.channels == 1 && !first().input.table) {
             Representation what;
             what.type = Type::f32;
             what.extent = {1, 1, 1};
@@ -221,7 +216,7 @@ class MakingPlanes {
 
     Planes& planes_;
     const RequestSpec& spec_;
-    const std::function<void(Session&)>& planned_;
+    const std::function<void(Planned&)>& planned_;
     std::optional<Outputs> outputs_;
     std::array<const char*, 3> views_{"y", "x", "z"};
     InputGrid grid_;
@@ -231,15 +226,11 @@ class MakingPlanes {
 
 }  // namespace
 
-Planes::Planes(RequestSpec request, const std::array<double, 3>& at, Catalogue catalogue,
-               Profile machine, Listener& listener)
-    : spec(std::move(request)),
-      place(at),
-      edges(std::move(catalogue)),
-      profile(std::move(machine)),
-      messages(listener) {}
+Planes::Planes(RequestSpec request, const std::array<double, 3>& at, Engine means,
+               Listener& listener)
+    : spec(std::move(request)), place(at), engine(std::move(means)), messages(listener) {}
 
-void perform(Planes& planes, const std::function<void(Session&)>& planned) {
+void perform(Planes& planes, const std::function<void(Planned&)>& planned) {
     MakingPlanes(planes, planned).run_all();
 }
 

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "engine/planned.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
-#include "engine/session.hpp"
 #include "planner/relax.hpp"
 
 namespace edgewise {
@@ -57,9 +57,9 @@ std::string given(const std::optional<double>& value, const std::string& typed, 
     return text(*value);
 }
 
-std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Session& session) {
+std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Planned& planned) {
     std::vector<OptionChange> changes;
-    const RequestSpec& o = session.spec;
+    const RequestSpec& o = planned.spec;
     const Notation& as = o.notation;
     const std::string error = o.like_linear
                                   ? "linear"
@@ -81,7 +81,7 @@ std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Session& sess
                            o.max_memory
                                ? given(o.max_memory, as.bytes, mebibytes)
                                : fmt::format("the {:.0f} MiB there are",
-                                             session.want().budget.bytes.value_or(0) / 0x1p20)});
+                                             planned.want.budget.bytes.value_or(0) / 0x1p20)});
     }
     return changes;
 }
@@ -151,19 +151,19 @@ std::string memory_text(double bytes, const std::string& like) {
     return rounded_up(most / 0x1p20, "MiB", enough);
 }
 
-WayOut way_out_of(const Session& session, Errors errors) {
+WayOut way_out_of(const Planned& planned, Errors errors) {
     WayOut way_out;
     const auto drop = [&](bool budgets) {
         for (const Dropped& dropped :
-             demands_to_drop(session.edges, session.ask(), session.sources(), session.profile,
-                             session.plan_options, budgets))
-            way_out.demands.push_back(changes_of(dropped, session.spec.demands));
+             demands_to_drop(planned.engine.edges(), planned.ask(), planned.sources(),
+                             planned.engine.machine(), planned.plan_options, budgets))
+            way_out.demands.push_back(changes_of(dropped, planned.spec.demands));
     };
-    const auto paths = candidates_of(session);
-    Budget budget = session.want().budget;
+    const auto paths = candidates_of(planned);
+    Budget budget = planned.want.budget;
     if (errors == Errors::guessed) budget.error.reset();
-    for (const Relaxed& relaxed : relaxed_budgets(*paths, budget, rounding(session.spec.notation)))
-        way_out.budgets.push_back(changes_of(relaxed, session));
+    for (const Relaxed& relaxed : relaxed_budgets(*paths, budget, rounding(planned.spec.notation)))
+        way_out.budgets.push_back(changes_of(relaxed, planned));
     if (errors == Errors::guessed) return way_out;
     drop(true);
     if (!paths->all().empty()) return way_out;
@@ -172,7 +172,7 @@ WayOut way_out_of(const Session& session, Errors errors) {
         way_out.then_budgets = !way_out.demands.empty();
     }
     if (way_out.demands.empty())
-        way_out.missing = missing_edges(session.edges, session.ask(), session.sources());
+        way_out.missing = missing_edges(planned.engine.edges(), planned.ask(), planned.sources());
     return way_out;
 }
 

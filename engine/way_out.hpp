@@ -9,7 +9,7 @@
 
 namespace edgewise {
 
-struct Session;
+struct Planned;
 
 /// An option of the command line to be given another value, or to be left out.
 struct OptionChange {
@@ -32,8 +32,8 @@ struct WayOut {
 /// Whether predicted errors are those of the data, or guesses from which no advice can follow.
 enum class Errors { predicted, guessed };
 
-/// For a session whose planner finds nothing.
-WayOut way_out_of(const Session& session, Errors errors = Errors::predicted);
+/// For a request whose planner finds nothing.
+WayOut way_out_of(const Planned& planned, Errors errors = Errors::predicted);
 
 /// "; it would work with\n  --max-error 0.0123 instead of 0.005\n ...", or "".
 std::string text_of(const WayOut& way_out);
