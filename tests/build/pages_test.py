@@ -55,6 +55,14 @@ class Pages(unittest.TestCase):
             self.assertRegex(page, rf"<!-- {part} -->\n(?s:.*?)<!-- end {part} -->")
         self.assertEqual(sorted([*parts, "made by"]), sorted(re.findall(r"<!-- ((?!end )[\w ]+) -->", page)))
 
+    def test_the_readme_is_short_and_leads_on(self):
+        lines = (ROOT / "README.md").read_text(encoding="utf8").splitlines()
+        self.assertLessEqual(len(lines), 150)
+        self.assertEqual([line for line in lines if len(line) > 250], [])
+        self.assertTrue(any(re.match(r"script/test\b", line) for line in lines))  # what continuous integration runs
+        linked = set(re.findall(r"\]\(docs/([\w/]+\.md)", "\n".join(lines)))
+        self.assertEqual({page.name for page in (ROOT / "docs").glob("*.md")} - linked, set())
+
 
 if __name__ == "__main__":
     unittest.main()
