@@ -30,7 +30,7 @@ struct HeldBox {
     std::array<double, 3> last{};  // of the input; places are clamped to 0 ... last
 };
 
-// Values at places; each as if it were worked out by itself in f32.
+// Interpolated values at places in f32. No value depends on the other places of the batch.
 
 void nearest_at(const HeldBox<float>& box, const Places& places, double* values);
 void linear_at(const HeldBox<float>& box, const Places& places, double* values);

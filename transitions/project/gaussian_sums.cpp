@@ -86,7 +86,7 @@ double GaussianSums::along(double px, double py) const {
     const std::array<double, 3> m = rays_.measure.at(px, py);
     const double length = std::hypot(m[0], m[1], m[2]);
     constexpr double kAny = std::numeric_limits<double>::infinity();
-    // Where anything reaches; inside; and where all kernels are that a whole lattice would have.
+    // Intervals of the ray: within reach of a kernel; inside the volume; beyond reach of its faces.
     double low = parallel_ ? -kAny : 0, high = kAny;
     double enters = low, leaves = high, inner_low = low, inner_high = high;
     double steepest = 0;
@@ -101,7 +101,7 @@ double GaussianSums::along(double px, double py) const {
     }
     if (!(low < high) || !std::isfinite(high - low)) return 0;
     const auto integral = [&](double from, double to) {
-        // Of what is as smooth as a Gaussian sums are integrals, within exp(-2 (2 pi)^2).
+        // The midpoint rule is exact for a Gaussian within exp(-2 (2 pi)^2).
         const double step = 0.5 * std::sqrt(variance_) / steepest;
         const auto count = static_cast<std::int64_t>(std::ceil((to - from) / step));
         double sum = 0;

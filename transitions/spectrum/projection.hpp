@@ -13,8 +13,8 @@ namespace edgewise {
 std::string window_facet(const kernels::KaiserBessel& window);
 /// The padding that is planned with unless a path asks for another.
 inline constexpr double kTriedPadding = 1.25;
-/// The fact that tells what pictures by a window get wrong [value of the picture].
-/// @param box  of what is transformed: all of the input, or what is kept of it
+/// The fact that holds the error of pictures by a window [value of the picture].
+/// @param box  the transformed box: all of the input, or the part that a crop kept
 std::string fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
                              const Request& want);
 /// What a preview measured that pictures by this window get wrong, all in all [value].

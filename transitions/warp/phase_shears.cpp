@@ -60,7 +60,7 @@ struct ShearedBox {
             first[i] -= low[i], end[i] -= low[i];
         }
     }
-    /// As a number that cannot overflow.
+    /// The samples of the grid, in f64: a product of extents may overflow an integer.
     double samples() const noexcept {
         return static_cast<double>(period.x) * static_cast<double>(period.y) *
                static_cast<double>(period.z);
