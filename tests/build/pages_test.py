@@ -4,6 +4,9 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+# Words that had a meaning of their own here, and the field's words for them.
+PRIVATE = {"lit": "shaded, or under light", "unlit": "without light", "rivals?": "alternative", "ways? out": "alternative, remedy", "told apart": "distinguished",
+           "tells? (them|these|those) apart": "distinguish"}
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs/planner").glob("*.md"))]
 ROOMS = "benchmarks|charts|cli|cmake|docs|engine|examples|graph|io|planner|reference|runtime|scene|script|surface|tests|transitions"
 
@@ -46,6 +49,19 @@ class Pages(unittest.TestCase):
                 seen += 1
                 self.assertTrue((ROOT / path).exists(), f"{page.name}: {path}")
         self.assertGreater(seen, 100)
+
+    def test_pages_use_the_words_of_the_field(self):
+        for page in PAGES:
+            prose = re.sub(r"`[^`]*`|\]\([^)]*\)", "", text_of(page))
+            for word, usual in PRIVATE.items():
+                found = re.search(rf"(?i)\b{word}\b.*", prose)
+                self.assertFalse(found, f"{page.name}: say {usual}: {found and found.group(0)[:60]}")
+
+    def test_sentences_of_the_design_are_short(self):
+        lines = [line for line in text_of(ROOT / "docs/design.md").splitlines() if not line.startswith("|")]
+        sentences = [each for line in lines for each in re.split(r"(?<=[.:;?])\s+", line)]
+        self.assertGreater(len(sentences), 150)
+        self.assertEqual([each for each in sentences if len(each.split()) > 32], [])
 
     def test_tables_of_performance_have_places(self):
         program = (ROOT / "benchmarks/performance.py").read_text(encoding="utf8")
