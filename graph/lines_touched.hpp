@@ -5,7 +5,7 @@
 namespace edgewise {
 
 /// Cache lines of a volume for each sample of a lattice: neighbours share them, along the lattice's
-/// rows and across, as long as a cache holds what lies between.
+/// rows and across, as long as a cache holds the lines between.
 ///
 /// A line is touched where a sample lies in the line's box, widened by the reach of the taps. Each
 /// of four bounds holds for the mean number of boxes a sample: that of single samples, and those of

@@ -13,9 +13,9 @@ namespace {
 using Looked = DrawnPixels::Looked;
 
 constexpr std::size_t kStarts = 8, kFound = 4;  // of either end
-constexpr int kClimb = 32;                      // pixels that a slope is followed, at most
+constexpr int kClimb = 32;                      // steps of a climb at most
 
-/// Whether one pixel's guess lies farther out than another's.
+/// Whether one pixel's estimate is more extreme than another's.
 using Before = bool (*)(const Looked&, const Looked&);
 bool is_lower(const Looked& a, const Looked& b) { return a.look.low < b.look.low; }
 bool is_higher(const Looked& a, const Looked& b) { return a.look.high > b.look.high; }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kReach = 4;  // deviations
 
-/// What kernels at 0, -1, -2 ... have at x.
+/// Sum at x of kernels at 0, -1, -2 ...
 double before_and_at_zero(double x, double deviation) {
     // A sum over many is an integral, by Euler and Maclaurin within 1e-3.
     constexpr double kWide = 1.2;
@@ -24,7 +24,7 @@ double before_and_at_zero(double x, double deviation) {
     return sum / (deviation * std::sqrt(2 * std::numbers::pi));
 }
 
-/// What n kernels at 0, 1, 2 ... have at x: all but those beside them, of a whole lattice 1.
+/// Sum at x of n kernels at 0, 1, 2 ...; kernels at all integers would sum to 1.
 double of_lattice(double x, std::int64_t n, double deviation) {
     const double last = static_cast<double>(n - 1), reach = kReach * deviation;
     double sum = 1;
@@ -111,7 +111,7 @@ double GaussianSums::along(double px, double py) const {
         return count > 0 ? sum * (to - from) / static_cast<double>(count) : 0;
     };
     if (!(inner_low < inner_high)) return integral(low, high) * length;
-    // Through a face, far from all others, kernels lose on one side what they have on the other.
+    // Across a single face the loss inside equals the gain outside, so the length inside counts.
     const auto by_one_face = [&](double from, double to) {
         int near = 0;
         for (std::size_t axis = 0; axis < 3; ++axis) {
