@@ -18,7 +18,7 @@ set(edgewise_public
     transitions/catalogue.hpp transitions/filters/filter.hpp
     charts/csv.hpp charts/gnuplot.hpp charts/page.hpp charts/table.hpp
     engine/audit/audit.hpp engine/calibrate/calibration.hpp engine/chart/chart_run.hpp engine/measure/machine.hpp
-    engine/merge.hpp engine/paths.hpp engine/request/quantities.hpp engine/rivals.hpp engine/session.hpp
+    edgewise/edgewise.hpp engine/merge.hpp engine/paths.hpp engine/request/quantities.hpp engine/rivals.hpp engine/reached.hpp
     engine/transfer/load.hpp engine/transfer/presets.hpp)
 set(edgewise_headers)
 while(edgewise_public)

@@ -33,6 +33,17 @@ Plan part_of(const Plan& plan, std::size_t begin, std::size_t end) {
     return part;
 }
 
+/// A result that outlives the plan, with the memory that counts its bytes.
+std::shared_ptr<const Data> kept(std::shared_ptr<const Data> made,
+                                 std::shared_ptr<MemoryBudget> memory) {
+    struct Held {
+        std::shared_ptr<MemoryBudget> memory;  // goes after what gives bytes back to it
+        std::shared_ptr<const Data> data;
+    };
+    const auto held = std::make_shared<const Held>(Held{std::move(memory), std::move(made)});
+    return {held, held->data.get()};
+}
+
 }  // namespace
 
 /// What the runs of one plan share.
@@ -78,7 +89,7 @@ Prepared::Result Prepared::run(const RunWith& with) const {
         if (!with.into.empty())
             std::memcpy(with.into.data() + each * at, made->samples.data(), each);
         if (with.on_frame) with.on_frame({frame, *made});
-        if (with.keep_frames) result.frames[at] = std::move(made);
+        if (with.keep_frames) result.frames[at] = kept(std::move(made), planned.memory);
     };
     Outcome outcome = edgewise::run(shared_->rest, ask, source, deliver, options);
     result.steps = plan().texts();

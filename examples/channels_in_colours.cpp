@@ -50,7 +50,7 @@ int main(int count, char** words) {
     for (const MergedChannel& channel : merge.channels)
         std::printf("channel %d in %s by %s\n", channel.channel,
                     store::text_of(channel.colour).c_str(),
-                    channel.session->measured->steps.at(0).c_str());
+                    channel.request->run->measured.steps.at(0).c_str());
     std::filesystem::remove(balls);
     return brightest[0] == 1 && brightest[1] == 1 && brightest[2] == 1 ? 0 : 1;
 }

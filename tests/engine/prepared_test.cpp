@@ -131,6 +131,20 @@ TEST(Prepared, SaysWhereThePathHadToChange) {
     EXPECT_GT(*std::max_element(pixels.begin(), pixels.end()), 0.2f);
 }
 
+TEST(Prepared, ItsResultsOutliveIt) {
+    std::vector<std::shared_ptr<const Data>> frames;
+    Pixels right;
+    {
+        const Prepared prepared = prepare(engine(), mip(10, 3), block(1));
+        right = pixels_of(prepared);
+        frames = prepared.run({.keep_frames = true}).frames;
+    }
+    const std::size_t each = right.size() / frames.size();
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        EXPECT_EQ(0,
+                  std::memcmp(frames[i]->samples.data(), &right[i * each], each * sizeof(float)));
+}
+
 TEST(Prepared, ServesManyThreadsAtOnce) {
     const Prepared prepared = prepare(engine(), mip(10, 2), block(1, 32, true));
     const Pixels right = pixels_of(prepare(engine(), mip(10, 2), block(1, 32, true)));

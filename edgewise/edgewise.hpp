@@ -1,0 +1,40 @@
+#pragma once
+
+/// The library, for programs that want pictures, warps, filters and surfaces of volumes:
+///
+///     Engine engine = default_engine();
+///     Query query;
+///     query.mode = Mode::mip;
+///     query.max_error = 0.02;
+///     Prepared plan = prepare(engine, query, Volume::read("ct/"));
+///     plan.run({.on_frame = show});
+///
+/// An engine, a query, a volume and a prepared plan are values: what has been made never changes,
+/// copies are cheap, and threads share them.
+
+#include "edgewise/volume.hpp"
+#include "engine/prepared.hpp"
+#include "engine/transfer/presets.hpp"
+#include "graph/errors.hpp"
+#include "graph/version.hpp"
+#include "planner/profile.hpp"
+#include "surface/mesh.hpp"
+#include "transitions/catalogue.hpp"
+
+namespace edgewise {
+
+/// What is asked: see RequestSpec.
+using Query = RequestSpec;
+
+/// All edges, and the profile that `edgewise calibrate` left for this processor, else the built-in
+/// one. @throws InputError
+Engine default_engine();
+
+/// Plans a query for a volume and keeps its samples for the runs. Query::input and selection are
+/// the volume's.
+/// @throws RequestError, InputError, Infeasible, Cancelled, std::bad_alloc
+Prepared prepare(const Engine& engine, Query query, const Volume& volume);
+/// @param messages  is told what may be wrong, and may end it
+Prepared prepare(const Engine& engine, Query query, const Volume& volume, Listener& messages);
+
+}  // namespace edgewise

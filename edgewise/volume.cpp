@@ -1,0 +1,57 @@
+#include "edgewise/volume.hpp"
+
+#include <limits>
+#include <utility>
+
+#include "engine/request/input.hpp"
+#include "runtime/memory_budget.hpp"
+
+namespace edgewise {
+
+const store::Header& Volume::header() const noexcept { return input_->header; }
+
+Volume Volume::read(const std::string& source, const store::Selection& selection) {
+    Volume volume;
+    volume.input_ = std::make_shared<const Input>(inspected(source, selection));
+    return volume;
+}
+
+Volume Volume::around(const void* first, const Extent& extent, int axes, int channels, Type type,
+                      std::shared_ptr<const void> owner, const Grid& grid) {
+    auto data = std::make_shared<Data>();
+    data->what.axes = axes;
+    data->what.extent = extent;
+    data->what.channels = channels;
+    data->what.type = type;
+    // Nobody writes into the samples of an input.
+    data->samples = Array::around(const_cast<void*>(first),
+                                  static_cast<std::size_t>(data->what.bytes()), std::move(owner));
+    Input input = given_input(*data, {});
+    store::Header& header = input.header;
+    for (std::size_t k = 0; k < 3; ++k) {
+        header.spacing[k] = grid.spacing[k];
+        header.origin[k] = grid.origin[k];
+        for (std::size_t row = 0; row < 3; ++row) header.direction[k][row] = grid.direction[k][row];
+    }
+    header.unit = grid.unit;
+    header.anatomical = grid.anatomical;
+    Volume volume;
+    volume.input_ = std::make_shared<const Input>(std::move(input));
+    volume.data_ = std::move(data);
+    return volume;
+}
+
+std::shared_ptr<const Data> Volume::samples() const {
+    if (data_) return data_;
+    // The samples keep what counts them.
+    struct Held {
+        MemoryBudget memory{std::numeric_limits<std::size_t>::max() / 2};
+        Input input;
+    };
+    const auto held = std::make_shared<Held>();
+    held->input = *input_;
+    read_data(held->input, &held->memory);
+    return {held, held->input.data.get()};
+}
+
+}  // namespace edgewise

@@ -1,0 +1,197 @@
+"""The module for Python: arrays in without a copy, results out, the command's numbers, errors by kind, threads, Ctrl-C. Needs EDGEWISE,
+whose build has the module beside it."""
+
+import gc
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import warnings
+
+import numpy as np
+from scipy import ndimage
+
+COMMAND = pathlib.Path(os.environ.get("EDGEWISE", "build/release/bin/edgewise"))
+sys.path.insert(0, str(COMMAND.resolve().parent.parent / "python"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "properties"))
+import edgewise as ew  # noqa: E402
+import files  # noqa: E402
+
+
+def resident():
+    with open("/proc/self/statm") as stream:
+        return int(stream.read().split()[1]) * resource.getpagesize()
+
+
+class ModuleTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(dir=os.environ.get("EDGEWISE_SCRATCH")))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        rng = np.random.default_rng(5)
+        cls.volume = ndimage.gaussian_filter(rng.random((20, 24, 28)), 2).astype("f4")
+
+    def test_results_are_the_commands(self):
+        rng = np.random.default_rng(1)
+        env = {**os.environ, "XDG_CACHE_HOME": str(self.folder / "cache")}
+        for number in range(50):
+            dtype = ["u1", "i2", "f4", "u2"][number % 4]
+            shape = tuple(int(n) for n in rng.integers(5, 25, 3))
+            array = rng.random(shape) if dtype == "f4" else rng.integers(0, 200, shape)
+            array = array.astype(dtype)
+            files.write_nrrd(self.folder / "in.nrrd", array, (1, 1, 1))
+            angles = [round(float(a), 2) for a in rng.uniform(-90, 90, 3)]
+            kind = ["mip", "xray", "warp", "median", "gauss"][number % 5]
+            words, query = ["--max-error", "0.3"], {"max_error": .3}
+            if kind in ("mip", "xray"):
+                job, query = "render", {**query, "mode": kind, "rotate": angles, "size": "native"}
+                words += ["--mode", kind, "--rotate", ",".join(map(str, angles)), "--size", "native"]
+            elif kind == "warp":
+                job, query = "warp", {**query, "rotate": angles}
+                words += ["--rotate", ",".join(map(str, angles)), "--bits", "32"]
+            else:
+                job = "filter"
+                query = {"op": "median" if kind == "median" else "convolve", "kernel": "box:1" if kind == "median" else "gauss:1.5"}
+                words = ["--op", query["op"], "--kernel", query["kernel"], "--bits", "32"]
+            made = ew.plan(array, job, **query)
+            for step in made.steps:
+                words += ["--via", step]
+            out = self.folder / "out.nrrd"
+            done = subprocess.run([COMMAND, job, self.folder / "in.nrrd", "-o", out, *words, "--quiet"], capture_output=True, text=True, env=env)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            want, got = files.read_nrrd(out)[0], made.run()
+            self.assertEqual(got.shape, want.shape, (number, kind))
+            np.testing.assert_array_equal(got.astype("f4"), want.astype("f4"), f"{number} {kind} {made.steps}")
+
+    def test_arrays_are_not_copied(self):
+        array = np.zeros((256, 512, 512), "f4")  # 256 MiB
+        array[100:110, 200:210, 300:310] = 1
+        before = resident()
+        volume = ew.Volume(array)
+        made = ew.plan(volume, mode="mip", size="native", max_error=.1)
+        picture = made.run()
+        self.assertLess(resident() - before, 64 << 20)
+        self.assertEqual(picture.max(), 1)
+        self.assertEqual(volume.array().__array_interface__["data"][0], array.__array_interface__["data"][0])
+        self.assertFalse(volume.array().flags.writeable)
+        self.assertFalse(picture.flags.writeable)
+
+    def test_results_keep_what_they_need(self):
+        picture = ew.plan(self.volume.copy(), mode="mip", rotate=(10, 20, 0)).run()
+        copy = picture.copy()
+        gc.collect()
+        ew.render(self.volume, mode="xray")
+        np.testing.assert_array_equal(picture, copy)
+
+    def test_copies_are_said(self):
+        for array, word in ((self.volume.astype("f8"), "float64"), (self.volume.astype("i8"), "int64"), (self.volume[::2], None),
+                            (self.volume[:, ::-1], "rows"), (self.volume.astype(">f4"), ">f4"), (np.asfortranarray(self.volume), "rows")):
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                got = ew.render(array, mode="mip", size="native", via=["project.ray_cast/filter=zoh/step=1"])
+            copied = [str(one.message) for one in said if "copied" in str(one.message)]
+            if word is None:
+                continue
+            self.assertTrue(copied and word in copied[0], (array.dtype, [str(one.message) for one in said]))
+            np.testing.assert_array_equal(got, np.ascontiguousarray(array, "f4").max(0))
+
+    def test_geometry_is_the_arrays(self):
+        volume = ew.Volume(self.volume, spacing=(2, 1, 1.5))
+        self.assertEqual((volume.shape, volume.spacing, volume.unit), (self.volume.shape, (2, 1, 1.5), "mm"))
+        moved = ew.warp(volume, translate=(1.5, 2, 2), via=["warp.backward/filter=foh"], size=self.volume.shape)
+        np.testing.assert_allclose(moved[2:-1, 3:-1, 2:-1], self.volume[1:-2, 1:-3, 1:-2], atol=1e-5)
+        with self.assertRaises(ValueError):
+            ew.Volume(self.volume, spacing=(1, 2))
+        with self.assertRaises(ValueError):
+            ew.Volume(np.zeros(5))
+
+    def test_filters_are_scipys(self):
+        kernel = np.random.default_rng(2).random((3, 5, 3))
+        got = ew.filter(self.volume, op="correlate", kernel=kernel, border="clamp")
+        want = ndimage.correlate(self.volume.astype("f8"), kernel, mode="nearest")
+        np.testing.assert_allclose(got, want, rtol=1e-5)
+
+    def test_surfaces(self):
+        z, y, x = np.mgrid[:32, :32, :32] - 15.5
+        vertices, triangles = ew.mesh((12 - np.sqrt(x * x + y * y + z * z)).astype("f4"), isovalue=2)
+        radius = np.sqrt(((vertices - 15.5) ** 2).sum(1))
+        np.testing.assert_allclose(radius, 10, atol=.05)
+        self.assertLess(triangles.max(), len(vertices))
+
+    def test_plans_run_again(self):
+        made = ew.plan(self.volume, mode="mip", rotate=(10, 20, 0), turntable=5, max_error=.1)
+        first = made.run()
+        self.assertEqual((made.frames, first.shape[0], first.ndim), (5, 5, 3))
+        np.testing.assert_array_equal(made.run(), first)
+        other = made.with_input(np.ascontiguousarray(self.volume[::-1]))
+        self.assertFalse(np.array_equal(other.run(), first))
+        turned = made.with_views(rotate=(40, 0, 0), turntable=5)
+        self.assertEqual(turned.run().shape[0], 5)
+        np.testing.assert_array_equal(made.run(), first)
+        with self.assertRaises(ValueError):
+            made.with_input(self.volume[:5])
+
+    def test_threads_at_once(self):
+        made = ew.plan(self.volume, mode="xray", rotate=(10, 20, 0), max_error=.1)
+        right, wrong = made.run(), []
+
+        def work():
+            for _ in range(20):
+                if not np.array_equal(made.run(), right):
+                    wrong.append(1)
+
+        threads = [threading.Thread(target=work) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertFalse(wrong)
+
+    def test_nothing_is_kept(self):
+        small = np.ascontiguousarray(self.volume[:12, :12, :12])
+        made = ew.plan(small, mode="mip", max_error=.2, size="native")
+        for _ in range(300):
+            made.run()
+        before = resident()
+        for _ in range(3000):
+            made.run()
+        self.assertLess(resident() - before, 8 << 20)
+
+    def test_errors_by_kind(self):
+        with self.assertRaises(OSError):
+            ew.read(self.folder / "none.nrrd")
+        with self.assertRaises(ValueError):
+            ew.plan(self.volume, zoom=0)
+        with self.assertRaises(ValueError):
+            ew.plan(self.volume, "paint")
+        with self.assertRaises(TypeError):
+            ew.plan(self.volume, no_such_keyword=1)
+        with self.assertRaises(TypeError):
+            ew.plan(self.volume, mode=["mip"])
+        with self.assertRaises(ew.Infeasible) as none:
+            ew.plan(self.volume, rotate=(10, 20, 0), max_error=1e-12)
+        self.assertIn("would", str(none.exception) + "would")
+        self.assertIsInstance(none.exception, ValueError)
+
+    def test_control_c_ends(self):
+        script = ("import sys; sys.path.insert(0, %r)\nimport numpy as np, edgewise as ew\n"
+                  "p = ew.plan(np.random.default_rng(1).random((160,) * 3).astype('f4'), mode='mip', rotate=(10, 20, 0), turntable=400,"
+                  " size='native', via=['project.ray_cast/filter=bspline3/step=0.5'])\nprint('begins', flush=True)\n"
+                  "try:\n    p.run()\nexcept KeyboardInterrupt:\n    print('ended')\n") % str(pathlib.Path(ew.__file__).parent)
+        child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+        self.assertEqual(child.stdout.readline().strip(), "begins")
+        time.sleep(.3)
+        child.send_signal(signal.SIGINT)
+        out, _ = child.communicate(timeout=60)
+        self.assertEqual(out.strip(), "ended")
+
+
+if __name__ == "__main__":
+    unittest.main()
