@@ -23,11 +23,11 @@ std::vector<std::string> told_of(const KnownFacts& facts) {
 
 }  // namespace
 
-void tell_of_file(Session& session, const std::vector<std::string>& warnings) {
+void tell_of_file(Session& session, const std::vector<Message>& warnings) {
     if (warnings.empty()) return;
     Listener& messages = session.messages;
     if (!messages.tells_once()) {
-        for (const std::string& warning : warnings) messages.warning(warning);
+        for (const Message& warning : warnings) messages.warning(warning);
         return;
     }
     const Input& input = *session.input;
@@ -36,10 +36,11 @@ void tell_of_file(Session& session, const std::vector<std::string>& warnings) {
     const KnownFacts facts(keeps ? identity_of_files(input) : std::nullopt);
     std::vector<std::string> told = told_of(facts);
     const std::size_t before = told.size();
-    for (const std::string& warning : warnings) {
+    for (const Message& warning : warnings) {
         // As it is kept: names are bytes, and what is no UTF-8 becomes U+FFFD in JSON.
         const std::string kept = nlohmann::json::parse(
-            nlohmann::json(warning).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+            nlohmann::json(warning.marked())
+                .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
         if (std::find(told.begin(), told.end(), kept) != told.end()) {
             messages.known_warning(warning);
         } else {

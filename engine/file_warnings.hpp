@@ -13,6 +13,6 @@ struct Session;
 /// the data (engine/known_facts.hpp). Where none are kept, all is told each time.
 /// @param session   with its input
 /// @param warnings  in the order in which they are told
-void tell_of_file(Session& session, const std::vector<std::string>& warnings);
+void tell_of_file(Session& session, const std::vector<Message>& warnings);
 
 }  // namespace edgewise

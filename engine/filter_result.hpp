@@ -16,7 +16,7 @@ struct FilterResult {
     store::Header header;  // the input's, with type and values of the result
     double low = 0, high = 0;
     bool keeps_sign = false;  // the type became a signed one
-    std::vector<std::string> notes;
+    std::vector<Message> notes;
 };
 
 /// Whether a kernel's weights are of both signs and add up to 0: it makes no values of its input's

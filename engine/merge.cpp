@@ -56,9 +56,10 @@ void expect_mergeable(const RequestSpec& spec) {
     if (spec.selection.channel)
         throw RequestError("--channel: several are merged, and one is selected as well");
     if (spec.transfer)
-        throw RequestError(spec.transfer->from +
-                           ": its colours and those of channels exclude each other; without it "
-                           "light is grey and takes the channel's colour");
+        throw RequestError(
+            message("{}: its colours and those of channels exclude each other; without it light is "
+                    "grey and takes the channel's colour",
+                    spec.transfer->from));
     if (spec.suiting_preset)
         throw RequestError(
             "--preset: its colours and those of channels exclude each other; --mode composite has "
@@ -206,7 +207,7 @@ class Merging {
         written_.tail.channels = kColours;
         written_.tail.over_background = false;
         written_.tail.exposure.reset();
-        for (const std::string& warning : written_.warnings) merge_.messages.warning(warning);
+        for (const Message& warning : written_.warnings) merge_.messages.warning(warning);
     }
 
     /// The pictures are there from the beginning, so that the budgets of all channels count them.
@@ -273,7 +274,7 @@ class Merging {
                 spec_.max_time && merge_.wanted.size() != 1
                     ? fmt::format(", for its share of {:.3g} s", *session.spec.max_time)
                     : "";
-            throw NoPlan(fmt::format("channel {}{}: {}", channel.channel, share, error.what()));
+            throw NoPlan(message("channel {}{}: {}", channel.channel, share, error.message()));
         }
     }
 

@@ -27,7 +27,7 @@ std::string useless(const RequestSpec& spec) {
     if (geometry.about) return "--about";
     if (geometry.perspective) return "--perspective";
     if (geometry.zoom) return "--zoom";
-    if (!spec.clip.empty()) return spec.clip.options();
+    if (!spec.clip.empty()) return spec.clip.settings().marked();
     if (spec.look.montage) return "--montage";
     if (spec.look.depth_colour) return "--depth-colour";
     return "";

@@ -114,7 +114,7 @@ class Performance {
         measured.seconds.push_back(std::max(0.0, outcome.seconds - passing));
         measured.steps = outcome.steps;
         measured.step_seconds = outcome.step_seconds;
-        for (const std::string& warning : outcome.warnings) session_.messages.warning(warning);
+        for (const Message& warning : outcome.warnings) session_.messages.warning(warning);
         if (last_) measured.trace = outcome.trace;
         if (session_.refinement) note_pictures();
     }

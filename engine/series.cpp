@@ -95,7 +95,7 @@ class Playing {
         want.frames = series_.times;
         if (!writes_) return;
         written_ = written_of(want, spec_, geometry, input, *outputs_, 0, 0);
-        for (const std::string& warning : written_.warnings) series_.messages.warning(warning);
+        for (const Message& warning : written_.warnings) series_.messages.warning(warning);
     }
 
     RequestSpec at_time(int time) const {

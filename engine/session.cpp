@@ -255,8 +255,8 @@ void take_transfer(Session& session, const Statistics& statistics) {
             seen.low = session.series->low, seen.high = session.series->high;
     }
     Remarks remarks = take_values(session.request, session.window, session.spec, input, seen);
-    for (const std::string& warning : remarks.warnings) session.messages.warning(warning);
-    for (const std::string& notice : remarks.notices) session.messages.notice(notice);
+    for (const Message& warning : remarks.warnings) session.messages.warning(warning);
+    for (const Message& notice : remarks.notices) session.messages.notice(notice);
     session.preset = std::move(remarks.preset);
 }
 
@@ -289,7 +289,7 @@ void read_input(Session& session) {
     }
     const InState unobserved(session.messages, Listener::State::unobserved);
     Input& input = *session.input;
-    std::vector<std::string> found;
+    std::vector<Message> found;
     if (session.given)
         input.data = session.given;
     else
@@ -326,7 +326,7 @@ void read_input(Session& session) {
         take_written(session, input.table->values.front(), input.table->values.back());
     else
         take_written(session, statistics.low, statistics.high);
-    for (const std::string& warning : session.written.warnings) session.messages.warning(warning);
+    for (const Message& warning : session.written.warnings) session.messages.warning(warning);
     say_what_fills(session);
 }
 
@@ -408,7 +408,7 @@ std::string refused_demand(const Session& session) {
         for (const Refusal& refusal : session.answer->refused)
             if (demand.name == refusal.transition ||
                 refusal.transition.starts_with(demand.name + "."))
-                return fmt::format("{}: {}", refusal.transition, refusal.reason);
+                return fmt::format("{}: {}", refusal.transition, refusal.reason.marked());
     return {};
 }
 
@@ -704,7 +704,7 @@ void take_request(Session& session) {
                         o.input));
     session.geometry = take_geometry(session.request, o, *session.input, session.outputs);
     if (o.radon)
-        if (const std::string remark = remark_on_angles(*o.radon); !remark.empty())
+        if (const Message remark = remark_on_angles(*o.radon); !remark.empty())
             session.messages.warning(remark);
     // Places of 512 samples are then off by 2^-53 512 times that, 2^-22 of a sample.
     constexpr double kIllConditioned = 4e6;
@@ -767,7 +767,7 @@ void make_plan(Session& session) {
     count_writing(session);
     session.answer->seconds = session.spent.all();
     session.planning.reset();
-    for (const std::string& warning : session.answer->warnings) session.messages.warning(warning);
+    for (const Message& warning : session.answer->warnings) session.messages.warning(warning);
     if (session.answer->plan) {
         hint_at_labels(session);
         return;

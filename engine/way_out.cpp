@@ -186,7 +186,8 @@ std::string text_of(const WayOut& way_out) {
         text += "\n  there would be a path, were there not ";
         std::vector<std::string> parts;
         for (const Refusal& refusal : set)
-            parts.push_back(fmt::format("{} refused: {}", refusal.transition, refusal.reason));
+            parts.push_back(
+                fmt::format("{} refused: {}", refusal.transition, refusal.reason.marked()));
         text += fmt::format("{}", fmt::join(parts, ", and "));
     }
     return text;
@@ -209,7 +210,7 @@ Json to_json(const WayOut& way_out) {
     for (const auto& refusals : way_out.missing) {
         Json set = Json::array();
         for (const Refusal& refusal : refusals)
-            set.push_back({{"transition", refusal.transition}, {"reason", refusal.reason}});
+            set.push_back({{"transition", refusal.transition}, {"reason", refusal.reason.text()}});
         missing.push_back(set);
     }
     return {{"budgets", budgets},

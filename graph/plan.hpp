@@ -52,7 +52,8 @@ std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, int first, cons
 
 /// An edge that was accepted nowhere, and why.
 struct Refusal {
-    std::string transition, reason;
+    std::string transition;
+    Message reason;
     bool asked = true;  // the reason is its own; else nothing made what it reads
 };
 

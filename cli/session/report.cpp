@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cli/request/spoken.hpp"
 #include "cli/session/margin_report.hpp"
 #include "engine/guesses.hpp"
 #include "engine/session.hpp"
@@ -104,6 +105,15 @@ Json scene_json(const Session& session) {
             {"rays", rays}};
 }
 
+/// What would make a plan, with what edges refuse in the words of the command.
+Json relax_json(const WayOut& way_out) {
+    Json json = to_json(way_out);
+    for (std::size_t i = 0; i < way_out.missing.size(); ++i)
+        for (std::size_t k = 0; k < way_out.missing[i].size(); ++k)
+            json["missing"][i][k]["reason"] = spoken(way_out.missing[i][k].reason);
+    return json;
+}
+
 void add_answer(Json& report, const Session& session, double startup_seconds) {
     report["plan"] = nullptr;
     report["front"] = Json::array();
@@ -115,7 +125,7 @@ void add_answer(Json& report, const Session& session, double startup_seconds) {
     for (const Plan& plan : answer.front) report["front"].push_back(short_plan(plan));
     for (const Refusal& refusal : answer.refused)
         report["refused"].push_back(
-            {{"transition", refusal.transition}, {"reason", refusal.reason}});
+            {{"transition", refusal.transition}, {"reason", spoken(refusal.reason)}});
     if (session.margin) {
         report["margin"] = margin_json(*session.margin);
         report["rivals"] = rivals_json(*session.margin);
@@ -164,7 +174,7 @@ Json request_json(const Session& session) {
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
     if (want.job == Job::warp && session.input) json["outside"] = or_null(filled_with(session));
     if (const auto& preset = session.preset) {
-        json["preset"] = preset->name;
+        json["preset"] = spoken(preset->name);
         json["preset_for"] = preset->kind.empty() ? Json() : Json(preset->kind);
         json["preset_window"] = {preset->window.low, preset->window.high};
     }
@@ -233,7 +243,7 @@ Json failure_of(int code, const std::string& message) {
 Json report_of(const Session& session, double startup_seconds, bool with_run,
                const std::optional<Failure>& failure) {
     Json report = report_head();
-    report["warnings"] = session.messages.warnings();
+    report["warnings"] = spoken(session.messages.warnings());
     report["request"] = request_json(session);
     add_answer(report, session, startup_seconds);
     if (with_run) {
@@ -248,7 +258,7 @@ Json report_of(const Session& session, double startup_seconds, bool with_run,
         for (const Plan& plan : session.answer->nearest) nearest.push_back(short_plan(plan));
     report["error"] = {
         {"code", failure->code}, {"message", failure->message}, {"nearest", nearest}};
-    if (session.way_out) report["error"]["relax"] = to_json(*session.way_out);
+    if (session.way_out) report["error"]["relax"] = relax_json(*session.way_out);
     return report;
 }
 

@@ -8,6 +8,7 @@
 
 #include "charts/report.hpp"
 #include "charts/scales.hpp"
+#include "cli/request/spoken.hpp"
 #include "cli/session/explain.hpp"
 #include "cli/session/graph_picture.hpp"
 #include "cli/session/report.hpp"
@@ -233,9 +234,9 @@ void write_run_page(const TypedSession& typed) {
     report.total = total_of(session);
     report.front = front_of(session);
     for (const Refusal& refusal : session.answer->refused)
-        report.refused.emplace_back(refusal.transition, refusal.reason);
+        report.refused.emplace_back(refusal.transition, spoken(refusal.reason));
     take_graph(report, session);
-    report.warnings = session.messages.warnings();
+    report.warnings = spoken(session.messages.warnings());
     report.document = report_of(session, typed.startup_seconds(), true, {});
     if (session.messages.stop()) throw Cancelled();
     write_text(*typed.options().report, charts::page_of(report));

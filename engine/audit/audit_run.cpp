@@ -167,7 +167,7 @@ Audited audited(const RequestSpec& spec, const Catalogue& edges, const Profile& 
     Rounds(session, request, tried.plans, settings, resident).run_all();
     request.warnings = session.messages.warnings();
     if (!request.chosen().measured())
-        throw RunError("the chosen path failed: " + request.chosen().failure);
+        throw RunError(message("the chosen path failed: {}", request.chosen().failure));
     return request;
 }
 

@@ -30,11 +30,11 @@ TriedPaths prepared(Session& session, const PathSettings& settings,
                     const std::set<std::string>& only) {
     session.runs = true;
     take_request(session);
-    std::string problem;
+    Message problem;
     try {
         make_plan(session);
     } catch (const NoPlan& error) {
-        problem = error.what();
+        problem = error.message();
         session.messages.warning("no plan keeps the budgets");
     }
     TriedPaths tried = tried_paths(session, settings.limit, settings.seed, only);
