@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How far pictures of edgewise and of VTK differ, for any volumes: maximum, composite, lit composite, isosurface.
+"""How far pictures of edgewise and of VTK differ, for any volumes: maximum, composite, shaded composite, isosurface.
 
 VTK's conventions are asked of edgewise by parameters, and what has none is asked of VTK:
 - The volume ends at the outermost samples: six clip planes (edgewise goes half a voxel on).

@@ -91,7 +91,7 @@ def chosen(source, words, frames, size):
 
 def main():
     modes = {"mip": ["--mode", "mip"], "xray": ["--mode", "xray"], "faint": transfer("faint", 0.02), "opaque": transfer("opaque", 0.9),
-             "lit": [*transfer("lit", 0.9), "--shade", "phong"], "surface": ["--mode", "surface", "--isovalue", 100]}
+             "shaded": [*transfer("shaded", 0.9), "--shade", "phong"], "surface": ["--mode", "surface", "--isovalue", 100]}
     lines = ["| volume | mode | picture | views | fastest within 0.02 | ms a view | next family | times as long | the planner's choice |",
              "|---|---|---:|---:|---|---:|---|---:|---|"]
     wins, everything, scenes = {}, [], []

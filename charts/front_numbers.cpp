@@ -11,7 +11,7 @@ namespace {
 constexpr double kDigit = 8, kHeight = 14;            // of a text [pixel]
 constexpr double kRing = 12, kMark = 7, kHollow = 4;  // radii [pixel]
 constexpr double kFar = 24;                           // [pixel]
-constexpr double kLine = 0.5, kFaint = 0.4;           // weights of what texts may touch
+constexpr double kLine = 0.5, kFaint = 0.4;           // weights of marks that texts may touch
 
 Obstacle about(Spot spot, double radius, double weight = 1) {
     return {spot.x - radius, spot.y - radius, spot.x + radius, spot.y + radius, weight};

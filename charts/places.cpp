@@ -78,7 +78,7 @@ std::vector<double> spread(std::span<const double> values, double apart, double 
                      [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
     // Values that are too close form a block about their common middle, which may take in the next.
     struct Block {
-        double sum;  // of what the first of the block would be by each of its values
+        double sum;  // of the positions of the block's first, by each of its values
         double count;
         double first() const { return sum / count; }
     };

@@ -23,7 +23,7 @@ struct Room {
     std::vector<Obstacle> obstacles;
 };
 
-/// The middles of short texts, each as near to its anchor as what is there allows; one after the
+/// The middles of short texts, each as near to its anchor as earlier marks allow; one after the
 /// other, so that a text keeps off all earlier ones. No text leaves the room.
 /// @param widths  of the texts [pixel], one an anchor
 /// @param height  of every text [pixel]

@@ -19,7 +19,7 @@ struct Point {
     bool front = false;            // measured: see mark_front
     bool predicted_front = false;  // of seconds, bytes and error as predicted
     bool chosen = false;           // by the planner
-    std::optional<double> at;      // of a sweep: the value of what is swept
+    std::optional<double> at;      // the swept value, in a sweep
 };
 
 /// Another program, as somebody measured it.

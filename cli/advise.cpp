@@ -8,13 +8,12 @@
 
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/paths.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
-#include "engine/session.hpp"
 #include "graph/version.hpp"
 #include "planner/advise.hpp"
 
@@ -33,12 +32,12 @@ struct Advised {
 };
 
 Advised advise_on(const JobOptions& options, const std::string& text) {
-    TypedSession typed(options);
-    Session& session = *typed;
-    take_request(session);
-    make_plan(session);
-    const Plan& plan = *session.answer->plan;
-    return {text, plan.texts(), advise(*candidates_of(session), plan, session.profile, version())};
+    TypedRequest typed(options, false);
+    typed.reached().prepare({}, typed.messages());
+    const Planned& planned = *typed.reached().planned();
+    const Plan& plan = *planned.answer.plan;
+    return {text, plan.texts(),
+            advise(*candidates_of(planned), plan, planned.engine.machine(), version())};
 }
 
 std::string costs_text(const std::vector<AdvisedCost>& costs) {

@@ -10,13 +10,13 @@
 
 #include "cli/job_words.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/filter_result.hpp"
 #include "engine/kept_padding.hpp"
 #include "engine/measure/machine.hpp"
+#include "engine/reached.hpp"
 #include "engine/request/outputs.hpp"
-#include "engine/session.hpp"
 #include "graph/errors.hpp"
 #include "transitions/catalogue.hpp"
 
@@ -49,40 +49,45 @@ class FilteredSeries {
     void take(int time) {
         JobOptions one = options_;
         one.selection.time = std::to_string(time);
-        const Catalogue edges = catalogue();
-        session_ = std::make_unique<Session>(spec_of(one, edges), edges,
-                                             chosen_profile(one.machine), messages_);
-        Session& session = *session_;
-        session.runs = true;
-        session.writes = false;
-        session.explained = time > 0;  // notices of the machine are told once
-        if (!one.verify) session.errors = ErrorsWanted::for_choice;
-        take_request(session);
-        const bool none = session.outputs->none();
-        if (!none) expect_alike(session.written.header);
-        make_plan(session);
-        perform(session, [&](int /*frame*/, const Data& result) {
-            if (!none) keep(session, result, time);
-        });
-        add(*session.measured);
+        RequestSpec spec = spec_of(one, catalogue());
+        if (!engine_) engine_ = engine_of(one, spec, true, messages_);
+        last_.emplace(ask(*engine_, std::move(spec), {.runs = true}));
+        Effort effort;
+        if (!one.verify) effort.errors = ErrorsWanted::for_choice;
+        last_->open_all(messages_);
+        last_->look_at(effort, messages_);
+        const bool none = last_->looked()->outputs->none();
+        if (!none) expect_alike(last_->looked()->written.header);
+        last_->price_all(effort, messages_);
+        expect_plan(*last_->planned());
+        const auto take = [&](int /*frame*/, const Data& result) {
+            if (!none) keep(*last_->planned(), result, time);
+        };
+        last_->run_all({.frames = take, .files = false}, messages_);
+        add(last_->run->measured);
     }
     void write() {
         if (!header_) return;
         store::write(*options_.out, *header_, samples_.data());
-        session_->files = {*options_.out};
+        last_->run->files = {*options_.out};
         messages_.result(fmt::format("{}: {} time points", *options_.out, times_));
     }
     /// Of all time points: the plan of the last, and what all took together.
     nlohmann::ordered_json report(const std::optional<Failure>& failure) const {
-        if (!session_ && failure) return failure_of(failure->code, failure->message);
-        if (!failure) session_->measured = measured_;
+        if (!last_ && failure) return failure_of(failure->code, failure->message);
         nlohmann::ordered_json report =
-            report_of(*session_, startup_seconds_, !failure.has_value(), failure);
+            report_of(of_all(!failure), messages_, startup_seconds_, !failure.has_value(), failure);
         report["times"] = times_;
         return report;
     }
 
  private:
+    /// The last time point, with what all took.
+    Reached of_all(bool measured) const {
+        Reached all = *last_;
+        if (measured) all.run->measured = *measured_;
+        return all;
+    }
     void expect_alike(const store::Header& header) {
         if (header_) {
             if (header.type != header_->type || header.values != header_->values)
@@ -97,17 +102,17 @@ class FilteredSeries {
         if (const std::string why = store::cannot_write(*options_.out, *header_); !why.empty())
             throw RequestError(fmt::format("-o {}: {}", *options_.out, why));
     }
-    void keep(Session& session, const Data& result, int time) {
-        const Tail& tail = session.written.tail;
+    void keep(const Planned& planned, const Data& result, int time) {
+        const Tail& tail = planned.written.tail;
         if (tail.view)
             throw RequestError(
                 "--time all: a view has a window of its own for each time point; "
                 "leave out --bits, or say --bits 32");
-        if (const auto cut = cut_off_text(session.want(), result, tail))
-            session.messages.warning(fmt::format("time {}: {}", time, *cut));
-        Array samples = finished(result, tail, {}, session.memory.get());
-        const std::string kept = keep_padding(session.want(), *session.input, tail, samples);
-        if (!kept.empty()) session.messages.warning(kept);
+        if (const auto cut = cut_off_text(planned.want, result, tail))
+            messages_.warning(message("time {}: {}", time, *cut));
+        Array samples = finished(result, tail, {}, planned.memory.get());
+        const std::string kept = keep_padding(planned.want, planned.input, tail, samples);
+        if (!kept.empty()) messages_.warning(kept);
         const auto* first = static_cast<const std::byte*>(samples.data());
         samples_.insert(samples_.end(), first, first + samples.bytes());
     }
@@ -133,7 +138,8 @@ class FilteredSeries {
     int times_;
     double startup_seconds_;
     Messages messages_;
-    std::unique_ptr<Session> session_;  // of the last time point
+    std::optional<Engine> engine_;
+    std::optional<Reached> last_;  // time point
     std::optional<Measured> measured_;
     std::optional<store::Header> header_;
     std::vector<std::byte> samples_;

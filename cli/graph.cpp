@@ -9,7 +9,7 @@
 #include "cli/request/spoken.hpp"
 #include "cli/session/graph_picture.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
@@ -43,29 +43,29 @@ void expect_ending(const std::optional<std::string>& out) {
 }
 
 /// A graph that shows what was chosen; without a plan within the budgets it shows the rest.
-std::string picture_of(Session& session) {
-    try {
-        make_plan(session);
-    } catch (const NoPlan&) {
-        session.messages.warning("no plan keeps the budgets: nothing is bold");
-    }
-    const bool has_plan = session.answer && session.answer->plan;
-    return laid_out(picture_dot(session.graph()->spanned(), session.edges, cost_words(session),
-                                has_plan ? &*session.answer->plan : nullptr));
+std::string picture_of(TypedRequest& typed) {
+    typed.reached().price_all({}, typed.messages());
+    const Planned& planned = *typed.reached().planned();
+    const auto& plan = planned.answer.plan;
+    if (!plan) typed.messages().warning("no plan keeps the budgets: nothing is bold");
+    return laid_out(picture_dot(planned.graph()->spanned(), planned.engine.edges(),
+                                cost_words(planned), plan ? &*plan : nullptr));
 }
 
 /// The graph of a request, with what its edges cost.
-std::string graph_of(Session& session, Form form) {
-    take_request(session);
-    if (form == Form::svg) return picture_of(session);
+std::string graph_of(TypedRequest& typed, Form form) {
+    typed.reached().open_all(typed.messages());
+    typed.reached().look_at({}, typed.messages());
+    if (form == Form::svg) return picture_of(typed);
+    const Looked& looked = *typed.reached().looked();
     const TransformGraph spanned =
-        expand(session.edges, session.ask(), session.sources(), session.spec.demands);
+        expand(looked.engine.edges(), looked.ask(), looked.sources(), looked.spec.demands);
     const auto cost = [&](const Arc& arc) {
-        return cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer, session.ask(),
-                       session.profile, session.want().threads);
+        return cost_of(looked.engine.edges()[static_cast<std::size_t>(arc.edge)], arc.offer,
+                       looked.ask(), looked.engine.machine(), looked.want.threads);
     };
     if (form == Form::dot)
-        return to_dot(spanned, session.edges, [&](const Arc& arc) {
+        return to_dot(spanned, looked.engine.edges(), [&](const Arc& arc) {
             const StepCost c = cost(arc);
             return fmt::format("{:.3g} s, scratch {:.3g} MiB, error + {:.3g}", c.seconds,
                                c.scratch / 0x1p20, std::hypot(c.error.bias, c.error.noise));
@@ -79,7 +79,7 @@ std::string graph_of(Session& session, Form form) {
                 {"bias", c.error.known ? nlohmann::json(c.error.bias) : nlohmann::json()},
                 {"noise", c.error.known ? nlohmann::json(c.error.noise) : nlohmann::json()}};
     };
-    nlohmann::json json = to_json(spanned, session.edges, entry);
+    nlohmann::json json = to_json(spanned, looked.engine.edges(), entry);
     for (std::size_t i = 0; i < spanned.refused.size(); ++i)
         json["refused"][i]["reason"] = spoken(spanned.refused[i].reason);
     return json.dump(2) + "\n";
@@ -96,8 +96,8 @@ int do_graph(const GraphOptions& options, const JobOptions* job) {
         expect_ending(options.out);
         std::string text;
         if (job) {
-            TypedSession session(*job);
-            text = graph_of(*session, form_of(options.out));
+            TypedRequest typed(*job, false);
+            text = graph_of(typed, form_of(options.out));
         } else {
             text = graph_without_request(form_of(options.out));
         }

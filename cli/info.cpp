@@ -122,7 +122,7 @@ double quantile_of(const Histogram& histogram, double share, bool integers) {
     return integers ? std::round(value) + 0.0 : value;
 }
 
-/// Spacing with its unit: of what is smaller than a tenth of a millimetre in micrometres.
+/// Spacing with its unit: below a tenth of a millimetre in micrometres.
 std::string spacing_text(const store::Header& header, int axes) {
     const bool small =
         header.unit == "mm" &&

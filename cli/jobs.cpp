@@ -17,11 +17,10 @@
 #include "cli/session/explain.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/run_page.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/rivals.hpp"
-#include "engine/session.hpp"
 #include "graph/errors.hpp"
 #include "runtime/runtime.hpp"
 
@@ -61,47 +60,60 @@ void explain(const JobOptions& o, const std::string& text) {
 
 namespace {
 
-void report(const TypedSession& typed, bool with_run, const std::optional<Failure>& failure) {
+void report(const TypedRequest& typed, bool with_run, const std::optional<Failure>& failure) {
     if (typed.options().json)
         write_text(*typed.options().json,
-                   text_of(report_of(*typed, typed.startup_seconds(), with_run, failure)));
+                   text_of(report_of(typed.reached(), typed.messages(), typed.startup_seconds(),
+                                     with_run, failure)));
 }
 
 /// Runs the plan, with a drawing of what is about to run and a trace of what ran.
-void run(TypedSession& typed) {
-    Session& session = *typed;
+void run(TypedRequest& typed) {
+    Reached& reached = typed.reached();
     const JobOptions& o = typed.options();
-    if (o.flow) write_text(*o.flow, flow_dot(*session.answer->plan, session.ask()));
-    perform(session);
-    if (o.trace) write_text(*o.trace, chrome_trace(*session.answer->plan, session.measured->trace));
-    if (o.explain || (o.verify && o.json != "-")) explain(o, measurement_of(session));
-    typed.messages().result(result_of(session));
+    const Planned& planned = *reached.planned();
+    if (o.flow) write_text(*o.flow, flow_dot(*planned.answer.plan, planned.ask()));
+    reached.run_all({}, typed.messages());
+    if (o.trace)
+        write_text(*o.trace, chrome_trace(*planned.answer.plan, reached.run->measured.trace));
+    if (o.explain || (o.verify && o.json != "-"))
+        explain(o, measurement_of(planned, *reached.run, o.explain));
+    typed.messages().result(result_of(planned, *reached.run));
+}
+
+/// How much is worked out for what the words want to see.
+Effort effort_of(const JobOptions& o, bool runs) {
+    Effort effort;
+    if (runs && !o.explain && !o.verify && !o.report) effort.errors = ErrorsWanted::for_choice;
+    effort.front = !runs || o.explain || o.json || o.report;
+    return effort;
 }
 
 /// @param runs  else it is only planned, and explained
 int do_job(const JobOptions& options, bool runs) {
-    std::optional<TypedSession> typed;
+    std::optional<TypedRequest> typed;
     bool explained = false;
     return guarded(
         [&] {
             check_outputs(options);
-            typed.emplace(options);
-            Session& session = **typed;
-            session.runs = session.announces = runs;
-            if (runs && !options.explain && !options.verify && !options.report)
-                session.errors = ErrorsWanted::for_choice;
-            session.plan_options.front = !runs || options.explain || options.json || options.report;
+            typed.emplace(options, runs);
+            Messages& messages = typed->messages();
+            messages.announces_planning(runs);
             try {
-                take_request(session);
+                typed->reached().open_all(messages);
             } catch (const ColoursToMerge&) {
                 typed.reset();
                 return do_merge(options, runs);
             }
-            make_plan(session);
-            if (options.explain || options.json || options.report || !runs) weigh(session);
-            forget_errors(session);
+            const Effort effort = effort_of(options, runs);
+            typed->reached().look_at(effort, messages);
+            typed->reached().price_all(effort, messages);
+            Planned& planned = typed->reached().plan();
+            expect_plan(planned);
+            if (options.explain || options.json || options.report || !runs) weigh(planned);
+            forget_errors(planned);
             if (options.explain || (!runs && options.json != "-")) {
-                explain(options, explanation_of(session, options.explain_all));
+                explain(options, explanation_of(planned, options.explain_all));
                 explained = true;
             }
             if (runs) run(*typed);
@@ -114,12 +126,14 @@ int do_job(const JobOptions& options, bool runs) {
                 if (options.json) write_text(*options.json, text_of(failure_of(code, message)));
                 return;
             }
-            Session& session = **typed;
-            session.planning.reset();
-            session.messages.end_progress();
-            forget_errors(session);
-            if (session.answer && (options.explain || !runs) && !explained)
-                explain(options, explanation_of(session, options.explain_all));
+            typed->messages().ends(Listener::State::planning);
+            typed->messages().end_progress();
+            if (typed->reached().planned()) {
+                Planned& planned = typed->reached().plan();
+                forget_errors(planned);
+                if ((options.explain || !runs) && !explained)
+                    explain(options, explanation_of(planned, options.explain_all));
+            }
             report(*typed, runs, Failure{code, message});
         });
 }

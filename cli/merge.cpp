@@ -11,7 +11,7 @@
 #include "cli/session/explain.hpp"
 #include "cli/session/merge_report.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/outputs.hpp"
@@ -45,12 +45,12 @@ RequestSpec merged_spec(const JobOptions& options, Messages& messages) {
     return spec_of(without, catalogue());
 }
 
-/// The work and its messages, as TypedSession has them of one session.
+/// The work and its messages, as TypedRequest has them of one.
 struct TypedMerge {
     explicit TypedMerge(const JobOptions& options)
         : merge(merged_spec(options, messages),
-                channels_of(options.selection.channel.value_or("all")), catalogue(),
-                chosen_profile(options.machine), messages) {}
+                channels_of(options.selection.channel.value_or("all")),
+                engine_of(options, merged_spec(options, messages), true, messages), messages) {}
 
     double startup_seconds = process_seconds();
     Messages messages;
@@ -58,10 +58,9 @@ struct TypedMerge {
 };
 
 void take_options(Merge& merge, const JobOptions& options, bool runs) {
-    merge.runs = merge.announces = runs;
-    merge.explained = options.explain;
-    if (runs && !options.explain && !options.verify) merge.errors = ErrorsWanted::for_choice;
-    merge.front = !runs || options.explain || options.json;
+    merge.runs = runs;
+    if (runs && !options.explain && !options.verify) merge.effort.errors = ErrorsWanted::for_choice;
+    merge.effort.front = !runs || options.explain || options.json;
 }
 
 std::string heading(const MergedChannel& channel) {
@@ -84,18 +83,22 @@ int do_merge(const JobOptions& options, bool runs) {
             typed.emplace(options);
             Merge& merge = typed->merge;
             take_options(merge, options, runs);
+            typed->messages.announces_planning(runs);
             perform(merge, [&](MergedChannel& channel) {
-                Session& session = *channel.session;
-                if (options.explain || options.json || !runs) weigh(session);
-                forget_errors(session);
+                Planned& planned = channel.request->plan();
+                if (options.explain || options.json || !runs) weigh(planned);
+                forget_errors(planned);
                 if (options.explain || (!runs && options.json != "-"))
                     explain(options,
-                            heading(channel) + explanation_of(session, options.explain_all) + "\n");
+                            heading(channel) + explanation_of(planned, options.explain_all) + "\n");
             });
             if (runs) {
                 if (options.explain || (options.verify && options.json != "-"))
                     for (const MergedChannel& channel : merge.channels)
-                        explain(options, heading(channel) + measurement_of(*channel.session));
+                        explain(options,
+                                heading(channel) + measurement_of(*channel.request->planned(),
+                                                                  *channel.request->run,
+                                                                  options.explain));
                 typed->messages.result(result_of(merge));
             }
             write_report({});
@@ -107,18 +110,17 @@ int do_merge(const JobOptions& options, bool runs) {
                 return;
             }
             for (MergedChannel& channel : typed->merge.channels)
-                if (channel.session) {
-                    channel.session->planning.reset();
-                    forget_errors(*channel.session);
-                }
+                if (channel.request && channel.request->planned())
+                    forget_errors(channel.request->plan());
+            typed->messages.ends(Listener::State::planning);
             typed->messages.end_progress();
             const auto& channels = typed->merge.channels;
-            const bool unplanned = !channels.empty() && channels.back().session &&
-                                   channels.back().session->answer &&
-                                   !channels.back().session->answer->plan;
-            if (unplanned && (options.explain || !runs))
-                explain(options, heading(channels.back()) +
-                                     explanation_of(*channels.back().session, options.explain_all));
+            const Planned* last = channels.empty() || !channels.back().request
+                                      ? nullptr
+                                      : channels.back().request->planned();
+            if (last && !last->answer.plan && (options.explain || !runs))
+                explain(options,
+                        heading(channels.back()) + explanation_of(*last, options.explain_all));
             write_report(Failure{code, message});
         });
 }

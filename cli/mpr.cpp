@@ -8,7 +8,7 @@
 #include "cli/request/messages.hpp"
 #include "cli/session/explain.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/mpr.hpp"
@@ -35,23 +35,23 @@ RequestSpec planes_spec(const JobOptions& options, Messages& messages) {
 
 struct TypedPlanes {
     explicit TypedPlanes(const JobOptions& options)
-        : planes(planes_spec(options, messages), place_of_planes(options.mpr.value()), catalogue(),
-                 chosen_profile(options.machine), messages) {}
+        : planes(planes_spec(options, messages), place_of_planes(options.mpr.value()),
+                 engine_of(options, planes_spec(options, messages), true, messages), messages) {}
 
     double startup_seconds = process_seconds();
     Messages messages;
     Planes planes;
 };
 
-std::string heading_of(const Session& session) {
-    return fmt::format("plane {}\n", *session.spec.geometry.view);
+std::string heading_of(const Planned& planned) {
+    return fmt::format("plane {}\n", *planned.spec.geometry.view);
 }
 
 /// What each plane's report is, and what was written.
 nlohmann::ordered_json report_of_planes(const TypedPlanes& typed) {
     nlohmann::ordered_json report{{"schema", 1}, {"planes", nlohmann::ordered_json::array()}};
-    for (const auto& session : typed.planes.sessions)
-        report["planes"].push_back(report_of(*session, typed.startup_seconds, true, {}));
+    for (const Reached& one : typed.planes.requests)
+        report["planes"].push_back(report_of(one, typed.messages, typed.startup_seconds, true, {}));
     report["outputs"] = typed.planes.files;
     return report;
 }
@@ -75,18 +75,20 @@ int do_planes(const JobOptions& options, bool runs) {
             typed.emplace(options);
             Planes& planes = typed->planes;
             planes.explained = options.explain;
-            const auto explain_plan = [&](Session& session) {
+            const auto explain_plan = [&](Planned& planned) {
                 if (!options.explain) return;
-                weigh(session);
+                weigh(planned);
                 explain(options,
-                        heading_of(session) + explanation_of(session, options.explain_all) + "\n");
+                        heading_of(planned) + explanation_of(planned, options.explain_all) + "\n");
             };
             perform(planes, explain_plan);
             double seconds = 0;
-            for (const auto& session : planes.sessions) {
-                for (const double one : session->measured->seconds) seconds += one;
+            for (const Reached& each : planes.requests) {
+                for (const double one : each.run->measured.seconds) seconds += one;
                 if (options.explain || (options.verify && options.json != "-"))
-                    explain(options, heading_of(*session) + measurement_of(*session));
+                    explain(options,
+                            heading_of(*each.planned()) +
+                                measurement_of(*each.planned(), *each.run, options.explain));
             }
             typed->messages.result(
                 fmt::format("{}, three planes through {}, {:.2f} ms",

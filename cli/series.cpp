@@ -11,7 +11,7 @@
 #include "cli/session/explain.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/series_report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/rivals.hpp"
@@ -50,11 +50,11 @@ RequestSpec series_spec(const JobOptions& options, Messages& messages) {
     return spec_of(without, catalogue());
 }
 
-/// The work and its messages, as TypedSession has them of one session.
+/// The work and its messages, as TypedRequest has them of one.
 struct TypedSeries {
     explicit TypedSeries(const JobOptions& options)
-        : series(series_spec(options, messages), catalogue(), chosen_profile(options.machine),
-                 messages) {}
+        : series(series_spec(options, messages),
+                 engine_of(options, series_spec(options, messages), true, messages), messages) {}
 
     double startup_seconds = process_seconds();
     Messages messages;
@@ -80,12 +80,12 @@ int do_series(const JobOptions& options, bool runs) {
             check_outputs(options);
             typed.emplace(options);
             Series& series = typed->series;
-            series.runs = series.announces = runs;
-            series.explained = options.explain;
+            series.runs = runs;
+            typed->messages.announces_planning(runs);
             if (runs && !options.explain && !options.verify)
-                series.errors = ErrorsWanted::for_choice;
-            series.front = !runs || options.explain || options.json;
-            perform(series, [&](Session& first) {
+                series.effort.errors = ErrorsWanted::for_choice;
+            series.effort.front = !runs || options.explain || options.json;
+            perform(series, [&](Planned& first) {
                 if (options.explain || options.json || !runs) weigh(first);
                 forget_errors(first);
                 if (options.explain || (!runs && options.json != "-"))
@@ -94,7 +94,8 @@ int do_series(const JobOptions& options, bool runs) {
             });
             if (runs) {
                 if (options.explain || (options.verify && options.json != "-"))
-                    explain(options, measurement_of(*series.first));
+                    explain(options, measurement_of(*series.first->planned(), *series.first->run,
+                                                    options.explain));
                 typed->messages.result(result_of(series));
             }
             write_report({});
@@ -105,14 +106,14 @@ int do_series(const JobOptions& options, bool runs) {
                 if (options.json) write_text(*options.json, text_of(failure_of(code, message)));
                 return;
             }
-            Session* first = typed->series.first.get();
+            typed->messages.ends(Listener::State::planning);
             typed->messages.end_progress();
-            if (first) {
-                first->planning.reset();
-                forget_errors(*first);
-                const bool unplanned = first->answer && !first->answer->plan;
-                if (unplanned && (options.explain || !runs))
-                    explain(options, explanation_of(*first, options.explain_all));
+            auto& first = typed->series.first;
+            if (first && first->planned()) {
+                Planned& planned = first->plan();
+                forget_errors(planned);
+                if (!planned.answer.plan && (options.explain || !runs))
+                    explain(options, explanation_of(planned, options.explain_all));
             }
             write_report(Failure{code, message});
         });

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "engine/looked.hpp"
 #include "engine/measure/quantiles.hpp"
-#include "engine/session.hpp"
 #include "reference/stored.hpp"
 
 namespace edgewise {
@@ -13,10 +13,10 @@ namespace {
 
 constexpr int kRows = 8;  // of the reference, between two checks whether to go on
 
-int result_channels(const Session& session) {
-    const Request& want = session.want();
+int result_channels(const Looked& looked) {
+    const Request& want = looked.want;
     if (want.job == Job::render) return want.mode->channels;
-    return session.input->channels();
+    return looked.input.channels();
 }
 
 /// The middle of a picture's pixel among the samples of the output.
@@ -26,9 +26,9 @@ std::int64_t place(int pixel, int pixels, std::int64_t samples) {
 
 }  // namespace
 
-PictureTaker::PictureTaker(const Session& session, double most_values)
-    : session_(session), output_(session.want().output()) {
-    channels_ = result_channels(session) >= 3 ? 3 : 1;
+PictureTaker::PictureTaker(const Looked& looked, double most_values)
+    : looked_(looked), output_(looked.want.output()) {
+    channels_ = result_channels(looked) >= 3 ? 3 : 1;
     const double side = std::floor(std::sqrt(most_values / channels_));
     const double shrink = std::max({1.0, double(output_.x) / side, double(output_.y) / side});
     width_ = std::max(1, static_cast<int>(double(output_.x) / shrink));
@@ -46,7 +46,7 @@ std::vector<OutputSample> PictureTaker::pixels() const {
 
 /// Colours as they would be shown: a composite over its background, others without their alpha.
 void PictureTaker::put(const double* values, int channels, float* out) const {
-    const Request& want = session_.want();
+    const Request& want = looked_.want;
     const bool composite = want.job == Job::render && want.mode->over_background;
     for (int c = 0; c < channels_; ++c) {
         const double under =
@@ -73,7 +73,7 @@ charts::Raster PictureTaker::taken(const Data& result) const {
 std::optional<charts::Raster> PictureTaker::reference(
     const ReferenceField& field, std::pmr::memory_resource* memory, const charts::Raster& elsewhere,
     const std::function<bool(double)>& go_on) const {
-    const Reference reference(session_.want(), field, memory);
+    const Reference reference(looked_.want, field, memory);
     const std::vector<OutputSample> all = pixels();
     charts::Raster raster = elsewhere;
     const auto channels = static_cast<std::size_t>(reference.channels());
@@ -98,9 +98,9 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     pictures.black = *low;
     pictures.white = *high;
-    const store::Header& header = session_.input->header;
-    const Request& want = session_.want();
-    const double exposure = session_.spec.exposure.value_or(1);
+    const store::Header& header = looked_.input.header;
+    const Request& want = looked_.want;
+    const double exposure = looked_.spec.exposure.value_or(1);
     if (want.job == Job::render && want.mode->over_background) {
         pictures.black = 0;
         pictures.white = 1 / exposure;
@@ -108,7 +108,7 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
         pictures.black = 0;  // photographs are not stretched
         pictures.white = header.type == Type::u8 ? 255 : 1;
     }
-    if (const auto& window = session_.window) {
+    if (const auto& window = looked_.window) {
         const auto end = [&](const WindowEnd& at) {
             return at.percentile ? quantile(values, at.at / 100) : at.at / exposure;
         };
@@ -119,7 +119,7 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
 }
 
 std::string PictureTaker::shown() const {
-    std::string text = session_.want().frames > 1 ? "Frame 0" : "The result";
+    std::string text = looked_.want.frames > 1 ? "Frame 0" : "The result";
     if (output_.z > 1) text += fmt::format(", slice {} of {}", output_.z / 2, output_.z);
     if (width_ < output_.x || height_ < output_.y)
         text +=

@@ -8,14 +8,14 @@
 
 namespace edgewise {
 
-struct Session;
+struct Looked;
 
 /// Makes the pictures of a page: of each result the first frame (of volumes the middle
 /// slice), at as many pixels as all channels together may have.
 class PictureTaker {
  public:
     /// @param most_values  pixels of all channels together
-    explicit PictureTaker(const Session& session, double most_values = 256 * 256);
+    explicit PictureTaker(const Looked& looked, double most_values = 256 * 256);
 
     /// The picture of a result of the request.
     charts::Raster taken(const Data& result) const;
@@ -42,7 +42,7 @@ class PictureTaker {
  private:
     void put(const double* values, int channels, float* out) const;
 
-    const Session& session_;
+    const Looked& looked_;
     Extent output_;
     int width_, height_, channels_;
 };

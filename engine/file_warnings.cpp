@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/known_facts.hpp"
-#include "engine/session.hpp"
+#include "engine/opened.hpp"
 
 namespace edgewise {
 namespace {
@@ -23,16 +23,15 @@ std::vector<std::string> told_of(const KnownFacts& facts) {
 
 }  // namespace
 
-void tell_of_file(Session& session, const std::vector<Message>& warnings) {
+void tell_of_file(const Opened& opened, const Input& input, const std::vector<Message>& warnings,
+                  Listener& messages) {
     if (warnings.empty()) return;
-    Listener& messages = session.messages;
     if (!messages.tells_once()) {
         for (const Message& warning : warnings) messages.warning(warning);
         return;
     }
-    const Input& input = *session.input;
     // Samples that a request has read in a way of its own are of the same file.
-    const bool keeps = session.spec.remembers && !session.given;
+    const bool keeps = opened.spec.remembers && !opened.as.given;
     const KnownFacts facts(keeps ? identity_of_files(input) : std::nullopt);
     std::vector<std::string> told = told_of(facts);
     const std::size_t before = told.size();
@@ -49,10 +48,8 @@ void tell_of_file(Session& session, const std::vector<Message>& warnings) {
         }
     }
     if (told.size() > before && facts.keep(kTold, told) && before == 0)
-        messages.notice(
-            fmt::format("later commands leave out what is said of {}; `edgewise info` "
-                        "lists it",
-                        input.name));
+        messages.notice(message(
+            "later commands leave out what is said of {}; `@command(info)` lists it", input.name));
 }
 
 }  // namespace edgewise

@@ -32,6 +32,6 @@ FilterResult filter_result(const Request& want, const store::Header& input, doub
 
 /// That some of a filter's values are beyond the ends of the integer type that they are written in,
 /// and how many; or nothing.
-std::optional<std::string> cut_off_text(const Request& want, const Data& result, const Tail& tail);
+std::optional<Message> cut_off_text(const Request& want, const Data& result, const Tail& tail);
 
 }  // namespace edgewise

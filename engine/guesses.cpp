@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/session.hpp"
+#include "engine/looked.hpp"
 #include "engine/transfer/air.hpp"
 #include "engine/transfer/robust_window.hpp"
 #include "graph/words.hpp"
@@ -17,9 +17,9 @@ namespace edgewise {
 namespace {
 
 /// Whether the views are those of a file, which may say how it lies in the body.
-bool is_of_file(const Session& session) {
-    const Input& input = *session.input;
-    return !input.phantom && !input.described && !session.given;
+bool is_of_file(const Opened& opened) {
+    const Input& input = opened.input;
+    return !input.phantom && !input.described && !opened.as.given;
 }
 
 bool is_own_axis(const std::string& view) {
@@ -28,8 +28,8 @@ bool is_own_axis(const std::string& view) {
 
 /// How far apart the output's samples are along each of its axes, in samples of the input along
 /// that of its axes which lies nearest: a turn alone leaves them as they are.
-std::array<double, 3> reductions(const Session& session) {
-    const Request& want = session.want();
+std::array<double, 3> reductions(const Opened& opened) {
+    const Request& want = opened.want;
     std::array<double, 3> most{};
     if (want.deformed()) return most;
     const int axes = want.job->of_rays() ? 2 : want.axes;
@@ -61,8 +61,8 @@ std::vector<Vec3> ends_of(const Extent& out, int axes) {
 
 /// Whether some output sample lies beyond the input. Its samples lie in a box, which the map makes
 /// a body with straight edges: all of it is inside where its corners are.
-bool reaches_beyond(const Session& session) {
-    const Request& want = session.want();
+bool reaches_beyond(const Opened& opened) {
+    const Request& want = opened.want;
     if (want.job != Job::warp || want.deformed()) return false;
     constexpr double kRounding = 1e-6;  // sample
     for (int view = 0; view < want.frames; ++view) {
@@ -81,84 +81,85 @@ bool reaches_beyond(const Session& session) {
 
 /// Whether the samples are Hounsfield units: a CT's, or values that have air and water where these
 /// have them.
-bool is_ct_in_units(const Session& session) {
-    const Input& input = *session.input;
+bool is_ct_in_units(const Looked& opened) {
+    const Input& input = opened.input;
     const std::string& modality = input.header.modality;
     if (modality == "CT") return true;
     if (!modality.empty() || input.channels() > 1 || input.table) return false;
     constexpr std::int64_t kRuns = 1 << 11, kLength = 16;
     const Drawn drawn(*input.data, Region::all(input.data->what.extent), kRuns, kLength);
-    return hounsfield_shift(drawn, session.statistics) == 0;
+    return hounsfield_shift(drawn, opened.statistics) == 0;
 }
 
 }  // namespace
 
-void say_where_front_is(Session& session) {
-    const std::optional<std::string>& view = session.spec.geometry.view;
-    const Input& input = *session.input;
-    const Job job = session.want().job;
-    if (!view || is_own_axis(*view) || input.header.anatomical || !is_of_file(session) ||
+void say_where_front_is(const Opened& opened, Listener& messages) {
+    const std::optional<std::string>& view = opened.spec.geometry.view;
+    const Input& input = opened.input;
+    const Job job = opened.want.job;
+    if (!view || is_own_axis(*view) || input.header.anatomical || !is_of_file(opened) ||
         (job != Job::render && job != Job::warp))
         return;
-    session.messages.warning(
-        fmt::format("--view {}: {} does not say how it lies in the body; x is taken to point to "
-                    "the left, y to the back, z up; where that is wrong say --orient LPS, RAS ...",
-                    *view, input.name));
+    messages.warning(
+        message("@view({}): {} does not say how it lies in the body; x is taken to point to the "
+                "left, y to the back, z up; where that is wrong say @orient(LPS), RAS ...",
+                *view, input.name));
 }
 
-bool looks_along_z(const Session& session) {
-    return session.want().job == Job::render && !session.spec.geometry.view &&
-           !session.spec.geometry.look_at && !session.input->header.anatomical;
+bool looks_along_z(const Opened& opened) {
+    return opened.want.job == Job::render && !opened.spec.geometry.view &&
+           !opened.spec.geometry.look_at && !opened.input.header.anatomical;
 }
 
-void say_what_is_reduced(Session& session) {
-    const Request& want = session.want();
-    if ((want.job != Job::render && want.job != Job::warp) || !is_of_file(session)) return;
+void say_what_is_reduced(const Opened& opened, Listener& messages) {
+    const Request& want = opened.want;
+    if ((want.job != Job::render && want.job != Job::warp) || !is_of_file(opened)) return;
     constexpr double kSeen = 1.5;
-    const std::array<double, 3> apart = reductions(session);
+    const std::array<double, 3> apart = reductions(opened);
     const double most = *std::max_element(apart.begin(), apart.end());
     if (!(most > kSeen * (1 + 1e-9))) return;
     const std::string where = fmt::format("{} of the output lie {:.3g} samples of the input apart",
                                           want.job == Job::render ? "rays" : "samples", most);
     if (want.field == Field::nearest) {
-        session.messages.warning(where + ": labels that lie between them are left out");
+        messages.warning(where + ": labels that lie between them are left out");
         return;
     }
     // Of a Gauss filter that wide little is left of what the output's samples cannot show.
-    session.messages.warning(fmt::format(
-        "{}, and values are taken there alone: finer detail is left out, or makes patterns; "
-        "`edgewise filter {} -o smooth{} --op convolve --kernel gauss:{:.2g}` first makes a mean",
-        where, session.input->name, want.axes == 2 ? ".tif" : ".nrrd", most / 2));
+    messages.warning(
+        message("{}, and values are taken there alone: finer detail is left out, or makes "
+                "patterns; `@command(filter) {} @out(smooth{}) @op(convolve) "
+                "@kernel(gauss:{:.2g})` first makes a mean",
+                where, opened.input.name, want.axes == 2 ? ".tif" : ".nrrd", most / 2));
 }
 
-void take_outside(Session& session) {
-    const Input& input = *session.input;
-    if (session.spec.outside || session.want().field == Field::nearest || session.given ||
-        !input.data->samples.data() || !reaches_beyond(session) || !is_ct_in_units(session))
+void take_outside(Looked& opened) {
+    const Input& input = opened.input;
+    if (opened.spec.outside || opened.want.field == Field::nearest || opened.as.given ||
+        !input.data->samples.data() || !reaches_beyond(opened) || !is_ct_in_units(opened))
         return;
     const store::PaddingRuns padding = store::padding_runs(input.header, input.selection);
     if (const std::optional<double> air = air_of(*input.data, padding.runs))
-        session.request.outside = *air;
+        opened.want.outside = *air;
 }
 
-std::optional<double> filled_with(const Session& session) {
-    if (!reaches_beyond(session)) return std::nullopt;
-    return session.input->table ? session.input->outside : session.want().outside;
+std::optional<double> filled_with(const Opened& opened) {
+    if (!reaches_beyond(opened)) return std::nullopt;
+    return opened.input.table ? opened.input.outside : opened.want.outside;
 }
 
-void say_what_fills(Session& session) {
-    const std::optional<double> filled = filled_with(session);
-    const Tail& tail = session.written.tail;
-    if (!filled || !session.outputs || session.outputs->none() || tail.view || tail.table ||
+void say_what_fills(const Opened& opened, Listener& messages) {
+    const std::optional<double> filled = filled_with(opened);
+    const Tail& tail = opened.written.tail;
+    if (!filled || !opened.outputs || opened.outputs->none() || tail.view || tail.table ||
         !is_integer(tail.type))
         return;
     const auto [low, high] = limits_of(tail.type);
     const double number = std::nearbyint((*filled - tail.values.offset) / tail.values.slope);
     if (number >= low && number <= high) return;
-    session.messages.warning(fmt::format(
-        "--outside {:g}: {} holds none, so {:g} is written beyond the input; --bits 32 and a "
-        "format that holds f32 (.nrrd, .nii.gz, .tif) keep it",
-        *filled, name_of(tail.type), tail.values(std::clamp(number, low, high))));
+    messages.warning(
+        message("@outside({:g}): {} holds none, so {:g} is written beyond the input; @bits(32) and "
+                "a format that holds f32 (.nrrd, .nii.gz, .tif) keep it",
+                *filled, name_of(tail.type), tail.values(std::clamp(number, low, high))));
 }
 
 }  // namespace edgewise

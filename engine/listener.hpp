@@ -45,6 +45,7 @@ class Listener {
     enum class State {
         unobserved,  // it reads or plans: nothing is half done, and nobody looks at the flag
         collecting,  // there are results to keep: only the flag may end it
+        planning,    // a path is chosen, which may take long
     };
     virtual void begins(State) {}
     virtual void ends(State) {}

@@ -51,10 +51,9 @@ std::vector<ChannelSpec> parts_of_colour() {
 /// Why channels of such a request cannot be merged is its own error, told at once.
 void expect_mergeable(const RequestSpec& spec) {
     if (spec.job != Job::render)
-        throw RequestError(
-            fmt::format("--channel: {} merges no channels; name one", name_of(spec.job)));
+        throw RequestError(message("@channel: {} merges no channels; name one", name_of(spec.job)));
     if (spec.selection.channel)
-        throw RequestError("--channel: several are merged, and one is selected as well");
+        throw RequestError(message("@channel: several are merged, and one is selected as well"));
     if (spec.transfer)
         throw RequestError(
             message("{}: its colours and those of channels exclude each other; without it light is "
@@ -62,12 +61,13 @@ void expect_mergeable(const RequestSpec& spec) {
                     spec.transfer->from));
     if (spec.suiting_preset)
         throw RequestError(
-            "--preset: its colours and those of channels exclude each other; --mode composite has "
-            "none");
+            message("@preset: its colours and those of channels exclude each other; "
+                    "@mode(composite) has none"));
     if (spec.background && *spec.background != std::array<double, 3>{0, 0, 0})
-        throw RequestError("--background: channels add up over black");
-    if (spec.keeps_alpha) throw RequestError("--background: merged channels have no alpha");
-    if (spec.ranks.value_or(1) > 1) throw RequestError("--ranks: channels are merged on one rank");
+        throw RequestError(message("@background: channels add up over black"));
+    if (spec.keeps_alpha) throw RequestError(message("@background: merged channels have no alpha"));
+    if (spec.ranks.value_or(1) > 1)
+        throw RequestError(message("@ranks: channels are merged on one rank"));
 }
 
 /// The channels, each once, with their colours.
@@ -82,10 +82,10 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
         if (!one.name.empty())
             one.channel = store::channel_named(one.name, input.name, input.selection);
         if (one.channel < 0 || one.channel >= there)
-            throw RequestError(fmt::format("--channel {}: {} has {} channel{}, counted from 0",
-                                           one.channel, input.name, there, there > 1 ? "s" : ""));
+            throw RequestError(message("@channel({}): {} has {} channel{}, counted from 0",
+                                       one.channel, input.name, there, there > 1 ? "s" : ""));
         if (!seen.insert(one.channel).second)
-            throw RequestError(fmt::format("--channel: {} is named twice", one.channel));
+            throw RequestError(message("@channel: {} is named twice", one.channel));
     }
     const bool asks_file = std::any_of(wanted.begin(), wanted.end(),
                                        [](const ChannelSpec& one) { return !one.colour; });
@@ -119,7 +119,7 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
         if (at < ranges.size()) channel.range = ranges[at];
         for (const double part : channel.colour)
             if (!(part >= 0 && part <= 1))
-                throw RequestError("--channel: expected colours from 0 to 1");
+                throw RequestError(message("@channel: expected colours from 0 to 1"));
     }
     return channels;
 }
@@ -153,8 +153,8 @@ class Merging {
             if (planned_) planned_(channel);
             if (merge_.runs) render(channel);
             // One channel at a time: the next needs the room.
-            channel.session->input->data.reset();
-            channel.session->memory->trim();
+            if (!merge_.runs) channel.request->plan().input.data.reset();
+            channel.request->planned()->memory->trim();
         }
         if (merge_.runs && colours_) add_colours();
         if (merge_.runs) end();
@@ -180,10 +180,10 @@ class Merging {
         by_alpha_ = colours_ && input.header.alpha == store::Alpha::straight;
         bytes_ = input.header.type == Type::u8;
         if (colours_ && spec_.mode->over_background)
-            throw RequestError(fmt::format(
-                "--mode {}: {} holds colours, which have no opacity by their value; --mode {} show "
-                "them, and --channel 0 takes one of red, green and blue",
-                spec_.mode->name, input.name, modes_of_colours()));
+            throw RequestError(
+                message("@mode({}): {} holds colours, which have no opacity by their value; "
+                        "@mode({}) show them, and @channel(0) takes one of red, green and blue",
+                        spec_.mode->name, input.name, modes_of_colours()));
         input.selection.channel = found_.front().channel;
         const Geometry geometry = take_geometry(want, spec_, input, outputs_);
         merge_.frames = want.frames;
@@ -196,8 +196,7 @@ class Merging {
             const auto [columns, rows] = *spec_.look.montage;
             if (columns * rows > channels) ++pictures_of_each_;
         }
-        if (const std::string left_out = expect_frames(spec_, outputs_, want.frames);
-            !left_out.empty())
+        if (const Message left_out = expect_frames(spec_, outputs_, want.frames); !left_out.empty())
             merge_.messages.warning(left_out);
         writes_ = outputs_ && !outputs_->none();
         if (want.mode->over_background) shown_.exposure = spec_.exposure.value_or(1);
@@ -223,9 +222,9 @@ class Merging {
             throw NoPlan(fmt::format(
                 "{}: {} pictures of merged channels take {:.0f} MiB, and {:.0f} MiB are left for "
                 "them",
-                spec_.max_memory ? "--max-memory" : "memory", frames, bytes / 0x1p20,
+                spec_.max_memory ? setting("max_memory") : "memory", frames, bytes / 0x1p20,
                 std::max(0.0, left) / 0x1p20));
-        // What the pictures are made of and what they are written as; budgets are the sessions'.
+        // What the pictures are made of and what they are written as; budgets are the channels'.
         memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
         const auto add = [&](Pictures& to, const Representation& what) {
             poll();
@@ -256,44 +255,35 @@ class Merging {
     }
 
     void plan_one(MergedChannel& channel, int left) {
-        channel.session = std::make_unique<Session>(spec_of(channel, left), merge_.edges,
-                                                    merge_.profile, merge_.messages);
-        Session& session = *channel.session;
-        const bool first = merge_.channels.size() == 1;
-        session.runs = merge_.runs;
-        session.announces = merge_.announces;
-        session.errors = merge_.errors;
-        session.plan_options.front = merge_.front;
-        session.explained = merge_.explained || !first;  // notices of the machine are told once
+        const RequestSpec spec = spec_of(channel, left);
+        channel.request.emplace(ask(merge_.engine, spec, {.runs = merge_.runs}));
         try {
-            take_request(session);
-            session.explained = merge_.explained;
-            make_plan(session);
+            channel.request->prepare(merge_.effort, merge_.messages);
         } catch (const NoPlan& error) {
             const std::string share =
                 spec_.max_time && merge_.wanted.size() != 1
-                    ? fmt::format(", for its share of {:.3g} s", *session.spec.max_time)
+                    ? fmt::format(", for its share of {:.3g} s", *spec.max_time)
                     : "";
             throw NoPlan(message("channel {}{}: {}", channel.channel, share, error.message()));
         }
     }
 
     void render(MergedChannel& channel) {
-        Session& session = *channel.session;
         // All of them together are held against it, when all have run.
-        session.request.budget.seconds = spec_.max_time;
+        channel.request->plan().want.budget.seconds = spec_.max_time;
         const auto pixels = static_cast<std::size_t>(merge_.extent.x * merge_.extent.y);
-        edgewise::perform(session, [&](int frame, const Data& result) {
+        const auto take = [&](int frame, const Data& result) {
             const auto channels = static_cast<std::size_t>(result.what.channels);
             const float* in = result.as<float>();
             float* out = values_[part_][static_cast<std::size_t>(frame)]->as<float>();
             // Of shades of grey, premultiplied and over black, one colour is all of them.
             for (std::size_t i = 0; i < pixels; ++i) out[i] = in[i * channels];
-        });
+        };
+        channel.request->run_all({.frames = take}, merge_.messages);
         if (colours_) return;
         const auto begin = Clock::now();
         const std::vector<std::shared_ptr<const Data>> values(values_[0].begin(), values_[0].end());
-        channel.shades = shades_of(values, session.window, shown_);
+        channel.shades = shades_of(values, channel.request->planned()->window, shown_);
         add(values_[0], channel);
         merging_ += since(begin);
     }
@@ -303,7 +293,7 @@ class Merging {
     void add_colours() {
         const auto begin = Clock::now();
         Shades shades{0, 255};
-        if (const auto& window = merge_.channels[0].session->window;
+        if (const auto& window = merge_.channels[0].request->planned()->window;
             window || !bytes_ || !shows_values(*spec_.mode)) {
             std::vector<std::shared_ptr<const Data>> all;
             for (const Pictures& part : values_) all.insert(all.end(), part.begin(), part.end());
@@ -355,7 +345,7 @@ class Merging {
     void end() {
         measure();
         if (spec_.strict && merge_.measured->kept == false)
-            throw RunError("--strict: a budget is broken; nothing is written");
+            throw RunError(message("@strict: a budget is broken; nothing is written"));
         values_.clear();
         memory_->trim();
         const auto begin = Clock::now();
@@ -382,7 +372,7 @@ class Merging {
         Measured& all = merge_.measured.emplace();
         all.seconds.assign(static_cast<std::size_t>(spec_.repeat), 0);
         for (const MergedChannel& channel : merge_.channels) {
-            const Measured& one = *channel.session->measured;
+            const Measured& one = channel.request->run->measured;
             for (std::size_t i = 0; i < all.seconds.size(); ++i) all.seconds[i] += one.seconds[i];
             all.steps.insert(all.steps.end(), one.steps.begin(), one.steps.end());
             all.step_seconds.insert(all.step_seconds.end(), one.step_seconds.begin(),
@@ -436,9 +426,9 @@ void perform(Merge& merge, const std::function<void(MergedChannel&)>& planned,
 Predicted predicted_of(const Merge& merge) {
     Predicted all;
     for (const MergedChannel& channel : merge.channels) {
-        if (!channel.session || !channel.session->answer || !channel.session->answer->plan)
-            continue;
-        const Predicted& one = channel.session->answer->plan->predicted;
+        const Planned* planned = channel.request ? channel.request->planned() : nullptr;
+        if (!planned || !planned->answer.plan) continue;
+        const Predicted& one = planned->answer.plan->predicted;
         // One machine: channels are late together.
         all.spread = std::max(all.spread, one.spread);
         all.seconds += one.seconds;

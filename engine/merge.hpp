@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/session.hpp"
+#include "engine/reached.hpp"
 #include "io/channel_colours.hpp"
 
 namespace edgewise {
@@ -26,7 +26,7 @@ struct MergedChannel {
     /// The values that the file says it is shown from and to.
     std::optional<std::array<double, 2>> range{};
     /// Its own request: plan, measurements. Its samples are given back when its turn is over.
-    std::unique_ptr<Session> session;
+    std::optional<Reached> request;
     std::optional<Shades> shades;  // of its result: what became black, what its full colour
 };
 
@@ -47,22 +47,18 @@ struct Merge {
     ///                  or, without a transfer function, shades of grey
     /// @param channels  empty: all that the input has
     /// @param listener  outlives it
-    Merge(RequestSpec request, std::vector<ChannelSpec> asked, Catalogue catalogue, Profile machine,
-          Listener& listener)
+    Merge(RequestSpec request, std::vector<ChannelSpec> asked, Engine means, Listener& listener)
         : spec(std::move(request)),
           wanted(std::move(asked)),
-          edges(std::move(catalogue)),
-          profile(std::move(machine)),
+          engine(std::move(means)),
           messages(listener) {}
 
     const RequestSpec spec;
     const std::vector<ChannelSpec> wanted;
-    Catalogue edges;
-    Profile profile;
+    const Engine engine;
     Listener& messages;
-    bool runs = false;  // these are as Session has them
-    bool explained = false, announces = false, front = true;
-    ErrorsWanted errors = ErrorsWanted::asked;
+    bool runs = false;  // and is not only planned
+    Effort effort;
     std::vector<MergedChannel> channels;  // as far as they have come
     Extent extent;                        // of the picture
     int frames = 1;

@@ -19,23 +19,23 @@ namespace {
 constexpr int kBetweenPlanes = 2;  // pixels between planes
 constexpr int kLeastSide = 512;    // pixels of a picture whose size nobody says
 
-/// An option of the request that planes have no use for, or "".
-std::string useless(const RequestSpec& spec) {
+/// What of the request planes have no use for, or "".
+Message useless(const RequestSpec& spec) {
     const GeometrySpec& geometry = spec.geometry;
-    if (geometry.view) return "--view";
-    if (!geometry.steps.empty()) return fmt::format("--{}", name_of(geometry.steps.front().kind));
-    if (geometry.about) return "--about";
-    if (geometry.perspective) return "--perspective";
-    if (geometry.zoom) return "--zoom";
-    if (!spec.clip.empty()) return spec.clip.settings().marked();
-    if (spec.look.montage) return "--montage";
-    if (spec.look.depth_colour) return "--depth-colour";
+    if (geometry.view) return setting("view");
+    if (!geometry.steps.empty()) return setting_of(geometry.steps.front().kind);
+    if (geometry.about) return setting("about");
+    if (geometry.perspective) return setting("perspective");
+    if (geometry.zoom) return setting("zoom");
+    if (!spec.clip.empty()) return spec.clip.settings();
+    if (spec.look.montage) return setting("montage");
+    if (spec.look.depth_colour) return setting("depth_colour");
     return "";
 }
 
 class MakingPlanes {
  public:
-    MakingPlanes(Planes& planes, const std::function<void(Session&)>& planned)
+    MakingPlanes(Planes& planes, const std::function<void(Planned&)>& planned)
         : planes_(planes), spec_(planes.spec), planned_(planned) {}
 
     void run_all() {
@@ -49,20 +49,21 @@ class MakingPlanes {
 
  private:
     void look() {
-        if (const std::string option = useless(spec_); !option.empty())
-            throw RequestError(fmt::format("{}: not with --mpr, which shows three planes", option));
+        if (const Message found = useless(spec_); !found.empty())
+            throw RequestError(message("{}: not with @mpr, which shows three planes", found));
         if (spec_.out) outputs_.emplace(*spec_.out);
         const InState unobserved(planes_.messages, Listener::State::unobserved);
         const Input input = inspected(spec_.input, selection_of(spec_));
-        if (input.described) throw RequestError("--mpr: a description has no samples to show");
+        if (input.described)
+            throw RequestError(message("@mpr: a description has no samples to show"));
         grid_ = grid_of(input);
-        if (grid_.axes != 3) throw RequestError("--mpr: of volumes; this is an image");
+        if (grid_.axes != 3) throw RequestError(message("@mpr: of volumes; this is an image"));
         for (int axis = 0; axis < 3; ++axis) {
             const double at = planes_.place[static_cast<std::size_t>(axis)];
             const auto most = static_cast<double>(grid_.extent[axis] - 1);
             if (at != std::floor(at) || !(at >= 0 && at <= most))
-                throw RequestError(fmt::format(
-                    "--mpr: {} along {}: expected a sample, from 0 to {}", at, "xyz"[axis], most));
+                throw RequestError(message("@mpr: {} along {}: expected a sample, from 0 to {}", at,
+                                           "xyz"[axis], most));
         }
         if (grid_.anatomical) views_ = {"front", "left", "bottom"};
         take_pixel();
@@ -80,9 +81,9 @@ class MakingPlanes {
         if (geometry.size->native) return;
         if (geometry.size->fit || geometry.size->sides.size() != 1)
             throw RequestError(
-                fmt::format("--size: '{}' given; of --mpr expected N, the pixels of the longest "
-                            "side of the volume",
-                            geometry.size->text()));
+                message("@size: '{}' given; of @mpr expected N, the pixels of the longest side of "
+                        "the volume",
+                        geometry.size->text()));
         double longest = 0;
         for (int axis = 0; axis < 3; ++axis)
             longest =
@@ -122,42 +123,38 @@ class MakingPlanes {
         const double at = planes_.place[static_cast<std::size_t>(depth)];
         box[static_cast<std::size_t>(depth)] = box[static_cast<std::size_t>(depth) + 3] = at;
         one.geometry.crop = box;
-        planes_.sessions.push_back(std::make_unique<Session>(std::move(one), planes_.edges,
-                                                             planes_.profile, planes_.messages));
-        Session& session = *planes_.sessions.back();
-        session.runs = true;
-        session.explained = planes_.sessions.size() > 1;  // notices of the machine are told once
-        session.errors =
+        Reached& reached =
+            planes_.requests.emplace_back(ask(planes_.engine, std::move(one), {.runs = true}));
+        const ErrorsWanted errors =
             planes_.explained || spec_.verify ? ErrorsWanted::asked : ErrorsWanted::for_choice;
-        session.plan_options.front = planes_.explained;
-        take_request(session);
-        make_plan(session);
-        session.explained = planes_.explained;
-        if (planned_) planned_(session);
-        perform(session, [&](int, const Data& result) {
+        reached.prepare({.errors = errors, .front = planes_.explained}, planes_.messages);
+        if (planned_) planned_(reached.plan());
+        const auto keep = [&](int, const Data& result) {
             auto copy =
                 std::make_shared<Data>(Data::make(result.what, std::pmr::get_default_resource()));
             std::memcpy(copy->as<std::byte>(), result.as<std::byte>(), result.samples.bytes());
             found_.push_back(std::move(copy));
-        });
-        session.input->data.reset();
-        session.memory->trim();
+        };
+        reached.run_all({.frames = keep}, planes_.messages);
+        reached.planned()->memory->trim();
     }
+
+    const Planned& first() const { return *planes_.requests.front().planned(); }
 
     void write() {
         if (!outputs_ || outputs_->none()) return;
         const auto begin = std::chrono::steady_clock::now();
         const int channels = found_[0]->what.channels;
         if (channels != 1 && channels != 3)
-            throw RequestError(fmt::format(
-                "--mpr: of one channel or of colours, and here are {} channels; --channel N takes "
-                "one",
-                channels));
+            throw RequestError(
+                message("@mpr: of one channel or of colours, and here are {} channels; @channel N "
+                        "takes one",
+                        channels));
         Tail tail;
         tail.view = true;
         tail.type = Type::u8;
         tail.channels = channels;
-        tail.table = planes_.sessions[0]->input->table;
+        tail.table = first().input.table;
         const Shades levels = shades_of(found_, spec_.window, tail);
         const bool in_colours = channels == 1 && spec_.look.colours();
         const Colormap map =
@@ -176,16 +173,15 @@ class MakingPlanes {
         header.colour = canvas.channels == 3;
         header.type = Type::u8;
         header.spacing = {pixel_, pixel_, 1};
-        header.unit = planes_.sessions[0]->input->header.unit;
+        header.unit = first().input.header.unit;
         header.format = outputs_->format().name;
         Sheet sheet(spec_.look, header, 1);
         if (in_colours && spec_.look.legend)
-            sheet.explain(
-                {map, levels.black, levels.white, planes_.sessions[0]->input->header.value_unit});
+            sheet.explain({map, levels.black, levels.white, first().input.header.value_unit});
         sheet.add(0, canvas.samples.data());
         const std::string file = outputs_->file(0);
         if (const std::string why = store::cannot_write(file, sheet.header()); !why.empty())
-            throw RequestError(fmt::format("-o {}: {}", file, why));
+            throw RequestError(message("@out({}): {}", file, why));
         store::write(file, sheet.header(), sheet.samples(), {spec_.quality});
         planes_.files.push_back(file);
         planes_.write_seconds = since(begin);
@@ -200,7 +196,7 @@ class MakingPlanes {
         Canvas canvas(left + kBetweenPlanes + side(1, 0), above + kBetweenPlanes + side(2, 1),
                       channels);
         // Where no plane is, it is as the least value is shown.
-        if (found_[0]->what.channels == 1 && !planes_.sessions[0]->input->table) {
+        if (found_[0]->what.channels == 1 && !first().input.table) {
             Representation what;
             what.type = Type::f32;
             what.extent = {1, 1, 1};
@@ -221,7 +217,7 @@ class MakingPlanes {
 
     Planes& planes_;
     const RequestSpec& spec_;
-    const std::function<void(Session&)>& planned_;
+    const std::function<void(Planned&)>& planned_;
     std::optional<Outputs> outputs_;
     std::array<const char*, 3> views_{"y", "x", "z"};
     InputGrid grid_;
@@ -231,15 +227,11 @@ class MakingPlanes {
 
 }  // namespace
 
-Planes::Planes(RequestSpec request, const std::array<double, 3>& at, Catalogue catalogue,
-               Profile machine, Listener& listener)
-    : spec(std::move(request)),
-      place(at),
-      edges(std::move(catalogue)),
-      profile(std::move(machine)),
-      messages(listener) {}
+Planes::Planes(RequestSpec request, const std::array<double, 3>& at, Engine means,
+               Listener& listener)
+    : spec(std::move(request)), place(at), engine(std::move(means)), messages(listener) {}
 
-void perform(Planes& planes, const std::function<void(Session&)>& planned) {
+void perform(Planes& planes, const std::function<void(Planned&)>& planned) {
     MakingPlanes(planes, planned).run_all();
 }
 

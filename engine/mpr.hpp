@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/session.hpp"
+#include "engine/reached.hpp"
 
 namespace edgewise {
 
@@ -19,23 +19,22 @@ struct Planes {
     ///                  absent: one pixel a sample, but at least 512 on the longer side
     /// @param place     sample of the input
     /// @param listener  outlives it
-    Planes(RequestSpec request, const std::array<double, 3>& place, Catalogue catalogue,
-           Profile machine, Listener& listener);
+    Planes(RequestSpec request, const std::array<double, 3>& place, Engine means,
+           Listener& listener);
 
     const RequestSpec spec;
     const std::array<double, 3> place;
-    Catalogue edges;
-    Profile profile;
+    const Engine engine;
     Listener& messages;
     bool explained = false;  // whoever asked is shown the plans: what they cost is worked out
-    std::vector<std::unique_ptr<Session>> sessions;  // their requests, plans and measurements
-    Extent extent;                                   // of the picture, without a legend
+    std::vector<Reached> requests;  // their plans and measurements
+    Extent extent;                  // of the picture, without a legend
     double write_seconds = 0;
     std::vector<std::string> files;  // written
 };
 
 /// @param planned  told of each plane when it is planned, and its samples are still there
 /// @throws RequestError, InputError, NoPlan, Cancelled, RunError, std::bad_alloc
-void perform(Planes& planes, const std::function<void(Session&)>& planned = {});
+void perform(Planes& planes, const std::function<void(Planned&)>& planned = {});
 
 }  // namespace edgewise

@@ -11,7 +11,7 @@
 #include "engine/measure/repeated.hpp"
 #include "engine/measure/since.hpp"
 #include "engine/measure/watch.hpp"
-#include "engine/session.hpp"
+#include "engine/planned.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise {
@@ -45,26 +45,26 @@ std::vector<MeasuredPath> unmeasured(const TriedPaths& tried,
     return paths;
 }
 
-PathRuns::PathRuns(Session& session, std::vector<MeasuredPath>& paths,
+PathRuns::PathRuns(const Planned& planned, Listener& messages, std::vector<MeasuredPath>& paths,
                    const std::vector<Plan>& plans, const PathSettings& settings,
                    double resident_before)
-    : session_(session),
+    : planned_(planned),
+      messages_(messages),
       paths_(paths),
       plans_(plans),
       resident_before_(resident_before),
       reference_memory_(std::size_t{1} << 46),
-      field_(*session.input->data, session.want().field,
-             session.input->phantom ? &*session.input->phantom : nullptr),
-      verifier_(session.want(), field_,
-                settings.samples.value_or(samples_to_compare(session.want())), settings.seed,
-                &reference_memory_) {}
+      field_(*planned.input.data, planned.want.field,
+             planned.input.phantom ? &*planned.input.phantom : nullptr),
+      verifier_(planned.want, field_, settings.samples.value_or(samples_to_compare(planned.want)),
+                settings.seed, &reference_memory_) {}
 
 void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
     MeasuredPath& path = paths_[i];
     // As a process that runs this path alone would hold it.
-    session_.memory->trim();
-    session_.memory->reset_peak();
-    const auto held = static_cast<double>(session_.memory->used());
+    planned_.memory->trim();
+    planned_.memory->reset_peak();
+    const auto held = static_cast<double>(planned_.memory->used());
     const double resident = resident_now();
     const bool counts = reset_resident_peak();
     double delivering = 0;
@@ -80,10 +80,10 @@ void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
     const double grown = resident_peak() - resident;
     const Verified error = verifier_.finish();
     if (!outcome) return;
-    const Request& want = session_.want();
+    const Request& want = planned_.want;
     const int side_by_side = std::max(1, std::min(want.threads, want.frames));
     path.first = std::max(0.0, outcome->seconds - delivering / side_by_side);
-    path.bytes = session_.resident + static_cast<double>(outcome->peak);
+    path.bytes = planned_.resident + static_cast<double>(outcome->peak);
     if (counts) path.resident_bytes = resident_before_ + held + std::max(0.0, grown);
     path.error = error;
 }
@@ -91,16 +91,16 @@ void PathRuns::run_first(std::size_t i, double limit, const Deliver& look) {
 /// @return nothing where it failed or was given up
 std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Deliver& deliver) {
     MeasuredPath& path = paths_[i];
-    const std::atomic<bool>& stop = session_.messages.stop();
+    const std::atomic<bool>& stop = messages_.stop();
     // Its thread would take a processor from a brief run.
     std::optional<Watch> watch;
     if (std::isfinite(limit)) watch.emplace(limit, stop);
     RunOptions options;
-    options.threads = session_.want().threads;
-    options.memory = session_.memory.get();
+    options.threads = planned_.want.threads;
+    options.memory = planned_.memory.get();
     options.stop = watch ? &watch->flag() : &stop;
     try {
-        return run(plans_[i], session_.ask(), session_.input->data, deliver, options);
+        return run(plans_[i], planned_.ask(), planned_.input.data, deliver, options);
     } catch (const Cancelled&) {
         if (!watch || stop) throw;
         path.given_up = watch->elapsed();

@@ -14,6 +14,9 @@
 
 namespace edgewise {
 
+class Listener;
+struct Planned;
+
 /// How the paths of a request are measured.
 struct PathSettings {
     std::size_t limit = 200;  // paths a request
@@ -54,8 +57,8 @@ std::vector<MeasuredPath> unmeasured(const TriedPaths& tried,
 class PathRuns {
  public:
     /// All must stay alive. @param resident_before  bytes of the process without counted samples
-    PathRuns(Session& session, std::vector<MeasuredPath>& paths, const std::vector<Plan>& plans,
-             const PathSettings& settings, double resident_before);
+    PathRuns(const Planned& planned, Listener& messages, std::vector<MeasuredPath>& paths,
+             const std::vector<Plan>& plans, const PathSettings& settings, double resident_before);
 
     /// The first run. @param limit  stopped after so long [s]
     /// @param look  receives every frame's result, untimed
@@ -76,7 +79,8 @@ class PathRuns {
  private:
     std::optional<Outcome> run_once(std::size_t i, double limit, const Deliver& deliver);
 
-    Session& session_;
+    const Planned& planned_;
+    Listener& messages_;
     std::vector<MeasuredPath>& paths_;
     const std::vector<Plan>& plans_;
     double resident_before_;

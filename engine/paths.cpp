@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "engine/session.hpp"
+#include "engine/planned.hpp"
 
 namespace edgewise {
 namespace {
@@ -42,10 +42,10 @@ std::vector<bool> front_of(const std::vector<Plan>& plans) {
 
 /// All paths, and what the planner found where these were cut off, each once, fastest first.
 /// The planner's own predictions count where it has any: it may have measured.
-std::vector<Plan> all_plans(const Session& session) {
-    const auto graph = session.graph();
-    std::vector<Plan> plans =
-        all_paths(graph->real(), session.edges, session.ask(), session.plan_options, kMostPaths);
+std::vector<Plan> all_plans(const Planned& planned) {
+    const auto graph = planned.graph();
+    std::vector<Plan> plans = all_paths(graph->real(), planned.engine.edges(), planned.ask(),
+                                        planned.plan_options, kMostPaths);
     std::map<Texts, std::size_t> places;
     for (std::size_t i = 0; i < plans.size(); ++i) places.emplace(plans[i].texts(), i);
     const auto take = [&](const Plan& plan) {
@@ -55,10 +55,8 @@ std::vector<Plan> all_plans(const Session& session) {
         else
             plans[at->second].predicted = plan.predicted;
     };
-    if (session.answer) {
-        for (const Plan& plan : session.answer->front) take(plan);
-        if (session.answer->plan) take(*session.answer->plan);
-    }
+    for (const Plan& plan : planned.answer.front) take(plan);
+    if (planned.answer.plan) take(*planned.answer.plan);
     std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
         return a.predicted.seconds < b.predicted.seconds;
     });
@@ -95,10 +93,10 @@ std::vector<std::size_t> wanted(const std::vector<Plan>& plans, const std::vecto
 
 }  // namespace
 
-TriedPaths tried_paths(const Session& session, std::size_t limit, std::uint64_t seed,
+TriedPaths tried_paths(const Planned& planned, std::size_t limit, std::uint64_t seed,
                        const std::set<std::string>& only) {
     TriedPaths tried;
-    std::vector<Plan> plans = all_plans(session);
+    std::vector<Plan> plans = all_plans(planned);
     const std::vector<bool> front = front_of(plans);
     tried.all = plans.size();
     std::vector<std::size_t> kept;
@@ -107,8 +105,8 @@ TriedPaths tried_paths(const Session& session, std::size_t limit, std::uint64_t 
             if (only.contains(path_text(plans[i].texts()))) kept.push_back(i);
     } else {
         Texts chosen;
-        const bool has_plan = session.answer && session.answer->plan;
-        if (has_plan) chosen = session.answer->plan->texts();
+        const bool has_plan = planned.answer.plan.has_value();
+        if (has_plan) chosen = planned.answer.plan->texts();
         kept = wanted(plans, front, has_plan ? &chosen : nullptr, seed);
         kept.resize(std::min(limit, kept.size()));
         std::sort(kept.begin(), kept.end());

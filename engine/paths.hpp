@@ -10,7 +10,7 @@
 
 namespace edgewise {
 
-struct Session;
+struct Planned;
 
 /// Paths of a request that are worth running, all of them or a part.
 struct TriedPaths {
@@ -25,7 +25,7 @@ struct TriedPaths {
 /// alone.
 /// @param only  where not empty: these (as path_text writes them) as far as they are there, and no
 ///              others, whatever the limit
-TriedPaths tried_paths(const Session& session, std::size_t limit, std::uint64_t seed,
+TriedPaths tried_paths(const Planned& planned, std::size_t limit, std::uint64_t seed,
                        const std::set<std::string>& only = {});
 
 /// The steps of a path as `--via` takes them, with " > " between them.

@@ -15,7 +15,7 @@
 #include "engine/measure/since.hpp"
 #include "engine/measure/watch.hpp"
 #include "engine/paths.hpp"
-#include "engine/session.hpp"
+#include "engine/planned.hpp"
 #include "engine/wisdom.hpp"
 #include "graph/errors.hpp"
 
@@ -57,15 +57,16 @@ Request with_few_frames(const Request& want, int frames) {
 
 class Pilot {
  public:
-    Pilot(Session& session, bool all, double limit, double most)
-        : session_(session),
+    Pilot(Planned& planned, Listener& messages, bool all, double limit, double most)
+        : planned_(planned),
+          messages_(messages),
           all_(all),
           limit_(limit),
           most_seconds_(most),
-          want_(with_few_frames(session.want(), kFrames)),
-          key_(wisdom_key(session)),
-          wisdom_(session.spec.remembers ? Wisdom::load() : Wisdom()) {
-        if (!wisdom_.problem().empty()) session.messages.warning(wisdom_.problem());
+          want_(with_few_frames(planned.want, kFrames)),
+          key_(wisdom_key(planned)),
+          wisdom_(planned.spec.remembers ? Wisdom::load() : Wisdom()) {
+        if (!wisdom_.problem().empty()) messages.warning(wisdom_.problem());
         collect();
     }
 
@@ -90,16 +91,16 @@ class Pilot {
     /// The default first, then the fastest predicted ones; those that are known bring what they
     /// took. Plans of few frames are looked up by their steps.
     void collect() {
-        const Answer& answer = *session_.answer;
+        const Answer& answer = planned_.answer;
         const Wisdom::Paths* known = wisdom_.find(key_);
-        const Ask few{want_, session_.scene};
-        const PricedGraph graph(session_.edges, few, session_.sources(), session_.profile,
-                                session_.plan_options);
-        for (Plan& plan :
-             all_paths(graph.real(), session_.edges, few, session_.plan_options, 20 * kMostPaths))
+        const Ask few{want_, planned_.scene};
+        const PricedGraph graph(planned_.engine.edges(), few, planned_.sources(),
+                                planned_.engine.machine(), planned_.plan_options);
+        for (Plan& plan : all_paths(graph.real(), planned_.engine.edges(), few,
+                                    planned_.plan_options, 20 * kMostPaths))
             few_.emplace(path_text(plan.texts()), std::move(plan));
         const std::string chosen = answer.plan ? path_text(answer.plan->texts()) : "";
-        for (Plan& plan : tried_paths(session_, kMostPaths, 1).plans) {
+        for (Plan& plan : tried_paths(planned_, kMostPaths, 1).plans) {
             const std::string text = path_text(plan.texts());
             if (!few_.contains(text) || !may_fit(plan)) continue;
             Contender contender;
@@ -118,7 +119,7 @@ class Pilot {
     }
 
     bool may_fit(const Plan& plan) const {
-        const Budget& budget = session_.want().budget;
+        const Budget& budget = planned_.want.budget;
         if (budget.bytes && plan.predicted.bytes > *budget.bytes) return false;
         if (!all_ && budget.like && plan.predicted.likeness != Likeness::alike) return false;
         if (all_ || !budget.error || !plan.predicted.known) return true;
@@ -128,7 +129,7 @@ class Pilot {
     bool out_of_time() const { return since(begin_) > limit_; }
 
     bool keeps_error(const Contender& each) const {
-        const Budget& budget = session_.want().budget;
+        const Budget& budget = planned_.want.budget;
         if (budget.like && each.plan.predicted.likeness != Likeness::alike) return false;
         if (!budget.error) return true;
         // Half of the way to the end of the interval: a sample may flatter.
@@ -137,7 +138,7 @@ class Pilot {
 
     /// Whether the interval of the measured error holds the budget.
     bool is_open(const Contender& each) const {
-        const Budget& budget = session_.want().budget;
+        const Budget& budget = planned_.want.budget;
         return budget.error && each.known && each.known->low <= *budget.error &&
                *budget.error <= each.known->high;
     }
@@ -145,11 +146,11 @@ class Pilot {
     /// What is minimised, as measured; infinite where a budget is broken or nothing is known.
     double cost(const Contender& each) const {
         constexpr double kNever = std::numeric_limits<double>::infinity();
-        const Budget& budget = session_.want().budget;
+        const Budget& budget = planned_.want.budget;
         if (each.failed || each.seconds.empty() || !keeps_error(each)) return kNever;
         const double seconds = each.belief(level()).seconds;
         if (budget.seconds && seconds > *budget.seconds) return kNever;
-        switch (session_.want().minimize) {
+        switch (planned_.want.minimize) {
             case Minimize::time:
                 return seconds;
             case Minimize::error:
@@ -179,7 +180,7 @@ class Pilot {
     /// Whether the low end of what is predicted is still below the best that was measured.
     bool could_win(const Contender& each) const {
         const Contender* best = this->best();
-        if (!best || all_ || session_.want().minimize != Minimize::time) return true;
+        if (!best || all_ || planned_.want.minimize != Minimize::time) return true;
         return level() * each.low() < best->typical();
     }
 
@@ -189,28 +190,28 @@ class Pilot {
         for (std::size_t k = 0; k < few.steps.size(); ++k)
             if (few.steps[k].runs() == 1 && want_.frames > 1) set_up += outcome.step_seconds[k];
         const double frames = std::max(0.0, outcome.seconds - set_up);
-        return set_up + frames * session_.want().frames / want_.frames;
+        return set_up + frames * planned_.want.frames / want_.frames;
     }
 
     /// @param patient  does not give up: verifying takes its own time, and what has run is brief
-    const std::atomic<bool>& stop() const { return session_.messages.stop(); }
+    const std::atomic<bool>& stop() const { return messages_.stop(); }
 
     std::optional<Outcome> run_once(Contender& each, bool patient, const Deliver& deliver) {
         ++runs_;
         const Contender* best = this->best();
-        const double share = double(want_.frames) / session_.want().frames;
+        const double share = double(want_.frames) / planned_.want.frames;
         const Clock::time_point begin = Clock::now();
         std::optional<Watch> watch;  // its thread would take a processor from a brief run
         if (!each.is_default && !all_ && !patient && best)
             watch.emplace(std::max(kPatience, kHopeless * best->typical() * share), stop());
         RunOptions options;
-        options.threads = session_.profile.processors;
-        options.memory = session_.memory.get();
+        options.threads = planned_.engine.machine().processors;
+        options.memory = planned_.memory.get();
         options.stop = watch ? &watch->flag() : &stop();
         const Plan& plan = few_.at(path_text(each.plan.texts()));
         try {
             Outcome outcome =
-                run(plan, {want_, session_.scene}, session_.input->data, deliver, options);
+                run(plan, {want_, planned_.scene}, planned_.input.data, deliver, options);
             if (outcome.steps == plan.texts()) return outcome;
         } catch (const Cancelled&) {
             if (stop()) throw;
@@ -234,8 +235,7 @@ class Pilot {
         }
         if (each.failed) return;
         if (keeps_error(each) || each.is_default) run_again(each);
-        session_.messages.progress(std::min(1.0, since(begin_) / limit_),
-                                   path_text(each.plan.texts()));
+        messages_.progress(std::min(1.0, since(begin_) / limit_), path_text(each.plan.texts()));
     }
 
     /// Whether more samples may show that a path keeps its budget that would win then.
@@ -272,9 +272,9 @@ class Pilot {
 
     GrowingVerifier& errors() {
         if (!errors_) {
-            const Input& input = *session_.input;
+            const Input& input = planned_.input;
             field_.emplace(*input.data, want_.field, input.phantom ? &*input.phantom : nullptr);
-            errors_.emplace(want_, *field_, session_.memory.get());
+            errors_.emplace(want_, *field_, planned_.memory.get());
         }
         return *errors_;
     }
@@ -294,7 +294,7 @@ class Pilot {
     void compare(Contender& each) {
         GrowingVerifier& errors = this->errors();
         errors.begin();
-        session_.memory->reset_peak();
+        planned_.memory->reset_peak();
         const Deliver deliver = [&](int frame, const std::shared_ptr<const Data>& result) {
             // Waiting for its own tiles, this thread must not begin another frame's step.
             tbb::this_task_arena::isolate([&] { errors.frame(frame, *result); });
@@ -307,7 +307,7 @@ class Pilot {
                              .low = error.low,
                              .high = error.high,
                              .samples = double(errors.samples()),
-                             .bytes = session_.resident + double(outcome->peak)};
+                             .bytes = planned_.resident + double(outcome->peak)};
         if (is_open(each))
             limit_ =
                 std::max(limit_, std::min(kReferences * errors.early_seconds(), most_seconds_));
@@ -350,7 +350,7 @@ class Pilot {
     }
 
     void keep() const {
-        if (runs_ == 0 || !session_.spec.remembers) return;
+        if (runs_ == 0 || !planned_.spec.remembers) return;
         Wisdom::Paths learned;
         for (const Contender& each : contenders_)
             if (each.known) {
@@ -359,15 +359,15 @@ class Pilot {
             }
         wisdom_.keep(
             key_,
-            fmt::format("{} {} {} to {}", name_of(session_.want().job), session_.spec.input,
-                        session_.input->data->what.text(), text_of(session_.want().screen, 3)),
+            fmt::format("{} {} {} to {}", name_of(planned_.want.job), planned_.spec.input,
+                        planned_.input.data->what.text(), text_of(planned_.want.screen, 3)),
             learned);
     }
 
     /// The best measured path, with what is believed after its runs instead of what was predicted.
     void choose() {
-        session_.messages.end_progress();
-        Answer& answer = *session_.answer;
+        messages_.end_progress();
+        Answer& answer = planned_.answer;
         const Contender* chosen = best();
         for (const Contender& each : contenders_)
             if (each.is_default && chosen && std::isfinite(cost(each)) &&
@@ -398,14 +398,14 @@ class Pilot {
 
     /// A likeness is a wish: the most accurate measured path. A demand is not met.
     void nothing_keeps() {
-        Answer& answer = *session_.answer;
+        Answer& answer = planned_.answer;
         const Contender* accurate = nullptr;
         for (const Contender& each : contenders_)
             if (each.known && !each.failed && !each.seconds.empty() &&
                 (!accurate || each.known->error < accurate->known->error))
                 accurate = &each;
         if (!accurate) return;  // out of time before anything was known: as the models have it
-        if (session_.want().budget.like) {
+        if (planned_.want.budget.like) {
             answer.plan = measured_plan(*accurate);
             return;
         }
@@ -414,7 +414,8 @@ class Pilot {
         answer.problem = "no measured plan keeps the budgets";
     }
 
-    Session& session_;
+    Planned& planned_;
+    Listener& messages_;
     bool all_;
     double limit_;
     const double most_seconds_;
@@ -432,8 +433,8 @@ class Pilot {
 
 }  // namespace
 
-void measure_contenders(Session& session, bool all, double limit, double most) {
-    Pilot(session, all, limit, most).run_all();
+void measure_contenders(Planned& planned, Listener& messages, bool all, double limit, double most) {
+    Pilot(planned, messages, all, limit, most).run_all();
     malloc_trim(0);  // what verifying took is no part of the run
 }
 

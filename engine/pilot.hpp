@@ -2,7 +2,7 @@
 
 namespace edgewise {
 
-struct Session;
+struct Planned;
 
 /// Measures the paths that could still win, and puts the best of them into the answer.
 ///
@@ -20,6 +20,6 @@ struct Session;
 /// @param limit  [s] after which the best path so far is chosen
 /// @param most   [s] that the limit grows to, at most, where errors are open and references need a
 ///               good part of it
-void measure_contenders(Session& session, bool all, double limit, double most);
+void measure_contenders(Planned& planned, Listener& messages, bool all, double limit, double most);
 
 }  // namespace edgewise

@@ -2,7 +2,7 @@
 
 namespace edgewise {
 
-struct Session;
+struct Planned;
 
 /// Plans. Draws a preview only where it can pay, and draws more of it where the choice depends on
 /// chance of the draw.
@@ -28,6 +28,6 @@ struct Session;
 ///
 /// A pilot measures errors itself, and scenes without draws are left as they are. Afterwards
 /// `answer`, `scene` and `drawn` are those of the last preview.
-void ask_planner(Session& session);
+void ask_planner(Planned& planned);
 
 }  // namespace edgewise

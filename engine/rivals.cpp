@@ -5,7 +5,7 @@
 
 #include "engine/measure/quantiles.hpp"
 #include "engine/paths.hpp"
-#include "engine/session.hpp"
+#include "engine/planned.hpp"
 #include "engine/wisdom.hpp"
 
 namespace edgewise {
@@ -26,13 +26,13 @@ std::vector<std::string> steps_of(const std::string& path) {
 }
 
 /// What pilots measured of this request.
-Candidates::Known known_of(const Session& session) {
+Candidates::Known known_of(const Planned& planned) {
     Candidates::Known known;
-    if (session.spec.planner == Planner::estimate || session.input->described ||
-        !session.spec.remembers)
+    if (planned.spec.planner == Planner::estimate || planned.input.described ||
+        !planned.spec.remembers)
         return known;
     const Wisdom wisdom = Wisdom::load();
-    const Wisdom::Paths* paths = wisdom.find(wisdom_key(session));
+    const Wisdom::Paths* paths = wisdom.find(wisdom_key(planned));
     if (!paths) return known;
     for (const auto& [path, learned] : *paths) {
         if (learned.seconds.empty()) continue;
@@ -48,15 +48,15 @@ Candidates::Known known_of(const Session& session) {
 
 }  // namespace
 
-std::unique_ptr<Candidates> candidates_of(const Session& session) {
-    return std::make_unique<Candidates>(session.edges, session.ask(), session.graph(),
-                                        session.plan_options, known_of(session));
+std::unique_ptr<Candidates> candidates_of(const Planned& planned) {
+    return std::make_unique<Candidates>(planned.engine.edges(), planned.ask(), planned.graph(),
+                                        planned.plan_options, known_of(planned));
 }
 
-void weigh(Session& session) {
+void weigh(Planned& planned) {
     // What another path would have to be is not known where errors were not measured.
-    if (session.answer && session.answer->plan && session.errors == ErrorsWanted::asked)
-        session.margin = margin_of(*candidates_of(session), *session.answer->plan);
+    if (planned.answer.plan && planned.errors == ErrorsWanted::asked)
+        planned.margin = margin_of(*candidates_of(planned), *planned.answer.plan);
 }
 
 }  // namespace edgewise

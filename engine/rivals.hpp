@@ -6,12 +6,12 @@
 
 namespace edgewise {
 
-struct Session;
+struct Planned;
 
 /// All paths of a request. What pilots measured of them replaces predictions.
-std::unique_ptr<Candidates> candidates_of(const Session& session);
+std::unique_ptr<Candidates> candidates_of(const Planned& planned);
 
-/// Works out how sure the choice is, once there is a plan.
-void weigh(Session& session);
+/// Works out how sure the choice is, where there is a plan.
+void weigh(Planned& planned);
 
 }  // namespace edgewise

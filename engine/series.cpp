@@ -32,30 +32,31 @@ Representation series_picture(const Extent& extent, int channels) {
 /// @throws RequestError what has no film over time
 void expect_series(const RequestSpec& spec) {
     if (spec.job != Job::render)
-        throw RequestError(fmt::format(
-            "--time all: of `edgewise render`, not of {}; name one time point", name_of(spec.job)));
+        throw RequestError(
+            message("@time(all): of `@command(render)`, not of {}; name one time point",
+                    name_of(spec.job)));
     if (spec.selection.time)
-        throw RequestError("--time all: and one time point is selected as well");
+        throw RequestError(message("@time(all): and one time point is selected as well"));
     if (spec.ranks.value_or(1) > 1)
-        throw RequestError("--ranks: the time points of a film are rendered on one rank");
+        throw RequestError(message("@ranks: the time points of a film are rendered on one rank"));
 }
 
 class Playing {
  public:
-    Playing(Series& series, const std::function<void(Session&)>& planned, const FrameSink& sink)
+    Playing(Series& series, const std::function<void(Planned&)>& planned, const FrameSink& sink)
         : series_(series), spec_(series.spec), planned_(planned), sink_(sink) {}
 
     void run_all() {
         look();
         take_range();
         plan_first();
-        if (planned_) planned_(*series_.first);
+        if (planned_) planned_(series_.first->plan());
         if (!series_.runs) return;
         begin_writing();
         for (int time = 0; time < series_.times; ++time) {
             series_.told.frame = time;
             if (time == 0)
-                render(*series_.first, 0);
+                render(series_.first->plan(), 0);
             else
                 render_next(time);
         }
@@ -73,23 +74,24 @@ class Playing {
         if (spec_.out) outputs_.emplace(*spec_.out);
         writes_ = outputs_ && !outputs_->none();
         const InState unobserved(series_.messages, Listener::State::unobserved);
-        file_ = inspected(spec_.input, chosen_selection(at_time(0), outputs_));
+        file_ = std::make_shared<const Input>(
+            inspected(spec_.input, chosen_selection(at_time(0), outputs_)));
         const Input& input = *file_;
         if (spec_.look.depth_colour)
-            throw RequestError("--depth-colour: of one time point; name it by --time N");
+            throw RequestError(message("@depth_colour: of one time point; name it by @time N"));
         if (input.phantom || input.described || input.pairs)
-            throw RequestError(fmt::format("--time all: {} has no time points", spec_.input));
+            throw RequestError(message("@time(all): {} has no time points", spec_.input));
         series_.times = series_.told.frames = input.header.times;
         Request want = request_of(spec_);
         const Geometry geometry = take_geometry(want, spec_, input, outputs_);
         if (want.frames > 1)
-            throw RequestError(fmt::format(
-                "--time all: {} time points, and {} views by --turntable or --path: a film shows "
-                "the one or the other; name one view, or one time point by --time N",
-                series_.times, want.frames));
+            throw RequestError(
+                message("@time(all): {} time points, and {} views by @turntable or @path: a film "
+                        "shows the one or the other; name one view, or one time point by @time N",
+                        series_.times, want.frames));
         extent_ = want.output();
         channels_ = want.mode->channels;
-        if (const std::string left_out = expect_frames(spec_, outputs_, series_.times);
+        if (const Message left_out = expect_frames(spec_, outputs_, series_.times);
             !left_out.empty())
             series_.messages.warning(left_out);
         want.frames = series_.times;
@@ -121,7 +123,7 @@ class Playing {
             MemoryBudget memory(static_cast<std::size_t>(std::max(0.0, left)));
             Input input = *file_;
             input.selection.time = time;
-            // Too large: the first session says so, with what would do.
+            // Too large: the first request says so, with what would do.
             if (input.bytes() > left) return forget_range();
             const auto begin = Clock::now();
             read_data(input, &memory);
@@ -135,28 +137,18 @@ class Playing {
 
     void forget_range() { low_ = std::numeric_limits<double>::infinity(), high_ = -low_; }
 
-    std::unique_ptr<Session> session_at(int time) {
-        auto session =
-            std::make_unique<Session>(at_time(time), series_.edges, series_.profile, series_.told);
-        session->runs = series_.runs;
-        session->series = {.low = low_,
-                           .high = high_,
-                           .first = time == 0 ? nullptr : series_.first.get(),
-                           .file = &*file_};
-        return session;
+    Asked asked_at(int time) const {
+        return ask(series_.engine, at_time(time), {.runs = series_.runs, .described = file_});
     }
 
     void plan_first() {
         if (series_.runs) open();
         series_.told.frame = 0;
-        series_.first = session_at(0);
-        Session& session = *series_.first;
-        session.announces = series_.announces;
-        session.errors = series_.errors;
-        session.explained = series_.explained;
-        session.plan_options.front = series_.front;
-        take_request(session);
-        make_plan(session);
+        Reached& first = series_.first.emplace(asked_at(0));
+        first.open_all(series_.told);
+        first.look_at(series_.effort, series_.told, InSeries{.low = low_, .high = high_});
+        first.price_all(series_.effort, series_.told);
+        expect_plan(*first.planned());
     }
 
     /// The pictures are there from the beginning, so that the budgets of all time points count
@@ -166,11 +158,11 @@ class Playing {
         const double bytes = series_.times * what.bytes();
         const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
         if (bytes > left)
-            throw NoPlan(fmt::format(
-                "{}: {} pictures take {:.0f} MiB, and {:.0f} MiB are left for them; a smaller "
-                "--size takes less",
-                spec_.max_memory ? "--max-memory" : "memory", series_.times, bytes / 0x1p20,
-                std::max(0.0, left) / 0x1p20));
+            throw NoPlan(
+                message("{}: {} pictures take {:.0f} MiB, and {:.0f} MiB are left for them; a "
+                        "smaller @size takes less",
+                        spec_.max_memory ? setting("max_memory") : "memory", series_.times,
+                        bytes / 0x1p20, std::max(0.0, left) / 0x1p20));
         memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
         for (int time = 0; time < series_.times; ++time) {
             poll();
@@ -183,40 +175,37 @@ class Playing {
     /// A time point after the first: by its plan, with what it took from all values.
     void render_next(int time) {
         poll();
-        const std::unique_ptr<Session> session = session_at(time);
-        session->errors = ErrorsWanted::never;
-        session->explained = true;  // notices of the machine are told once
-        take_request(*session);
-        const Session& first = *series_.first;
-        if (session->input->data->what.text() != first.input->data->what.text())
+        const Opened opened = edgewise::open(asked_at(time), series_.told);
+        const Planned& first = *series_.first->planned();
+        const InSeries in{.low = low_, .high = high_, .first = &first};
+        Looked looked = edgewise::look(opened, read(opened, series_.told),
+                                       {.errors = ErrorsWanted::never}, series_.told, in);
+        if (looked.stored.text() != first.stored.text())
             throw InputError(fmt::format("{}: time point {} is {}, and the first is {}",
-                                         spec_.input, time, session->input->data->what.text(),
-                                         first.input->data->what.text()));
-        session->plan_options = first.plan_options;
-        session->answer = first.answer;
-        render(*session, time);
+                                         spec_.input, time, looked.stored.text(),
+                                         first.stored.text()));
+        Planned planned = follow(std::move(looked), *first.answer.plan, series_.told);
+        render(planned, time);
     }
 
-    void render(Session& session, int time) {
+    void render(Planned& planned, int time) {
         // All of them together are held against it, when all have run.
-        session.request.budget.seconds.reset();
+        planned.want.budget.seconds.reset();
         Data& picture = *pictures_[static_cast<std::size_t>(time)];
-        edgewise::perform(session, [&](int, const Data& result) {
+        const auto take = [&](int, const Data& result) {
             std::memcpy(picture.as<float>(), result.as<float>(), picture.samples.bytes());
             if (sink_) sink_(time, picture);
-        });
-        add(session, time);
-        // One time point at a time: the next needs the room. What the samples were stays known.
-        auto without = std::make_shared<Data>();
-        without->what = session.input->data->what;
-        session.input->data = without;
-        session.memory->trim();
-        if (at_once_) write(time, session.window);
+        };
+        // One time point at a time: the next needs the room.
+        Run ran = run_once(planned, {.frames = take}, series_.told);
+        planned.memory->trim();
+        add(ran.measured, planned.input.read_seconds, time);
+        if (time == 0) series_.first->run = std::move(ran);
+        if (at_once_) write(time, planned.window);
     }
 
-    void add(const Session& session, int time) {
-        const Measured& one = *session.measured;
-        series_.read_seconds += session.input->read_seconds;
+    void add(const Measured& one, double read_seconds, int time) {
+        series_.read_seconds += read_seconds;
         if (time == 0) {
             series_.measured = one;
             return;
@@ -235,7 +224,7 @@ class Playing {
     void begin_writing() {
         if (!writes_) return;
         writer_.emplace(*outputs_, written_, spec_, series_.times, series_.messages.stop());
-        at_once_ = !spec_.strict && are_known(series_.first->window, written_.tail);
+        at_once_ = !spec_.strict && are_known(series_.first->planned()->window, written_.tail);
     }
 
     void write(int time, const std::optional<Window>& window) {
@@ -248,7 +237,7 @@ class Playing {
         const auto begin = Clock::now();
         std::shared_ptr<Data>& picture = pictures_[static_cast<std::size_t>(time)];
         const Array samples = written_samples(*picture, written_, shades, memory_.get());
-        const Request& want = series_.first->want();
+        const Request& want = series_.first->planned()->want;
         writer_->surround(want.mode->light_left ? 1 : want.miss);
         for (std::string& file : writer_->write(time, samples.data(), shades))
             series_.files.push_back(std::move(file));
@@ -259,10 +248,10 @@ class Playing {
     void end() {
         judge();
         if (spec_.strict && series_.measured->kept == false)
-            throw RunError("--strict: a budget is broken; nothing is written");
+            throw RunError(message("@strict: a budget is broken; nothing is written"));
         if (writer_ && !at_once_) {
             const std::vector<std::shared_ptr<const Data>> all(pictures_.begin(), pictures_.end());
-            const Shades shades = shades_of(all, series_.first->window, written_.tail);
+            const Shades shades = shades_of(all, series_.first->planned()->window, written_.tail);
             for (int time = 0; time < series_.times; ++time) write(time, shades);
         }
         series_.measured->write_seconds = write_seconds_;
@@ -282,9 +271,9 @@ class Playing {
 
     Series& series_;
     const RequestSpec& spec_;
-    const std::function<void(Session&)>& planned_;
+    const std::function<void(Planned&)>& planned_;
     const FrameSink& sink_;
-    std::optional<Input> file_;  // as any time point is described
+    std::shared_ptr<const Input> file_;  // as any time point is described
     std::optional<Outputs> outputs_;
     bool writes_ = false, at_once_ = false;
     Written written_;
@@ -299,7 +288,7 @@ class Playing {
 
 }  // namespace
 
-void perform(Series& series, const std::function<void(Session&)>& planned, const FrameSink& sink) {
+void perform(Series& series, const std::function<void(Planned&)>& planned, const FrameSink& sink) {
     series.first.reset();
     series.files.clear();
     series.measured.reset();
@@ -308,7 +297,7 @@ void perform(Series& series, const std::function<void(Session&)>& planned, const
 }
 
 Predicted predicted_of(const Series& series) {
-    Predicted all = series.first->answer->plan->predicted;
+    Predicted all = series.first->planned()->answer.plan->predicted;
     all.seconds *= series.times;
     return all;
 }

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "engine/session.hpp"
+#include "engine/reached.hpp"
 
 namespace edgewise {
 
-/// Tells a series' listener what one of its sessions does: of progress a share of all.
+/// Tells a series' listener what one of its requests does: of progress a share of all.
 class SeriesListener final : public Listener {
  public:
     explicit SeriesListener(Listener& to) : to_(to) {}
@@ -51,23 +51,17 @@ class SeriesListener final : public Listener {
 struct Series {
     /// @param request   of all of them; its selection names no time, and its geometry has one view
     /// @param listener  outlives it
-    Series(RequestSpec request, Catalogue catalogue, Profile machine, Listener& listener)
-        : spec(std::move(request)),
-          edges(std::move(catalogue)),
-          profile(std::move(machine)),
-          messages(listener),
-          told(listener) {}
+    Series(RequestSpec request, Engine means, Listener& listener)
+        : spec(std::move(request)), engine(std::move(means)), messages(listener), told(listener) {}
 
     const RequestSpec spec;
-    Catalogue edges;
-    Profile profile;
+    const Engine engine;
     Listener& messages;
-    bool runs = false;  // these are as Session has them
-    bool explained = false, announces = false, front = true;
-    ErrorsWanted errors = ErrorsWanted::asked;
+    bool runs = false;  // and is not only planned
+    Effort effort;
     int times = 1;
     SeriesListener told;
-    std::unique_ptr<Session> first;    // its request, plan and measurements
+    std::optional<Reached> first;      // its request, plan and measurements
     std::optional<Measured> measured;  // of all: seconds are sums, the error is the largest
     double read_seconds = 0;
     std::vector<std::string> files;  // written
@@ -76,7 +70,7 @@ struct Series {
 /// Plans a series and, where `runs`, renders its pictures and writes them.
 /// @param planned  told the first time point when it has a plan, before it runs
 /// @throws RequestError, InputError, NoPlan, Cancelled, RunError, std::bad_alloc
-void perform(Series& series, const std::function<void(Session& first)>& planned = {},
+void perform(Series& series, const std::function<void(Planned& first)>& planned = {},
              const FrameSink& sink = {});
 
 /// What is predicted for all time points: seconds of that many times the first.

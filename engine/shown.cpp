@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <new>
 
-#include "engine/session.hpp"
+#include "engine/run.hpp"
 #include "graph/errors.hpp"
 #include "reference/job_reference.hpp"
 
@@ -35,15 +35,15 @@ std::shared_ptr<const Data> sampled(const Data& result, const PictureTaker& take
 }
 
 /// As a picture is written; what is written as values is shown through a window.
-Tail tail_of(const Session& session) {
-    Tail tail = session.written.tail;
-    const bool written = session.outputs && !session.outputs->none();
-    if (written && tail.type == Type::u8 && !session.written.header.volume) return tail;
+Tail tail_of(const Looked& looked) {
+    Tail tail = looked.written.tail;
+    const bool written = looked.outputs && !looked.outputs->none();
+    if (written && tail.type == Type::u8 && !looked.written.header.volume) return tail;
     tail.view = true;
     tail.type = Type::u8;
     tail.values = {};
-    if (session.want().job->samples && session.input->premultiplied() &&
-        tail.channels == session.input->channels())
+    if (looked.want.job->samples && looked.input.premultiplied() &&
+        tail.channels == looked.input.channels())
         tail.alpha = store::Alpha::straight;
     return tail;
 }
@@ -52,24 +52,24 @@ std::string value_text(double value) { return fmt::format("{:.4g}", value); }
 
 }  // namespace
 
-ShownResult::ShownResult(Session& session)
-    : session_(session),
-      large_(session, kLargeSide * kLargeSide * PictureTaker(session).channels()),
-      small_(session) {
-    session.shown.emplace();
-}
+ShownResult::ShownResult(const Looked& looked, Shown& shown, Listener& messages)
+    : looked_(looked),
+      shown_(shown),
+      messages_(messages),
+      large_(looked, kLargeSide * kLargeSide * PictureTaker(looked).channels()),
+      small_(looked) {}
 
 charts::ReportPicture ShownResult::picture_of(const Data& result, const Shades& levels) const {
-    const Tail tail = tail_of(session_);
-    const std::shared_ptr<const Data> shown[] = {sampled(result, large_, session_.memory.get())};
-    const store::Header& header = session_.input->header;
+    const Tail tail = tail_of(looked_);
+    const std::shared_ptr<const Data> shown[] = {sampled(result, large_, looked_.memory.get())};
+    const store::Header& header = looked_.input.header;
     Shades used = levels;
-    if (tail.view && !session_.written.tail.view) {
+    if (tail.view && !looked_.written.tail.view) {
         const bool photograph = !header.volume && !is_integer(header.type);
         used =
-            photograph && !session_.window ? Shades{0, 1} : shades_of(shown, session_.window, tail);
+            photograph && !looked_.window ? Shades{0, 1} : shades_of(shown, looked_.window, tail);
     }
-    const Array samples = finished(*shown[0], tail, used, session_.memory.get());
+    const Array samples = finished(*shown[0], tail, used, looked_.memory.get());
     const auto* bytes = static_cast<const unsigned char*>(samples.data());
     const std::size_t count = static_cast<std::size_t>(large_.width()) *
                               static_cast<std::size_t>(large_.height()) *
@@ -84,29 +84,29 @@ charts::ReportPicture ShownResult::picture_of(const Data& result, const Shades& 
 }
 
 void ShownResult::take(const Data& result, const Shades& levels) {
-    if (session_.shown->picture) return;
-    session_.shown->picture = picture_of(result, levels);
+    if (shown_.picture) return;
+    shown_.picture = picture_of(result, levels);
     taken_ = small_.taken(result);
 }
 
-void ShownResult::compare() {
+void ShownResult::compare(const Data& samples) {
     if (taken_.values.empty()) return;
     charts::Raster unseen = taken_;
     std::fill(unseen.values.begin(), unseen.values.end(), NAN);
     try {
-        const ReferenceField field(*session_.input->data, session_.want().field,
-                                   session_.input->phantom ? &*session_.input->phantom : nullptr);
+        const ReferenceField field(samples, looked_.want.field,
+                                   looked_.input.phantom ? &*looked_.input.phantom : nullptr);
         const auto reference =
-            small_.reference(field, session_.memory.get(), unseen, [&](double share) {
-                session_.messages.progress(share, "error map");
-                return !session_.messages.stop();
+            small_.reference(field, looked_.memory.get(), unseen, [&](double share) {
+                messages_.progress(share, "error map");
+                return !messages_.stop();
             });
-        session_.messages.end_progress();
+        messages_.end_progress();
         if (!reference) throw Cancelled();
-        const auto own = job_reference(session_.want(), field);
+        const auto own = job_reference(looked_.want, field);
         show_difference(*reference, own ? own->range() : std::nullopt);
     } catch (const std::bad_alloc&) {
-        session_.shown->no_difference = "There was no memory left for an error map.";
+        shown_.no_difference = "There was no memory left for an error map.";
     }
 }
 
@@ -122,14 +122,14 @@ void ShownResult::show_difference(const charts::Raster& reference, std::optional
     }
     const charts::SignedPicture picture =
         charts::signed_picture(differences, reference.width, reference.height);
-    session_.shown->difference = {picture.uri, reference.width, reference.height,
-                                  difference_text(reference, range)};
-    session_.shown->difference_scale = picture.scale;
+    shown_.difference = {picture.uri, reference.width, reference.height,
+                         difference_text(reference, range)};
+    shown_.difference_scale = picture.scale;
 }
 
 std::string ShownResult::difference_text(const charts::Raster& reference,
                                          std::optional<double> own_range) const {
-    const Request& want = session_.want();
+    const Request& want = looked_.want;
     double squares = 0, low = INFINITY, high = -INFINITY, least = 0, most = 0;
     std::size_t count = 0, differ = 0;
     for (std::size_t i = 0; i < reference.values.size(); ++i) {
@@ -157,24 +157,24 @@ std::string ShownResult::difference_text(const charts::Raster& reference,
                       rms, rms / range, range, pixels, least, most);
 }
 
-double shown_bytes(const Session& session) {
-    if (!session.shows) return 0;
-    const Extent n = session.want().output();
+double shown_bytes(const Looked& looked) {
+    if (!looked.as.shows) return 0;
+    const Extent n = looked.want.output();
     const double values = std::min(kMostLarge, double(n.x) * double(n.y) * kMostChannels);
     // A copy in the result's type, its 8 bits, the PNG and its text; the small one.
     return values * (sizeof(float) + 4) + 2 * values / 16 * sizeof(float);
 }
 
-double showing_bytes(const Session& session) {
-    if (!session.shows || !session.input->data->samples.data()) return 0;
-    const ReferenceField field(*session.input->data, session.want().field,
-                               session.input->phantom ? &*session.input->phantom : nullptr);
-    const Reference reference(session.want(), field, std::pmr::null_memory_resource());
-    const PictureTaker taker(session);
+double showing_bytes(const Looked& looked) {
+    if (!looked.as.shows || !looked.input.data->samples.data()) return 0;
+    const ReferenceField field(*looked.input.data, looked.want.field,
+                               looked.input.phantom ? &*looked.input.phantom : nullptr);
+    const Reference reference(looked.want, field, std::pmr::null_memory_resource());
+    const PictureTaker taker(looked);
     const double pixels = double(taker.width()) * taker.height();
     constexpr double kRows = 8, kPage = 6 << 20;  // rows at a time; texts, the graph among them
     const double places = pixels * 2 * sizeof(OutputSample) + pixels * 12 * sizeof(double);
-    return std::max(kPage, places + reference.bytes(kRows * taker.width(), session.want().threads));
+    return std::max(kPage, places + reference.bytes(kRows * taker.width(), looked.want.threads));
 }
 
 }  // namespace edgewise

@@ -7,10 +7,14 @@
 
 namespace edgewise {
 
+struct Shown;
+class Listener;
+
 /// Takes the pictures of a run while its results and the input's samples are in memory.
 class ShownResult {
  public:
-    explicit ShownResult(Session& session);
+    /// @param shown  where they go; outlives it
+    ShownResult(const Looked& looked, Shown& shown, Listener& messages);
 
     /// Takes the first frame as it is written: its values wait for compare().
     /// @param levels  that it is written with; another picture than one through a window has its
@@ -18,7 +22,8 @@ class ShownResult {
     void take(const Data& result, const Shades& levels);
     /// The error map: the reference at the places of the picture. Without memory for it there is
     /// none. @throws Cancelled
-    void compare();
+    /// @param samples  of the input
+    void compare(const Data& samples);
 
  private:
     charts::ReportPicture picture_of(const Data& result, const Shades& levels) const;
@@ -27,14 +32,16 @@ class ShownResult {
     std::string difference_text(const charts::Raster& reference,
                                 std::optional<double> own_range) const;
 
-    Session& session_;
+    const Looked& looked_;
+    Shown& shown_;
+    Listener& messages_;
     PictureTaker large_, small_;
     charts::Raster taken_;  // small
 };
 
 /// Bytes of memory that the pictures need while a path runs, and that the reference and the page
 /// need when it has ended.
-double shown_bytes(const Session& session);
-double showing_bytes(const Session& session);
+double shown_bytes(const Looked& looked);
+double showing_bytes(const Looked& looked);
 
 }  // namespace edgewise

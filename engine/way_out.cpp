@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "engine/planned.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
-#include "engine/session.hpp"
 #include "planner/relax.hpp"
 
 namespace edgewise {
@@ -57,41 +57,41 @@ std::string given(const std::optional<double>& value, const std::string& typed, 
     return text(*value);
 }
 
-std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Session& session) {
-    std::vector<OptionChange> changes;
-    const RequestSpec& o = session.spec;
+std::vector<SettingChange> changes_of(const Relaxed& relaxed, const Planned& planned) {
+    std::vector<SettingChange> changes;
+    const RequestSpec& o = planned.spec;
     const Notation& as = o.notation;
     const std::string error = o.like_linear
                                   ? "linear"
                                   : given(o.max_error, unit_of(as.error).empty() ? "" : as.error,
                                           [](double e) { return error_limit_text(e); });
     if (relaxed.error && std::isinf(*relaxed.error))
-        changes.push_back({.option = "--max-error", .instead = error});
+        changes.push_back({.setting = "max_error", .instead = error});
     else if (relaxed.error)
-        changes.push_back({"--max-error", error_limit_text(*relaxed.error, as.error), error});
+        changes.push_back({"max_error", error_limit_text(*relaxed.error, as.error), error});
     if (relaxed.seconds)
         changes.push_back(
-            {"--max-time", time_text(*relaxed.seconds, as.seconds),
+            {"max_time", time_text(*relaxed.seconds, as.seconds),
              given(o.max_time, as.seconds, [](double seconds) { return time_text(seconds); })});
     if (relaxed.bytes) {
         const auto mebibytes = [](double bytes) {
             return fmt::format("{:.6g}MiB", bytes / 0x1p20);
         };
-        changes.push_back({"--max-memory", memory_text(*relaxed.bytes - kPages, as.bytes),
+        changes.push_back({"max_memory", memory_text(*relaxed.bytes - kPages, as.bytes),
                            o.max_memory
                                ? given(o.max_memory, as.bytes, mebibytes)
                                : fmt::format("the {:.0f} MiB there are",
-                                             session.want().budget.bytes.value_or(0) / 0x1p20)});
+                                             planned.want.budget.bytes.value_or(0) / 0x1p20)});
     }
     return changes;
 }
 
-std::vector<OptionChange> changes_of(const Dropped& dropped, const Demands& demands) {
-    std::vector<OptionChange> changes;
+std::vector<SettingChange> changes_of(const Dropped& dropped, const Demands& demands) {
+    std::vector<SettingChange> changes;
     for (const std::size_t i : dropped.via)
-        changes.push_back({.option = "--via", .instead = text_of(demands.via[i])});
+        changes.push_back({.setting = "via", .instead = text_of(demands.via[i])});
     for (const std::size_t i : dropped.without)
-        changes.push_back({.option = "--without", .instead = text_of(demands.without[i])});
+        changes.push_back({.setting = "without", .instead = text_of(demands.without[i])});
     return changes;
 }
 
@@ -101,12 +101,14 @@ Rounding rounding(const Notation& as) {
             [as](double bytes) { return memory_budget(memory_text(bytes, as.bytes)) + kPages; }};
 }
 
-std::string text_of(const std::vector<OptionChange>& changes) {
+Message text_of(const std::vector<SettingChange>& changes) {
     std::vector<std::string> parts;
-    for (const OptionChange& change : changes)
-        parts.push_back(change.value ? fmt::format("{} {} instead of {}", change.option,
-                                                   *change.value, change.instead)
-                                     : fmt::format("no {} {}", change.option, change.instead));
+    for (const SettingChange& change : changes)
+        parts.push_back((change.value
+                             ? message("{} instead of {}", setting(change.setting, *change.value),
+                                       change.instead)
+                             : message("no {}", setting(change.setting, change.instead)))
+                            .marked());
     return fmt::format("\n  {}", fmt::join(parts, " and "));
 }
 
@@ -151,19 +153,19 @@ std::string memory_text(double bytes, const std::string& like) {
     return rounded_up(most / 0x1p20, "MiB", enough);
 }
 
-WayOut way_out_of(const Session& session, Errors errors) {
+WayOut way_out_of(const Planned& planned, Errors errors) {
     WayOut way_out;
     const auto drop = [&](bool budgets) {
         for (const Dropped& dropped :
-             demands_to_drop(session.edges, session.ask(), session.sources(), session.profile,
-                             session.plan_options, budgets))
-            way_out.demands.push_back(changes_of(dropped, session.spec.demands));
+             demands_to_drop(planned.engine.edges(), planned.ask(), planned.sources(),
+                             planned.engine.machine(), planned.plan_options, budgets))
+            way_out.demands.push_back(changes_of(dropped, planned.spec.demands));
     };
-    const auto paths = candidates_of(session);
-    Budget budget = session.want().budget;
+    const auto paths = candidates_of(planned);
+    Budget budget = planned.want.budget;
     if (errors == Errors::guessed) budget.error.reset();
-    for (const Relaxed& relaxed : relaxed_budgets(*paths, budget, rounding(session.spec.notation)))
-        way_out.budgets.push_back(changes_of(relaxed, session));
+    for (const Relaxed& relaxed : relaxed_budgets(*paths, budget, rounding(planned.spec.notation)))
+        way_out.budgets.push_back(changes_of(relaxed, planned));
     if (errors == Errors::guessed) return way_out;
     drop(true);
     if (!paths->all().empty()) return way_out;
@@ -172,14 +174,14 @@ WayOut way_out_of(const Session& session, Errors errors) {
         way_out.then_budgets = !way_out.demands.empty();
     }
     if (way_out.demands.empty())
-        way_out.missing = missing_edges(session.edges, session.ask(), session.sources());
+        way_out.missing = missing_edges(planned.engine.edges(), planned.ask(), planned.sources());
     return way_out;
 }
 
-std::string text_of(const WayOut& way_out) {
+Message text_of(const WayOut& way_out) {
     std::string text;
-    for (const auto& changes : way_out.budgets) text += text_of(changes);
-    for (const auto& changes : way_out.demands) text += text_of(changes);
+    for (const auto& changes : way_out.budgets) text += text_of(changes).marked();
+    for (const auto& changes : way_out.demands) text += text_of(changes).marked();
     if (way_out.then_budgets) text += "\n  and a larger budget";
     if (!text.empty()) text = "; any of these lines makes one fit:" + text;
     for (const auto& set : way_out.missing) {
@@ -191,32 +193,6 @@ std::string text_of(const WayOut& way_out) {
         text += fmt::format("{}", fmt::join(parts, ", and "));
     }
     return text;
-}
-
-Json to_json(const WayOut& way_out) {
-    Json budgets = Json::array(), demands = Json::array(), missing = Json::array();
-    for (const auto& changes : way_out.budgets) {
-        Json one = Json::object();
-        for (const OptionChange& change : changes)
-            one[change.option] = change.value ? Json(*change.value) : Json();
-        budgets.push_back(one);
-    }
-    for (const auto& changes : way_out.demands) {
-        Json set = Json::array();
-        for (const OptionChange& change : changes)
-            set.push_back({{"option", change.option}, {"value", change.instead}});
-        demands.push_back(set);
-    }
-    for (const auto& refusals : way_out.missing) {
-        Json set = Json::array();
-        for (const Refusal& refusal : refusals)
-            set.push_back({{"transition", refusal.transition}, {"reason", refusal.reason.text()}});
-        missing.push_back(set);
-    }
-    return {{"budgets", budgets},
-            {"demands", demands},
-            {"then_budgets", way_out.then_budgets},
-            {"missing", missing}};
 }
 
 }  // namespace edgewise

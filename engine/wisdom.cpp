@@ -7,10 +7,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "engine/looked.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/request_text.hpp"
-#include "engine/session.hpp"
 #include "graph/errors.hpp"
 #include "graph/hash.hpp"
 #include "graph/version.hpp"
@@ -120,11 +120,11 @@ void Wisdom::keep(const std::string& request, const std::string& about,
     }
 }
 
-std::string wisdom_key(const Session& session) {
-    const Data& data = *session.input->data;
+std::string wisdom_key(const Looked& looked) {
+    const Data& data = *looked.input.data;
     const std::string text = fmt::format("{}|{}|{}|{}|{:a} {:a}|{}", version(), cpu_name(),
                                          usable_cores(), data.what.text(), data.what.values.slope,
-                                         data.what.values.offset, request_text(session.want()));
+                                         data.what.values.offset, request_text(looked.want));
     Hash hash;
     hash.add(text.data(), text.size());
     hash.add(data.samples.data(), static_cast<std::size_t>(data.what.bytes()));

@@ -8,7 +8,7 @@
 
 namespace edgewise {
 
-struct Session;
+struct Looked;
 
 /// What was measured of one path of one request.
 struct Learned {
@@ -42,6 +42,6 @@ class Wisdom {
 
 /// What a measurement depends on: machine, build, processors, the samples themselves, and all of
 /// the request except its budgets, its threads and where results go. 16 hexadecimal digits.
-std::string wisdom_key(const Session& session);
+std::string wisdom_key(const Looked& looked);
 
 }  // namespace edgewise

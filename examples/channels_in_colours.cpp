@@ -39,8 +39,8 @@ int main(int count, char** words) {
     if (count == 1) write_balls(balls);
 
     Listener listener;
-    Merge merge(spec, {{0, store::Colour{0, 1, 0}}, {1, store::Colour{1, 0, 1}}}, catalogue(),
-                default_profile(), listener);
+    Merge merge(spec, {{0, store::Colour{0, 1, 0}}, {1, store::Colour{1, 0, 1}}},
+                Engine(catalogue(), default_profile()), listener);
     merge.runs = true;
     float brightest[3] = {0, 0, 0};
     perform(merge, {}, [&](int, const Data& picture) {  // f32: red, green, blue from 0 to 1

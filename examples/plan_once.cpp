@@ -1,34 +1,31 @@
-// Plans once and runs many frames: a maximum intensity projection, turned by 30 degrees a frame.
+// Plans once and runs many times: a maximum intensity projection, turned by 30 degrees a frame.
 #include <cstdio>
-#include <string>
 
-#include "engine/session.hpp"
+#include "engine/prepared.hpp"
 #include "planner/profile.hpp"
 #include "transitions/catalogue.hpp"
 
 int main(int count, char** words) {
     using namespace edgewise;
-    RequestSpec spec;
-    spec.input = count > 1 ? words[1] : "phantom:gaussians:64";  // or a NIfTI, NRRD, DICOM file
-    spec.mode = Mode::mip;
-    spec.geometry.steps = {{GeometryStep::Kind::rotate, {20, 0, 0}},
-                           {GeometryStep::Kind::turntable, {12}}};
-    spec.max_error = 0.02;  // NRMSE; or max_time [s], or both
+    RequestSpec query;
+    query.input = count > 1 ? words[1] : "phantom:gaussians:64";  // or a NIfTI, NRRD, DICOM file
+    query.mode = Mode::mip;
+    query.geometry.steps = {{GeometryStep::Kind::rotate, {20, 0, 0}},
+                            {GeometryStep::Kind::turntable, {12}}};
+    query.max_error = 0.02;  // NRMSE; or max_time [s], or both
 
-    Listener listener;  // derive from it to hear warnings and progress, or to stop
-    Session session(spec, catalogue(), default_profile(), listener);
-    session.runs = true;
-    take_request(session);  // reads the input
-    make_plan(session);     // throws NoPlan, saying which budgets would do
+    const Engine engine(catalogue(), default_profile());
+    const Prepared plan = prepare(engine, query);  // throws Infeasible, which says what would do
 
-    for (const std::string& step : session.answer->plan->texts()) std::printf("%s  ", step.c_str());
-    std::printf("predicted: %.2g s, error %.2g\n", session.answer->plan->predicted.seconds,
-                session.answer->plan->predicted.error);
-    int frames = 0;
-    perform(session, [&](int, const Data& picture) {
-        const Extent size = picture.what.extent;  // f32, row by row
-        frames += picture.as<float>()[(size.y / 2) * size.x + size.x / 2] > 0;
-    });
-    std::printf("%d frames in %.2g s\n", frames, session.measured->seconds[0]);
-    return frames == 12 ? 0 : 1;
+    for (const std::string& step : plan.plan().texts()) std::printf("%s  ", step.c_str());
+    std::printf("predicted: %.2g s, error %.2g\n", plan.plan().predicted.seconds,
+                plan.plan().predicted.error);
+    int bright = 0;
+    const auto see = [&](const Frame& frame) {
+        const Extent size = frame.samples.what.extent;  // f32, row by row
+        bright += frame.samples.as<float>()[(size.y / 2) * size.x + size.x / 2] > 0;
+    };
+    plan.run({.on_frame = see});
+    std::printf("12 frames in %.2g s\n", plan.run({.on_frame = see}).seconds);  // and once more
+    return bright == 24 ? 0 : 1;
 }

@@ -104,8 +104,8 @@ inline void take_u(const Data& in, Data& out, std::pmr::memory_resource*) {
     std::copy_n(in.as<double>(), out.what.samples(), out.as<double>());
 }
 
-/// Smooths, and asks a coarser grid for what is missing from u: its g is what is left of that of
-/// the finer one, weighted 1 2 1 along both axes, for steps twice as wide.
+/// Smooths, then hands the residual to a coarser grid, which solves for the error of u: its g is
+/// the residual, restricted by weights 1 2 1 along both axes, for steps twice as wide.
 inline void go_coarser(const Data& in, Data& out, std::pmr::memory_resource* memory) {
     const auto smooth = std::make_shared<Data>(Data::make(in.what, memory));
     copy(in, *smooth);

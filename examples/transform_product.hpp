@@ -1,7 +1,7 @@
 // C = A B as one product of polynomials, by three real Fourier transforms of n^3 places in f64.
 //
 // A_ik stands at x^(n n i + k) and B_kj at x^(n j - k), so C_ij is the coefficient of
-// x^(n (n i + j)): n divides no exponent of what does not belong to C. Exponents count modulo n^3.
+// x^(n (n i + j)): n divides no exponent of the other terms. Exponents count modulo n^3.
 // Fewer places will not do, along any number of axes: an Abelian group that keeps the products
 // apart has at least n^3 elements (Cohn and Umans 2003, section 3).
 #pragma once

@@ -11,7 +11,7 @@ namespace {
 
 using Polygon = std::vector<Vec3>;
 
-/// Of a box: less is what planes that only touch it leave by rounding.
+/// Share of a box's volume. Planes that only touch the box leave less than this, by rounding.
 constexpr double kNothing = 1e-13;
 
 std::vector<Vec3> corners_of(const Vec3& low, const Vec3& high) {
@@ -159,7 +159,7 @@ void measure(Clip& clip) {
         clip.most = clip.most.cwiseMin(ball.centre + ball.reach());
     }
     if ((clip.least.array() < clip.most.array()).all() && has_inside(clip)) {
-        // Lines may pass by what is thin, which is more than nothing.
+        // Lines may miss a thin part, whose volume is not zero.
         clip.volume = std::max(volume_by_lines(clip), kNothing * clip.volume);
         return;
     }

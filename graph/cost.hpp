@@ -58,7 +58,7 @@ struct Error {
     double noise = 0;       // rounding, quantisation: independent, so squares add
     bool known = true;      // false: no finite estimate exists, until it is measured
     /// No new value appears: every sample is one of the input's, or the value outside, as exactly
-    /// as f32 holds it. Also where the samples can be had again so from what is made of them.
+    /// as f32 holds it. True also where the samples can be restored exactly from the result.
     bool copies = false;
 
     static Error unknown() noexcept { return {.known = false}; }

@@ -6,8 +6,8 @@
 
 namespace edgewise {
 
-/// What a job asks for beside what every request has, such as the kernel of a filter: a value of a
-/// type of the job's own, which the job's edges know. Copies share it; it never changes.
+/// The part of a request that only one job has, such as the kernel of a filter: a value of a type
+/// of the job's own, which the job's edges know. Copies share it; it never changes.
 class JobSetting {
  public:
     JobSetting() = default;

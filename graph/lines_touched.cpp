@@ -11,7 +11,7 @@ namespace edgewise {
 
 namespace {
 
-/// Around a line: where the first of a sample's taps may lie that reads of it.
+/// Box around a cache line: places of a sample's first tap from which it reads the line.
 struct LineBox {
     double line;                   // [voxels]
     Eigen::Vector3d sides, faces;  // [voxels], [voxels^2]; each face across the axis of its name

@@ -5,13 +5,13 @@
 namespace edgewise {
 
 /// Cache lines of a volume for each sample of a lattice: neighbours share them, along the lattice's
-/// rows and across, as long as a cache holds what lies between.
+/// rows and across, as long as a cache holds the lines between.
 ///
-/// A line is touched where a sample lies in the box around it that is as much longer and wider as
-/// the taps reach. Samples meet at most as many boxes as they would alone; as the segments, the
-/// parallelograms and the parallelepipeds that lead from each to its neighbours, which meet in the
-/// mean what these sweep of space. The least of these is the estimate: where rays lie far apart but
-/// follow the volume's rows, or lie in its slices, they share lines all the same.
+/// A line is touched where a sample lies in the line's box, widened by the reach of the taps. Each
+/// of four bounds holds for the mean number of boxes a sample: that of single samples, and those of
+/// the segments, parallelograms and parallelepipeds between neighbours, by the volume that each
+/// sweeps. The least is the estimate. So distant rays share lines too, where they follow the rows
+/// of the volume or lie in its slices.
 /// @param lattice  columns: from one sample to its three neighbours [voxels]. Of an image's two
 ///                 directions the third is along z
 /// @param bytes    of a voxel; lines lie along x

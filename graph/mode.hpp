@@ -50,8 +50,8 @@ struct AlongRay {
 };
 
 /// A stretch of a view ray, combined in f64: front and back join associatively (Lemma 4.1), so
-/// that stretches may be worked out in any order. This is what references and models add up; it
-/// shares no code with the kernels.
+/// that stretches may be worked out in any order. References and models add these up; they share
+/// no code with the kernels.
 struct Stretch {
     double length = 0;              // where the field is present [unit]
     std::array<double, 6> state{};  // the mode's own
@@ -128,7 +128,7 @@ struct ModeTraits {
     double sampled_every = 0;
     /// It ends where the field passes the level, between samples.
     bool first_hit = false;
-    bool light_left = false;  // it is what a body leaves of light: negatives show most as white
+    bool light_left = false;  // the result is transmitted light: negatives show most as white
     int extreme = 0;          // 1, -1: the result is one of the samples, the largest or least
     /// It is one of two answers, or such an answer decides what it is. So its errors are jumps of
     /// few pixels, and how many is told from rays that nearly jump. Null: results go with samples.

@@ -29,9 +29,9 @@ struct Step {
 struct Plan {
     Representation source;
     std::vector<Step> steps;  // empty: the source is what was asked for
-    /// Boxes of each result that the last steps make one by one, as far back as regions of what
-    /// they make can be told apart (Partition::reads): so no result in between is ever whole. 1:
-    /// each step makes all before the next one begins.
+    /// The number of boxes that the last steps make one after the other, so that no result between
+    /// them is ever whole. These are the steps that know the region read for a region made
+    /// (Partition::reads). 1: each step makes all before the next one begins.
     int boxes = 1;
     Label label;
     Predicted predicted;
@@ -43,8 +43,8 @@ struct Plan {
     }
 };
 
-/// The first of the last steps that can make a box of what they make from a box of what they read,
-/// once a view as the last one does; steps.size() - 1 where the plan asks for no boxes.
+/// The first of the last steps that run box by box: each makes a box of its output from a box of
+/// its input, as often as the last step runs. steps.size() - 1 where the plan asks for no boxes.
 int first_in_boxes(const Plan& plan, const Ask& ask);
 /// The boxes that the steps from `first` on make for a region of the result, which is the last.
 std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, int first, const Region& region,

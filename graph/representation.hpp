@@ -76,7 +76,7 @@ struct Representation {
     }
     /// Bytes of one copy (of one view where these differ).
     double bytes() const noexcept;
-    /// What it takes beside what was there before: samples that it does not share, and facets.
+    /// Bytes in addition to its input: samples that it does not share, and facets.
     double own_bytes() const noexcept { return (shares ? 0 : bytes()) + facet_bytes; }
     /// Bytes of the samples of a box.
     double bytes(const Region& box) const noexcept;

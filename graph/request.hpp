@@ -145,7 +145,7 @@ struct Request {
     bool smooths_gradients() const noexcept {
         return gradient == GradientScheme::sobel && needs_gradients();
     }
-    /// The value at which a surface lies, of those that have one.
+    /// The value at which the surface lies; 0 where there is none.
     double level() const noexcept { return surface && surface->isovalue ? *surface->isovalue : 0; }
     /// What rays of a view see of the input; null: all of it.
     const Clip* clip(int view) const noexcept {

@@ -22,7 +22,7 @@ struct Scene {
     /// Facts by name, as edges ask for them: errors that models measured on a preview against the
     /// reference (Transition::model; absolute, in values of the result), what running an edge gave
     /// (fact_of_runs), and what counts ask of the data (Transition::count). Each edge's headers
-    /// list its own. "written": RMS of what writing changes of the reference (Request::written).
+    /// list its own. "written": RMS change of the reference by writing it (Request::written).
     std::map<std::string, double> facts{};
     /// Errors among the facts are upper estimates. What the draws themselves say of them, without
     /// standard errors.

@@ -9,8 +9,8 @@
 
 namespace edgewise {
 
-/// Opacity and colour by the value and the length of its gradient, which tells boundaries from what
-/// lies between them: bilinear between the points of a grid, constant beyond it.
+/// Opacity and colour by the value and the length of its gradient, which distinguishes boundaries
+/// from interiors: bilinear between the points of a grid, constant beyond it.
 ///
 /// Levoy, "Display of surfaces from volume data", IEEE Computer Graphics and Applications 8(3),
 /// 1988; Kindlmann and Durkin, "Semi-automatic generation of transfer functions for direct volume

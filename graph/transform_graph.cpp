@@ -94,7 +94,7 @@ class Expansion {
         if (found == leaving_.end()) return;
         const std::vector<Leaving>& all = found->second;
         for (std::size_t i = 0; i < all.size(); ++i) {
-            // Of an edge's joins the one that needs most of what is there.
+            // An edge may have several joins: the one that needs most of the facets.
             const Leaving* next = nullptr;
             const std::size_t first = i;
             for (; i < all.size() && all[i].edge == all[first].edge; ++i)

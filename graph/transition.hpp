@@ -91,8 +91,8 @@ struct Transition {
     std::vector<std::pair<std::string, std::string>> joins = {};
     std::map<std::string, Domain> parameters = {};
     std::vector<Law> laws = {};
-    /// What it makes is what it reads with something beside it, whose bytes it adds to facet_bytes:
-    /// one facet more (Representation::facets), or another content, where no other edge has a use
+    /// Its output is its input with an addition, whose bytes it adds to facet_bytes: one facet more
+    /// (Representation::facets), or another content, where no other edge has a use
     /// for it. The output shares samples and facets with the input; `run` puts what is new into
     /// Data::facets or Data::other and writes no sample.
     bool attaches = false;
@@ -143,7 +143,7 @@ struct Transition {
 Error exact(const Offer& offer, const Ask& ask);
 /// The fact that tells what running an edge gave.
 std::string fact_of_runs(const Transition& edge, const Parameters& with);
-/// The fact, beside that one, that tells how it passed errors of what it reads.
+/// The fact that holds, for the same runs, the gain of errors of the input.
 std::string gain_of_runs(const std::string& fact_of_runs);
 
 /// Regions of a step; cut from extents and leaf alone, so that bytes never depend on threads.

@@ -12,7 +12,7 @@ namespace edgewise::store {
 
 /// What a call apart may use before it is ended.
 struct Allowance {
-    std::size_t memory = 0;  // bytes beside what this process has; 0: no limit
+    std::size_t memory = 0;  // bytes in addition to this process's; 0: no limit
     unsigned seconds = 5;    // of the processor
 };
 

@@ -372,7 +372,7 @@ class Parser {
         out_.pixels = here.value;
         out_.pixel_bytes = here.length == kUndefined ? 0 : here.length;
         out_.pixel_words = here.vr != "OB";
-        // Some archives forget to change the syntax of what they have decoded.
+        // Some archives decode frames and forget to change the syntax.
         if (here.length != kUndefined && !out_.unknown_syntax) out_.compressed = false;
         if (here.length == kUndefined) fragments(&out_.fragments);
     }

@@ -96,7 +96,7 @@ std::string without_addresses(std::string text) {
 /// what they decode from. OpenVDB says its size last of all.
 Allowance allowance_of(const std::string& path, const ModuleImage& image, std::int64_t bytes) {
     constexpr std::size_t kAlways = 256u << 20, kCopies = 12;
-    constexpr std::size_t kBytesEachSecond = 1 << 20;  // a tenth of what the slowest decoder makes
+    constexpr std::size_t kBytesEachSecond = 1 << 20;  // a tenth of the slowest decoder's rate
     const auto samples = static_cast<std::size_t>(bytes);
     const std::size_t there = File(path).size();
     Allowance allowance;

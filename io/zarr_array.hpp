@@ -60,7 +60,7 @@ struct ZarrArray {
         return numbers;
     }
     std::size_t chunk_bytes() const noexcept { return width() * chunk_numbers(); }
-    /// Sides of what one file holds.
+    /// Sides of the box of samples in one file.
     const std::vector<std::int64_t>& file_sides() const noexcept {
         return shards ? shards->sides : chunks;
     }

@@ -188,7 +188,7 @@ class Adviser {
             ++advice.idle;
     }
 
-    /// Each path is a line in this cost; of those of one slope the lowest counts.
+    /// Each path is a line in this cost. Among lines of one slope the lowest counts.
     double regret(std::size_t name, double spread) const {
         std::map<double, double> lines;  // slope, the rest
         for (const Candidate* path : able_) {

@@ -107,7 +107,7 @@ Error counted_error(const Transition& edge, const Offer& offer, const Ask& ask) 
     Error error = edge.error_of(offer, ask);
     const std::optional<WrittenAs>& written = ask.want.written;
     if (!written && !ask.want.budget.copied) error.copies = true;
-    // A file in f32 rounds copies too of what has more digits.
+    // A file in f32 rounds even copies, where samples have more digits.
     if (written && !written->rounds() && error.copies && is_target(offer.to, ask.want))
         error.noise = std::hypot(error.noise, rounding_of(ask));
     return error;
@@ -149,7 +149,7 @@ StepCost cost_of(const Transition& edge, const Offer& offer, const Ask& ask, con
 double rounding_of(const Ask& ask) {
     const std::optional<WrittenAs>& written = ask.want.written;
     if (!written) return 0;
-    // Of f32 it is no more than what is measured: most results are f32 already.
+    // For f32 the measured error is an upper bound: most results are f32 already.
     if (!written->rounds()) return ask.scene.fact("written").value_or(0);
     // Bennett, Spectra of quantized signals, Bell Syst. Tech. J. 27, 1948: step^2 / 12.
     const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
@@ -185,9 +185,9 @@ Label extend(const Label& label, const Offer& offer, const StepCost& cost, bool 
 bool dominates(const Label& a, const Label& b) noexcept {
     // Equality must count as dominance: with "<", equal labels are all kept and every tie doubles
     // the work. Held bytes and noise count too: a later step may turn them into the peak or the
-    // error that decides. An unknown error never beats a known one, but is beaten by one that is
-    // no larger than what is known of it: if the two were not compared at all, going round a cycle
-    // through an edge of unknown error would make a path that nothing dominates.
+    // error that decides. An unknown error never beats a known one. It is beaten by a known error
+    // no larger than its known part: if the two were not compared at all, a cycle through an edge
+    // of unknown error would make a path that nothing dominates.
     return a.known >= b.known && a.copied >= b.copied && a.seconds <= b.seconds &&
            a.peak <= b.peak && a.held <= b.held && a.bias <= b.bias && a.noise <= b.noise;
 }

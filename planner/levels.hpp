@@ -35,7 +35,7 @@ double cost_in(const Levels& levels, double Level::*cost, double set) noexcept;
 /// the set are read before this one comes again. A cache that is a little too small keeps none of
 /// such a set. `line` was measured on sets read at random, of which a cache keeps half when they
 /// have twice its size. So a line costs what `line` says for a set of twice the bytes. It costs no
-/// less than a part of what the levels take to move it in order.
+/// less than a part of the time of moving it in order.
 /// @param levels  not empty
 /// @param set     [byte]; 0: not known
 double line_again(const Levels& levels, double set) noexcept;

@@ -26,7 +26,7 @@ struct Rival {
     std::vector<std::string> breaks = {};     // budgets: "error", "time", "memory"
     std::optional<std::string> differs = {};  // its first step that the plan has not at this place
     std::optional<double> faster = {};        // by which that must get before the rival is chosen
-    double chance = 0;     // that it is the faster one, by the spread of what differs
+    double chance = 0;     // that it is the faster one, by the spread of the steps that differ
     bool toss_up = false;  // that chance is above 16 %, one standard deviation
 };
 

@@ -37,7 +37,7 @@ bool close(double a, double b) {
     return std::abs(a - b) <= kThin * std::max(std::abs(a), std::abs(b));
 }
 
-/// The more a plan has of what Budget::like asks, the fewer others make it superfluous.
+/// Plans that meet more of Budget::like are dominated by fewer others.
 int rank(Likeness likeness) {
     return likeness == Likeness::alike ? 2 : likeness == Likeness::worse ? 1 : 0;
 }

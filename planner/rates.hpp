@@ -52,7 +52,7 @@ class Rates {
 
     Rates() = default;
     /// Measured over counted seconds of loops is one factor for each edge, its parameters and a
-    /// kind, whatever the type and the size: the median of what was measured, without line misses.
+    /// kind, whatever the type and the size: the median of measured factors, without line misses.
     /// So short or sparse rays are predicted from long and dense ones. What the factor leaves
     /// unexplained is a curve over size for each name. Sizes within a third of each other count as
     /// one size, whose rate is their median: a single bad run moves nothing.
@@ -81,7 +81,7 @@ class Rates {
     static Shared shared_of(const Curves& curves);
     double shared_at(const std::string& name, double alone) const;
     /// On one thread. Here `counted` means expected seconds: the factor of loops times their
-    /// counted seconds, plus line misses. The rate is what measured seconds are over these.
+    /// counted seconds, plus line misses. The rate is measured over expected seconds.
     Rate alone_at(const std::string& name, double expected) const;
     std::vector<Rate> nearest(const std::string& name) const;
     /// The factor of loops of a name, or the median over the names that are most like it.

@@ -10,7 +10,7 @@ namespace edgewise {
 
 /// New limits for the budgets that must change; the others stay.
 struct Relaxed {
-    /// Infinite: no limit helps, only none, since the error of what is left is unknown.
+    /// Infinite: no finite limit helps, since the errors of the remaining paths are unknown.
     std::optional<double> error = {};
     std::optional<double> seconds = {}, bytes = {};
 
@@ -32,7 +32,7 @@ struct Rounding {
 std::vector<Relaxed> relaxed_budgets(const Candidates& paths, const Budget& budget,
                                      const Rounding& rounding);
 
-/// Places in Demands of what must go.
+/// Indices of the demands that must be dropped.
 struct Dropped {
     std::vector<std::size_t> via = {}, without = {};
 

@@ -19,7 +19,7 @@ using ArcOf = Graph::edge_descriptor;
 struct Reached {
     Label label;
     At at{};
-    std::ptrdiff_t before = -1;  // the place of what it goes on from, or -1: a source
+    std::ptrdiff_t before = -1;  // index of the label that it extends, or -1: a source
     ArcOf arc{};                 // that led here
     bool beaten = false;         // another label of this vertex dominates it
 };

@@ -31,11 +31,11 @@ struct Priced {
     Label step(const Label& label, Graph::edge_descriptor arc) const;
 };
 
-/// All routes that no other dominates, in the order of `before`; of those with equal labels one.
+/// All routes that no other dominates, in the order of `before`; one route for equal labels.
 /// None takes an arc that is barred.
 std::vector<Route> pareto_routes(const Priced& priced);
 
-/// The route of least seconds by arcs that are not barred (Dijkstra), or none; of those that tie
+/// The route of least seconds by arcs that are not barred (Dijkstra), or none. Ties go to
 /// the first in the order of `before`. Peak and error are no sums along edges, so whether it keeps
 /// budgets is seen at its end.
 std::optional<Route> fastest_route(const Priced& priced);

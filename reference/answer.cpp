@@ -127,7 +127,7 @@ double Reference::bytes(double samples, int threads) const noexcept {
     }
     // A vector that grows holds up to twice its size, and sorting takes half of it once more.
     const double each = 2.5 * sizeof(Visit) + sizeof(Stretch) + sizeof(std::size_t);
-    // Where samples are not finite there is a second one, of the shares of those that are.
+    // Where samples may not be finite, a second block holds the shares of the finite ones.
     const double blocks = field_.may_have_gaps() ? 2 : 1;
     const double block =
         tiled ? blocks * SplineBlock<double>::bytes({side, side, side}, field_.extent(),

@@ -14,7 +14,7 @@ namespace edgewise {
 /// The answer without shortcuts, in f64, one output sample at a time.
 ///
 /// Warp: the field at the sample's place. Render: cells of RaySpan::step of each ray, cut at the
-/// faces of the input, each sampled at the middle of what is left of it and weighed by its
+/// faces of the input, each sampled at the middle of its part inside and weighed by its
 /// length; no early end; where the field is absent, nothing. Other jobs: their own (JobReference).
 /// Result values are those that edges deliver: for composite premultiplied red, green, blue and
 /// opacity, before the background.

@@ -13,17 +13,17 @@ namespace edgewise {
 /// Pixels that errors of pictures are measured at, drawn where they are likely to be large.
 ///
 /// Squares of errors have heavy tails: a few pixels at edges carry them, and a hundred that are
-/// drawn evenly see too few of those. Some thousands are looked at cheaply first (ray_look.hpp),
-/// and draws are of cells of neighbours, which are measured together. Half of the draws are even
-/// and half go in proportion to how far the casts of a cell's pixels are off, and each counts by
-/// the inverse of how likely it was to be drawn (Horvitz, Thompson 1952; in two phases: Cochran
-/// 1977, 12.9). What the looks say of all pixels then improves what the draws say
+/// drawn evenly contain too few of those. So the errors of some thousands are estimated cheaply
+/// first (ray_look.hpp). Then cells of neighbours are drawn and measured together, half of them
+/// evenly and half in proportion to the estimated errors. Each counts by the inverse of its
+/// probability (Horvitz, Thompson 1952; in two phases: Cochran 1977, 12.9). A regression on the
+/// estimates of all pixels then reduces the variance of the draws
 /// (error_tally.hpp).
 struct DrawnPixels {
     struct Cell {
         OutputSample corner;
         double weight = 1;  // for all of the cell together; mean 1, about
-        double chance = 1;  // that it was drawn, of those that were looked at
+        double chance = 1;  // probability that it was drawn in the second phase
     };
     struct Looked {
         OutputSample at;

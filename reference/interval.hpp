@@ -12,10 +12,10 @@ struct Interval {
 
 /// What one draw adds to an estimated sum.
 struct Part {
-    double value = 0;    // what was drawn there, over how likely it was to be drawn
-    double missing = 1;  // how likely it was not to be drawn of those that were looked at; 0: sure
+    double value = 0;    // the square, over the probability that it was drawn
+    double missing = 1;  // probability that the second phase did not draw it; 0: it was certain
     double square = 0;   // what was drawn there
-    double looks = 0;    // how many it stands for that were looked at by chance; 0: it was sure
+    double looks = 0;    // random samples of the first phase that it stands for; 0: it was certain
 };
 
 /// What else is known of a sum whose parts were drawn.

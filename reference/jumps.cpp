@@ -44,7 +44,7 @@ double share_above(double a, double b, const Nearby& nearby) noexcept {
 
 double nearby_of(std::span<const RayLook> looks, double plateau) {
     constexpr std::size_t kRays = 192;     // a standard error of 7 %
-    constexpr double kLargestShare = 0.1;  // of what margins spread over
+    constexpr double kLargestShare = 0.1;  // of the spread of margins
     std::vector<double> away;
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const RayLook& look : looks) {

@@ -12,7 +12,7 @@
 namespace edgewise {
 namespace {
 
-constexpr int kMargin = 6;  // the prefilter is off by 4e-4 of what neighbours differ, at the ends
+constexpr int kMargin = 6;  // the prefilter errs by 4e-4 of neighbours' difference at the ends
 
 }  // namespace
 

@@ -8,7 +8,7 @@
 
 namespace edgewise {
 
-/// Places in the input [input index], by axis, that are asked for together.
+/// A batch of places in the input [input index], by axis.
 struct Places {
     static constexpr std::size_t kMost = 128;
 
@@ -22,7 +22,7 @@ struct Places {
     Vec3 operator[](std::size_t i) const noexcept { return {at[0][i], at[1][i], at[2][i]}; }
 };
 
-/// A box of numbers around the places that are asked for.
+/// A box of numbers around the places of a batch.
 template <class Real>
 struct HeldBox {
     const Real* first = nullptr;  // the sample at `begin`; of a cubic the tap before it
@@ -30,7 +30,7 @@ struct HeldBox {
     std::array<double, 3> last{};  // of the input; places are clamped to 0 ... last
 };
 
-// Values at places; each as if it were worked out by itself in f32.
+// Interpolated values at places in f32. No value depends on the other places of the batch.
 
 void nearest_at(const HeldBox<float>& box, const Places& places, double* values);
 void linear_at(const HeldBox<float>& box, const Places& places, double* values);

@@ -26,7 +26,7 @@ HWY_INLINE double clamped(double p, double last) {
     return p > last ? last : p;
 }
 
-/// The samples below places, and how far these lie beyond, in [0, 1).
+/// The samples below places, and the places' fractions, in [0, 1).
 struct Cells {
     Indices offset;  // from the box's first number
     std::array<Numbers, 3> f;
@@ -66,8 +66,8 @@ void NearestAt(const HeldBox<float>& box, const Places& places, double* values) 
         values[i] = static_cast<double>(box.first[offset[i]]);
 }
 
-/// What rays read there where a sample is not finite: nothing where that is the nearest one, else
-/// the finite ones with weights that add up to 1.
+/// Interpolation beside samples that are not finite: absent where the nearest one is not finite,
+/// else the finite ones with weights that add up to 1.
 float linear_near_gap(const float* near, const std::array<std::int32_t, 3>& stride,
                       const std::array<float, 3>& f) {
     const float* nearest = near;
@@ -114,7 +114,7 @@ void LinearAt(const HeldBox<float>& box, const Places& places, double* values) {
     }
 }
 
-/// What the four taps along one axis weigh.
+/// Weights of the four taps along one axis.
 HWY_INLINE void weigh(const Numbers& beyond, std::size_t count, bool constant,
                       std::array<Numbers, 4>& weight) {
     if (constant) {

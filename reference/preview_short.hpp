@@ -7,7 +7,7 @@
 
 namespace edgewise {
 
-/// Pixels at the edges of what is seen of the input: rays that cut off an edge or a corner, or that
+/// Pixels at the silhouette of the input: rays that cut off an edge or a corner, or that
 /// run along a face within a sample or two of it. There a spectrum, which knows no faces, is worst,
 /// an intermediate image is read across the silhouette, screen samples lie on neither side of a ray
 /// that is shorter than their distance, and a mean divides what is wrong along a ray by the ray's

@@ -8,9 +8,9 @@
 
 namespace edgewise {
 
-/// A look at one ray: what cheap casts through the stored numbers, without lattices and blocks,
-/// differ by from a guess of the reference. About a tenth of what the exact errors of a ray cost,
-/// and these squares go with them (r^2 of 0.8 to 0.99 for most casts, 16 pictures of 8 volumes).
+/// Estimated errors of one ray: differences of cheap casts through the stored numbers, without
+/// lattices and blocks, from an estimate of the reference. They take about a tenth of the time of
+/// exact errors, and correlate with them (r^2 of 0.8 to 0.99 for most, 16 pictures of 8 volumes).
 struct RayLook {
     // By hold and step; and by slices, along a parallel ray that is moved to meet samples in one of
     // them, as shear-warp without interpolation has it.
@@ -25,8 +25,8 @@ struct RayLook {
     bool seen() const noexcept { return low <= high; }
 };
 
-/// The guess is the reference's own field, but of the spline through the samples Keys's cubic
-/// convolution, which comes close to it with four of them along each axis.
+/// The estimate reads the reference's own field. In place of the spline through the samples it has
+/// Keys's cubic convolution, which comes close with four samples along each axis.
 ///
 /// Keys, "Cubic convolution interpolation for digital image processing", IEEE Trans. Acoustics,
 /// Speech, and Signal Processing 29(6), 1981.

@@ -288,8 +288,8 @@ Stretch guessed(const Stored<T>& stored, Caster& caster, const RaySpan& ray, con
         else
             stored.cubic(places, values);
     };
-    // An extreme moves by what lies between samples, and that of a formula with edges by what a ray
-    // only grazes; integrals hardly tell.
+    // Values between samples move an extreme, and edges of a formula move it where a ray grazes
+    // them; integrals hardly change.
     const auto near_extreme = [&](const Places& places, Values& values) {
         stored.finer_near_extreme(extreme, places, values, finest);
     };

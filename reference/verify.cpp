@@ -37,8 +37,8 @@ std::int64_t most_remembered(const Request& want) noexcept {
     return want.job->of_rays() ? 1 << 17 : 1 << 19;
 }
 
-/// So many are looked at where so many are to be drawn. A guess takes about a twentieth of what the
-/// reference of a ray does, and less of that of a point.
+/// The number of samples to estimate where `samples` are to be drawn. An estimate takes about a
+/// twentieth of the time of the reference for a ray, and a smaller part for a point.
 std::int64_t looks_for(const Request& want, std::int64_t samples) noexcept {
     const std::int64_t times = want.job->of_rays() ? 16 : 32;
     const std::int64_t most = want.job->of_rays() ? 1 << 16 : 1 << 20;
@@ -248,7 +248,7 @@ std::vector<double> Verifier::roughness(const std::vector<double>& guesses) cons
     return rough;
 }
 
-/// The reference where the guess of it is lowest and highest.
+/// Evaluates the reference where its estimate is lowest and highest.
 void Verifier::add_extremes_of(const std::vector<double>& guesses) {
     std::vector<std::size_t> order;
     for (std::size_t i = 0; i < guesses.size(); ++i)
@@ -513,11 +513,11 @@ Interval Verifier::interval(double mean) const {
     return {std::min(found.low, (1 - unseen) * root), std::max(found.high, (1 + unseen) * root)};
 }
 
-/// Pixels of modes with a threshold jump, and few may do: the share of those that do although none
-/// of the draws has. Of K pixels that are each drawn with a chance of c at least all are missed
-/// with one of exp(-K c) at most, which is 5 % at K = 3 / c (the rule of three: Hanley,
-/// Lippman-Hand, JAMA 249, 1983). Where the guess finds nothing pixels are drawn least often; a
-/// jump that was met there is in the interval.
+/// Pixels of modes with a threshold jump, and few may do: an upper bound of the share that jumps
+/// where no draw did. If K pixels jump, each drawn with a chance of at least c, the draws miss all
+/// of them with a probability of at most exp(-K c), which is 5 % at K = 3 / c (the rule of three:
+/// Hanley, Lippman-Hand, JAMA 249, 1983). Pixels where the estimate shows no jump are drawn least
+/// often; a jump that was drawn there is in the interval.
 double Verifier::share_unseen() const {
     if (all_ || !want_.job->of_rays() || !want_.mode->threshold) return 0;
     double least = 1, looked = 0;

@@ -72,11 +72,11 @@ class Verifier {
         float value;
         OutputSample at;
     };
-    /// Of the samples that are looked at.
+    /// A sample of the first phase, whose error is estimated.
     struct Looked {
         OutputSample at;
         double weight = 0;        // the share of all that it stands for
-        bool is_certain = false;  // it was looked at in any case, and stands for itself
+        bool is_certain = false;  // it was chosen in any case, and stands for itself
     };
     /// What lies around an extreme of the first result, as delivered there.
     struct Nearby {
@@ -86,7 +86,7 @@ class Verifier {
     struct Draw {
         std::size_t looked = 0;
         double weight = 0;   // the share of all that it stands for
-        double missing = 0;  // how likely it was not to be drawn, of those that were looked at
+        double missing = 0;  // probability that a sample of the first phase was not drawn
     };
     /// Sums over what was compared; weights add up to 1.
     struct Compared {

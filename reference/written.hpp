@@ -9,8 +9,8 @@ namespace edgewise {
 // measurement of an error (reference, verifier, preview) turns what edges deliver into it by
 // as_written().
 
-/// Channels that are written of those that edges deliver: of a composite, which goes over a
-/// background, its colours.
+/// The number of delivered channels that are written. A composite goes over a background, so only
+/// its colours are written.
 int written_channels(const Request& want, int delivered) noexcept;
 
 /// Turns the delivered channels of one output sample into the written ones, in place. They come

@@ -51,8 +51,8 @@ struct MemoryBudget::State {
     void drop_spare() {
         while (!spare.empty()) drop_one();
     }
-    /// The one that nobody has asked for the longest: blocks of a path that ran before may be
-    /// larger than all of those that each frame of this one asks for.
+    /// Frees the least recently used block: blocks of an earlier path may be larger than all that
+    /// a frame of this path needs.
     void drop_one() {
         munmap(spare.front().block, spare.front().bytes);
         kept -= spare.front().bytes;

@@ -21,9 +21,11 @@ class MemoryBudget : public std::pmr::memory_resource {
     /// Gives back what is kept for reuse.
     void trim() noexcept;
 
- private:
+ protected:
     void* do_allocate(std::size_t bytes, std::size_t alignment) override;
     void do_deallocate(void* block, std::size_t bytes, std::size_t alignment) override;
+
+ private:
     bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
         return this == &other;
     }

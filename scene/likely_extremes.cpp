@@ -13,14 +13,14 @@ namespace {
 using Looked = DrawnPixels::Looked;
 
 constexpr std::size_t kStarts = 8, kFound = 4;  // of either end
-constexpr int kClimb = 32;                      // pixels that a slope is followed, at most
+constexpr int kClimb = 32;                      // steps of a climb at most
 
-/// Whether one pixel's guess lies farther out than another's.
+/// Whether one pixel's estimate is more extreme than another's.
 using Before = bool (*)(const Looked&, const Looked&);
 bool is_lower(const Looked& a, const Looked& b) { return a.look.low < b.look.low; }
 bool is_higher(const Looked& a, const Looked& b) { return a.look.high > b.look.high; }
 
-/// The neighbours of a pixel that lie farther out lead on, until there is none.
+/// Moves to a neighbour with a more extreme value, until there is none.
 Looked climb(Looked from, const Request& want, const ReferenceField& field,
              const ViewGeometry& geometry, Before before) {
     constexpr std::array<std::array<int, 2>, 8> around = {
@@ -41,7 +41,7 @@ Looked climb(Looked from, const Request& want, const ReferenceField& field,
     return from;
 }
 
-/// Ends of one kind, the farthest first, no two of them neighbours.
+/// Extremes of one kind, the most extreme first, no two of them neighbours.
 void add_ends(const Request& want, const ReferenceField& field, const ViewGeometry& geometry,
               std::vector<Looked> looked, Before before, std::vector<OutputSample>& found) {
     const std::size_t starts = std::min(kStarts, looked.size());

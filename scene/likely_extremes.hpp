@@ -8,9 +8,9 @@
 
 namespace edgewise {
 
-/// Pixels where the reference is likely to be largest and smallest: where the guess of it is, of
-/// those that were looked at, and from there to the end of its slope from neighbour to neighbour;
-/// and for MIPs those that show the largest sample.
+/// Pixels where the reference is likely to be largest and smallest. Hill climbing on an estimate
+/// of the reference finds them, from neighbour to neighbour; it starts at the most extreme of the
+/// `looked` pixels. For MIPs the pixels that show the largest sample are added.
 std::vector<OutputSample> likely_extremes(const Request& want, const ReferenceField& field,
                                           const ViewGeometry& geometry,
                                           const Statistics& statistics,

@@ -26,12 +26,12 @@ namespace {
 constexpr double kMostOperations = 1.5e9;       // of one edge, over all parts
 constexpr double kMostValues = 1 << 18;         // of results, over all parts
 constexpr int kEvenParts = 6, kPartTries = 60;  // parts that are spread evenly
-/// What was measured on the very samples that are asked for comes out again but for the order in
-/// which squares are added, and but for roundings to a file's type that fall the other way.
+/// An error that was measured on the requested samples themselves is reproduced, except for the
+/// order in which squares are added and for roundings to a file's type at a tie.
 constexpr double kAgain = 1.02;
 
-/// An edge that makes the result, and what may make the samples that it reads of those there are:
-/// other types of them.
+/// An edge that makes the result, and an edge before it that may change the type of the samples,
+/// if there is one.
 struct Way {
     std::optional<Demand> before;
     Demand edge;
@@ -267,7 +267,7 @@ class FilteredParts {
                                      : std::numeric_limits<double>::infinity();
     }
 
-    /// The edge that takes least of those that err by no more than f64 does.
+    /// The edge with the fewest operations whose error is no larger than that of f64.
     void find_wide() {
         const Representation what = widened(input_.what);
         const Ask ask{want_, scene_};

@@ -503,7 +503,7 @@ Ran run_path(const MeasuredTile& tile, const Catalogue& catalogue, const Ask& as
 /// A path with a step before an edge that rounds or blurs what the edge reads.
 struct Disturbed {
     Arcs path;
-    double size = 0;  // RMS of that step's error [value of what the edge reads]
+    double size = 0;  // RMS of that step's error [value of the edge's input]
 };
 
 /// One for each edge that may come before `edge` and adds an error of its own: by the parameters
@@ -518,7 +518,7 @@ std::vector<Disturbed> disturbed_paths(const TransformGraph& spanned, const Cata
         const Error error = by_of(arc).error_of(spanned.graph[arc].offer, ask);
         return error.known && !error.copies ? std::hypot(error.bias, error.noise) : 0.0;
     };
-    std::map<Graph::vertex_descriptor, Graph::edge_descriptor> measured;  // by what they read
+    std::map<Graph::vertex_descriptor, Graph::edge_descriptor> measured;  // by input
     std::vector<Graph::vertex_descriptor> read;
     for (const auto arc : boost::make_iterator_range(boost::edges(spanned.graph)))
         if (edge.fits(by_of(arc), spanned.graph[arc].offer.with) &&
@@ -571,7 +571,7 @@ double difference_of(const Data& a, const Data& b) {
     return both ? std::sqrt(squares / static_cast<double>(both)) : 0;
 }
 
-/// What running an edge on one tile gave, and how it passes errors of what it reads.
+/// The result of running an edge on one tile, and its gain of errors of the input.
 struct OnTile {
     Measured error;
     std::optional<double> gain = {};  // absent: no edge before it adds an error, or none was run

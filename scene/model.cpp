@@ -107,7 +107,7 @@ double RayPiece::slope_at_face(const Vec3& p, int axis, double step, double here
     return (4 * value_at(p + aside, read) - value_at(p + 2 * aside, read) - 3 * here) / (2 * step);
 }
 
-/// By differences of what `read` knows.
+/// By finite differences of the field that `read` knows.
 Vec3 RayPiece::gradient_at(double t, const Vec3& steps, const Read& read,
                            const Request& want) const {
     const Vec3 place = ray_.origin + t * ray_.direction;

@@ -67,10 +67,10 @@ struct Drawn {
     std::array<std::array<Auxiliary, 2>, 2> known{};  // of zoh and foh; inner, outer
 };
 
-/// What a guess of the reference tells of a cluster.
+/// A cheap estimate of the errors of a cluster.
 struct Look {
     OutputSample corner;
-    std::array<double, 2> squares{};  // mean squares of what zoh and foh differ by from it
+    std::array<double, 2> squares{};  // mean squares of the differences of zoh and foh from it
     double low = std::numeric_limits<double>::infinity(), high = -low;  // of the guess
 };
 
@@ -262,7 +262,7 @@ struct PointSetting {
     }
 };
 
-/// The mean square of what the file's type changes of one sample.
+/// The mean square change of one sample by rounding to the file's type.
 double changed_by_writing(const WrittenAs& written, const std::vector<double>& expected) {
     std::vector<double> got = expected;
     round_as(written, got);

@@ -143,7 +143,7 @@ struct Found {
     double low = kInfinity, high = -kInfinity, sum = 0;
     std::int64_t lowest = 0, highest = 0;  // the tile where these come first; of all: the value
     std::int64_t finite = 0, equal = 0;    // equal to the commonest value, or else to the least
-    Region box;                            // of what differs from the commonest value
+    Region box;                            // of the samples that differ from the commonest
     std::array<std::int64_t, kMostBounds> below{};  // the bounds
 };
 

@@ -36,7 +36,7 @@ class Finder {
         return end;
     }
 
-    /// The end of what differs, or 0 where nothing does.
+    /// The place behind the last sample that differs, or 0 where none does.
     std::int64_t end_of_others(const T* stored, std::int64_t begin, std::int64_t end) const {
         for (constexpr std::int64_t lanes = hn::MaxLanes(D()); begin < end; end -= lanes) {
             const std::int64_t from = std::max(begin, end - lanes);

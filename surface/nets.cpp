@@ -211,7 +211,7 @@ class Cells {
     std::array<std::int64_t, 8> corners_{};
 };
 
-/// A slice of cells: those that surfaces run through, row by row, and how much there is of what.
+/// A slice of cells: those that surfaces run through, row by row, and counts of mesh elements.
 struct Slice {
     std::pmr::vector<Record> records;
     std::pmr::vector<std::uint32_t> rows;  // of each row its first record, and the end

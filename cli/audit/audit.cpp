@@ -14,7 +14,7 @@
 #include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"

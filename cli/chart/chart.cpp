@@ -19,7 +19,7 @@
 #include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"
@@ -160,8 +160,8 @@ ChartedRequest charted_request(const JobOptions& options, const ChartSettings& s
     const RequestSpec spec = spec_of(options, serving.edges);
     ChartedRequest request;
     ChartedRuns runs = settings.runs;
-    runs.planned = [&](const Session& session) {
-        request.request = request_json(session);
+    runs.planned = [&](const Planned& planned) {
+        request.request = request_json(planned);
         if (spec.max_memory) request.request["budget"]["bytes"] = *spec.max_memory;
     };
     static_cast<Charted&>(request) =

@@ -18,7 +18,7 @@ constexpr double kMostValues = 1000;
 
 using Words = std::vector<std::string>;
 
-/// Options that are one number: of the request, of its geometry, of what is read, a step of that.
+/// Options that are one number: of the request, its geometry, the input, or a geometry step.
 using OfRequest = std::optional<std::string> JobOptions::*;
 using OfGeometry = std::optional<std::string> GeometryWords::*;
 using OfSelection = std::optional<std::string> SelectionWords::*;

@@ -91,17 +91,16 @@ const std::atomic<bool>& Messages::stop() const noexcept { return stop_flag(); }
 void Messages::memory_opened(double bytes) { fence_memory(bytes); }
 
 void Messages::begins(State state) {
-    if (state == State::unobserved)
-        begin_unobserved();
-    else
-        begin_collecting();
+    if (state == State::planning && announces_)
+        planning_ = std::make_unique<Announced>(*this, "planning");
+    if (state == State::unobserved) begin_unobserved();
+    if (state == State::collecting) begin_collecting();
 }
 
 void Messages::ends(State state) {
-    if (state == State::unobserved)
-        end_unobserved();
-    else
-        end_collecting();
+    if (state == State::planning) planning_.reset();
+    if (state == State::unobserved) end_unobserved();
+    if (state == State::collecting) end_collecting();
 }
 
 bool colourful() {

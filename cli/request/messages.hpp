@@ -1,8 +1,10 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <string>
 
+#include "engine/announced.hpp"
 #include "engine/listener.hpp"
 
 namespace edgewise::cli {
@@ -34,6 +36,8 @@ class Messages : public Listener {
     bool tells_once() const noexcept override { return log_ == Log::warning; }
     /// Libraries get std::bad_alloc where they would break a memory budget.
     void memory_opened(double bytes) override;
+    /// That it plans is said where that takes long.
+    void announces_planning(bool does) { announces_ = does; }
     void begins(State state) override;
     void ends(State state) override;
 
@@ -46,7 +50,8 @@ class Messages : public Listener {
 
     Log log_ = Log::warning;
     Progress progress_ = Progress::automatic;
-    bool quiet_ = false, bar_ = false;
+    bool quiet_ = false, bar_ = false, announces_ = false;
+    std::unique_ptr<Announced> planning_;
     std::chrono::steady_clock::time_point drawn_{};
 };
 

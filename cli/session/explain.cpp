@@ -15,7 +15,7 @@
 #include "engine/measure/machine.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
-#include "engine/session.hpp"
+#include "engine/run.hpp"
 #include "planner/alike.hpp"
 #include "transitions/filters/filter.hpp"
 
@@ -73,11 +73,11 @@ std::string why_not(const Predicted& other, const std::optional<Predicted>& chos
 namespace {
 
 /// All paths, those of the front first.
-std::vector<Plan> paths_of(const Session& session) {
-    std::vector<Plan> plans = all_paths(session.answer->graph->real(), session.edges, session.ask(),
-                                        session.plan_options, kMostPaths);
+std::vector<Plan> paths_of(const Planned& planned) {
+    std::vector<Plan> plans = all_paths(planned.answer.graph->real(), planned.engine.edges(),
+                                        planned.ask(), planned.plan_options, kMostPaths);
     std::set<std::string> front;
-    for (const Plan& plan : session.answer->front) front.insert(plan_text(plan));
+    for (const Plan& plan : planned.answer.front) front.insert(plan_text(plan));
     std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
         return a.predicted.seconds < b.predicted.seconds;
     });
@@ -102,31 +102,31 @@ std::string filters_text(const std::vector<Plan>& plans) {
 
 /// What paths take on all processors of the profile, by which a plan is chosen, where the threads
 /// given are others; by their texts.
-std::map<std::string, double> seconds_on_all(const Session& session) {
+std::map<std::string, double> seconds_on_all(const Planned& planned) {
     std::map<std::string, double> seconds;
-    Request want = session.want();
-    if (want.threads == session.profile.processors) return seconds;
-    want.threads = session.profile.processors;
-    const Ask ask{want, session.scene};
-    for (const Plan& plan : all_paths(session.answer->graph->choice(), session.edges, ask,
-                                      session.plan_options, kMostPaths))
+    Request want = planned.want;
+    if (want.threads == planned.engine.machine().processors) return seconds;
+    want.threads = planned.engine.machine().processors;
+    const Ask ask{want, planned.scene};
+    for (const Plan& plan : all_paths(planned.answer.graph->choice(), planned.engine.edges(), ask,
+                                      planned.plan_options, kMostPaths))
         seconds.emplace(plan_text(plan), plan.predicted.seconds);
     return seconds;
 }
 
-std::string machine_text(const Session& session) {
-    const std::string& name = session.profile.name;
-    return is_built_in(session.profile)
+std::string machine_text(const Planned& planned) {
+    const std::string& name = planned.engine.machine().name;
+    return is_built_in(planned.engine.machine())
                ? name +
                      " (built in: seconds are guesses, `edgewise calibrate` measures this machine)"
                : name;
 }
 
 /// Whose threads they are.
-std::string threads_text(const Session& session) {
-    const Request& want = session.want();
-    const std::string whose = session.spec.threads         ? "(--threads)"
-                              : session.threads_of_machine ? "(the machine's)"
+std::string threads_text(const Planned& planned) {
+    const Request& want = planned.want;
+    const std::string whose = planned.spec.threads         ? "(--threads)"
+                              : planned.threads_of_machine ? "(the machine's)"
                                                            : "(of this process)";
     if (want.ranks == 1) return whose;
     return fmt::format("on each of {} ranks {}", want.ranks, whose);
@@ -196,16 +196,16 @@ std::string measured_row(const std::string& predicted, const std::string& measur
 
 /// Prediction against measurement, of steps those of the last run; steps of a plan that took over
 /// were not predicted.
-std::string measured_table(const Session& session) {
-    const Plan& plan = *session.answer->plan;
-    const Measured& measured = *session.measured;
+std::string measured_table(const Planned& planned, const Run& run) {
+    const Plan& plan = *planned.answer.plan;
+    const Measured& measured = run.measured;
     std::string text = measured_row("predicted", "measured", NAN, "step");
     for (std::size_t i = 0; i < measured.steps.size() && i < measured.step_seconds.size(); ++i) {
         const double took = measured.step_seconds[i];
-        const bool planned = i < plan.steps.size() && plan.steps[i].text() == measured.steps[i];
-        const double expected = planned ? plan.steps[i].predicted.seconds : NAN;
-        text += measured_row(planned ? seconds_text(expected) : "not planned", seconds_text(took),
-                             took / expected, measured.steps[i]);
+        const bool was_planned = i < plan.steps.size() && plan.steps[i].text() == measured.steps[i];
+        const double expected = was_planned ? plan.steps[i].predicted.seconds : NAN;
+        text += measured_row(was_planned ? seconds_text(expected) : "not planned",
+                             seconds_text(took), took / expected, measured.steps[i]);
     }
     const Predicted& all = plan.predicted;
     const double seconds = median(measured.seconds);
@@ -223,13 +223,13 @@ std::string measured_table(const Session& session) {
 /// What linear interpolation is likely to do to these data, and the plan beside it. Both are likely
 /// errors, as plans are compared by them; all others that are told are upper estimates, which lie
 /// above.
-std::string comparison_text(const Session& session) {
-    const Answer& answer = *session.answer;
-    const Like& like = *session.want().budget.like;
+std::string comparison_text(const Planned& planned) {
+    const Answer& answer = planned.answer;
+    const Like& like = *planned.want.budget.like;
     std::string text = fmt::format("{} on these data: error {} by {}", like.name,
                                    error_text({.error = answer.plain->error}), answer.plain->step);
     const std::optional<double> own =
-        answer.plan ? likely_error(*answer.plan, session.ask(), session.sources()) : std::nullopt;
+        answer.plan ? likely_error(*answer.plan, planned.ask(), planned.sources()) : std::nullopt;
     if (own) {
         const Likeness likeness = answer.plan->predicted.likeness;
         text += fmt::format("; of the plan {}, ", error_text({.error = *own}));
@@ -245,31 +245,31 @@ std::string comparison_text(const Session& session) {
 
 }  // namespace
 
-std::string explanation_of(const Session& session, bool all_refused) {
-    const Answer& answer = *session.answer;
-    const Request& want = session.want();
+std::string explanation_of(const Planned& planned, bool all_refused) {
+    const Answer& answer = planned.answer;
+    const Request& want = planned.want;
     std::string text = fmt::format(
         "{} {}: {} view{}, {} thread{} {}, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
         "edges; found by {}\n",
-        name_of(want.job), session.spec.input, want.frames, want.frames > 1 ? "s" : "",
-        want.threads, want.threads > 1 ? "s" : "", threads_text(session), machine_text(session),
+        name_of(want.job), planned.spec.input, want.frames, want.frames > 1 ? "s" : "",
+        want.threads, want.threads > 1 ? "s" : "", threads_text(planned), machine_text(planned),
         budget_text(want), seconds_text(answer.seconds), answer.vertices, answer.edges,
         name_of(answer.search));
-    if (const auto& preset = session.preset)
+    if (const auto& preset = planned.preset)
         text +=
             preset_text(*preset) +
             (preset->kind.empty() ? "\n" : fmt::format(", as it seems to be {}\n", preset->kind));
-    const std::map<std::string, double> on_all = seconds_on_all(session);
+    const std::map<std::string, double> on_all = seconds_on_all(planned);
     if (!on_all.empty())
         text += fmt::format(
             "chosen for the {} processors of machine {}, so that threads do not change the result; "
             "seconds are those of {} thread{}\n",
-            session.profile.processors, session.profile.name, want.threads,
+            planned.engine.machine().processors, planned.engine.machine().name, want.threads,
             want.threads > 1 ? "s" : "");
-    if (session.drawn > 1)
+    if (planned.drawn > 1)
         text += fmt::format("errors from {} clusters of samples, {} times the usual draws\n",
-                            session.scene.draws, session.drawn);
-    if (answer.plain) text += comparison_text(session);
+                            planned.scene.draws, planned.drawn);
+    if (answer.plain) text += comparison_text(planned);
     std::optional<Predicted> chosen;
     if (answer.plan) {
         chosen = answer.plan->predicted;
@@ -282,8 +282,8 @@ std::string explanation_of(const Session& session, bool all_refused) {
     } else {
         text += "\nno plan: " + answer.problem + "\n";
     }
-    text += margin_text(session);
-    const std::vector<Plan> plans = paths_of(session);
+    text += margin_text(planned);
+    const std::vector<Plan> plans = paths_of(planned);
     text += fmt::format("\npaths ({}{}; > chosen, * on the front)\n", plans.size(),
                         plans.size() == kMostPaths ? " and more" : "");
     std::set<std::string> front;
@@ -292,14 +292,14 @@ std::string explanation_of(const Session& session, bool all_refused) {
         std::string why = why_not(plan.predicted, chosen, want);
         // Upper estimates of paths may lie in another order than what they are likely to do.
         if (answer.plain && plan.predicted.likeness == Likeness::worse && plan.predicted.known)
-            if (const auto likely = likely_error(plan, session.ask(), session.sources()))
+            if (const auto likely = likely_error(plan, planned.ask(), planned.sources()))
                 why += fmt::format(": likely {:.3g}", *likely);
         const auto its = on_all.find(path);
         if (why != kNoBetter || its == on_all.end() || want.minimize != Minimize::time) return why;
         const auto mine = on_all.find(plan_text(*answer.plan));
         if (mine == on_all.end() || its->second <= mine->second) return why;
         return fmt::format("takes {:.2f} times as long on {} processors",
-                           its->second / mine->second, session.profile.processors);
+                           its->second / mine->second, planned.engine.machine().processors);
     };
     for (std::size_t i = 0; i < plans.size() && i < kMostRows; ++i) {
         const std::string path = plan_text(plans[i]);
@@ -311,7 +311,7 @@ std::string explanation_of(const Session& session, bool all_refused) {
     }
     if (plans.size() > kMostRows) text += fmt::format("  and {} more\n", plans.size() - kMostRows);
     text += filters_text(plans);
-    return text + refused_text(answer.refused, session.edges, all_refused);
+    return text + refused_text(answer.refused, planned.engine.edges(), all_refused);
 }
 
 std::string preset_text(const TakenPreset& preset) {
@@ -323,38 +323,38 @@ std::string preset_text(const TakenPreset& preset) {
     return text;
 }
 
-std::string result_of(const Session& session) {
-    const Measured& measured = *session.measured;
-    const Request& want = session.want();
-    const auto& files = session.files;
+std::string result_of(const Planned& planned, const Run& run) {
+    const Measured& measured = run.measured;
+    const Request& want = planned.want;
+    const auto& files = run.files;
     std::vector<std::string> parts{files.empty() ? "nothing written"
                                    : files.size() == 1
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
-    const bool sheet = session.spec.look.montage && !files.empty();
-    const Extent out = sheet ? sheet_extent(session.spec.look, want.output()) : want.output();
-    if (session.surface)
-        parts.push_back(fmt::format("{} triangles, {} vertices, {}", session.surface->triangles,
-                                    session.surface->vertices,
-                                    session.surface->closed ? "closed" : "open"));
+    const bool sheet = planned.spec.look.montage && !files.empty();
+    const Extent out = sheet ? sheet_extent(planned.spec.look, want.output()) : want.output();
+    if (run.surface)
+        parts.push_back(fmt::format("{} triangles, {} vertices, {}", run.surface->triangles,
+                                    run.surface->vertices,
+                                    run.surface->closed ? "closed" : "open"));
     else
         parts.push_back((want.frames > 1 && !sheet ? fmt::format("{} of ", want.frames) : "") +
                         text_of(out, want.job->samples && !sheet ? want.axes : 2));
-    if (looks_along_z(session)) parts.push_back("seen along z, as no orientation is known");
-    if (session.preset) parts.push_back(preset_text(*session.preset));
-    if (const std::optional<double> filled = filled_with(session))
+    if (looks_along_z(planned)) parts.push_back("seen along z, as no orientation is known");
+    if (planned.preset) parts.push_back(preset_text(*planned.preset));
+    if (const std::optional<double> filled = filled_with(planned))
         parts.push_back(fmt::format("{:g} beyond the input", *filled));
     parts.push_back(measured.steps.empty() ? "the input itself"
                                            : fmt::format("{}", fmt::join(measured.steps, " > ")));
     parts.push_back(seconds_text(median(measured.seconds)));
-    const Predicted& predicted = session.answer->plan->predicted;
+    const Predicted& predicted = planned.answer.plan->predicted;
     const auto& like = want.budget.like;
     if (measured.error)
         parts.push_back(
             fmt::format("error {} measured", error_text({.error = measured.error->nrmse})));
     else if (measured.refined && measured.refined->stopped)
         parts.push_back("stopped on the way");  // what is predicted is of all slices
-    else if (predicted.known && !session.surface)
+    else if (predicted.known && !run.surface)
         parts.push_back(fmt::format("error {} predicted", error_text(predicted)));
     else if (like && predicted.likeness == Likeness::alike)
         parts.push_back(want.field == Field::nearest ? "no new value"
@@ -362,10 +362,10 @@ std::string result_of(const Session& session) {
     return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-std::string measurement_of(const Session& session) {
-    const Measured& measured = *session.measured;
+std::string measurement_of(const Planned& planned, const Run& run, bool explained) {
+    const Measured& measured = run.measured;
     std::string text;
-    if (session.explained && session.answer->plan) text = measured_table(session) + "\n";
+    if (explained && planned.answer.plan) text = measured_table(planned, run) + "\n";
     text += fmt::format("measured: {}, peak {}", seconds_text(median(measured.seconds)),
                         bytes_text(measured.bytes));
     if (measured.error) {

@@ -7,7 +7,8 @@
 #include "graph/request.hpp"
 
 namespace edgewise {
-struct Session;
+struct Planned;
+struct Run;
 struct TakenPreset;
 }  // namespace edgewise
 
@@ -15,14 +16,15 @@ namespace edgewise::cli {
 
 /// The plan and its alternatives as a table.
 /// @param all_refused  edges that were refused one by one, else folded by reason
-std::string explanation_of(const Session& session, bool all_refused);
+std::string explanation_of(const Planned& planned, bool all_refused);
 /// The result of a run in one line: files, size, path, seconds, error.
-std::string result_of(const Session& session);
+std::string result_of(const Planned& planned, const Run& run);
 /// "preset mr-head over 12 to 430"
 std::string preset_text(const TakenPreset& preset);
 /// Measured against predicted seconds of the run, step by step; and, where it was verified, its
 /// error.
-std::string measurement_of(const Session& session);
+/// @param explained  the plan is shown as well
+std::string measurement_of(const Planned& planned, const Run& run, bool explained);
 
 /// Why a path was not chosen: the budget that it breaks, else what the plan is better in.
 std::string why_not(const Predicted& other, const std::optional<Predicted>& chosen,

@@ -11,7 +11,7 @@
 #include "charts/program.hpp"
 #include "charts/scales.hpp"
 #include "cli/session/refusals.hpp"
-#include "engine/session.hpp"
+#include "engine/looked.hpp"
 #include "graph/range.hpp"
 #include "planner/cost.hpp"
 
@@ -180,14 +180,15 @@ std::string picture_dot(const TransformGraph& spanned, const Catalogue& catalogu
     return Drawing(spanned, catalogue, cost, chosen).dot();
 }
 
-CostWords cost_words(const Session& session) {
+CostWords cost_words(const Looked& looked) {
     return [&](const Arc& arc) -> std::vector<std::string> {
-        const StepCost c = cost_of(session.edges[static_cast<std::size_t>(arc.edge)], arc.offer,
-                                   session.ask(), session.profile, session.want().threads);
+        const StepCost c =
+            cost_of(looked.engine.edges()[static_cast<std::size_t>(arc.edge)], arc.offer,
+                    looked.ask(), looked.engine.machine(), looked.want.threads);
         // Of a result over what counts as an error of 1 there; of samples over their range.
-        const bool ends = is_target(arc.offer.to, session.want());
+        const bool ends = is_target(arc.offer.to, looked.want);
         const double range =
-            ends ? session.scene.range : range_between(session.scene.low, session.scene.high);
+            ends ? looked.scene.range : range_between(looked.scene.low, looked.scene.high);
         const double error = std::hypot(c.error.bias, c.error.noise) / range;
         return {charts::seconds_text(c.seconds),
                 c.error.known ? fmt::format("NRMSE + {:.2g}", error) : "NRMSE unknown"};

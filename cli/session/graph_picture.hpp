@@ -6,7 +6,7 @@
 #include "graph/transform_graph.hpp"
 
 namespace edgewise {
-struct Session;
+struct Looked;
 }
 
 namespace edgewise::cli {
@@ -14,8 +14,8 @@ namespace edgewise::cli {
 /// What an arc's label says of its cost, in a few words each.
 using CostWords = std::function<std::vector<std::string>(const Arc&)>;
 
-/// Seconds, and what is added to the error, of a request's arcs. The session must stay alive.
-CostWords cost_words(const Session& session);
+/// Seconds, and what is added to the error, of a request's arcs. The looked must stay alive.
+CostWords cost_words(const Looked& looked);
 
 /// The transform graph of a request as DOT, for a reader: arcs of one edge between the same
 /// vertices are one line with a row for each choice of parameters. The chosen path is bold. Refused

@@ -6,8 +6,8 @@
 
 #include "cli/session/report.hpp"
 #include "engine/paths.hpp"
+#include "engine/planned.hpp"
 #include "engine/request/quantities.hpp"
-#include "engine/session.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -56,9 +56,9 @@ std::string rival_text(const Rival& rival) {
 
 }  // namespace
 
-std::string margin_text(const Session& session) {
-    if (!session.margin) return {};
-    const Margin& margin = *session.margin;
+std::string margin_text(const Planned& planned) {
+    if (!planned.margin) return {};
+    const Margin& margin = *planned.margin;
     std::string text = "\nmargin\n";
     for (const StepMargin& step : margin.steps) text += step_text(step);
     if (margin.late > 0.05)

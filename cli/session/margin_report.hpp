@@ -6,13 +6,13 @@
 #include "planner/margin.hpp"
 
 namespace edgewise {
-struct Session;
+struct Planned;
 }
 
 namespace edgewise::cli {
 
 /// Margin and rivals as lines of an explanation; "" where nothing was weighed.
-std::string margin_text(const Session& session);
+std::string margin_text(const Planned& planned);
 
 /// {"steps": [{"step", "factor", "instead", "spread", "inside"}], "toss_up", "late"}
 nlohmann::ordered_json margin_json(const Margin& margin);

@@ -22,18 +22,20 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kOwn[] = {"plan",   "front", "refused",  "margin",
                                 "rivals", "scene", "planning", "measured"};
 
-Json channel_json(const MergedChannel& channel, double startup_seconds, bool with_run) {
+Json channel_json(const MergedChannel& channel, const Listener& messages, double startup_seconds,
+                  bool with_run) {
     Json json = {{"channel", channel.channel}, {"colour", store::text_of(channel.colour)}};
     json["window"] = channel.shades ? Json{channel.shades->black, channel.shades->white} : Json();
-    if (!channel.session) return json;
-    const Json own = report_of(*channel.session, startup_seconds, with_run, {});
+    if (!channel.request) return json;
+    const Json own = report_of(*channel.request, messages, startup_seconds, with_run, {});
     for (const char* key : kOwn)
         if (own.contains(key)) json[key] = own[key];
     return json;
 }
 
 bool is_planned(const MergedChannel& channel) {
-    return channel.session && channel.session->answer && channel.session->answer->plan;
+    const Planned* planned = channel.request ? channel.request->planned() : nullptr;
+    return planned && planned->answer.plan;
 }
 
 /// The steps of all channels, one channel after another.
@@ -43,7 +45,7 @@ Json plan_json(const Merge& merge) {
         return nullptr;
     Json steps = Json::array();
     for (const MergedChannel& channel : merge.channels) {
-        const Json own = to_json(*channel.session->answer->plan);
+        const Json own = to_json(*channel.request->planned()->answer.plan);
         for (const Json& step : own["steps"]) steps.push_back(step);
     }
     return {{"steps", steps}, {"predicted", to_json(predicted_of(merge))}};
@@ -53,12 +55,12 @@ Json plan_json(const Merge& merge) {
 Json planning_json(const Merge& merge, double startup_seconds) {
     Spent spent;
     double seconds = 0;
-    const Session* any = nullptr;
+    const Planned* any = nullptr;
     int vertices = 0, edges = 0;
     for (const MergedChannel& channel : merge.channels) {
-        if (!channel.session || !channel.session->answer) continue;
-        any = channel.session.get();
-        const Answer& answer = *any->answer;
+        if (!channel.request || !channel.request->planned()) continue;
+        any = channel.request->planned();
+        const Answer& answer = any->answer;
         seconds += answer.seconds;
         spent.statistics += any->spent.statistics;
         spent.preset += any->spent.preset;
@@ -78,7 +80,7 @@ Json planning_json(const Merge& merge, double startup_seconds) {
               {"pilot", spent.pilot}}},
             {"startup_seconds", startup_seconds},
             {"planner", name_of(any->spec.planner)},
-            {"machine", any->profile.name},
+            {"machine", any->engine.machine().name},
             {"vertices", vertices},
             {"edges", edges}};
 }
@@ -86,8 +88,8 @@ Json planning_json(const Merge& merge, double startup_seconds) {
 Json request_of_all(const Merge& merge) {
     Json json = {{"job", name_of(merge.spec.job)}, {"input", merge.spec.input}};
     for (const MergedChannel& channel : merge.channels)
-        if (channel.session) {
-            json = request_json(*channel.session);
+        if (channel.request) {
+            json = request_json(*channel.request);
             break;
         }
     if (json.contains("budget"))
@@ -107,8 +109,8 @@ Json measured_json(const Merge& merge) {
     double read = 0;
     Json steps = Json::array();
     for (const MergedChannel& channel : merge.channels) {
-        read += channel.session->input->read_seconds;
-        const Json own = report_of(*channel.session, 0, true, {});
+        read += channel.request->planned()->input.read_seconds;
+        const Json own = report_of(*channel.request, merge.messages, 0, true, {});
         for (const Json& step : own["measured"]["steps"]) steps.push_back(step);
     }
     return {{"seconds", all.seconds},
@@ -125,7 +127,7 @@ std::vector<std::pair<std::string, std::vector<std::string>>> paths_of(const Mer
     std::vector<std::pair<std::string, std::vector<std::string>>> paths;
     for (const MergedChannel& channel : merge.channels) {
         const std::string path =
-            fmt::format("{}", fmt::join(channel.session->measured->steps, " > "));
+            fmt::format("{}", fmt::join(channel.request->run->measured.steps, " > "));
         auto same = std::find_if(paths.begin(), paths.end(),
                                  [&](const auto& known) { return known.first == path; });
         if (same == paths.end()) same = paths.insert(paths.end(), {path, {}});
@@ -139,8 +141,9 @@ std::vector<std::pair<std::string, std::vector<std::string>>> paths_of(const Mer
 Json error_json(const Merge& merge, const Failure& failure) {
     Json error = {{"code", failure.code}, {"message", failure.message}};
     error["nearest"] = Json::array();
-    if (merge.channels.empty() || !merge.channels.back().session) return error;
-    const Json own = report_of(*merge.channels.back().session, 0, false, failure)["error"];
+    if (merge.channels.empty() || !merge.channels.back().request) return error;
+    const Json own =
+        report_of(*merge.channels.back().request, merge.messages, 0, false, failure)["error"];
     error["nearest"] = own["nearest"];
     if (own.contains("relax")) error["relax"] = own["relax"];
     return error;
@@ -160,7 +163,8 @@ Json merge_report(const Merge& merge, double startup_seconds, bool with_run,
     report["planning"] = planning_json(merge, startup_seconds);
     report["channels"] = Json::array();
     for (const MergedChannel& channel : merge.channels)
-        report["channels"].push_back(channel_json(channel, startup_seconds, with_run));
+        report["channels"].push_back(
+            channel_json(channel, merge.messages, startup_seconds, with_run));
     if (with_run) {
         report["measured"] = measured_json(merge);
         report["outputs"] = merge.files;
@@ -183,18 +187,18 @@ std::string result_of(const Merge& merge) {
                                     fmt::join(channels, " and "), path));
     parts.push_back(seconds_text(median(merge.measured->seconds)));
     const Predicted predicted = predicted_of(merge);
-    const Session& first = *merge.channels.front().session;
+    const Planned& first = *merge.channels.front().request->planned();
     const auto is_alike = [&](const MergedChannel& channel) {
-        return channel.session->answer->plan->predicted.likeness == Likeness::alike;
+        return channel.request->planned()->answer.plan->predicted.likeness == Likeness::alike;
     };
-    const auto& like = first.want().budget.like;
+    const auto& like = first.want.budget.like;
     if (merge.measured->error)
         parts.push_back(
             fmt::format("error {} measured", error_text({.error = merge.measured->error->nrmse})));
     else if (predicted.known)
         parts.push_back(fmt::format("error {} predicted", error_text(predicted)));
     else if (like && std::all_of(merge.channels.begin(), merge.channels.end(), is_alike))
-        parts.push_back(first.want().field == Field::nearest
+        parts.push_back(first.want.field == Field::nearest
                             ? "no new value"
                             : fmt::format("as good as {}", like->name));
     return fmt::format("{}", fmt::join(parts, ", "));

@@ -6,7 +6,7 @@
 #include "cli/request/spoken.hpp"
 #include "cli/session/margin_report.hpp"
 #include "engine/guesses.hpp"
-#include "engine/session.hpp"
+#include "engine/reached.hpp"
 #include "graph/filtering.hpp"
 #include "graph/radon.hpp"
 #include "graph/version.hpp"
@@ -62,9 +62,9 @@ Json refined_json(const Refined& refined) {
     return {{"stopped", refined.stopped}, {"pictures", pictures}};
 }
 
-Json measured_json(const Session& session) {
-    if (!session.measured) return nullptr;
-    const Measured& measured = *session.measured;
+Json measured_json(const Reached& reached) {
+    if (!reached.run) return nullptr;
+    const Measured& measured = reached.run->measured;
     Json steps = Json::array();
     for (std::size_t i = 0; i < measured.steps.size(); ++i) {
         const std::string& step = measured.steps[i];
@@ -74,7 +74,7 @@ Json measured_json(const Session& session) {
     }
     return {{"seconds", measured.seconds},
             {"bytes", measured.bytes},
-            {"read_seconds", session.input ? Json(session.input->read_seconds) : Json()},
+            {"read_seconds", reached.planned()->input.read_seconds},
             {"write_seconds", measured.write_seconds},
             {"kept", measured.kept ? Json(*measured.kept) : Json()},
             {"error", to_json(measured.error)},
@@ -83,10 +83,10 @@ Json measured_json(const Session& session) {
 }
 
 /// What was measured of the data for this request. Numbers of a ray are means over pixels.
-Json scene_json(const Session& session) {
-    const Scene& scene = session.scene;
+Json scene_json(const Looked& looked) {
+    const Scene& scene = looked.scene;
     const auto corner = [&](const std::array<std::int64_t, 3>& at) {
-        return std::vector<std::int64_t>(at.begin(), at.begin() + session.want().axes);
+        return std::vector<std::int64_t>(at.begin(), at.begin() + looked.want.axes);
     };
     const std::optional<double> ended = scene.fact("picture/ended");
     const Json rays = {{"samples", or_null(scene.fact("cast/all"))},
@@ -105,33 +105,52 @@ Json scene_json(const Session& session) {
             {"rays", rays}};
 }
 
-/// What would make a plan, with what edges refuse in the words of the command.
+/// What would make a plan: {"budgets": [{"--max-error": "0.0123"}],
+/// "demands": [[{"option", "value"}]], "then_budgets", "missing": [[{"transition", "reason"}]]}
 Json relax_json(const WayOut& way_out) {
-    Json json = to_json(way_out);
-    for (std::size_t i = 0; i < way_out.missing.size(); ++i)
-        for (std::size_t k = 0; k < way_out.missing[i].size(); ++k)
-            json["missing"][i][k]["reason"] = spoken(way_out.missing[i][k].reason);
-    return json;
+    Json budgets = Json::array(), demands = Json::array(), missing = Json::array();
+    for (const auto& changes : way_out.budgets) {
+        Json one = Json::object();
+        for (const SettingChange& change : changes)
+            one[option_of(change.setting.name)] = change.value ? Json(*change.value) : Json();
+        budgets.push_back(one);
+    }
+    for (const auto& changes : way_out.demands) {
+        Json set = Json::array();
+        for (const SettingChange& change : changes)
+            set.push_back({{"option", option_of(change.setting.name)}, {"value", change.instead}});
+        demands.push_back(set);
+    }
+    for (const auto& refusals : way_out.missing) {
+        Json set = Json::array();
+        for (const Refusal& refusal : refusals)
+            set.push_back({{"transition", refusal.transition}, {"reason", spoken(refusal.reason)}});
+        missing.push_back(set);
+    }
+    return {{"budgets", budgets},
+            {"demands", demands},
+            {"then_budgets", way_out.then_budgets},
+            {"missing", missing}};
 }
 
-void add_answer(Json& report, const Session& session, double startup_seconds) {
+void add_answer(Json& report, const Planned* planned, double startup_seconds) {
     report["plan"] = nullptr;
     report["front"] = Json::array();
     report["refused"] = Json::array();
     report["planning"] = nullptr;
-    if (!session.answer) return;
-    const Answer& answer = *session.answer;
+    if (!planned) return;
+    const Answer& answer = planned->answer;
     if (answer.plan) report["plan"] = to_json(*answer.plan);
     for (const Plan& plan : answer.front) report["front"].push_back(short_plan(plan));
     for (const Refusal& refusal : answer.refused)
         report["refused"].push_back(
             {{"transition", refusal.transition}, {"reason", spoken(refusal.reason)}});
-    if (session.margin) {
-        report["margin"] = margin_json(*session.margin);
-        report["rivals"] = rivals_json(*session.margin);
+    if (planned->margin) {
+        report["margin"] = margin_json(*planned->margin);
+        report["rivals"] = rivals_json(*planned->margin);
     }
-    report["scene"] = scene_json(session);
-    const Spent& spent = session.spent;
+    report["scene"] = scene_json(*planned);
+    const Spent& spent = planned->spent;
     report["planning"] = {{"seconds", answer.seconds},
                           {"parts",
                            {{"statistics", spent.statistics},
@@ -140,11 +159,57 @@ void add_answer(Json& report, const Session& session, double startup_seconds) {
                             {"search", spent.search},
                             {"pilot", spent.pilot}}},
                           {"startup_seconds", startup_seconds},
-                          {"planner", name_of(session.spec.planner)},
+                          {"planner", name_of(planned->spec.planner)},
                           {"found_by", name_of(answer.search)},
-                          {"machine", session.profile.name},
+                          {"machine", planned->engine.machine().name},
                           {"vertices", answer.vertices},
                           {"edges", answer.edges}};
+}
+
+/// @param opened, looked  null: not yet
+Json request_json(const Asked& asked, const Opened* opened, const Looked* looked) {
+    const Request& want = asked.want;
+    Json json = {{"job", name_of(want.job)}, {"input", asked.spec.input}};
+    if (want.job == Job::render) json["mode"] = name_of(want.mode);
+    if (want.job == Job::warp && opened) json["outside"] = or_null(filled_with(*opened));
+    if (looked && looked->preset) {
+        const auto& preset = looked->preset;
+        json["preset"] = spoken(preset->name);
+        json["preset_for"] = preset->kind.empty() ? Json() : Json(preset->kind);
+        json["preset_window"] = {preset->window.low, preset->window.high};
+    }
+    if (want.needs_gradients()) json["gradient"] = name_of(want.gradient);
+    if (looked && looked->preset && looked->preset->noise) json["noise"] = *looked->preset->noise;
+    if (const Filtering* filtering = want.setting.as<Filtering>()) {
+        json["op"] = name_of(filtering->op);
+        json["kernel"] = filtering->stencil.name;
+        json["border"] = name_of(filtering->border);
+    }
+    if (const RadonSetting* radon = want.setting.as<RadonSetting>()) {
+        const bool votes = radon->to == RadonSetting::To::hough;
+        json["angles"] = radon->angles;
+        json["to"] = votes ? "hough" : radon->to == RadonSetting::To::image ? "image" : "sinogram";
+        if (!radon->degrees.empty()) json["degrees"] = radon->degrees;
+        if (votes) json["threshold"] = radon->threshold;
+    }
+    if (want.surface) json["isovalue"] = or_null(want.surface->isovalue);  // null: labels
+    const Budget& budget = want.budget;
+    // What nobody asked for is no budget.
+    const bool limited = budget.error && !budget.error_yields;
+    json["budget"] = {{"error", limited ? Json(*budget.error) : Json()},
+                      {"default", budget.like           ? Json(budget.like->name)
+                                  : budget.error_yields ? Json("rounding")
+                                                        : Json()},
+                      {"seconds", or_null(budget.seconds)},
+                      {"bytes", asked.spec.max_memory ? or_null(budget.bytes) : Json()}};
+    json["minimize"] = name_of(want.minimize);
+    json["frames"] = want.frames;
+    json["threads"] = want.threads;
+    json["threads_of"] = asked.spec.threads         ? "option"
+                         : asked.threads_of_machine ? "machine"
+                                                    : "process";
+    json["ranks"] = want.ranks;
+    return json;
 }
 
 void add_surface(Json& report, const surface::Measures& measures) {
@@ -168,49 +233,11 @@ Json to_json(const Predicted& predicted) {
             {"error", predicted.known ? Json(predicted.error) : Json()}};
 }
 
-Json request_json(const Session& session) {
-    const Request& want = session.want();
-    Json json = {{"job", name_of(want.job)}, {"input", session.spec.input}};
-    if (want.job == Job::render) json["mode"] = name_of(want.mode);
-    if (want.job == Job::warp && session.input) json["outside"] = or_null(filled_with(session));
-    if (const auto& preset = session.preset) {
-        json["preset"] = spoken(preset->name);
-        json["preset_for"] = preset->kind.empty() ? Json() : Json(preset->kind);
-        json["preset_window"] = {preset->window.low, preset->window.high};
-    }
-    if (want.needs_gradients()) json["gradient"] = name_of(want.gradient);
-    if (session.preset && session.preset->noise) json["noise"] = *session.preset->noise;
-    if (const Filtering* filtering = want.setting.as<Filtering>()) {
-        json["op"] = name_of(filtering->op);
-        json["kernel"] = filtering->stencil.name;
-        json["border"] = name_of(filtering->border);
-    }
-    if (const RadonSetting* radon = want.setting.as<RadonSetting>()) {
-        const bool votes = radon->to == RadonSetting::To::hough;
-        json["angles"] = radon->angles;
-        json["to"] = votes ? "hough" : radon->to == RadonSetting::To::image ? "image" : "sinogram";
-        if (!radon->degrees.empty()) json["degrees"] = radon->degrees;
-        if (votes) json["threshold"] = radon->threshold;
-    }
-    if (want.surface) json["isovalue"] = or_null(want.surface->isovalue);  // null: labels
-    const Budget& budget = want.budget;
-    // What nobody asked for is no budget.
-    const bool asked = budget.error && !budget.error_yields;
-    json["budget"] = {{"error", asked ? Json(*budget.error) : Json()},
-                      {"default", budget.like           ? Json(budget.like->name)
-                                  : budget.error_yields ? Json("rounding")
-                                                        : Json()},
-                      {"seconds", or_null(budget.seconds)},
-                      {"bytes", session.spec.max_memory ? or_null(budget.bytes) : Json()}};
-    json["minimize"] = name_of(want.minimize);
-    json["frames"] = want.frames;
-    json["threads"] = want.threads;
-    json["threads_of"] = session.spec.threads         ? "option"
-                         : session.threads_of_machine ? "machine"
-                                                      : "process";
-    json["ranks"] = want.ranks;
-    return json;
+Json request_json(const Reached& reached) {
+    return request_json(*reached.asked(), reached.opened(), reached.looked());
 }
+
+Json request_json(const Looked& looked) { return request_json(looked, &looked, &looked); }
 
 Json to_json(const Plan& plan) {
     Json steps = Json::array();
@@ -240,25 +267,26 @@ Json failure_of(int code, const std::string& message) {
     return report;
 }
 
-Json report_of(const Session& session, double startup_seconds, bool with_run,
-               const std::optional<Failure>& failure) {
+Json report_of(const Reached& reached, const Listener& messages, double startup_seconds,
+               bool with_run, const std::optional<Failure>& failure) {
     Json report = report_head();
-    report["warnings"] = spoken(session.messages.warnings());
-    report["request"] = request_json(session);
-    add_answer(report, session, startup_seconds);
+    report["warnings"] = spoken(messages.warnings());
+    report["request"] = request_json(reached);
+    add_answer(report, reached.planned(), startup_seconds);
     if (with_run) {
-        report["measured"] = measured_json(session);
-        report["outputs"] = session.files;
-        if (session.surface) add_surface(report, *session.surface);
+        report["measured"] = measured_json(reached);
+        report["outputs"] = reached.run ? reached.run->files : std::vector<std::string>();
+        if (reached.run && reached.run->surface) add_surface(report, *reached.run->surface);
     }
     if (!failure) return report;
     report["plan"] = nullptr;
     Json nearest = Json::array();
-    if (session.answer)
-        for (const Plan& plan : session.answer->nearest) nearest.push_back(short_plan(plan));
+    if (reached.planned())
+        for (const Plan& plan : reached.planned()->answer.nearest)
+            nearest.push_back(short_plan(plan));
     report["error"] = {
         {"code", failure->code}, {"message", failure->message}, {"nearest", nearest}};
-    if (session.way_out) report["error"]["relax"] = relax_json(*session.way_out);
+    if (reached.way_out) report["error"]["relax"] = relax_json(*reached.way_out);
     return report;
 }
 

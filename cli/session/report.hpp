@@ -8,8 +8,10 @@
 #include "reference/verify.hpp"
 
 namespace edgewise {
-struct Session;
-}
+struct Looked;
+class Listener;
+class Reached;
+}  // namespace edgewise
 
 namespace edgewise::cli {
 
@@ -22,7 +24,8 @@ struct Failure {
 /// The JSON of CLI.md of `warp`, `render` and `plan`; what is not known is null.
 /// @param startup_seconds  of the process, before it took the request
 /// @param with_run  with what was measured and written
-nlohmann::ordered_json report_of(const Session& session, double startup_seconds, bool with_run,
+nlohmann::ordered_json report_of(const Reached& reached, const Listener& messages,
+                                 double startup_seconds, bool with_run,
                                  const std::optional<Failure>& failure);
 /// Of a request that failed before there was one, and of the other verbs.
 nlohmann::ordered_json failure_of(int code, const std::string& message);
@@ -32,7 +35,9 @@ nlohmann::ordered_json to_json(const Plan& plan);
 /// null where nothing was verified
 nlohmann::ordered_json to_json(const std::optional<Verified>& error);
 /// What was asked for: the report's "request".
-nlohmann::ordered_json request_json(const Session& session);
+nlohmann::ordered_json request_json(const Reached& reached);
+/// Likewise, of a request that is looked at.
+nlohmann::ordered_json request_json(const Looked& looked);
 
 /// Indented, UTF-8, with a line's end.
 std::string text_of(const nlohmann::ordered_json& json);

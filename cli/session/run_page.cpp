@@ -12,7 +12,7 @@
 #include "cli/session/explain.hpp"
 #include "cli/session/graph_picture.hpp"
 #include "cli/session/report.hpp"
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/paths.hpp"
@@ -43,9 +43,9 @@ std::string command_of(const std::vector<std::string>& words) {
     return command;
 }
 
-std::string title_of(const Session& session) {
-    const Request& want = session.want();
-    const std::string& input = session.spec.input;
+std::string title_of(const Planned& planned) {
+    const Request& want = planned.want;
+    const std::string& input = planned.spec.input;
     const std::filesystem::path path(input.ends_with('/') ? input.substr(0, input.size() - 1)
                                                           : input);
     return fmt::format("edgewise {} of {}{}", name_of(want.job), path.filename().string(),
@@ -58,10 +58,10 @@ std::string numbers(const Vec3& values, int axes, const std::string& unit) {
     return text + (unit.empty() ? "" : " " + unit);
 }
 
-std::vector<Fact> input_facts(const Session& session) {
-    const Input& input = *session.input;
+std::vector<Fact> input_facts(const Planned& planned) {
+    const Input& input = planned.input;
     const store::Header& h = input.header;
-    const Request& want = session.want();
+    const Request& want = planned.want;
     std::vector<Fact> facts = {
         {"input",
          fmt::format("{}: {} ({}), {} {}{}", input.name, h.volume ? "volume" : "image", h.format,
@@ -70,7 +70,7 @@ std::vector<Fact> input_facts(const Session& session) {
         {"spacing", numbers(want.spacing, want.axes, h.unit)}};
     if (!h.orientation.empty()) facts.emplace_back("orientation", h.orientation);
     facts.emplace_back(
-        "values", fmt::format("{:.6g} to {:.6g}", session.statistics.low, session.statistics.high));
+        "values", fmt::format("{:.6g} to {:.6g}", planned.statistics.low, planned.statistics.high));
     return facts;
 }
 
@@ -95,23 +95,23 @@ const char* reference_text(const Request& want) {
     return "the cubic B-spline through the samples";
 }
 
-std::string outputs_text(const Session& session) {
-    const auto& files = session.files;
+std::string outputs_text(const Run& run) {
+    const auto& files = run.files;
     if (files.empty()) return "none is written";
     if (files.size() == 1) return files[0];
     return fmt::format("{} to {}, {} files", files.front(), files.back(), files.size());
 }
 
-std::vector<Fact> request_facts(const Session& session) {
-    const Request& want = session.want();
-    std::vector<Fact> facts = input_facts(session);
+std::vector<Fact> request_facts(const Planned& planned, const Run& run) {
+    const Request& want = planned.want;
+    std::vector<Fact> facts = input_facts(planned);
     facts.emplace_back("output",
                        fmt::format("{}{}", text_of(want.output(), want.output().z > 1 ? 3 : 2),
                                    want.frames > 1 ? fmt::format(", {} frames", want.frames) : ""));
-    if (session.preset) facts.emplace_back("colours", preset_text(*session.preset));
-    facts.emplace_back("written to", outputs_text(session));
+    if (planned.preset) facts.emplace_back("colours", preset_text(*planned.preset));
+    facts.emplace_back("written to", outputs_text(run));
     Request asked = want;
-    if (!session.spec.max_memory) asked.budget.bytes.reset();  // what is free is no demand
+    if (!planned.spec.max_memory) asked.budget.bytes.reset();  // what is free is no demand
     facts.emplace_back("budget", budget_text(asked));
     facts.emplace_back("errors are against", reference_text(want));
     return facts;
@@ -125,19 +125,19 @@ std::string times_text(const std::vector<double>& seconds) {
     return text + (seconds.size() > kMost ? fmt::format(" ... ({} runs)", seconds.size()) : "");
 }
 
-std::vector<Fact> machine_facts(const Session& session) {
-    const Measured& measured = *session.measured;
+std::vector<Fact> machine_facts(const Planned& planned, const Run& run) {
+    const Measured& measured = run.measured;
     const std::string cpu = cpu_name();
     std::vector<Fact> facts = {
         {"version", "edgewise " + version()},
-        {"profile", session.profile.name},
+        {"profile", planned.engine.machine().name},
         {"processor", cpu.empty() ? "not known" : cpu},
-        {"threads", fmt::format("{} of {} cores", session.want().threads, usable_cores())},
+        {"threads", fmt::format("{} of {} cores", planned.want.threads, usable_cores())},
         {"planned",
          fmt::format("in {}, by {}: {} vertices, {} edges",
-                     charts::seconds_text(session.answer->seconds), name_of(session.spec.planner),
-                     session.answer->vertices, session.answer->edges)},
-        {"read, written", fmt::format("{}, {}", charts::seconds_text(session.input->read_seconds),
+                     charts::seconds_text(planned.answer.seconds), name_of(planned.spec.planner),
+                     planned.answer.vertices, planned.answer.edges)},
+        {"read, written", fmt::format("{}, {}", charts::seconds_text(planned.input.read_seconds),
                                       charts::seconds_text(measured.write_seconds))},
         {measured.seconds.size() > 1 ? "runs took" : "run took", times_text(measured.seconds)}};
     if (measured.error) {
@@ -158,9 +158,9 @@ charts::Values values_of(const Predicted& predicted, double bytes) {
 }
 
 /// Steps that ran; those of a plan that took over were not predicted.
-std::vector<charts::ReportStep> steps_of(const Session& session) {
-    const Plan& plan = *session.answer->plan;
-    const Measured& measured = *session.measured;
+std::vector<charts::ReportStep> steps_of(const Planned& planned, const Run& run) {
+    const Plan& plan = *planned.answer.plan;
+    const Measured& measured = run.measured;
     std::vector<charts::ReportStep> steps;
     for (std::size_t i = 0; i < measured.steps.size(); ++i) {
         charts::ReportStep& step = steps.emplace_back();
@@ -170,17 +170,17 @@ std::vector<charts::ReportStep> steps_of(const Session& session) {
             step.no_prediction = "not planned";
             continue;
         }
-        const Step& planned = plan.steps[i];
-        step.predicted = values_of(planned.predicted, planned.predicted.expected_bytes());
-        step.note = fmt::format("{} → {}{}", planned.offer.from.text(), planned.offer.to.text(),
-                                planned.runs() > 1 ? fmt::format(", {} runs", planned.runs()) : "");
+        const Step& its = plan.steps[i];
+        step.predicted = values_of(its.predicted, its.predicted.expected_bytes());
+        step.note = fmt::format("{} → {}{}", its.offer.from.text(), its.offer.to.text(),
+                                its.runs() > 1 ? fmt::format(", {} runs", its.runs()) : "");
     }
     return steps;
 }
 
-charts::ReportStep total_of(const Session& session) {
-    const Predicted& predicted = session.answer->plan->predicted;
-    const Measured& measured = *session.measured;
+charts::ReportStep total_of(const Planned& planned, const Run& run) {
+    const Predicted& predicted = planned.answer.plan->predicted;
+    const Measured& measured = run.measured;
     charts::ReportStep total;
     total.name = "all steps";
     total.predicted = values_of(predicted, predicted.expected_bytes());
@@ -192,24 +192,24 @@ charts::ReportStep total_of(const Session& session) {
     return total;
 }
 
-std::vector<charts::ReportPath> front_of(const Session& session) {
-    const Answer& answer = *session.answer;
+std::vector<charts::ReportPath> front_of(const Planned& planned) {
+    const Answer& answer = planned.answer;
     std::vector<charts::ReportPath> front;
     for (const Plan& plan : answer.front) {
         const bool chosen = plan.texts() == answer.plan->texts();
         front.push_back(
             {plan.steps.empty() ? "(the input itself)" : path_text(plan.texts()),
              values_of(plan.predicted, plan.predicted.expected_bytes()), chosen,
-             chosen ? "" : why_not(plan.predicted, answer.plan->predicted, session.want())});
+             chosen ? "" : why_not(plan.predicted, answer.plan->predicted, planned.want)});
     }
     return front;
 }
 
 /// As `edgewise graph -o g.svg` draws it.
-void take_graph(charts::Report& report, const Session& session) {
+void take_graph(charts::Report& report, const Planned& planned) {
     try {
-        report.graph = laid_out(picture_dot(session.answer->graph->spanned(), session.edges,
-                                            cost_words(session), &*session.answer->plan));
+        report.graph = laid_out(picture_dot(planned.answer.graph->spanned(), planned.engine.edges(),
+                                            cost_words(planned), &*planned.answer.plan));
     } catch (const std::runtime_error& error) {
         report.no_graph = fmt::format("There is no drawing of it: {}.", error.what());
     }
@@ -217,28 +217,30 @@ void take_graph(charts::Report& report, const Session& session) {
 
 }  // namespace
 
-void write_run_page(const TypedSession& typed) {
-    const Session& session = *typed;
+void write_run_page(const TypedRequest& typed) {
+    const Planned& planned = *typed.reached().planned();
+    const Run& run = *typed.reached().run;
     charts::Report report;
-    report.title = title_of(session);
+    report.title = title_of(planned);
     report.command = command_of(typed.options().words);
-    report.request = request_facts(session);
-    report.machine = machine_facts(session);
-    if (session.shown) {
-        report.picture = session.shown->picture;
-        report.difference = session.shown->difference;
-        report.difference_scale = session.shown->difference_scale;
-        report.no_difference = session.shown->no_difference;
+    report.request = request_facts(planned, run);
+    report.machine = machine_facts(planned, run);
+    if (run.shown) {
+        report.picture = run.shown->picture;
+        report.difference = run.shown->difference;
+        report.difference_scale = run.shown->difference_scale;
+        report.no_difference = run.shown->no_difference;
     }
-    report.steps = steps_of(session);
-    report.total = total_of(session);
-    report.front = front_of(session);
-    for (const Refusal& refusal : session.answer->refused)
+    report.steps = steps_of(planned, run);
+    report.total = total_of(planned, run);
+    report.front = front_of(planned);
+    for (const Refusal& refusal : planned.answer.refused)
         report.refused.emplace_back(refusal.transition, spoken(refusal.reason));
-    take_graph(report, session);
-    report.warnings = spoken(session.messages.warnings());
-    report.document = report_of(session, typed.startup_seconds(), true, {});
-    if (session.messages.stop()) throw Cancelled();
+    take_graph(report, planned);
+    report.warnings = spoken(typed.messages().warnings());
+    report.document =
+        report_of(typed.reached(), typed.messages(), typed.startup_seconds(), true, {});
+    if (typed.messages().stop()) throw Cancelled();
     write_text(*typed.options().report, charts::page_of(report));
 }
 

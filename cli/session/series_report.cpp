@@ -31,7 +31,7 @@ Json series_report(const Series& series, double startup_seconds, bool with_run,
         report["warnings"] = spoken(series.messages.warnings());
         return report;
     }
-    Json report = report_of(*series.first, startup_seconds, with_run, failure);
+    Json report = report_of(*series.first, series.messages, startup_seconds, with_run, failure);
     report["warnings"] = spoken(series.messages.warnings());
     report["request"]["frames"] = series.times;
     report["request"]["time"] = "all";
@@ -64,17 +64,17 @@ std::string result_of(const Series& series) {
                                    : files.size() == 1
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
-    const Extent picture = series.first->want().output();
-    parts.push_back(series.first->spec.look.montage && !files.empty()
-                        ? text_of(sheet_extent(series.first->spec.look, picture), 2)
+    const Extent picture = series.first->planned()->want.output();
+    parts.push_back(series.first->planned()->spec.look.montage && !files.empty()
+                        ? text_of(sheet_extent(series.first->planned()->spec.look, picture), 2)
                         : fmt::format("{} time points of {}", series.times, text_of(picture, 2)));
     parts.push_back(fmt::format("{}", fmt::join(series.measured->steps, " > ")));
     parts.push_back(seconds_text(median(series.measured->seconds)));
     if (series.measured->error)
         parts.push_back(
             fmt::format("error {} measured", error_text({.error = series.measured->error->nrmse})));
-    else if (const auto& like = series.first->want().budget.like;
-             like && series.first->answer->plan->predicted.likeness == Likeness::alike)
+    else if (const auto& like = series.first->planned()->want.budget.like;
+             like && series.first->planned()->answer.plan->predicted.likeness == Likeness::alike)
         parts.push_back(fmt::format("as good as {}", like->name));
     return fmt::format("{}", fmt::join(parts, ", "));
 }

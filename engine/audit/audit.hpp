@@ -7,8 +7,9 @@
 
 #include "engine/listener.hpp"
 #include "engine/path_runs.hpp"
-#include "engine/session.hpp"
+#include "engine/request/spec.hpp"
 #include "graph/request.hpp"
+#include "planner/profile.hpp"
 
 namespace edgewise {
 

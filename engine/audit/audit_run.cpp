@@ -10,7 +10,7 @@
 #include "engine/measure/quantiles.hpp"
 #include "engine/measure/since.hpp"
 #include "engine/paths.hpp"
-#include "engine/session.hpp"
+#include "engine/reached.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise {
@@ -33,11 +33,11 @@ constexpr int kMoreRuns = 4;
 /// the fastest.
 class Rounds {
  public:
-    Rounds(Session& session, Audited& request, const std::vector<Plan>& plans,
-           const PathSettings& settings, double resident_before)
+    Rounds(const Planned& planned, Listener& messages, Audited& request,
+           const std::vector<Plan>& plans, const PathSettings& settings, double resident_before)
         : request_(request),
           settings_(settings),
-          runs_(session, request.paths, plans, settings, resident_before) {}
+          runs_(planned, messages, request.paths, plans, settings, resident_before) {}
 
     void run_all() {
         // The chosen path first: its seconds bound how long the others may run.
@@ -134,17 +134,24 @@ std::string family_of(const Request& want) {
     return want.frames > 1 ? family + ", several views" : family;
 }
 
-void describe(Audited& request, const Session& session) {
-    const Request& want = session.want();
+void describe(Audited& request, const Planned& planned) {
+    const Request& want = planned.want;
     request.family = family_of(want);
-    request.planner = name_of(session.spec.planner);
-    request.machine = session.profile.name;
+    request.planner = name_of(planned.spec.planner);
+    request.machine = planned.engine.machine().name;
     request.budget = want.budget;
-    request.bytes_given = session.spec.max_memory.has_value();
+    request.bytes_given = planned.spec.max_memory.has_value();
     request.minimize = want.minimize;
     request.frames = want.frames;
     request.threads = want.threads;
-    request.planning_seconds = session.answer->seconds;
+    request.planning_seconds = planned.answer.seconds;
+}
+
+/// @throws what the request ends with
+Planned planned_for_running(const RequestSpec& spec, const Engine& engine, Listener& messages) {
+    Reached reached(ask(engine, spec, {.runs = true}));
+    reached.prepare({}, messages);
+    return reached.plan();
 }
 
 }  // namespace
@@ -153,19 +160,16 @@ Audited audited(const RequestSpec& spec, const Catalogue& edges, const Profile& 
                 const PathSettings& settings, Listener& listener) {
     malloc_trim(0);  // so that earlier requests do not show in what this process holds
     Audited request;
-    Session session(spec, edges, profile, listener);
-    session.runs = true;
-    take_request(session);
-    make_plan(session);
-    session.memory->trim();
-    const double resident = resident_now() - static_cast<double>(session.memory->used());
-    describe(request, session);
-    TriedPaths tried = tried_paths(session, settings.limit, settings.seed);
+    const Planned planned = planned_for_running(spec, Engine(edges, profile), listener);
+    planned.memory->trim();
+    const double resident = resident_now() - static_cast<double>(planned.memory->used());
+    describe(request, planned);
+    TriedPaths tried = tried_paths(planned, settings.limit, settings.seed);
     request.all_paths = tried.all;
-    const std::vector<std::string> chosen = session.answer->plan->texts();
+    const std::vector<std::string> chosen = planned.answer.plan->texts();
     request.paths = unmeasured(tried, &chosen);
-    Rounds(session, request, tried.plans, settings, resident).run_all();
-    request.warnings = session.messages.warnings();
+    Rounds(planned, listener, request, tried.plans, settings, resident).run_all();
+    request.warnings = listener.warnings();
     if (!request.chosen().measured())
         throw RunError(message("the chosen path failed: {}", request.chosen().failure));
     return request;

@@ -103,7 +103,7 @@ class Calibration {
     }
 
     std::string name(const Case& of, const Step& step) const {
-        return timing_name(*step.by, step.offer, of.prepared->session.want(), step.work);
+        return timing_name(*step.by, step.offer, of.prepared->looked.want, step.work);
     }
 
     /// What is timed: name, counted seconds, those of line misses, frames.
@@ -168,7 +168,7 @@ class Calibration {
         }
         if (profile_.processors > 1)
             for (TimedPath& path : one.paths) time(one, path, 1);
-        one.prepared->session.memory->trim();
+        one.prepared->looked.memory->trim();
     }
 
     /// All paths on all threads, then, in every third round, all of them on one: a thread that
@@ -177,7 +177,7 @@ class Calibration {
         repeat_paths(one, round, profile_.processors);
         const bool alone = round % 3 == 0 || is_enough(one, profile_.processors);
         if (profile_.processors > 1 && alone) repeat_paths(one, round / 3, 1);
-        one.prepared->session.memory->trim();
+        one.prepared->looked.memory->trim();
     }
 
     /// Those that have not had enough runs. Long runs are fewer: their own length is a mean

@@ -36,7 +36,7 @@ std::vector<double> missed_in_exams(const Profile& profile, Phantoms& phantoms,
     for (const Trial& exam : exams()) {
         const PreparedTrial trial(exam, phantoms, edges, listener);
         for (const Plan& plan : trial.paths(profile)) {
-            const double predicted = predicted_seconds(plan, trial.session.want(), profile);
+            const double predicted = predicted_seconds(plan, trial.looked.want, profile);
             if (predicted > kMost) continue;
             if (listener.stop()) throw Cancelled();
             missed.push_back(

@@ -3,7 +3,8 @@
 #include <vector>
 
 #include "engine/calibrate/calibration_trials.hpp"
-#include "engine/session.hpp"
+#include "engine/looked.hpp"
+#include "engine/planned.hpp"
 #include "graph/plan.hpp"
 
 namespace edgewise {
@@ -23,7 +24,7 @@ class TrialListener final : public Listener {
     Listener& to_;
 };
 
-/// A session whose input is the phantom's samples in the trial's type.
+/// A request whose input is the phantom's samples in the trial's type.
 struct PreparedTrial {
     /// @param phantoms  outlives it
     /// @param listener  likewise
@@ -38,7 +39,7 @@ struct PreparedTrial {
     Outcome run(const Plan& plan, int threads) const;
 
     TrialListener told;
-    Session session;
+    const Looked looked;
 };
 
 }  // namespace edgewise

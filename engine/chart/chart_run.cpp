@@ -7,8 +7,8 @@
 
 #include "engine/chart_pictures.hpp"
 #include "engine/measure/machine.hpp"
+#include "engine/reached.hpp"
 #include "engine/request/errors.hpp"
-#include "engine/session.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise {
@@ -19,54 +19,63 @@ constexpr double kLong = 1;  // [s]
 /// What a first run needs in addition to the path: verifying, a picture.
 constexpr double kBeside = 0.02;  // [s]
 
-std::vector<std::string> chosen_steps(const Session& session) {
-    return session.answer && session.answer->plan ? session.answer->plan->texts()
-                                                  : std::vector<std::string>{};
+std::vector<std::string> chosen_steps(const Planned& planned) {
+    return planned.answer.plan ? planned.answer.plan->texts() : std::vector<std::string>{};
 }
 
 /// The request up to the paths that are worth running. Budgets are drawn: where no plan keeps them
 /// there still are paths.
-TriedPaths prepared(Session& session, const PathSettings& settings,
+TriedPaths tried_of(const Planned& planned, const PathSettings& settings,
                     const std::set<std::string>& only) {
-    session.runs = true;
-    take_request(session);
-    Message problem;
-    try {
-        make_plan(session);
-    } catch (const NoPlan& error) {
-        problem = error.message();
-        session.messages.warning("no plan keeps the budgets");
-    }
-    TriedPaths tried = tried_paths(session, settings.limit, settings.seed, only);
-    if (tried.plans.empty() && only.empty()) throw NoPlan(problem);
+    TriedPaths tried = tried_paths(planned, settings.limit, settings.seed, only);
+    if (tried.plans.empty() && only.empty()) expect_plan(planned);
     return tried;
+}
+
+/// --max-memory would fence the process in; it is shown, not applied.
+RequestSpec without_fences(const RequestSpec& spec) {
+    RequestSpec free = spec;
+    free.max_memory.reset();
+    free.strict = false;
+    return free;
+}
+
+Planned planned_of(const RequestSpec& spec, const Engine& engine, Listener& messages) {
+    Reached reached(ask(engine, without_fences(spec), {.runs = true}));
+    reached.open_all(messages);
+    reached.look_at({}, messages);
+    reached.price_all({}, messages);
+    if (!reached.plan().answer.plan) messages.warning("no plan keeps the budgets");
+    return reached.plan();
 }
 
 /// Runs the paths of one request for a chart: all of them alike, since all are shown.
 class ChartRun {
  public:
-    ChartRun(Session& session, const TriedPaths& tried, const ChartedRuns& settings,
-             double resident, Charted& result, const ChartProgress& progress)
-        : session_(session),
+    ChartRun(const Planned& planned, Listener& messages, const TriedPaths& tried,
+             const ChartedRuns& settings, double resident, Charted& result,
+             const ChartProgress& progress)
+        : planned_(planned),
+          messages_(messages),
           settings_(settings),
           result_(result),
           progress_(progress),
-          taker_(session),
+          taker_(planned),
           rasters_(tried.plans.size()),
-          runs_(session, result.paths, tried.plans, settings.paths, resident) {
+          runs_(planned, messages, result.paths, tried.plans, settings.paths, resident) {
         for (const MeasuredPath& path : result.paths)
             all_ += (1 + settings.paths.repeat) * path.predicted.seconds + kBeside;
     }
 
     void run_all() {
-        const InState collecting(session_.messages, Listener::State::collecting);
+        const InState collecting(messages_, Listener::State::collecting);
         try {
             run_first_ones();
             for (int round = 0; round < settings_.paths.repeat; ++round)
                 runs_.run_round(
                     round, [&](std::size_t i) { return is_wanted(i); },
                     [&](std::size_t i) { begins_round(round, i); });
-            result_.interrupted = session_.messages.stop();
+            result_.interrupted = messages_.stop();
         } catch (const Cancelled&) {
             result_.interrupted = true;
         }
@@ -116,9 +125,9 @@ class ChartRun {
         const auto reference = taker_.reference(runs_.field(), &runs_.reference_memory(),
                                                 *rasters_[first], [&](double share) {
                                                     progress_(share, "reference picture");
-                                                    return !session_.messages.stop();
+                                                    return !messages_.stop();
                                                 });
-        result_.interrupted = result_.interrupted || session_.messages.stop();
+        result_.interrupted = result_.interrupted || messages_.stop();
         pictures.base = reference ? *reference : *rasters_[first];
         pictures.base_is = reference            ? "the reference"
                            : path(first).chosen ? "the chosen path"
@@ -129,7 +138,8 @@ class ChartRun {
         result_.pictures = std::move(pictures);
     }
 
-    Session& session_;
+    const Planned& planned_;
+    Listener& messages_;
     const ChartedRuns& settings_;
     Charted& result_;
     const ChartProgress& progress_;
@@ -139,17 +149,9 @@ class ChartRun {
     double done_ = 0, all_ = 0;
 };
 
-/// --max-memory would fence the process in; it is shown, not applied.
-RequestSpec without_fences(const RequestSpec& spec) {
-    RequestSpec free = spec;
-    free.max_memory.reset();
-    free.strict = false;
-    return free;
-}
-
-void describe(Charted& charted, const Session& session, const TriedPaths& tried) {
-    const Budget& budget = session.want().budget;
-    charted.machine = session.profile.name;
+void describe(Charted& charted, const Planned& planned, const TriedPaths& tried) {
+    const Budget& budget = planned.want.budget;
+    charted.machine = planned.engine.machine().name;
     charted.seconds_budget = budget.seconds;
     charted.error_budget = budget.error;
     charted.all_paths = tried.all;
@@ -172,9 +174,9 @@ std::string family_of(const std::vector<std::string>& steps) {
 
 Charting charting_of(const RequestSpec& spec, const Catalogue& edges, const Profile& profile,
                      const PathSettings& settings, Listener& listener) {
-    Session session(without_fences(spec), edges, profile, listener);
-    const TriedPaths tried = prepared(session, settings, {});
-    const std::vector<std::string> chosen = chosen_steps(session);
+    const Planned planned = planned_of(spec, Engine(edges, profile), listener);
+    const TriedPaths tried = tried_of(planned, settings, {});
+    const std::vector<std::string> chosen = chosen_steps(planned);
     Charting charting;
     if (!chosen.empty()) charting.chosen = path_text(chosen);
     for (std::size_t i = 0; i < tried.plans.size(); ++i) {
@@ -187,19 +189,19 @@ Charting charting_of(const RequestSpec& spec, const Catalogue& edges, const Prof
 
 Charted charted(const RequestSpec& spec, const Catalogue& edges, const Profile& profile,
                 const ChartedRuns& settings, const ChartProgress& progress, Listener& listener) {
-    Session session(without_fences(spec), edges, profile, listener);
-    const TriedPaths tried = prepared(session, settings.paths, settings.only);
-    session.memory->trim();
-    const double resident = resident_now() - static_cast<double>(session.memory->used());
+    const Planned planned = planned_of(spec, Engine(edges, profile), listener);
+    const TriedPaths tried = tried_of(planned, settings.paths, settings.only);
+    planned.memory->trim();
+    const double resident = resident_now() - static_cast<double>(planned.memory->used());
     Charted charted;
-    describe(charted, session, tried);
-    if (settings.planned) settings.planned(session);
-    const std::vector<std::string> chosen = chosen_steps(session);
-    const bool has_plan = session.answer && session.answer->plan;
+    describe(charted, planned, tried);
+    if (settings.planned) settings.planned(planned);
+    const std::vector<std::string> chosen = chosen_steps(planned);
+    const bool has_plan = planned.answer.plan.has_value();
     charted.paths = unmeasured(tried, has_plan ? &chosen : nullptr);
-    ChartRun(session, tried, settings, resident, charted, progress).run_all();
-    session.messages.end_progress();
-    charted.warnings = session.messages.warnings();
+    ChartRun(planned, listener, tried, settings, resident, charted, progress).run_all();
+    listener.end_progress();
+    charted.warnings = listener.warnings();
     return charted;
 }
 

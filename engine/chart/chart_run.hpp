@@ -8,9 +8,12 @@
 
 #include "charts/pictures.hpp"
 #include "engine/path_runs.hpp"
-#include "engine/session.hpp"
+#include "engine/request/spec.hpp"
+#include "planner/profile.hpp"
 
 namespace edgewise {
+
+struct Planned;
 
 /// What of a request is run for a chart.
 struct ChartedRuns {
@@ -19,7 +22,7 @@ struct ChartedRuns {
     bool pictures = false;       // somebody will look at them
     std::set<std::string> only;  // paths to run, where it is not empty
     /// Told of the request when it is planned.
-    std::function<void(const Session&)> planned = {};
+    std::function<void(const Planned&)> planned = {};
 };
 
 /// Told the share of the work that is done, and what is going on.

@@ -13,9 +13,7 @@ COMMAND = os.environ.get("EDGEWISE", str(ROOT / "build/release/bin/edgewise"))
 LIBRARY = ["engine", "io", "graph", "transitions", "planner", "runtime", "scene", "reference", "surface", "charts"]
 VERBS = ["render", "warp", "mesh", "filter", "radon", "plan", "info"]
 # Stages that still write options themselves. The list may only become shorter.
-UNDONE = [f"engine/{name}" for name in
-          ("file_warnings.cpp", "filter_result.cpp", "guesses.cpp", "merge.cpp", "mpr.cpp", "only_labels.cpp",
-           "perform.cpp", "result_writer.cpp", "series.cpp", "session.cpp", "way_out.cpp", "way_out.hpp", "written.cpp")]
+UNDONE = []
 
 
 def sources(folder):

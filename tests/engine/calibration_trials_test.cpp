@@ -96,9 +96,7 @@ TEST(CalibrationTrials, WhoCalibratesIsNotToldOfTheirViews) {
     Told told;
     Trial trial{Job::warp, "phantom:noise:20", Type::f32, {20, -15, 10}, nullptr};
     Listener own;
-    Session alone(spec_of(trial), edges, default_profile(), own);
-    alone.given = phantoms.of(trial);
-    take_request(alone);
+    open(ask(Engine(edges, default_profile()), spec_of(trial), {.given = phantoms.of(trial)}), own);
     EXPECT_FALSE(own.warnings().empty()) << "a turned volume is cut off";
     for (const char* mode : {static_cast<const char*>(nullptr), "mip", "xray", "composite"}) {
         trial.job = mode ? Job::render : Job::warp;
@@ -110,7 +108,7 @@ TEST(CalibrationTrials, WhoCalibratesIsNotToldOfTheirViews) {
     }
     const PreparedTrial prepared(trial, phantoms, edges, told);
     told.end();
-    EXPECT_TRUE(prepared.session.messages.stop()) << "its end reaches them";
+    EXPECT_TRUE(prepared.told.stop()) << "its end reaches them";
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ std::vector<ChannelSpec> all_three() {
 
 std::vector<Picture> merged(const RequestSpec& spec, std::vector<ChannelSpec> channels) {
     Listener listener;
-    Merge merge(spec, std::move(channels), catalogue(), default_profile(), listener);
+    Merge merge(spec, std::move(channels), Engine(catalogue(), default_profile()), listener);
     merge.runs = true;
     std::vector<Picture> pictures;
     perform(merge, {}, [&](int frame, const Data& picture) {
@@ -84,20 +84,19 @@ std::vector<Picture> merged(const RequestSpec& spec, std::vector<ChannelSpec> ch
     return pictures;
 }
 
-/// One channel by a session of its own: a value a pixel.
+/// One channel by a request of its own: a value a pixel.
 std::vector<Picture> alone(RequestSpec spec, int channel) {
     spec.selection.channel = channel;
     Listener listener;
-    Session session(spec, catalogue(), default_profile(), listener);
-    session.runs = true;
-    take_request(session);
-    make_plan(session);
-    std::vector<Picture> pictures(static_cast<std::size_t>(session.want().frames));
-    perform(session, [&](int frame, const Data& picture) {
+    Reached reached(ask(Engine(catalogue(), default_profile()), spec, {.runs = true}));
+    reached.prepare({}, listener);
+    std::vector<Picture> pictures(static_cast<std::size_t>(reached.planned()->want.frames));
+    const auto take = [&](int frame, const Data& picture) {
         Picture& values = pictures[static_cast<std::size_t>(frame)];
         for (std::int64_t i = 0; i < picture.what.samples(); ++i)
             values.push_back(picture.as<float>()[i * picture.what.channels]);
-    });
+    };
+    reached.run_all({.frames = take}, listener);
     return pictures;
 }
 
@@ -205,24 +204,24 @@ TEST(Merge, SecondsAreSharedAndAddedUp) {
     spec.max_time = 30;
     spec.minimize = Minimize::time;
     Listener listener;
-    Merge merge(spec, all_three(), catalogue(), default_profile(), listener);
+    Merge merge(spec, all_three(), Engine(catalogue(), default_profile()), listener);
     merge.runs = true;
     int told = 0;
     perform(merge, [&](MergedChannel& channel) {
         // A third; then half of what the first is not predicted to take; then the rest.
-        const double left =
-            30 - (predicted_of(merge).seconds - channel.session->answer->plan->predicted.seconds);
-        EXPECT_NEAR(*channel.session->spec.max_time, left / (3 - told), 1e-9);
+        const double left = 30 - (predicted_of(merge).seconds -
+                                  channel.request->planned()->answer.plan->predicted.seconds);
+        EXPECT_NEAR(*channel.request->planned()->spec.max_time, left / (3 - told), 1e-9);
         ++told;
     });
     EXPECT_EQ(told, 3);
     double seconds = 0;
     for (const MergedChannel& channel : merge.channels)
-        seconds += channel.session->measured->seconds.at(0);
+        seconds += channel.request->run->measured.seconds.at(0);
     EXPECT_DOUBLE_EQ(merge.measured->seconds.at(0), seconds);
     EXPECT_EQ(merge.measured->kept, true);
     spec.max_time = 1e-9;
-    Merge none(spec, all_three(), catalogue(), default_profile(), listener);
+    Merge none(spec, all_three(), Engine(catalogue(), default_profile()), listener);
     EXPECT_THROW(perform(none), NoPlan);
 }
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "engine/session.hpp"
+#include "engine/reached.hpp"
 #include "planner/profile.hpp"
 #include "transitions/catalogue.hpp"
 
@@ -78,16 +78,15 @@ std::vector<float> picture_after(double seconds, std::optional<Refined>& refined
     spec.max_error = 9;
     const auto refinement = std::make_shared<Refinement>(false, seconds);
     Listener listener;
-    Session session(spec, watched(catalogue(), refinement->watch()), default_profile(), listener);
-    session.refinement = refinement;
-    session.runs = true;
-    take_request(session);
-    make_plan(session);
+    const Engine engine(watched(catalogue(), refinement->watch()), default_profile());
+    Reached reached(ask(engine, spec, {.runs = true, .refinement = refinement}));
+    reached.prepare({}, listener);
     std::vector<float> picture;
-    perform(session, [&](int, const Data& result) {
+    const auto take = [&](int, const Data& result) {
         picture.assign(result.as<float>(), result.as<float>() + 4 * result.what.samples());
-    });
-    refined = session.measured->refined;
+    };
+    reached.run_all({.frames = take}, listener);
+    refined = reached.run->measured.refined;
     return picture;
 }
 

@@ -75,7 +75,7 @@ std::vector<std::int64_t> stands_at(Border border, std::int64_t at, std::int64_t
 }
 
 struct Frame {
-    std::array<std::int64_t, 3> begin{}, end{};  // of what is right as it is
+    std::array<std::int64_t, 3> begin{}, end{};  // where results need no correction at the border
 
     Frame(const Neighbourhood& of, const Extent& n) {
         for (int axis = 0; axis < 3; ++axis) {

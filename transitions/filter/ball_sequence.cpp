@@ -52,7 +52,7 @@ double support(const BallSequence& of, const std::array<double, 3>& direction) {
     return reach + double(of.crosses) * most;
 }
 
-/// Mean square of what it reaches too far or not far enough, over directions of an octant.
+/// Mean square error of its reach, over directions of an octant.
 double misfit(const BallSequence& of, double radius) {
     constexpr int kAngles = 7;
     double sum = 0, weight = 0;

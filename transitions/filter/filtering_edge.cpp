@@ -59,7 +59,7 @@ struct Stages {
     const Filtering& filtering;
     std::vector<Neighbourhood> passes;
     std::vector<Representation> made;  // the first is what is read, then one for each pass
-    /// What is known of what is read: of a mask, that it is one.
+    /// The scene of the samples that are read; masks have their own.
     const Scene& scene;
 
     Stages(const Representation& from, const Ask& ask)
@@ -173,7 +173,7 @@ Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) 
         const bool last = i + 1 == passes.size() && !stages.ends_in_values();
         if (!last) work.workspace += stages.made_by(i).bytes();
         if (!stages.adjoins(i)) continue;
-        // A read, a sum, two comparisons of where, one of what; one by one.
+        // For each sample a read, a sum, two comparisons of places and one of values.
         constexpr double kEach = 8;
         work.operations += kEach * pass.alone() * double(passes[i].places()) *
                            adjoined_samples(passes[i], offer.from.extent) * offer.from.channels;
@@ -196,7 +196,7 @@ bool adds_exactly(const Neighbourhood& pass, const Representation& from, Type ty
     return whole && largest_of(scene) + highest < (type == Type::f64 ? kWide : kWhole);
 }
 
-/// RMS of what a rounding changes, as a part of the value: a step of 2^-23 to 2^-24 of it, evenly
+/// RMS of a rounding error, as a part of the value: a step of 2^-23 to 2^-24 of it, evenly
 /// within half of it, over values of all mantissas [log-uniform: sqrt(3 / (8 ln 2) / 3)].
 constexpr double kRounded = 0.425;
 

@@ -44,7 +44,7 @@ struct Counts {
     }
 };
 
-/// The middle of some values, the lower of two: of those that are numbers. They change places.
+/// The median of the values that are numbers, the lower of two. Reorders the values.
 template <class T>
 T middle_of(std::vector<T>& values) {
     auto end = values.end();

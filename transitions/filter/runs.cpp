@@ -136,7 +136,7 @@ Lines lines_by_runs(const PassAsk& ask) {
             .span = static_cast<double>(shape.values()) * levels_of(runs) * bytes};
 }
 
-/// Rows of values: those of a tile, or of what comes of it.
+/// Rows of values of a tile, or of its results.
 template <class T>
 struct Rows {
     T* first;

@@ -15,7 +15,7 @@ namespace edgewise {
 
 using kernels::Complex;
 
-/// Tiles of a transform: several times as wide as what the kernel reads around them.
+/// Tiles of a transform: several times as wide as the margin that the kernel reads around them.
 struct Blocks {
     Extent tile, transform;
 

@@ -4,8 +4,8 @@
 
 namespace edgewise {
 
-/// What every other program gives: linear interpolation; of labels the nearest one. Barred is what
-/// reads one sample a place, unless it is labels.
+/// Compares with the usual default of other programs: linear interpolation, and the nearest label.
+/// Filters that read one sample a place are barred, except for labels.
 Like like_linear(Field field);
 
 }  // namespace edgewise

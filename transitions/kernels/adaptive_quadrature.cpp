@@ -105,7 +105,7 @@ namespace {
 
 constexpr float kFarthest = std::numeric_limits<float>::max();
 
-/// The range of what is finite.
+/// The range of the finite values.
 struct Grown {
     float low = std::numeric_limits<float>::infinity(), high = -low;
     bool whole = true;  // all are
@@ -163,7 +163,7 @@ struct Cubic {
         };
         const double root = c2 * c2 - 3 * c1 * c3;
         if (!(root > 0)) return 0;
-        // Without a difference of what is nearly alike: one root by the other.
+        // One root from the other avoids cancellation.
         const double far = -(c2 + std::copysign(std::sqrt(root), c2));
         if (c3 != 0) keep(far / (3 * c3));
         keep(c1 / far);
@@ -211,13 +211,13 @@ class Ray {
     double light(std::size_t channel) const { return light_[channel]; }
 
  private:
-    // A piece may have this share of what is left of the budget, however short it is.
+    // The least share of the remaining budget that a piece may have, however short it is.
     static constexpr double kSlice = 1.0 / 256;
 
     double allowed(double until) const {
         return budget_ * std::min(1.0, std::max((until - t_) / (end_ - t_), kSlice));
     }
-    /// @param bound  of what the piece errs, of the light that comes to it
+    /// @param bound  of the piece's error, as a share of the light that reaches it
     void take(double bound, double transparency, const double (&light)[3], double until) {
         budget_ -= std::min(left_ * bound, allowed(until));
         for (std::size_t c = 0; c < 3; ++c) light_[c] += left_ * light[c];
@@ -257,8 +257,8 @@ class Ray {
         return by_.ranges.at(level, i[0], i[1], i[2]);
     }
 
-    /// Takes a stretch whose values are known to lie in a range, if that says enough: optical depth
-    /// and colour are in the middle of what they may be.
+    /// Takes a stretch whose values are known to lie in a range, if that bounds the error: optical
+    /// depth and colour are the middles of their ranges.
     bool takes_range(double low, double high, double until) {
         const TransferPieces::Span span = by_.transfer.span(low, high);
         const double h = until - t_;

@@ -59,7 +59,7 @@ class TransferPieces {
 struct ValueRanges {
     static constexpr int kLevels = 3, kShift = 2;
     struct Range {
-        float low = 0, high = 0;  // of what is finite
+        float low = 0, high = 0;  // of the finite values
         bool whole = true;        // all is
 
         bool known() const noexcept { return whole && low <= high; }

@@ -16,7 +16,7 @@ struct BrickDistances {
 
     const Bricks* bricks = nullptr;
     std::pmr::vector<std::uint8_t> distance;
-    /// Levels no greater never matter. Of largest samples it is what rays have at least.
+    /// Levels no greater never matter. For a MIP: the least value that all rays have already.
     float floor = -std::numeric_limits<float>::infinity();
 
     /// Single-threaded: two bytes are read and written a brick.

@@ -31,8 +31,8 @@ class KaiserBessel {
     double operator()(double t) const noexcept;
     /// Integral of K(t) exp(-2 pi i t x); x in periods of the padded array.
     double transform(double x) const noexcept;
-    /// Root of the summed squares of what interpolation leaves of a sample at x in the repetitions
-    /// x + 1, x - 1, x + 2 ..., over what it leaves at x.
+    /// Relative size of ghosts: root of the summed squares of a sample's copies at x + 1, x - 1,
+    /// x + 2 ... after interpolation, over its value at x.
     double ghost(double x) const noexcept;
 
     // Of samples anywhere in the field, |x| <= 1 / (2 padding), along one axis:

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::int64_t kTogether = 16;  // lines of a tile
 
-/// Transforms all lines along an axis in place. Both ends of a line are told from its middle: what
-/// is sample n / 2 comes first in the transform, and so does voxel n / 2 of what it gives.
+/// Transforms all lines along an axis in place. The origin is the middle of a line: sample
+/// n / 2 comes first in the transform, and so does voxel n / 2 of its result.
 void transform_axis(Complex* samples, const Extent& n, int axis, std::pmr::memory_resource* memory,
                     const Stop& stop) {
     const std::int64_t length = n[axis];

@@ -34,7 +34,7 @@ HWY_INLINE void store(Vector values, std::int64_t count, T* out) {
 /// All of a block is read before any of it is written, and blocks go upward: `out` may be `in`
 /// where places are at least 0.
 /// @param start     of a vector, from its place in the row
-/// @param together  what has come so far, a vector of samples, and t -> what comes of both
+/// @param together  (result so far, a vector of samples, t) -> the new result
 template <class T, class Start, class Together>
 HWY_INLINE void each_block(const T* in, const std::ptrdiff_t* HWY_RESTRICT places,
                            std::size_t count, std::int64_t n, T* out, const Start& start,

@@ -62,8 +62,8 @@ void load_row(const Grid& volume, std::int64_t y, std::int64_t z, float* to) {
     });
 }
 
-/// The first finite sample in order; none: 0. Sums are of what samples differ from it, for squares
-/// of numbers on a large offset cancel.
+/// The first finite sample in order; none: 0. Sums are of differences from it, because squares of
+/// numbers on a large offset cancel.
 float origin_of(const Grid& volume, std::pmr::vector<float>& row) {
     for (std::int64_t z = 0; z < volume.extent.z; ++z)
         for (std::int64_t y = 0; y < volume.extent.y; ++y) {

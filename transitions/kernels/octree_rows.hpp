@@ -9,7 +9,7 @@ struct OctreeSums {
     std::size_t n;
     float *low, *high;      // of finite samples
     float* gaps;            // how many are not
-    double *sum, *squares;  // of what finite samples differ from `origin`; null: nobody asks
+    double *sum, *squares;  // of the finite samples' differences from `origin`; null: unused
     float origin;
 };
 

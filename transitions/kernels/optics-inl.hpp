@@ -89,8 +89,8 @@ HWY_INLINE VF look_up(const Optics& optics, VF value, VF* color) {
     const VI biased = hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127));
     const VF scale = hn::BitCast(d, hn::ShiftLeft<23>(biased));
     const VF light = hn::NegMulAdd(scale, less, hn::Sub(one, scale));
-    // Of the length that it refers to an opacity is what it is, to the last bit: whether a cell is
-    // corrected hangs on the rays beside it.
+    // At its own unit of length an opacity is returned bit for bit: whether a cell is corrected
+    // depends on the rays beside it.
     return hn::IfThenElse(hn::Eq(power, one), opacity, hn::IfThenElse(opaque, one, light));
 }
 

@@ -115,7 +115,7 @@ class HitSum : public InOrder<HitSum<kNumbers>> {
             above_a = hn::IfThenElse(turns, above_b, above_a);
             b = hn::IfThenElse(open, tried, b);
             above_b = hn::IfThenElse(open, there, above_b);
-            // Two last places of f32, and no less than what moves no light.
+            // Two units in the last place of f32, and no less than a shift that changes no light.
             const VF within = hn::MulAdd(hn::Abs(b), hn::Set(d, 0x1p-22f), hn::Set(d, 0x1p-20f));
             const VF width = hn::Abs(hn::Sub(a, b)), least = hn::Div(within, width);
             open = hn::And(open, hn::And(hn::Ne(above_b, zero), hn::Lt(least, half)));
@@ -158,7 +158,7 @@ class HitSum : public InOrder<HitSum<kNumbers>> {
     Fading fading_ = {};
 };
 
-/// Integral and mean of samples that light falls on, and of what depth leaves of them.
+/// Integral and mean of samples under light, or faded by depth.
 template <bool>
 class LitLine : public LineSum<false> {
  public:

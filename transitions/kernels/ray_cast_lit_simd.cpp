@@ -56,7 +56,7 @@ class LitSum : public OverState<3> {
         if (cast_.edges) opacity = hn::Mul(opacity, edge_of(*cast_.edges, slope));
         shine(color, opacity, weight, slope, spot);
     }
-    /// The same of what a table has at a value and its gradient.
+    /// The same by a table of values and lengths of gradients.
     template <class At>
     HWY_NOINLINE void add_tabled(VF value, MF outside, const VF* weight, const At& spot) {
         const RayTable& table = *cast_.table;

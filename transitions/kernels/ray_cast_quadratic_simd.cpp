@@ -38,7 +38,7 @@ class QuadraticSum : public OverState<3>, public InOrder<QuadraticSum<kNumbers>>
 
     /// A stored number and the integrals up to it: a knot, and what lies beyond it.
     struct Reached {
-        VF known;  // 1, or 0 of what is no number
+        VF known;  // 1, or 0 where a value is not finite
         VF number;
         VI knots[4];
         VF beyond[4];

@@ -33,7 +33,7 @@ class TrapezoidSum : public OverState<3>, public InOrder<TrapezoidSum<kNumbers>>
 
     /// The function at one end of a piece.
     struct Reached {
-        VF known;  // 1, or 0 of what is no number
+        VF known;  // 1, or 0 where a value is not finite
         VF depth;  // optical, per unit of the opacities
         VF color[3];
     };

@@ -27,7 +27,7 @@ struct RayPath {
 /// trace within any volume, and its inverse times 0 would be no number.
 inline double inverse_stride(double d) noexcept { return std::abs(d) < 1e-280 ? 0 : 1 / d; }
 
-/// The faces of the box that rays see: the volume's, or those of what is kept of it.
+/// The faces of the box that rays see: the volume's, or those of the cropped box.
 inline double low_face(const RayCast& cast, std::size_t axis) noexcept {
     return cast.kept ? cast.kept->low[axis] : -0.5;
 }
@@ -72,7 +72,7 @@ class Shadow {
         for (std::size_t a = 0; a < 3; ++a) {
             const double inverse = shared.inverse[a], scale = inverse == 0 ? 1 : inverse;
             const double from = low_face(cast, a), to = high_face(cast, a);
-            // Far more than what any of both roundings is off by.
+            // Far more than the error of either rounding.
             const double slack = 1e-12 * (std::abs(origin.base[a]) + to +
                                           std::abs(origin.x[a]) * (std::abs(x) + width) +
                                           std::abs(origin.y[a]) * (std::abs(y) + height));

@@ -318,10 +318,10 @@ class LinearSampler {
         }
         return value;
     }
-    /// Half of what the value differs by between one sample before and one behind a place, along
-    /// each axis, from 12 rows instead of the 24 of six values. @return lanes whose neighbours all
-    /// lie inside; of the others nothing is worked out, since what one gets must not hang on those
-    /// beside it
+    /// Central differences: half the difference of the values one sample behind and before a place,
+    /// along each axis, from 12 rows instead of the 24 of six values. @return lanes whose
+    /// neighbours all lie inside; of the others nothing is worked out, since what one gets must not
+    /// hang on those beside it
     HWY_INLINE MF differences(VF x, VF y, VF z, VF (&slopes)[3]) const {
         for (VF& slope : slopes) slope = hn::Zero(DF());
         if constexpr (std::is_same_v<Read, Walked>) {

@@ -28,8 +28,8 @@ struct ScaledAxis {
 /// @param filter  of coefficients: the axis is mirrored about its outermost ones
 ScaledAxis scaled_axis(std::int64_t n, std::int64_t m, double step, const Filter& filter);
 
-/// m cells that cover the voxels of n samples exactly; each is the mean of what it covers, shares
-/// of voxels included.
+/// m cells that cover the voxels of n samples exactly; each is the mean of the voxels that it
+/// covers, by their shares.
 /// @param n, m  samples and cells along the axis, 1 <= m <= n
 ScaledAxis averaged_axis(std::int64_t n, std::int64_t m);
 

@@ -124,8 +124,8 @@ std::vector<ShearPass> passes_of_box(std::vector<ShearPass> passes, Hold hold, c
     constexpr double kRounding = 1e-3;  // of places, and of maps that chains give back
     for (const ShearPass& pass : passes)
         if (pass.to.empty()) return {};
-    // What is needed is part of both: of what the box is made of, and of what places in the input
-    // are.
+    // The needed part is an intersection: places that the box is made of, and places that the input
+    // reaches.
     Zonotope seen(passes.front().from, 0.5 + kRounding);
     for (const ShearPass& pass : passes) seen.shear(pass.shear, 1);
     Region to = intersection(intersection(passes.back().to, box), seen.bounds());

@@ -8,7 +8,7 @@ namespace edgewise::kernels {
 /// perspective_slices of over and other, by runs: of each row of a slice only what may be seen is
 /// added, and only to pixels that let light through. The states become those of perspective_slices
 /// to the bit. Single-threaded, no allocation. [Lacroute, Levoy 1994]
-/// @param runs   along the rows of the slices, of what the rule sees
+/// @param runs   of visible cells, along the rows of the slices
 /// @param first  slice of the runs that is the lowest of these
 PerspectiveTile perspective_runs(const PerspectiveSlices& of, const VisibleRuns& runs,
                                  std::int64_t first, std::int64_t i, std::int64_t j,

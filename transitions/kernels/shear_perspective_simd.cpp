@@ -85,7 +85,7 @@ class PerspectiveSlab {
         }
     }
 
-    /// The same of what may be seen. @param first  slice of the runs that is the lowest here
+    /// The same for visible cells. @param first  slice of the runs that is the lowest here
     template <class Rule>
     void run(const VisibleRuns& runs, std::int64_t first) {
         const Rule rule(of_.with);

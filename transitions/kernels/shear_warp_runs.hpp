@@ -13,7 +13,7 @@ inline constexpr std::int64_t kRunsWidth = 128, kRunsHeight = 16;
 /// beside it, and found without a look at pixels (what the links of opaque runs are for in
 /// [Lacroute, Levoy 1994]). The states become those of shear_warp to the bit. Single-threaded, no
 /// allocation.
-/// @param runs    of the same volume and of what the rule sees
+/// @param runs    of visible cells, of the same volume and rule
 /// @param states  all of them are cleared, also those of a row behind `width`
 void shear_warp_runs(const ShearWarp& warp, const VisibleRuns& runs, std::int64_t i, std::int64_t j,
                      std::int64_t width, std::int64_t height, const PixelSpans& spans,

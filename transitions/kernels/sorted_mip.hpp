@@ -12,7 +12,7 @@
 
 namespace edgewise::kernels {
 
-/// A brick of samples and a bound of what may be read in it.
+/// A brick of samples, and an upper bound of interpolated values in it.
 struct SortedBrick {
     /// No value that a filter makes at a place of the brick is larger: stored numbers, negated
     /// where the slope is negative, so that the largest always counts.

@@ -8,9 +8,9 @@
 namespace edgewise::kernels {
 
 // Splatting by elliptical Gaussians: the kernel of a voxel is a Gaussian of one width along all
-// axes of index space. What of it lies along the rays of a view is a Gaussian on the screen too, as
-// long as rays near the voxel are parallel. That is what is taken for the footprint, voxel by
-// voxel.
+// axes of index space. Its integral along the rays of a view is a Gaussian on the screen too, as
+// long as rays near the voxel are parallel. This Gaussian is the footprint, for each voxel
+// by itself.
 //
 // Frames used below:
 //   index space  [voxel]  of the volume; centres at integers

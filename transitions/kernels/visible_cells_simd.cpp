@@ -27,11 +27,11 @@ constexpr T kGreatest = std::numeric_limits<T>::max();
 /// roundings of 2^-24, one after the other).
 constexpr float kBeyond = 0x1p-22f;
 
-/// One span in samples. Of cells whose samples are all alike nothing is rounded.
+/// One span in samples. Cells whose samples are all equal have no rounding.
 template <class T>
 struct Ends {
     T low, high;            // of cells that are not constant
-    T flat_low, flat_high;  // of those that are
+    T flat_low, flat_high;  // of constant cells
 };
 
 template <class T>

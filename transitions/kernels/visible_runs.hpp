@@ -16,7 +16,7 @@ struct UnseenSpan {
     float low, high;
 };
 
-/// Where a transfer function has the opacity 0, to the bit of what the kernels look up; ascending.
+/// Where a transfer function has the opacity 0, exactly as the kernels read it; ascending.
 std::vector<UnseenSpan> unseen_of(const Optics& optics);
 
 /// Where something may be seen of a volume, as runs along rows. Cell (x, y) of a slice is what lies

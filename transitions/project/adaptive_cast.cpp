@@ -195,7 +195,7 @@ struct BoundsAround {
     }
 };
 
-/// [value]. Of the range of what was drawn, which does not hang on whether errors were asked for.
+/// [value]. By the range of the drawn pixels, which are drawn for every request.
 double tolerance_of(const Offer& offer, const Ask& ask) {
     return offer.with.number("tolerance") *
            ask.scene.fact("adaptive/spread").value_or(ask.scene.range);

@@ -89,8 +89,8 @@ class CombineModel final : public Model {
     }
 
  private:
-    /// Combining adds what it does to samples without error (of a formula: to the best), and that
-    /// is independent of what is wrong with the samples. The rest of each picture's error is
+    /// Combining adds its error on exact samples (on the best ones, of a formula), which is
+    /// independent of the errors of the samples. The rest of each picture's error is
     /// theirs. As errors may count more or less in a picture than their RMS tells (a blur hardly
     /// changes an integral, a random displacement averages out), "combined/..." is the error that,
     /// times the gain of linear interpolation, gives the picture's.

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kReach = 4;  // deviations
 
-/// What kernels at 0, -1, -2 ... have at x.
+/// Sum at x of kernels at 0, -1, -2 ...
 double before_and_at_zero(double x, double deviation) {
     // A sum over many is an integral, by Euler and Maclaurin within 1e-3.
     constexpr double kWide = 1.2;
@@ -24,7 +24,7 @@ double before_and_at_zero(double x, double deviation) {
     return sum / (deviation * std::sqrt(2 * std::numbers::pi));
 }
 
-/// What n kernels at 0, 1, 2 ... have at x: all but those beside them, of a whole lattice 1.
+/// Sum at x of n kernels at 0, 1, 2 ...; kernels at all integers would sum to 1.
 double of_lattice(double x, std::int64_t n, double deviation) {
     const double last = static_cast<double>(n - 1), reach = kReach * deviation;
     double sum = 1;
@@ -86,7 +86,7 @@ double GaussianSums::along(double px, double py) const {
     const std::array<double, 3> m = rays_.measure.at(px, py);
     const double length = std::hypot(m[0], m[1], m[2]);
     constexpr double kAny = std::numeric_limits<double>::infinity();
-    // Where anything reaches; inside; and where all kernels are that a whole lattice would have.
+    // Intervals of the ray: within reach of a kernel; inside the volume; beyond reach of its faces.
     double low = parallel_ ? -kAny : 0, high = kAny;
     double enters = low, leaves = high, inner_low = low, inner_high = high;
     double steepest = 0;
@@ -101,7 +101,7 @@ double GaussianSums::along(double px, double py) const {
     }
     if (!(low < high) || !std::isfinite(high - low)) return 0;
     const auto integral = [&](double from, double to) {
-        // Of what is as smooth as a Gaussian sums are integrals, within exp(-2 (2 pi)^2).
+        // The midpoint rule is exact for a Gaussian within exp(-2 (2 pi)^2).
         const double step = 0.5 * std::sqrt(variance_) / steepest;
         const auto count = static_cast<std::int64_t>(std::ceil((to - from) / step));
         double sum = 0;
@@ -111,7 +111,7 @@ double GaussianSums::along(double px, double py) const {
         return count > 0 ? sum * (to - from) / static_cast<double>(count) : 0;
     };
     if (!(inner_low < inner_high)) return integral(low, high) * length;
-    // Through a face, far from all others, kernels lose on one side what they have on the other.
+    // Across a single face the loss inside equals the gain outside, so the length inside counts.
     const auto by_one_face = [&](double from, double to) {
         int near = 0;
         for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -31,8 +31,8 @@ Work work_in_hull(const Offer& offer, const Ask& ask, int view) {
     constexpr double kPlanes = 26, kPlane = 12, kBrick = 64;
     Work work = ray_cast().work(offer, ask, view);
     const auto voxels = static_cast<double>(offer.from.samples());
-    // A hull has more than its bricks, and less than all: nobody has counted, so half of what lies
-    // between. Where the cast asks bricks as well, the hull saves nothing of that.
+    // A hull holds more samples than its bricks and fewer than the volume. Nobody has counted, so
+    // the mean of both is a guess. Where the cast asks bricks as well, the hull saves nothing more.
     const auto bricks = ask.scene.fact("cast/bricks"), all = ask.scene.fact("cast/taken");
     const double step = offer.with.number("step");
     const double taken =
@@ -56,7 +56,7 @@ Partition parts_in_hull(const Offer& offer, const Ask&) {
     return {.kind = Partition::output, .leaf = {offer.to.extent.x, offer.to.extent.y, 1}};
 }
 
-/// The hull of what a cast may show.
+/// The hull of the visible bricks.
 kernels::SlabHull hull_of_seen(const kernels::RayCast& cast, const Filter& filter,
                                Context& context) {
     const bool over = cast.rule == Combine::over;

@@ -19,7 +19,7 @@ Transition parallel_product();
 // Combining over ranks ([W93] 4.4 and 4.5): every rank combines the samples of its own box, then
 // boxes along a ray are joined two by two, while each of a pair keeps half of their pixels.
 
-/// Bytes of what a pixel of a subframe is until it is finished.
+/// Bytes of a pixel's state in a subframe until it is finished.
 double state_bytes(Mode mode) noexcept;
 
 /// Makes the work of casting rays through a volume that of casting them through its boxes: every

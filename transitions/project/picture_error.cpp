@@ -100,7 +100,7 @@ Error sheared_error(const Filter& filter, double step, const Ask& ask) {
 
 Error combined_error(const Ask& ask) {
     // The samples bring the error of their reconstruction; what is added is that of a step of 1.
-    // Where the samples lie on the rays is independent of what is wrong with them.
+    // The samples' places on the rays are independent of their errors.
     Error error = gains(field_filter(Field::nearest), ask);
     error.bias = terminated(ask);
     // What reads the samples rounds by itself; sums round here.

@@ -129,8 +129,8 @@ double counted_of(const Offer& offer, const Ask& ask, double samples, bool brick
 double taken_of(const Offer& offer, const Ask& ask, double samples, bool bricks) {
     const double counted = counted_of(offer, ask, samples, bricks);
     if (!bricks || filter_of(offer.with).positive) return counted;
-    // Counted is what bounds of samples leave out. Those of values beyond them left out about half
-    // as much of the MR head.
+    // Counts assume bounds of the samples. Bounds of filtered values, which may lie beyond, skipped
+    // about half as much of the MR head.
     constexpr double kLess = 0.5;
     const double all = counted_of(offer, ask, samples, false);
     return all - kLess * std::max(0.0, all - counted);
@@ -289,7 +289,7 @@ Work work_of(const Offer& offer, const Ask& ask, int view, bool beside) {
                                                        ask.want.shading.on() || ask.want.cue ||
                                                            ask.want.transfer.needs_gradients())};
     if (ask.want.mode->takes_transfer && ask.want.transfer.table) {
-        // Of values what is most, of those that are seen four corners of four numbers.
+        // Every value reads its largest opacity; a visible one four corners of four numbers.
         const TransferTable& table = *ask.want.transfer.table;
         const auto search = [](const std::vector<double>& places) {
             return std::ceil(std::log2(static_cast<double>(places.size() + 1)));
@@ -532,8 +532,8 @@ Error error_level(const Offer& offer, const Ask& ask) {
     return Error::unknown();
 }
 
-/// Trilinear interpolation of the differences that are asked for is what filters of first order
-/// make themselves.
+/// Filters of first order interpolate the same central differences themselves, so these have no
+/// error of their own.
 Error error_of_gradients(const Offer& offer, const Ask& ask) {
     const auto own =
         ask.want.smooths_gradients() ? kernels::Differences::sobel : kernels::Differences::central;

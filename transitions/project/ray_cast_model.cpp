@@ -25,7 +25,7 @@ using Filters = std::vector<const Filter*>;
 constexpr std::array<PreviewHold, 2> kNoisy = {kZoh, kFoh};
 constexpr std::size_t kNoisyStep = 2;  // of kCastSteps
 
-/// Root mean squares of what rounding in f32 changes of a value that a cast reads.
+/// Root mean squares of rounding errors in f32 of the values that a cast reads.
 struct CastRounding {
     double value = 0;           // of the sum [value]
     Vec3 place = Vec3::Zero();  // of the place, by axis [sample]
@@ -76,7 +76,7 @@ class FirstCrossing {
         return t >= first_ - margin && t <= second_ + margin;
     }
     double farthest() const { return farthest_; }
-    /// The mean square of what rounding changes of the light there: the place moves, far where a
+    /// The mean square change of the light by rounding: the place moves, far where a
     /// ray grazes the surface, and the gradient turns, far where it is short.
     double rounded(const CastRounding& by) const {
         if (!is_met()) return 0;
@@ -87,7 +87,7 @@ class FirstCrossing {
         return std::min(
             1.0, std::pow(about_.along * moved, 2) + about_.by_gradient.squaredNorm() * off * off);
     }
-    /// The root mean square of what rounding changes of values there.
+    /// The root mean square of the values' rounding errors there.
     double value_off(const CastRounding& by) const {
         double square = by.value * by.value;
         for (int axis = 0; axis < 3; ++axis)

@@ -18,7 +18,7 @@ Offer perspective_offer(const Representation& from, const Ask& ask, const Parame
 Work perspective_work(const Offer& offer, const Ask& ask, int view,
                       const std::optional<double>& added = {});
 Partition perspective_parts(const Offer& offer, const Ask& ask);
-/// @param runs  of what may be seen; null: all samples are added
+/// @param runs  of visible cells; null: all samples are added
 void perspective_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
                          const Region& region, Context& context, const RunsOfAxes* runs);
 

@@ -86,7 +86,7 @@ ShearedPicture::ShearedPicture(const RaySpan& ray, const Extent& input, Mode mod
         corners_[corner] =
             pixel_at(whole[0] + i, whole[1] + j, (i > 0 ? u : 1 - u) * (j > 0 ? v : 1 - v), mode);
     }
-    // The nearest of those that meet the input; there is always one, but for rounding.
+    // The nearest pixel whose ray meets the input; only rounding may leave none.
     const std::size_t own = (at[0] - whole[0] < 0.5 ? 0u : 1u) + (at[1] - whole[1] < 0.5 ? 0u : 2u);
     const Pixel* nearest = nullptr;
     for (const std::size_t flip : {0u, 1u, 2u, 3u}) {

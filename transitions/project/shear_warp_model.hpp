@@ -71,7 +71,7 @@ class ShearedPicture {
     double first_ = 0;                   // t of the first slice
     std::int64_t next_ = 0, last_ = -1;  // slices, counted from the eye
     std::array<Pixel, 4> corners_;
-    Pixel nearest_;                 // of those that meet the input
+    Pixel nearest_;                 // among pixels that meet the input
     bool farther_ = false;          // it is not the nearest of all
     std::optional<Smooth> smooth_;  // of a MIP, in place of the corners
 };

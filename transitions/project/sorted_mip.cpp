@@ -69,9 +69,9 @@ Eigen::Matrix3d lattice_of_view(const Offer& offer, const Ask& ask, int view) {
     return lattice;
 }
 
-/// Cells that packets sample: of what rays need in any order more where packets are large beside
-/// bricks, for all their rays come back for one of them. Fitted to counts in five data sets, pixels
-/// of a sample and a third of one: within a fifth.
+/// Cells that packets sample. Large packets beside small bricks sample more than single rays need,
+/// because all rays of a packet return for one of them. Fitted to counts in five data sets, with
+/// pixels of one sample and of a third: within a fifth.
 double cells_sampled(const Offer& offer, const Ask& ask, int view, const Eigen::Matrix3d& lattice) {
     constexpr double kUnknown = 0.2, kSide = kernels::SortedBricks::kSide + 1, kOnce = 0.7;
     const double pixels = static_cast<double>(offer.to.samples());

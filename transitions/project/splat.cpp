@@ -70,9 +70,9 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .workspace = kFaces * table + SplatSpans::bytes(offer.from.extent)};
 }
 
-/// A bound of the samples' variance, over the square of their range: those that are not of the
-/// commonest value differ from it by at most the range; where that is the least or greatest value,
-/// all together by what the mean differs.
+/// An upper bound of the samples' variance, over the square of their range. Samples differ from the
+/// commonest value by at most the range. Where that is the least or greatest value, their mean
+/// difference is known too.
 double variance_at_most(const Scene& scene) {
     const double range = scene.high - scene.low, off = std::abs(scene.mean - scene.commonest);
     const bool at_end = scene.commonest <= scene.low || scene.commonest >= scene.high;

@@ -136,7 +136,7 @@ class EwaFinish {
 
  private:
     double mean_of(float sum, double px, double py) const {
-        // A slanted ray is longer than what it has of depth.
+        // A slanted ray is longer than its extent in depth.
         const std::array<double, 3> m = cast_.rays.measure.at(px, py);
         const double slanted = std::hypot(m[0], m[1], m[2]) / std::abs(m[2]);
         const double all = sums_.along(px, py);

@@ -5,7 +5,7 @@
 namespace edgewise {
 
 /// Splatting by elliptical Gaussians (elliptical weighted average): each sample adds a Gaussian,
-/// whose ellipse is what the view makes of its kernel where the voxel is. From an eye at a finite
+/// whose ellipse is the projection of its kernel at the voxel. From an eye at a finite
 /// distance footprints differ by voxel; voxels smaller than pixels are widened to pixels, so that
 /// nothing aliases. Samples of the commonest value are passed over, as in project.splat.
 ///

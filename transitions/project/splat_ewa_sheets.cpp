@@ -94,7 +94,7 @@ class LengthOfSums {
         const double length = ray_path(cast_, px, py).length;
         const double all = length > 0 ? sums_.along(px, py) : 0;
         if (!(all > 0)) return 0;
-        // A slanted ray is longer than what it has of depth.
+        // A slanted ray is longer than its extent in depth.
         const std::array<double, 3> m = cast_.rays.measure.at(px, py);
         return static_cast<float>(length * std::hypot(m[0], m[1], m[2]) / (std::abs(m[2]) * all));
     }

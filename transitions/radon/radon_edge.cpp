@@ -80,7 +80,7 @@ double RadonAsk::magnitude() const noexcept {
 }
 
 double RadonAsk::rounding() const noexcept {
-    // RMS of what rounding to f32 changes, as a part of the value, over all mantissas.
+    // RMS of rounding to f32, as a part of the value, over all mantissas.
     constexpr double kRounded = 0.425;
     const auto rms = scene.facts.find("result/rms");
     if (rms == scene.facts.end()) return 0x1p-24 * magnitude();

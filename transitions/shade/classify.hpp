@@ -15,7 +15,7 @@ namespace edgewise {
 /// Shape   [nz, ny, nx], x fastest -> four f32 a sample: red, green and blue times the opacity, and
 ///         the opacity, for one unit of the transfer function
 /// Needs   a mode with a transfer function; of lit samples one view for all frames, parallel rays
-/// Error   none of its own: what interpolation of light instead of values makes of it is the warp's
+/// Error   none of its own: interpolating light in place of values is the warp's error
 /// Source  [W93] 4.1.1 to 4.1.3, FIGURE 57; Levoy 1988
 Transition shade_classify();
 

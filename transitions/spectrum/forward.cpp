@@ -47,7 +47,7 @@ kernels::KaiserBessel window_of(const Parameters& with) {
     return {static_cast<int>(with.number("width")), with.number("padding")};
 }
 
-// The same of what pictures by all windows get wrong.
+// The same of the errors that pictures by all windows share.
 constexpr double kInside = 1e-3, kInsideMean = 2e-3;
 // The trilinear field has more beyond the cutoff than the spline.
 constexpr double kTrilinear = 2;

@@ -25,8 +25,8 @@ class LostBand {
     /// @param between  the field: spline or linear
     LostBand(const Data& samples, const Region& occupied, kernels::Between between);
 
-    /// Root mean square of what a projection has beyond the cutoff, over that of the difference of
-    /// a trilinear and a spline projection. Nothing to tell it from: negative.
+    /// Root mean square of a projection beyond the cutoff, over that of the difference of a
+    /// trilinear and a spline projection. Negative where no data determine it.
     /// @param direction  of rays [input index]
     double over_difference(const Vec3& direction) const;
 

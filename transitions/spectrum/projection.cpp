@@ -49,13 +49,13 @@ std::string fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& 
 
 std::optional<double> measured_error(const kernels::KaiserBessel& window,
                                      const Representation& from, const Ask& ask) {
-    // Rays of the preview are few, and what they see of far ghosts is less than all: on CT and MR a
-    // sixth of the measured errors were larger without this, by up to twice.
+    // The few rays of the preview miss a part of the far ghosts. Without this factor a sixth of the
+    // errors measured on CT and MR were larger than predicted, by up to twice.
     constexpr double kUnseen = 1.3;
-    // Of a radiograph of a dense body a few rays along its outline have most of the error: of 27
-    // views of the bundled head 3 were larger with the factor above, by up to 1.5 times. So have
-    // those of a mean that meet little of the volume: of 16 pictures of the bundled brain and
-    // hydrogen atom 3 were larger, by up to 1.4 times.
+    // A few rays along the outline of a dense body have most of a radiograph's error: 3 of 27 views
+    // of the bundled head exceeded the factor above, by up to 1.5 times. Rays that meet little of
+    // the volume do so in a mean: 3 of 16 pictures of the bundled brain and hydrogen atom exceeded
+    // it, by up to 1.4 times.
     constexpr double kOutlines = 2;
     const auto seen = ask.scene.fact(fact_of_spectrum(window, from.extent, ask.want));
     if (!seen) return std::nullopt;

@@ -13,12 +13,12 @@ namespace edgewise {
 std::string window_facet(const kernels::KaiserBessel& window);
 /// The padding that is planned with unless a path asks for another.
 inline constexpr double kTriedPadding = 1.25;
-/// The fact that tells what pictures by a window get wrong [value of the picture].
-/// @param box  of what is transformed: all of the input, or what is kept of it
+/// The fact that holds the error of pictures by a window [value of the picture].
+/// @param box  the transformed box: all of the input, or the part that a crop kept
 std::string fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
                              const Request& want);
-/// What a preview measured that pictures by this window get wrong, all in all [value].
-/// @param from  what is transformed: the input, or the box that is kept of it
+/// The error of pictures by this window, from a preview; none where it measured none [value].
+/// @param from  the transformed samples: the input, or the part that a crop kept
 std::optional<double> measured_error(const kernels::KaiserBessel& window,
                                      const Representation& from, const Ask& ask);
 /// The window of a spectrum.
@@ -34,13 +34,13 @@ std::string hartley_kind(const kernels::KaiserBessel& window);
 /// Period of the padded volume that a spectrum is of, in either form [voxel].
 Extent spectrum_period(const Representation& spectrum);
 
-/// Why a request's pictures are no projections that a spectrum gives; empty where they are.
+/// Why a spectrum cannot give a request's pictures; empty where it can.
 std::string no_projection(const Ask& ask);
 
 /// A ray that meets less of the volume than this [step of screen z] divides ghosts by almost
-/// nothing. What its mean has above the commonest value is divided by this length instead, which
-/// draws it towards that value: at most all of a bright face is lost in such a pixel, and no ghost
-/// blinds it.
+/// nothing. So the excess of its mean over the commonest value is divided by this length instead,
+/// which draws the pixel towards that value: a bright face may be lost there, but no ghost
+/// dominates.
 inline constexpr double kShortestRay = 1;
 
 /// Length of the longest ray within the volume, of all views [file unit]; they are parallel.

@@ -62,8 +62,8 @@ class Rings {
         for (double& share : share_) share /= static_cast<double>(product(length_));
     }
 
-    /// The power of two parts together: one is real, one imaginary. What they have in common at a
-    /// frequency is the opposite of what they have at the opposite one, which is in the same ring.
+    /// The power of two parts together: one is real, one imaginary. Their cross terms at opposite
+    /// frequencies cancel, and these lie in the same ring.
     std::vector<double> power_of(const Part& real, const Part* imaginary,
                                  std::pmr::memory_resource* memory) const {
         const auto bytes = static_cast<std::size_t>(product(length_)) * sizeof(Complex);

@@ -12,7 +12,7 @@ namespace edgewise {
 /// where samples lie closer along one axis than along another, a ring is an ellipsoid in space.
 struct RadialPower {
     std::vector<double> frequency;  // the middle of each ring [cycles a sample]
-    std::vector<double> power;      // mean square of what varies in each ring [value^2]
+    std::vector<double> power;      // mean square of the variation in each ring [value^2]
     std::vector<double> share;      // of all frequencies that are in each ring; they add up to 1
     int bricks = 0;                 // that the power is a mean of
     int empty = 0;                  // bricks looked at in which nothing varies, left out

@@ -77,9 +77,9 @@ Work work(const Offer& offer, const Ask& ask, int view) {
             .workspace = kernels::slice_workspace(slice, spectrum_period(offer.from))};
 }
 
-/// spectrum.forward knows what the volume's band loses. What lies beyond the picture's own depends
-/// on how its edges fall between pixels: a face along the rays rings by up to a tenth of what it
-/// bounds, and nothing that a preview measures tells of it.
+/// spectrum.forward knows the loss of the volume's band. The loss beyond the picture's band depends
+/// on how edges fall between pixels: a face along the rays rings by up to a tenth of its jump, and
+/// no fact of a preview predicts that.
 Error error(const Offer& offer, const Ask&) {
     return offer.with.word("band") == "volume" ? Error{} : Error::unknown();
 }

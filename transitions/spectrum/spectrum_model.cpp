@@ -365,8 +365,8 @@ double SpectrumRays::weight_at(double u) const { return step_at(u) - step_at(u +
 double SpectrumRays::wrong_along(int axis, const Vec3& p, std::array<std::int64_t, 3> at) const {
     const std::int64_t last = want_.input[axis] - 1;
     const bool formula = want_.field == Field::formula;
-    // Beyond the outermost centres the field is what it is there, and its samples are mirrored
-    // there (of a formula, which has none: continued).
+    // Beyond the outermost centres the field keeps its value, and samples are mirrored there. A
+    // formula has no samples and is continued.
     const double held = formula ? p[axis] : std::clamp(p[axis], 0.0, static_cast<double>(last));
     double sum = 0;
     const auto middle = static_cast<std::int64_t>(std::floor(p[axis]));
@@ -387,8 +387,8 @@ double SpectrumRays::wrong_along(int axis, const Vec3& p, std::array<std::int64_
 }
 
 double SpectrumRays::wrong_inside(const Vec3& p) const {
-    // The slice's value is a product over the axes, and so is the field's: their difference is the
-    // sum over axes of what is wrong along one, times what the slice has along those that follow.
+    // The slice's value is a product over the axes, and so is the field's. Their difference is a
+    // sum over axes: the error along one axis, times the slice's factors along the following axes.
     std::array<bool, 3> near;
     std::array<double, 3> held;
     std::array<std::int64_t, 3> nearest;
@@ -474,10 +474,10 @@ constexpr double kBeyond = 0.05, kBeyondLinear = 0.4, kBeyondBand = 0.6;
 /// The power at a frequency is a mean over at most 16 bricks: its standard error is a quarter of
 /// it.
 constexpr double kOfBricks = 1.5;
-/// All ghosts over those that are looked at: farther ones, and those along two axes at once.
+/// All ghosts over the modelled ones: farther ghosts, and those along two axes at once.
 constexpr double kAllGhosts = 1.15;
-/// The same of radiographs, whose errors are those of rays with little in their way: there ghosts
-/// along two axes, of what is dense, count beside next to nothing.
+/// The same of radiographs. Their errors are largest on rays through little material, where ghosts
+/// of dense parts along two axes matter too.
 constexpr double kAllOfBright = 2;
 /// Of pixels that are divided by a length, or are other functions of a sum: what one ray has of all
 /// rounding, over the values of the longest ray.

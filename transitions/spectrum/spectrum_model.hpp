@@ -98,7 +98,7 @@ class SpectrumRays {
     double step_at(double u) const;
     /// How much more of a sample at a distance u than the field has of it.
     double lost_at(double u) const;
-    /// Sum of the samples on a line along an axis, of what they differ from the commonest value.
+    /// Sum over a line along an axis of the samples' differences from the commonest value.
     double line_sum(int axis, std::array<std::int64_t, 3> at) const;
     double faces_between(const RaySpan& ray, double from, double to, bool inside) const;
     /// Where a line lies in the box, widened on all sides; high < low: nowhere.

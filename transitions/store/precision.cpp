@@ -82,7 +82,7 @@ Offer offer(const Representation& from, const Ask& ask, const Parameters& with) 
     return made;
 }
 
-/// RMS of what rounding adds to samples [value].
+/// RMS of the rounding error of samples [value].
 double rounding(const Offer& offer, const Ask& ask) {
     if (offer.to.type != Type::f32) return std::abs(offer.to.values.slope) / std::sqrt(12.0);
     const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));

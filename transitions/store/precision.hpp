@@ -19,7 +19,7 @@ namespace edgewise {
 ///         size and of that at which gains are measured (kMeasuredNoise)
 Transition precision();
 
-/// RMS of what rounding to 8 bits adds, over the data's range, of which the commonest value is met
+/// RMS of the error of rounding to 8 bits, over the data's range. The commonest value is kept
 /// exactly: previews measure gains of noise with noise of this size.
 constexpr double kMeasuredNoise = 1 / (254 * 3.4641016151377544);
 

@@ -10,7 +10,7 @@ namespace edgewise {
 ///         the view says
 /// Needs   samples as they were read, of one channel
 /// Work    a comparison a sample; 140 operations and 14 gathers a vertex, 30 operations a triangle
-/// Error   exact: linear along the grid's edges is what the surface is defined by
+/// Error   exact: the surface is defined by linear interpolation along the grid's edges
 /// Facts   surface/vertices: about how many vertices there are
 /// Source  Schroeder, Maynard, Geveci: Flying Edges, LDAV 2015
 Transition flying_edges_edge();

@@ -29,7 +29,7 @@ int axes_between_samples(const kernels::ShearChain& chain);
 /// RMS error of samples reconstructed once by a filter: measured (Scene::facts), else a guess. On
 /// the way to a picture as far as the picture shows it.
 double hold_error(const std::string& filter, const Ask& ask);
-/// The same of what is no filter. @param guess  over the range of the samples
+/// The same for a rule that is no filter. @param guess  over the range of the samples
 double hold_error(const std::string& name, double guess, const Ask& ask);
 
 }  // namespace edgewise

@@ -102,7 +102,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
                         .global = samples * offer.from.channels}};
 }
 
-/// Mean square of what a filter gets wrong of a wave, over all places between samples.
+/// Mean square error of a filter on a wave, over all places between samples.
 double wrong_of_wave(const Filter& filter, double cycles_a_sample) {
     constexpr int kPlaces = 32;
     const double omega = 2 * std::numbers::pi * cycles_a_sample;

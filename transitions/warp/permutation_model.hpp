@@ -6,8 +6,8 @@
 
 namespace edgewise {
 
-/// Samples that an assignment sends (filter=me): fact "field/me". What it sends by other filters is
-/// as good as what is read by them.
+/// Samples that an assignment sends (filter=me): fact "field/me". With other filters it errs
+/// as reading by them does.
 std::shared_ptr<const Model> permutation_model(const ModelSetting& setting);
 
 }  // namespace edgewise

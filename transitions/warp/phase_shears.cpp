@@ -60,7 +60,7 @@ struct ShearedBox {
             first[i] -= low[i], end[i] -= low[i];
         }
     }
-    /// As a number that cannot overflow.
+    /// The samples of the grid, in f64: a product of extents may overflow an integer.
     double samples() const noexcept {
         return static_cast<double>(period.x) * static_cast<double>(period.y) *
                static_cast<double>(period.z);
@@ -71,7 +71,7 @@ struct ShearedBox {
 constexpr int inner_of(int axis) noexcept { return axis == 0 ? 1 : 0; }
 constexpr int outer_of(int axis) noexcept { return axis == 2 ? 1 : 2; }
 
-/// Shears that are steep need huge grids.
+/// Why phases cannot shear so: steep shears need huge grids. Empty: they can.
 std::string not_by_phases(int view, const ShearChain& chain) {
     constexpr double kSteepest = 8;
     for (int k = 0; k < chain.count; ++k)
@@ -113,7 +113,7 @@ Work work_of_phase_shears(const Offer& offer, const Ask& ask, int view) {
     return work;
 }
 
-/// From the last sample of each line smoothly to the first of the next period. Lines lie within the
+/// Continues lines smoothly from their last sample to the first of the next period. They lie in the
 /// input along the axes after this one; the axes before it are continued already.
 void continue_along(float* grid, const ShearedBox& box, int axis) {
     const Extent& n = box.period;

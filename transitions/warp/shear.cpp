@@ -105,7 +105,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     Work work{.streamed = offer.to.bytes()};  // the mask
     const double permuted = chain.starts_in_place() ? 0 : offer.from.bytes();
     work.streamed += 2 * permuted;
-    double from = permuted;  // bytes of what the next pass reads, unless it is the input itself
+    double from = permuted;  // bytes that the next pass reads, unless it reads the input itself
     work.workspace = permuted;
     for (std::size_t k = 0; k < passes.size(); ++k) {
         const bool last = k + 1 == passes.size();

@@ -1,6 +1,4 @@
 // A program's way through the library: a request in values, planned and run without a command line.
-#include "engine/session.hpp"
-
 #include <cstdlib>
 #include <filesystem>
 #include <gtest/gtest.h>
@@ -9,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "engine/prepared.hpp"
+#include "engine/reached.hpp"
 #include "graph/errors.hpp"
 #include "planner/profile.hpp"
 #include "transitions/catalogue.hpp"
@@ -29,26 +29,33 @@ RequestSpec turned(const std::string& input, int frames = 1) {
     return spec;
 }
 
-Frames frames_of(Session& session) {
-    session.runs = true;
-    take_request(session);
-    make_plan(session);
+const Engine& engine() {
+    static const Engine engine(catalogue(), default_profile());
+    return engine;
+}
+
+Frames frames_of(Reached& reached) {
+    Listener listener;
+    reached.prepare({}, listener);
     Frames frames;
-    perform(session, [&](int frame, const Data& picture) {
+    const auto take = [&](int frame, const Data& picture) {
         const auto* begin = picture.as<float>();
         frames[frame].assign(begin, begin + picture.what.samples() * picture.what.channels);
-    });
+    };
+    reached.run_all({.frames = take}, listener);
     return frames;
 }
 
-Frames frames_of(const RequestSpec& spec, std::shared_ptr<const Data> given = nullptr) {
-    Listener listener;
-    Session session(spec, catalogue(), default_profile(), listener);
-    session.given = std::move(given);
-    return frames_of(session);
+Reached asked(const RequestSpec& spec, std::shared_ptr<const Data> given = nullptr) {
+    return Reached(ask(engine(), spec, {.runs = true, .given = std::move(given)}));
 }
 
-TEST(Session, HandsOverEachFrameOnce) {
+Frames frames_of(const RequestSpec& spec, std::shared_ptr<const Data> given = nullptr) {
+    Reached reached = asked(spec, std::move(given));
+    return frames_of(reached);
+}
+
+TEST(Stages, HandsOverEachFrameOnce) {
     const Frames frames = frames_of(turned("phantom:gaussians:32", 5));
     ASSERT_EQ(frames.size(), 5u);
     for (const auto& [frame, pixels] : frames)
@@ -56,7 +63,7 @@ TEST(Session, HandsOverEachFrameOnce) {
     EXPECT_NE(frames.at(0), frames.at(1));
 }
 
-TEST(Session, TakesSamplesOfTheProgram) {
+TEST(Stages, TakesSamplesOfTheProgram) {
     MemoryBudget memory(std::size_t{64} << 20);
     auto samples = std::make_shared<const Data>(make_phantom("gaussians", 32, &memory));
     RequestSpec named = turned("phantom:gaussians:32"), unnamed = turned("");
@@ -64,23 +71,21 @@ TEST(Session, TakesSamplesOfTheProgram) {
     EXPECT_EQ(frames_of(unnamed, samples), frames_of(named));
 }
 
-TEST(Session, SpacingOfSamplesInMemoryIsTheSpecs) {
+TEST(Stages, SpacingOfSamplesInMemoryIsTheSpecs) {
     MemoryBudget memory(std::size_t{64} << 20);
     auto samples = std::make_shared<const Data>(make_phantom("gaussians", 32, &memory));
     RequestSpec spec = turned("");
     spec.geometry.steps.clear();
     spec.selection.spacing = {1, 1, 2};
     spec.geometry.view = "y";
-    Listener listener;
-    Session session(spec, catalogue(), default_profile(), listener);
-    session.given = samples;
-    frames_of(session);
-    EXPECT_EQ(session.want().screen.y, 64) << "32 slices, 2 apart, seen from the side";
+    Reached reached = asked(spec, samples);
+    frames_of(reached);
+    EXPECT_EQ(reached.planned()->want.screen.y, 64) << "32 slices, 2 apart, seen from the side";
     spec.selection.spacing = {1, 2};
     EXPECT_THROW(frames_of(spec, samples), RequestError);
 }
 
-TEST(Session, RefusesSamplesThatAreNotWhatTheySay) {
+TEST(Stages, RefusesSamplesThatAreNotWhatTheySay) {
     MemoryBudget memory(std::size_t{64} << 20);
     const auto phantom = [&](int side) {
         return std::make_shared<Data>(make_phantom("gaussians", side, &memory));
@@ -98,21 +103,20 @@ TEST(Session, RefusesSamplesThatAreNotWhatTheySay) {
     EXPECT_THROW(frames_of(channel, phantom(16)), RequestError);
 }
 
-TEST(Session, IsNotBlamedForWhatTheProgramOnceHeld) {
+TEST(Stages, IsNotBlamedForWhatTheProgramOnceHeld) {
     {  // more than the budget, touched and given back
         std::vector<char> held(std::size_t{400} << 20, 1);
         EXPECT_EQ(held[held.size() / 2], 1);
     }
     RequestSpec spec = turned("phantom:gaussians:32");
     spec.max_memory = 300 << 20;
-    Listener listener;
-    Session session(spec, catalogue(), default_profile(), listener);
-    frames_of(session);
-    EXPECT_LT(session.measured->bytes, 300 << 20);
-    EXPECT_EQ(session.measured->kept, true);
+    Reached reached = asked(spec);
+    frames_of(reached);
+    EXPECT_LT(reached.run->measured.bytes, 300 << 20);
+    EXPECT_EQ(reached.run->measured.kept, true);
 }
 
-TEST(Session, RemembersNothingWhereItIsToldSo) {
+TEST(Stages, RemembersNothingWhereItIsToldSo) {
     const std::string home = testing::TempDir() + "edgewise_remembers";
     std::filesystem::remove_all(home);
     const char* const before = std::getenv("XDG_CACHE_HOME");
@@ -134,35 +138,31 @@ TEST(Session, RemembersNothingWhereItIsToldSo) {
         unsetenv("XDG_CACHE_HOME");
 }
 
-TEST(Session, RunsAPlanOnly) {
+TEST(Stages, RunsAPlanOnly) {
     Listener listener;
-    Session none(turned("phantom:cube:16"), catalogue(), default_profile(), listener);
-    EXPECT_THROW(perform(none), RequestError);
-    Session described(turned("describe:16x16x16:f32"), catalogue(), default_profile(), listener);
-    take_request(described);
-    make_plan(described);
-    EXPECT_THROW(perform(described), RequestError);
+    Reached described(ask(engine(), turned("describe:16x16x16:f32")));
+    described.prepare({}, listener);
+    EXPECT_THROW(described.run_all({}, listener), RequestError);
     // Written results take the place of the samples: a second run says so.
     RequestSpec spec = turned("phantom:gaussians:16");
-    spec.out = testing::TempDir() + "edgewise_session.png";
-    Session written(spec, catalogue(), default_profile(), listener);
+    spec.out = testing::TempDir() + "edgewise_stages.png";
+    Reached written = asked(spec);
     frames_of(written);
-    EXPECT_THROW(perform(written), RequestError);
+    EXPECT_THROW(written.run_all({}, listener), RequestError);
 }
 
-TEST(Session, SaysWhatWouldMakeAPlan) {
+TEST(Stages, SaysWhatWouldMakeAPlan) {
     RequestSpec spec = turned("phantom:shepp-logan:32");
     spec.max_error = 1e-9;
-    Listener listener;
-    Session session(spec, catalogue(), default_profile(), listener);
-    EXPECT_THROW(frames_of(session), NoPlan);
-    ASSERT_TRUE(session.way_out);
-    ASSERT_FALSE(session.way_out->budgets.empty());
-    spec.max_error = std::stod(session.way_out->budgets[0][0].value.value());
+    Reached reached = asked(spec);
+    EXPECT_THROW(frames_of(reached), Infeasible);
+    ASSERT_TRUE(reached.way_out);
+    ASSERT_FALSE(reached.way_out->budgets.empty());
+    spec.max_error = std::stod(reached.way_out->budgets[0][0].value.value());
     EXPECT_FALSE(frames_of(spec).empty()) << "what it says works";
 }
 
-TEST(Session, RefusesValuesThatNoCommandLineLetsThrough) {
+TEST(Stages, RefusesValuesThatNoCommandLineLetsThrough) {
     const auto refused = [](auto change) {
         RequestSpec spec = turned("phantom:cube:16");
         change(spec);
@@ -197,23 +197,20 @@ TEST(Session, RefusesValuesThatNoCommandLineLetsThrough) {
     refused([](RequestSpec& spec) { spec.input = "phantom:none:16"; });
 }
 
-TEST(Session, EndsWhenItsListenerSaysSo) {
+TEST(Stages, EndsWhenItsListenerSaysSo) {
     Listener listener;
-    Session session(turned("phantom:gaussians:32", 50), catalogue(), default_profile(), listener);
-    session.runs = true;
-    take_request(session);
-    make_plan(session);
+    Reached reached = asked(turned("phantom:gaussians:32", 50));
+    reached.prepare({}, listener);
     int frames = 0;
-    EXPECT_THROW(perform(session,
-                         [&](int, const Data&) {
-                             ++frames;
-                             listener.end();
-                         }),
-                 Cancelled);
+    const auto take = [&](int, const Data&) {
+        ++frames;
+        listener.end();
+    };
+    EXPECT_THROW(reached.run_all({.frames = take}, listener), Cancelled);
     EXPECT_LT(frames, 50);
 }
 
-TEST(Session, TwoThreadsServeTwoRequestsAtOnce) {
+TEST(Stages, TwoThreadsServeTwoRequestsAtOnce) {
     const RequestSpec mip = turned("phantom:gaussians:48", 3);
     RequestSpec warp = turned("phantom:gaussians:40");
     warp.job = Job::warp;

@@ -1,3 +1,5 @@
+#include "engine/run.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -5,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <tbb/task_arena.h>
+#include <utility>
 
 #include "engine/filter_result.hpp"
 #include "engine/kept_padding.hpp"
@@ -14,7 +17,6 @@
 #include "engine/refinement.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/result_writer.hpp"
-#include "engine/session.hpp"
 #include "engine/shown.hpp"
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
@@ -44,35 +46,38 @@ class Watching {
 };
 
 /// Everything after the planner: runs, keeps or passes on frames, verifies, writes.
-class Performance {
+class Running {
  public:
-    Performance(Session& session, const FrameSink& frames)
-        : session_(session),
-          sink_(frames),
-          want_(session.want()),
-          writes_(session.writes && session.outputs && !session.outputs->none()) {
-        session.measured.emplace();
-        if (session.shows) shown_.emplace(session);
-        if (!session.spec.verify) return;
-        field_.emplace(*session.input->data, want_.field,
-                       session.input->phantom ? &*session.input->phantom : nullptr);
-        verifier_.emplace(want_, *field_, static_cast<std::int64_t>(*session.spec.verify),
-                          session.spec.seed, session.memory.get());
+    Running(const Planned& planned, std::shared_ptr<const Data> samples, const Sinks& sinks,
+            Listener& messages)
+        : planned_(planned),
+          messages_(messages),
+          samples_(std::move(samples)),
+          sink_(sinks.frames),
+          want_(planned.want),
+          writes_(sinks.files && planned.outputs && !planned.outputs->none()) {
+        if (planned.as.shows) shown_.emplace(planned, run_.shown.emplace(), messages);
+        if (!planned.spec.verify) return;
+        field_.emplace(*samples_, want_.field,
+                       planned.input.phantom ? &*planned.input.phantom : nullptr);
+        verifier_.emplace(want_, *field_, static_cast<std::int64_t>(*planned.spec.verify),
+                          planned.spec.seed, planned.memory.get());
     }
 
-    void run_all() {
-        for (int i = 0; i < session_.spec.repeat; ++i) {
-            last_ = i + 1 == session_.spec.repeat;
+    Run run_all() {
+        for (int i = 0; i < planned_.spec.repeat; ++i) {
+            last_ = i + 1 == planned_.spec.repeat;
             run_once();
             poll();
         }
         end_run();
-        if (!session_.spec.strict) keeps_budgets();
+        if (!planned_.spec.strict) keeps_budgets();
+        return std::move(run_);
     }
 
  private:
     void poll() const {
-        if (session_.messages.stop()) throw Cancelled();
+        if (messages_.stop()) throw Cancelled();
     }
 
     void run_once() {
@@ -82,10 +87,10 @@ class Performance {
         began_ = Clock::now();
         RunOptions options;
         options.threads = want_.threads;
-        options.memory = session_.memory.get();
-        options.stop = &session_.messages.stop();
+        options.memory = planned_.memory.get();
+        options.stop = &messages_.stop();
         options.progress = [&](double share, const std::string& step) {
-            session_.messages.progress(share, step);
+            messages_.progress(share, step);
         };
         options.replan = [&](const std::string& failed, const std::string&,
                              const std::vector<Representation>& held) {
@@ -98,25 +103,25 @@ class Performance {
             tbb::this_task_arena::isolate([&] { take(frame, std::move(result)); });
             delivering_ += since(begin);
         };
-        const Watching watching(session_.refinement.get(),
+        const Watching watching(planned_.as.refinement.get(),
                                 [this](const FrontPicture& front) { return see(front); });
         const Outcome outcome =
-            run(*session_.answer->plan, session_.ask(), session_.input->data, deliver, options);
-        session_.messages.end_progress();
+            edgewise::run(*planned_.answer.plan, planned_.ask(), samples_, deliver, options);
+        messages_.end_progress();
         note(outcome);
     }
 
     void note(const Outcome& outcome) {
-        Measured& measured = *session_.measured;
+        Measured& measured = run_.measured;
         // Writing and verifying are no part of the path; other threads went on with it meanwhile.
         const double passing =
             (delivering_ + showing_) / std::max(1, std::min(want_.threads, want_.frames));
         measured.seconds.push_back(std::max(0.0, outcome.seconds - passing));
         measured.steps = outcome.steps;
         measured.step_seconds = outcome.step_seconds;
-        for (const Message& warning : outcome.warnings) session_.messages.warning(warning);
+        for (const Message& warning : outcome.warnings) messages_.warning(warning);
         if (last_) measured.trace = outcome.trace;
-        if (session_.refinement) note_pictures();
+        if (planned_.as.refinement) note_pictures();
     }
 
     void note_pictures() {
@@ -129,13 +134,13 @@ class Performance {
         for (const auto& [view, seen] : last) {
             if (seen.slices == seen.depth) continue;
             refined_.stopped = true;
-            session_.messages.warning(fmt::format(
+            messages_.warning(fmt::format(
                 "{}stopped after {:.3g} s at {} of {} slices: what lies behind changes a pixel by "
                 "{:.3g} at most, by {:.3g} on average, of light of 1",
                 want_.frames > 1 ? fmt::format("view {}: ", view) : "", seen.seconds, seen.slices,
                 seen.depth, seen.bound.most, seen.bound.mean));
         }
-        session_.measured->refined = std::move(refined_);
+        run_.measured.refined = std::move(refined_);
     }
 
     /// A picture on the way. Views that run side by side wait for each other.
@@ -147,11 +152,11 @@ class Performance {
         if (!whole) seen.bound = front_bound_of(front.picture, most_light_of(want_.shading));
         refined_.pictures.push_back(seen);
         if (whole) return true;
-        const std::optional<double> limit = session_.refinement->stop_after();
+        const std::optional<double> limit = planned_.as.refinement->stop_after();
         const bool stops = limit && seen.seconds >= *limit;
         // Waiting for its own tiles, this thread must not begin another view's step, which would
         // come here again.
-        if (!stops && last_ && writes_ && session_.refinement->writes())
+        if (!stops && last_ && writes_ && planned_.as.refinement->writes())
             tbb::this_task_arena::isolate([&] { write_front(front); });
         showing_ += since(begin);
         return !stops;
@@ -162,24 +167,26 @@ class Performance {
         // Nothing but a view of the samples: they are the edge's.
         const std::shared_ptr<const Data> one[] = {
             std::shared_ptr<const Data>(&front.picture, [](const Data*) {})};
-        const Tail& tail = session_.written.tail;
-        const Shades levels = tail.view ? shades_of(one, session_.window, tail) : Shades{};
-        const Array samples = finished(front.picture, tail, levels, session_.memory.get());
-        store::write(session_.outputs->file(front.view), session_.written.header, samples.data(),
-                     {session_.spec.quality});
+        const Tail& tail = planned_.written.tail;
+        const Shades levels = tail.view ? shades_of(one, planned_.window, tail) : Shades{};
+        const Array samples = finished(front.picture, tail, levels, planned_.memory.get());
+        store::write(planned_.outputs->file(front.view), planned_.written.header, samples.data(),
+                     {planned_.spec.quality});
     }
 
     std::optional<Plan> other_plan(const std::string& failed,
                                    const std::vector<Representation>& held) {
-        PlanOptions options = session_.plan_options;
-        options.demands = session_.spec.demands;
-        options.demands.without.push_back(demand_of(failed, session_.edges));
+        PlanOptions options = planned_.plan_options;
+        options.demands = planned_.spec.demands;
+        options.demands.without.push_back(demand_of(failed, planned_.engine.edges()));
         without_.push_back(options.demands.without.back());
         options.demands.without.insert(options.demands.without.end(), without_.begin(),
                                        without_.end());
         std::vector<Source> sources;
         for (const Representation& what : held) sources.push_back({what});
-        return plan(session_.edges, session_.ask(), sources, session_.profile, options).plan;
+        return plan(planned_.engine.edges(), planned_.ask(), sources, planned_.engine.machine(),
+                    options)
+            .plan;
     }
 
     /// One frame of a run; of several runs the last is kept, so that earlier ones leave no results
@@ -187,7 +194,7 @@ class Performance {
     void take(int frame, std::shared_ptr<const Data> result) {
         if (!last_) return;
         if (sink_) sink_(frame, *result);
-        if (!session_.writes_at_once()) {
+        if (!planned_.writes_at_once()) {
             if (writes_ || verifier_ || (shown_ && frame == 0) || want_.job == Job::mesh)
                 frames_[static_cast<std::size_t>(frame)] = std::move(result);
             return;
@@ -196,59 +203,58 @@ class Performance {
         const bool shows = shown_ && frame == 0;
         if (!writes_ && !shows) return;
         const std::shared_ptr<const Data> one[] = {std::move(result)};
-        const Shades levels = shades_of(one, session_.window, session_.written.tail);
+        const Shades levels = shades_of(one, planned_.window, planned_.written.tail);
         if (shows) shown_->take(*one[0], levels);
         if (writes_) write(frame, *one[0], levels);
     }
 
-    bool shows_depth() const { return session_.spec.look.depth_colour; }
+    bool shows_depth() const { return planned_.spec.look.depth_colour; }
     /// How deep all views are, in units of screen space.
-    double scene_depth() const { return static_cast<double>(session_.geometry.grid.extent.z); }
+    double scene_depth() const { return static_cast<double>(planned_.geometry.grid.extent.z); }
 
     Array samples_to_write(int frame, const Data& result, const Shades& levels) const {
         if (!shows_depth())
-            return written_samples(result, session_.written, levels, session_.memory.get());
-        return depth_coloured(result, session_.written.tail, levels, *session_.written.colours,
-                              want_, *session_.input->data, frame, scene_depth(),
-                              session_.memory.get());
+            return written_samples(result, planned_.written, levels, planned_.memory.get());
+        return depth_coloured(result, planned_.written.tail, levels, *planned_.written.colours,
+                              want_, *samples_, frame, scene_depth(), planned_.memory.get());
     }
 
     void write(int frame, const Data& result, const Shades& levels) {
         poll();
         const auto begin = Clock::now();
-        if (const auto cut = cut_off_text(want_, result, session_.written.tail))
-            session_.messages.warning(*cut);
+        if (const auto cut = cut_off_text(want_, result, planned_.written.tail))
+            messages_.warning(*cut);
         Array samples = samples_to_write(frame, result, levels);
         const std::string kept =
-            keep_padding(want_, *session_.input, session_.written.tail, samples);
-        if (!kept.empty()) session_.messages.warning(kept);
+            keep_padding(want_, planned_.input, planned_.written.tail, samples);
+        if (!kept.empty()) messages_.warning(kept);
         if (!writer_)
-            writer_.emplace(*session_.outputs, session_.written, session_.spec, want_.frames,
-                            session_.messages.stop());
+            writer_.emplace(*planned_.outputs, planned_.written, planned_.spec, want_.frames,
+                            messages_.stop());
         if (want_.job == Job::render) writer_->surround(want_.mode->light_left ? 1 : want_.miss);
-        if (shows_depth()) writer_->explain_depth(scene_depth() * session_.geometry.unit);
+        if (shows_depth()) writer_->explain_depth(scene_depth() * planned_.geometry.unit);
         for (std::string& file : writer_->write(frame, samples.data(), levels))
-            session_.files.push_back(std::move(file));
-        session_.measured->write_seconds += since(begin);
+            run_.files.push_back(std::move(file));
+        run_.measured.write_seconds += since(begin);
     }
 
     /// What waited until all frames were there.
     void end_run() {
-        if (!session_.writes_at_once()) {
+        if (!planned_.writes_at_once()) {
             for (std::size_t i = 0; verifier_ && i < frames_.size(); ++i) {
                 verifier_->frame(static_cast<int>(i), *frames_[i]);
                 poll();
             }
         }
         if (verifier_) {
-            Verified& error = session_.measured->error.emplace(verifier_->finish());
+            Verified& error = run_.measured.error.emplace(verifier_->finish());
             error.high = error.at_most;
         }
         verifier_.reset();
-        session_.memory->trim();
-        if (session_.spec.strict && !keeps_budgets())
-            throw RunError("--strict: a budget is broken; nothing is written");
-        const bool waited = !session_.writes_at_once();
+        planned_.memory->trim();
+        if (planned_.spec.strict && !keeps_budgets())
+            throw RunError(message("@strict: a budget is broken; nothing is written"));
+        const bool waited = !planned_.writes_at_once();
         if (want_.job == Job::mesh) {
             end_mesh();
             return;
@@ -258,18 +264,18 @@ class Performance {
         if (!waited || !writes_) return;
         // From here on nobody reads the samples: their bytes are the last form's.
         field_.reset();
-        if (!shows_depth()) session_.input->data.reset();
+        if (!shows_depth()) samples_.reset();
         for (std::size_t i = 0; i < frames_.size(); ++i) {
             write(static_cast<int>(i), *frames_[i], levels);
             frames_[i].reset();
         }
-        session_.input->data.reset();
+        samples_.reset();
     }
 
     std::shared_ptr<const surface::Mesh> finished_mesh(
         std::shared_ptr<const surface::Mesh> mesh) const {
-        const SurfaceFinish& finish = session_.spec.finish;
-        std::pmr::memory_resource* memory = session_.memory.get();
+        const SurfaceFinish& finish = planned_.spec.finish;
+        std::pmr::memory_resource* memory = planned_.memory.get();
         if (!finish.largest && !finish.smooth && !finish.decimate) return mesh;
         // What the steps take beside the meshes counts as well.
         const Array room(static_cast<std::size_t>(surface::finishing_bytes(
@@ -291,14 +297,14 @@ class Performance {
         const std::shared_ptr<const surface::Mesh> made = surface::mesh_in(*frames_[0]);
         if (!made) throw RunError("the path has made no surface");
         const std::shared_ptr<const surface::Mesh> mesh = finished_mesh(made);
-        session_.surface = surface::measures_of(*mesh, session_.memory.get());
+        run_.surface = surface::measures_of(*mesh, planned_.memory.get());
         if (!writes_) return;
         poll();
         const auto begin = Clock::now();
         const std::vector<store::SurfaceLabel> labels = labels_of(*mesh);
-        const auto& segments = session_.input->header.segments;
-        const store::Header& header = session_.input->header;
-        const std::string file = session_.outputs->file(0);
+        const auto& segments = planned_.input.header.segments;
+        const store::Header& header = planned_.input.header;
+        const std::string file = planned_.outputs->file(0);
         store::write_surface(
             file, {.positions = mesh->positions(),
                    .normals = mesh->normals(),
@@ -311,16 +317,16 @@ class Performance {
                                                               }),
                    .unit = header.unit,
                    .anatomical = header.anatomical,
-                   .offset = {session_.geometry.offset.x(), session_.geometry.offset.y(),
-                              session_.geometry.offset.z()}});
-        session_.measured->write_seconds += since(begin);
-        session_.files.push_back(file);
+                   .offset = {planned_.geometry.offset.x(), planned_.geometry.offset.y(),
+                              planned_.geometry.offset.z()}});
+        run_.measured.write_seconds += since(begin);
+        run_.files.push_back(file);
     }
 
     /// Labels as files name them: the surface knows their places where there is a table.
     std::vector<store::SurfaceLabel> labels_of(const surface::Mesh& mesh) const {
-        const Segments segments(*session_.input);
-        const LabelTable* table = session_.input->table.get();
+        const Segments segments(planned_.input);
+        const LabelTable* table = planned_.input.table.get();
         std::vector<store::SurfaceLabel> labels;
         for (std::size_t i = 0; i < mesh.labels.size(); ++i) {
             const double value = mesh.labels[i];
@@ -342,40 +348,40 @@ class Performance {
     /// While there are samples to compare with.
     void show(const Shades& levels) {
         if (!shown_) return;
-        if (!session_.writes_at_once()) shown_->take(*frames_[0], levels);
-        shown_->compare();
-        session_.memory->trim();
+        if (!planned_.writes_at_once()) shown_->take(*frames_[0], levels);
+        shown_->compare(*samples_);
+        planned_.memory->trim();
     }
 
     Shades default_levels() const {
-        const Tail& tail = session_.written.tail;
+        const Tail& tail = planned_.written.tail;
         if (!tail.view) return {};
-        const store::Header& header = session_.input->header;
+        const store::Header& header = planned_.input.header;
         const bool photograph = want_.job->samples && !header.volume && !is_integer(header.type);
-        if (photograph && !session_.window) return {0, 1};
-        return shades_of(frames_, session_.window, tail);
+        if (photograph && !planned_.window) return {0, 1};
+        return shades_of(frames_, planned_.window, tail);
     }
 
     /// Whether what was measured may keep the budgets that were given; a warning says which it does
     /// not.
     bool keeps_budgets() {
-        Measured& measured = *session_.measured;
+        Measured& measured = run_.measured;
         // What the process once held before the request is not the request's.
         measured.bytes = resident_peak();
-        if (measured.bytes <= session_.peak_before)
+        if (measured.bytes <= planned_.peak_before)
             measured.bytes = std::min(
-                measured.bytes, session_.resident + static_cast<double>(session_.memory->peak()));
+                measured.bytes, planned_.resident + static_cast<double>(planned_.memory->peak()));
         const Budget& budget = want_.budget;
         const auto broken = [&](const char* what, double value, double limit, const char* unit) {
             if (value <= limit) return;
             measured.kept = false;
-            session_.messages.warning(fmt::format("{} {:.3g}{} is beyond the budget of {:.3g}{}",
-                                                  what, value, unit, limit, unit));
+            messages_.warning(fmt::format("{} {:.3g}{} is beyond the budget of {:.3g}{}", what,
+                                          value, unit, limit, unit));
         };
         std::vector<double> seconds = measured.seconds;
         std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
         if (budget.seconds) broken("time:", seconds[seconds.size() / 2], *budget.seconds, " s");
-        if (session_.spec.max_memory)
+        if (planned_.spec.max_memory)
             broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, " MiB");
         if (measured.error && budget.error && !budget.error_yields) judge_error(*budget.error);
         return measured.kept != false;
@@ -383,30 +389,33 @@ class Performance {
 
     /// An interval on one side of the budget judges it; one that straddles it leaves it open.
     void judge_error(double budget) {
-        Measured& measured = *session_.measured;
+        Measured& measured = run_.measured;
         const Verified& error = *measured.error;
         if (error.high <= budget) return;
         const auto words = [&](double value) {
-            return error_words(value, session_.spec.notation.error);
+            return error_words(value, planned_.spec.notation.error);
         };
         const std::string interval = fmt::format("error: {} (95 %: {} to {})", words(error.nrmse),
                                                  words(error.low), words(error.high));
         if (error.low > budget) {
             measured.kept = false;
-            session_.messages.warning(
+            messages_.warning(
                 fmt::format("{} is beyond the budget of {}", interval, words(budget)));
             return;
         }
         if (measured.kept == true) measured.kept.reset();
-        session_.messages.warning(
-            fmt::format("{} leaves open whether the budget of {} is kept; --verify=all decides",
-                        interval, words(budget)));
+        messages_.warning(
+            message("{} leaves open whether the budget of {} is kept; @verify(all) decides",
+                    interval, words(budget)));
     }
 
-    Session& session_;
+    const Planned& planned_;
+    Listener& messages_;
+    std::shared_ptr<const Data> samples_;
     const FrameSink& sink_;
     const Request& want_;
     const bool writes_;
+    Run run_;
     bool last_ = true;
     double delivering_ = 0, showing_ = 0;
     Clock::time_point began_{};
@@ -422,16 +431,20 @@ class Performance {
 
 }  // namespace
 
-void perform(Session& session, const FrameSink& frames) {
-    if (!session.answer || !session.answer->plan)
-        throw RequestError("perform: there is no plan; make_plan makes it");
-    if (session.want().ranks > 1) throw RequestError("perform: a run is on one rank");
-    if (!session.input->data || !session.input->data->samples.data())
+Run run(const Planned& planned, std::shared_ptr<const Data> samples, const Sinks& sinks,
+        Listener& messages) {
+    if (!planned.answer.plan) throw RequestError("run: there is no plan");
+    if (planned.want.ranks > 1) throw RequestError("run: a run is on one rank");
+    if (!samples || !samples->samples.data())
         throw RequestError(
-            "perform: there are no samples: they are described only, or were given back when the "
-            "last result was written; take_request reads them");
-    session.files.clear();
-    Performance(session, frames).run_all();
+            "run: there are no samples: they are described only, or were given back "
+            "when the last result was written");
+    return Running(planned, std::move(samples), sinks, messages).run_all();
+}
+
+Run run_once(Planned& planned, const Sinks& sinks, Listener& messages) {
+    if (planned.as.keeps_samples) return run(planned, planned.input.data, sinks, messages);
+    return run(planned, std::exchange(planned.input.data, nullptr), sinks, messages);
 }
 
 }  // namespace edgewise

@@ -1,4 +1,4 @@
-#include "cli/session/typed_session.hpp"
+#include "cli/session/typed_request.hpp"
 
 #include <fmt/format.h>
 
@@ -22,25 +22,37 @@ std::shared_ptr<Refinement> refinement_of(const JobOptions& options, const Reque
     return std::make_shared<Refinement>(options.progressive, limit);
 }
 
-Session session_of(const JobOptions& options, Messages& messages) {
+Engine engine_with(Catalogue edges, const JobOptions& options, const RequestSpec& spec, bool runs,
+                   Messages& messages) {
+    Profile machine = chosen_profile(options.machine);
+    if (spec.max_time && !options.explain && runs && is_built_in(machine))
+        messages.notice(
+            "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "
+            "measures this machine");
+    return {std::move(edges), std::move(machine)};
+}
+
+Asked asked_by(const JobOptions& options, bool runs, Messages& messages) {
     configure(messages, options);
     Catalogue edges = catalogue();
     RequestSpec spec = spec_of(options, edges);
     const std::shared_ptr<Refinement> refinement = refinement_of(options, spec);
     if (refinement) edges = watched(std::move(edges), refinement->watch());
-    Session session(std::move(spec), std::move(edges), chosen_profile(options.machine), messages);
-    session.refinement = refinement;
-    return session;
+    const Engine engine = engine_with(std::move(edges), options, spec, runs, messages);
+    return ask(engine, std::move(spec),
+               {.runs = runs, .shows = options.report.has_value(), .refinement = refinement});
 }
 
 }  // namespace
 
-TypedSession::TypedSession(const JobOptions& options)
+TypedRequest::TypedRequest(const JobOptions& options, bool runs)
     : options_(options),
       startup_seconds_(process_seconds()),
-      session_(session_of(options, messages_)) {
-    session_.explained = options.explain;
-    session_.shows = options.report.has_value();
+      reached_(asked_by(options, runs, messages_)) {}
+
+Engine engine_of(const JobOptions& options, const RequestSpec& spec, bool runs,
+                 Messages& messages) {
+    return engine_with(catalogue(), options, spec, runs, messages);
 }
 
 void configure(Messages& messages, const JobOptions& options) {

@@ -1,0 +1,153 @@
+#include "engine/prepared.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <fmt/format.h>
+#include <mutex>
+#include <utility>
+
+#include "engine/reached.hpp"
+#include "graph/errors.hpp"
+
+namespace edgewise {
+namespace {
+
+/// The steps at the begin of a plan that serve all views: what they make hangs on the samples and
+/// not on how they are seen.
+std::size_t steps_of_input(const Plan& plan) {
+    std::size_t steps = 0;
+    // Boxes of results in between are never whole.
+    if (plan.boxes > 1) return 0;
+    while (steps + 1 < plan.steps.size() && plan.steps[steps].runs() == 1 &&
+           plan.steps[steps].offer.to.space != "screen")
+        ++steps;
+    return steps;
+}
+
+/// A part of a plan.
+Plan part_of(const Plan& plan, std::size_t begin, std::size_t end) {
+    Plan part = plan;
+    part.steps.assign(plan.steps.begin() + static_cast<std::ptrdiff_t>(begin),
+                      plan.steps.begin() + static_cast<std::ptrdiff_t>(end));
+    if (begin > 0) part.source = plan.steps[begin - 1].offer.to;
+    return part;
+}
+
+}  // namespace
+
+/// What the runs of one plan share.
+struct Prepared::Shared {
+    std::size_t steps = 0;  // of the plan, whose result it is
+    Plan rest;              // of the plan
+    std::mutex mutex;
+    std::shared_ptr<const Data> made;  // null: not yet
+};
+
+Prepared::Prepared(Planned planned) : Prepared(std::move(planned), {}) {}
+
+Prepared::Prepared(Planned planned, std::vector<Message> warnings)
+    : planned_(std::make_shared<const Planned>(std::move(planned))),
+      shared_(std::make_shared<Shared>()),
+      warnings_(std::move(warnings)) {
+    expect_plan(*planned_);
+    shared_->steps = steps_of_input(plan());
+    shared_->rest = part_of(plan(), shared_->steps, plan().steps.size());
+}
+
+Representation Prepared::result() const {
+    return plan().steps.empty() ? planned_->stored : plan().steps.back().offer.to;
+}
+
+Prepared::Result Prepared::run(const RunWith& with) const {
+    const Planned& planned = *planned_;
+    const std::size_t each = static_cast<std::size_t>(result().bytes());
+    if (!with.into.empty() && with.into.size() != each * static_cast<std::size_t>(frames()))
+        throw RequestError(fmt::format("run: {} bytes are given for {} frames of {} bytes",
+                                       with.into.size(), frames(), each));
+    RunOptions options;
+    options.threads = with.threads > 0 ? with.threads : planned.want.threads;
+    options.memory = planned.memory.get();
+    options.stop = with.stop;
+    options.progress = with.on_progress;
+    const Ask ask = planned.ask();
+    const std::shared_ptr<const Data> source = shared_input(options);
+    Result result;
+    if (with.keep_frames) result.frames.resize(static_cast<std::size_t>(frames()));
+    const Deliver deliver = [&](int frame, std::shared_ptr<const Data> made) {
+        const auto at = static_cast<std::size_t>(frame);
+        if (!with.into.empty())
+            std::memcpy(with.into.data() + each * at, made->samples.data(), each);
+        if (with.on_frame) with.on_frame({frame, *made});
+        if (with.keep_frames) result.frames[at] = std::move(made);
+    };
+    Outcome outcome = edgewise::run(shared_->rest, ask, source, deliver, options);
+    result.steps = plan().texts();
+    result.warnings = std::move(outcome.warnings);
+    result.seconds = outcome.seconds;
+    return result;
+}
+
+std::shared_ptr<const Data> Prepared::shared_input(const RunOptions& options) const {
+    const std::shared_ptr<const Data>& samples = planned_->input.data;
+    if (shared_->steps == 0) return samples;
+    const std::lock_guard lock(shared_->mutex);
+    if (shared_->made) return shared_->made;
+    Request once = planned_->want;
+    once.frames = 1;
+    const Plan first = part_of(plan(), 0, shared_->steps);
+    const Deliver take = [&](int, std::shared_ptr<const Data> made) {
+        shared_->made = std::move(made);
+    };
+    edgewise::run(first, {once, planned_->scene}, samples, take, options);
+    return shared_->made;
+}
+
+Prepared Prepared::with_input(std::shared_ptr<const Data> samples) const {
+    const Planned& planned = *planned_;
+    if (!samples || samples->what.text() != planned.stored.text())
+        throw RequestError(fmt::format("with_input: the samples are {}, and the plan is for {}",
+                                       samples ? samples->what.text() : "none",
+                                       planned.stored.text()));
+    Opened opened = planned;
+    opened.as.given = samples;
+    Input input = planned.input;
+    input.data = std::move(samples);
+    input.identity.reset();  // nobody knows what it is
+    Listener messages;
+    const InSeries same{.first = &planned};
+    Looked looked = look(opened, std::move(input), {.errors = ErrorsWanted::never}, messages, same);
+    Planned followed = follow(std::move(looked), plan(), messages);
+    return Prepared(std::move(followed), messages.warnings());
+}
+
+Prepared Prepared::with_views(const GeometrySpec& views) const {
+    const Planned& planned = *planned_;
+    RequestSpec query = planned.spec;
+    query.geometry = views;
+    Opening as = planned.as;
+    as.described = std::make_shared<const Input>(planned.input);
+    Listener messages;
+    Opened opened = open(ask(planned.engine, std::move(query), as), messages);
+    opened.memory = planned.memory;
+    opened.resident = planned.resident;
+    const InSeries same{.first = &planned};
+    Looked looked = look(opened, planned.input, {.errors = ErrorsWanted::never}, messages, same);
+    Planned followed = follow(std::move(looked), plan(), messages);
+    return Prepared(std::move(followed), messages.warnings());
+}
+
+Prepared prepare(const Engine& engine, RequestSpec query, std::shared_ptr<const Data> given,
+                 const Effort& effort, Listener& messages) {
+    Reached reached(ask(engine, std::move(query),
+                        {.runs = true, .keeps_samples = true, .given = std::move(given)}));
+    reached.prepare(effort, messages);
+    return Prepared(std::move(reached.plan()));
+}
+
+Prepared prepare(const Engine& engine, RequestSpec query, std::shared_ptr<const Data> given,
+                 const Effort& effort) {
+    Listener messages;
+    return prepare(engine, std::move(query), std::move(given), effort, messages);
+}
+
+}  // namespace edgewise
