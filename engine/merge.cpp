@@ -219,7 +219,7 @@ class Merging {
                                                (apart_ ? pictures_of_each_ : 1) * colours.bytes());
         const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
         if (bytes > left)
-            throw NoPlan(fmt::format(
+            throw NoPlan(message(
                 "{}: {} pictures of merged channels take {:.0f} MiB, and {:.0f} MiB are left for "
                 "them",
                 spec_.max_memory ? setting("max_memory") : "memory", frames, bytes / 0x1p20,

@@ -108,9 +108,9 @@ bool say_what_is_missed(const Opened& opened, Listener& messages) {
     const auto grown = [&](std::int64_t side) {
         return static_cast<std::int64_t>(std::ceil(static_cast<double>(side) * apart - 1e-6));
     };
-    const std::string size = message("@size({}x{})", grown(want.screen.x), grown(want.screen.y));
+    const Message size = message("@size({}x{})", grown(want.screen.x), grown(want.screen.y));
     const Vec3& spacing = opened.geometry.grid.spacing;
-    const std::string finer =
+    const Message finer =
         opened.spec.geometry.spacing
             ? message("@spacing({:.4g}) {}", spacing.head<2>().minCoeff() / apart, size)
             : size;
