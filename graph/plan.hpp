@@ -21,7 +21,7 @@ struct Step {
     Predicted predicted;  // of this step: its seconds, the peak while it runs, the error so far
 
     int runs() const noexcept { return offer.to.runs(); }
-    /// "project.ray_cast/filter=foh/step=1", as `--via` takes it.
+    /// "project.ray_cast/filter=foh/step=1", as `via` takes it.
     std::string text() const { return by->name + offer.with.text(); }
 };
 
