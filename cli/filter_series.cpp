@@ -109,7 +109,7 @@ class FilteredSeries {
                 "--time all: a view has a window of its own for each time point; "
                 "leave out --bits, or say --bits 32");
         if (const auto cut = cut_off_text(planned.want, result, tail))
-            messages_.warning(fmt::format("time {}: {}", time, *cut));
+            messages_.warning(message("time {}: {}", time, *cut));
         Array samples = finished(result, tail, {}, planned.memory.get());
         const std::string kept = keep_padding(planned.want, planned.input, tail, samples);
         if (!kept.empty()) messages_.warning(kept);

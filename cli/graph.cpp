@@ -6,6 +6,7 @@
 #include "charts/program.hpp"
 #include "cli/request/errors.hpp"
 #include "cli/request/request_options.hpp"
+#include "cli/request/spoken.hpp"
 #include "cli/session/graph_picture.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/typed_request.hpp"
@@ -78,7 +79,10 @@ std::string graph_of(TypedRequest& typed, Form form) {
                 {"bias", c.error.known ? nlohmann::json(c.error.bias) : nlohmann::json()},
                 {"noise", c.error.known ? nlohmann::json(c.error.noise) : nlohmann::json()}};
     };
-    return to_json(spanned, looked.engine.edges(), entry).dump(2) + "\n";
+    nlohmann::json json = to_json(spanned, looked.engine.edges(), entry);
+    for (std::size_t i = 0; i < spanned.refused.size(); ++i)
+        json["refused"][i]["reason"] = spoken(spanned.refused[i].reason);
+    return json.dump(2) + "\n";
 }
 
 std::string graph_without_request(Form form) {

@@ -11,6 +11,7 @@
 #include "cli/request/errors.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/request/selection_words.hpp"
+#include "cli/request/spoken.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/known_scene.hpp"
@@ -48,7 +49,7 @@ struct Facts {
     std::optional<OfSamples> measured;  // absent where something had to be selected first
     std::vector<store::Series> series;
     std::vector<std::string> channel_names;  // by number, "": none; empty: the file names none
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
 };
 
 template <class T>
@@ -170,7 +171,7 @@ Json json_of(const Facts& facts) {
     json["level"] = header.level;
     json["levels"] = Json::array();
     for (const Extent& level : header.levels) json["levels"].push_back(extent_of(level, axes));
-    json["warnings"] = facts.warnings;
+    json["warnings"] = spoken(facts.warnings);
     json["series"] = Json::array();
     for (const store::Series& series : facts.series)
         json["series"].push_back(
@@ -243,21 +244,21 @@ std::string text_of_facts(const Facts& facts) {
     for (std::size_t i = 0; i < facts.series.size() && facts.series.size() > 1; ++i)
         line("series", fmt::format("{}: {} ({}, {} files)", i, facts.series[i].uid,
                                    facts.series[i].text, facts.series[i].files));
-    for (const std::string& warning : facts.warnings) line("warning", warning);
+    for (const Message& warning : facts.warnings) line("warning", spoken(warning));
     return text;
 }
 
 /// The first of several series that can be read. @throws InputError that of the first, where none
 /// can
 Input first_of(const std::vector<store::Series>& series, const std::string& file,
-               store::Selection selection, std::vector<std::string>& unreadable) {
+               store::Selection selection, std::vector<Message>& unreadable) {
     std::exception_ptr first;
     for (const store::Series& one : series) try {
             selection.series = one.uid;
             return inspected(file, selection);
         } catch (const InputError& error) {
             if (!first) first = std::current_exception();
-            unreadable.push_back(fmt::format("series {}: {}", one.uid, error.what()));
+            unreadable.push_back(message("series {}: {}", one.uid, error.message()));
         }
     std::rethrow_exception(first);
 }
@@ -274,7 +275,7 @@ Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     if (std::none_of(std::begin(kNoPaths), std::end(kNoPaths),
                      [&](std::string_view start) { return options.file.starts_with(start); }))
         facts.series = store::list_series(options.file);
-    std::vector<std::string> unreadable;
+    std::vector<Message> unreadable;
     facts.input = facts.series.size() > 1 && !selection.series
                       ? first_of(facts.series, options.file, selection, unreadable)
                       : inspected(options.file, selection);

@@ -7,6 +7,7 @@
 
 #include "cli/request/errors.hpp"
 #include "cli/request/request_options.hpp"
+#include "cli/request/spoken.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"
@@ -69,7 +70,9 @@ Json mode_list() {
     for (const Mode mode : modes()) {
         Json shades = Json::array();
         for (const Shade by : mode->shades) shades.push_back(name_of(by));
-        list.push_back({{"name", mode->name}, {"meaning", mode->help}, {"shades", shades}});
+        list.push_back({{"name", mode->name},
+                        {"meaning", spoken(message_of(mode->help))},
+                        {"shades", shades}});
     }
     return list;
 }
@@ -88,7 +91,7 @@ Json formats() {
                         {"volumes", format.volumes},
                         {"channels", format.channels},
                         {"library", store::library_of(format)},
-                        {"meaning", format.note}});
+                        {"meaning", spoken(format.note)}});
     }
     return list;
 }
@@ -146,7 +149,7 @@ Json machines() {
     for (const std::string& file : files) try {
             add(load_profile(file), file);
         } catch (const InputError& error) {
-            fmt::print(stderr, "edgewise: warning: {}\n", error.what());
+            fmt::print(stderr, "edgewise: warning: {}\n", spoken(error.message()));
         }
     return list;
 }

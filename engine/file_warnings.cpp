@@ -23,11 +23,11 @@ std::vector<std::string> told_of(const KnownFacts& facts) {
 
 }  // namespace
 
-void tell_of_file(const Opened& opened, const Input& input,
-                  const std::vector<std::string>& warnings, Listener& messages) {
+void tell_of_file(const Opened& opened, const Input& input, const std::vector<Message>& warnings,
+                  Listener& messages) {
     if (warnings.empty()) return;
     if (!messages.tells_once()) {
-        for (const std::string& warning : warnings) messages.warning(warning);
+        for (const Message& warning : warnings) messages.warning(warning);
         return;
     }
     // Samples that a request has read in a way of its own are of the same file.
@@ -35,10 +35,11 @@ void tell_of_file(const Opened& opened, const Input& input,
     const KnownFacts facts(keeps ? identity_of_files(input) : std::nullopt);
     std::vector<std::string> told = told_of(facts);
     const std::size_t before = told.size();
-    for (const std::string& warning : warnings) {
+    for (const Message& warning : warnings) {
         // As it is kept: names are bytes, and what is no UTF-8 becomes U+FFFD in JSON.
         const std::string kept = nlohmann::json::parse(
-            nlohmann::json(warning).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+            nlohmann::json(warning.marked())
+                .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
         if (std::find(told.begin(), told.end(), kept) != told.end()) {
             messages.known_warning(warning);
         } else {
@@ -47,10 +48,8 @@ void tell_of_file(const Opened& opened, const Input& input,
         }
     }
     if (told.size() > before && facts.keep(kTold, told) && before == 0)
-        messages.notice(
-            fmt::format("later commands leave out what is said of {}; `edgewise info` "
-                        "lists it",
-                        input.name));
+        messages.notice(message(
+            "later commands leave out what is said of {}; `@command(info)` lists it", input.name));
 }
 
 }  // namespace edgewise

@@ -14,7 +14,7 @@ class Listener;
 /// wants it once hears of it when a file is new or has changed. What was told is kept like facts of
 /// the data (engine/known_facts.hpp). Where none are kept, all is told each time.
 /// @param warnings  in the order in which they are told
-void tell_of_file(const Opened& opened, const Input& input,
-                  const std::vector<std::string>& warnings, Listener& messages);
+void tell_of_file(const Opened& opened, const Input& input, const std::vector<Message>& warnings,
+                  Listener& messages);
 
 }  // namespace edgewise

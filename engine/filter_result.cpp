@@ -78,7 +78,7 @@ FilterResult filter_result(const Request& want, const store::Header& input, doub
     return result;
 }
 
-std::optional<std::string> cut_off_text(const Request& want, const Data& result, const Tail& tail) {
+std::optional<Message> cut_off_text(const Request& want, const Data& result, const Tail& tail) {
     if (!want.setting.as<Filtering>() || tail.view || tail.table || !is_integer(tail.type) ||
         result.what.type == Type::f16 || result.what.type == Type::c64)
         return {};
@@ -102,9 +102,7 @@ std::optional<std::string> cut_off_text(const Request& want, const Data& result,
             [](std::int64_t a, std::int64_t b) { return a + b; });
     });
     if (beyond == 0) return {};
-    return fmt::format(
-        "{} of {} values ({:.3g} %) are beyond {} and were cut off; --bits 32 and a "
-        "format that holds f32 (.nrrd, .nii.gz, .tif) keep them",
+    return message("{} of {} values ({:.3g} %) are beyond {} and were cut off; @bits(32) and a format that holds f32 (.nrrd, .nii.gz, .tif) keep them",
         beyond, n, 100 * double(beyond) / double(n), name_of(tail.type));
 }
 

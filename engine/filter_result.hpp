@@ -16,7 +16,7 @@ struct FilterResult {
     store::Header header;  // the input's, with type and values of the result
     double low = 0, high = 0;
     bool keeps_sign = false;  // the type became a signed one
-    std::vector<std::string> notes;
+    std::vector<Message> notes;
 };
 
 /// Whether a kernel's weights are of both signs and add up to 0: it makes no values of its input's
@@ -32,6 +32,6 @@ FilterResult filter_result(const Request& want, const store::Header& input, doub
 
 /// That some of a filter's values are beyond the ends of the integer type that they are written in,
 /// and how many; or nothing.
-std::optional<std::string> cut_off_text(const Request& want, const Data& result, const Tail& tail);
+std::optional<Message> cut_off_text(const Request& want, const Data& result, const Tail& tail);
 
 }  // namespace edgewise

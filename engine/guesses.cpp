@@ -101,9 +101,9 @@ void say_where_front_is(const Opened& opened, Listener& messages) {
         (job != Job::render && job != Job::warp))
         return;
     messages.warning(
-        fmt::format("--view {}: {} does not say how it lies in the body; x is taken to point to "
-                    "the left, y to the back, z up; where that is wrong say --orient LPS, RAS ...",
-                    *view, input.name));
+        message("@view({}): {} does not say how it lies in the body; x is taken to point to the "
+                "left, y to the back, z up; where that is wrong say @orient(LPS), RAS ...",
+                *view, input.name));
 }
 
 bool looks_along_z(const Opened& opened) {
@@ -125,10 +125,11 @@ void say_what_is_reduced(const Opened& opened, Listener& messages) {
         return;
     }
     // Of a Gauss filter that wide little is left of what the output's samples cannot show.
-    messages.warning(fmt::format(
-        "{}, and values are taken there alone: finer detail is left out, or makes patterns; "
-        "`edgewise filter {} -o smooth{} --op convolve --kernel gauss:{:.2g}` first makes a mean",
-        where, opened.input.name, want.axes == 2 ? ".tif" : ".nrrd", most / 2));
+    messages.warning(
+        message("{}, and values are taken there alone: finer detail is left out, or makes "
+                "patterns; `@command(filter) {} @out(smooth{}) @op(convolve) "
+                "@kernel(gauss:{:.2g})` first makes a mean",
+                where, opened.input.name, want.axes == 2 ? ".tif" : ".nrrd", most / 2));
 }
 
 void take_outside(Looked& opened) {
@@ -155,10 +156,10 @@ void say_what_fills(const Opened& opened, Listener& messages) {
     const auto [low, high] = limits_of(tail.type);
     const double number = std::nearbyint((*filled - tail.values.offset) / tail.values.slope);
     if (number >= low && number <= high) return;
-    messages.warning(fmt::format(
-        "--outside {:g}: {} holds none, so {:g} is written beyond the input; --bits 32 and a "
-        "format that holds f32 (.nrrd, .nii.gz, .tif) keep it",
-        *filled, name_of(tail.type), tail.values(std::clamp(number, low, high))));
+    messages.warning(
+        message("@outside({:g}): {} holds none, so {:g} is written beyond the input; @bits(32) and "
+                "a format that holds f32 (.nrrd, .nii.gz, .tif) keep it",
+                *filled, name_of(tail.type), tail.values(std::clamp(number, low, high))));
 }
 
 }  // namespace edgewise

@@ -4,18 +4,18 @@
 
 namespace edgewise {
 
-bool Listener::counts(const std::string& text) {
+bool Listener::counts(const Message& text) {
     // The same thing found in every frame is worth saying once.
     if (std::find(warnings_.begin(), warnings_.end(), text) != warnings_.end()) return false;
     warnings_.push_back(text);
     return true;
 }
 
-void Listener::warning(const std::string& text) {
+void Listener::warning(const Message& text) {
     if (counts(text)) on_warning(text);
 }
 
-void Listener::known_warning(const std::string& text) {
+void Listener::known_warning(const Message& text) {
     if (counts(text)) on_known_warning(text);
 }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "graph/message.hpp"
+
 namespace edgewise {
 
 /// Whom a session tells what it does, and who may end it. By default nobody is told anything.
@@ -16,15 +18,15 @@ class Listener {
     Listener& operator=(const Listener&) = delete;
 
     /// What is wrong with the result or may be; the same words count once.
-    void warning(const std::string& text);
+    void warning(const Message& text);
     /// The same of what a file has, when an earlier run has told it: it counts, and is not said.
-    void known_warning(const std::string& text);
-    const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+    void known_warning(const Message& text);
+    const std::vector<Message>& warnings() const noexcept { return warnings_; }
     /// Whether what is wrong with a file need not be told again by every run.
     virtual bool tells_once() const noexcept { return false; }
 
     /// Worth knowing, and nothing is wrong with the result.
-    virtual void notice(const std::string&) {}
+    virtual void notice(const Message&) {}
     /// A share of the work is done.
     virtual void progress(double, const std::string&) {}
     virtual void end_progress() {}
@@ -49,14 +51,14 @@ class Listener {
     virtual void ends(State) {}
 
  protected:
-    virtual void on_warning(const std::string&) {}
-    virtual void on_known_warning(const std::string&) {}
+    virtual void on_warning(const Message&) {}
+    virtual void on_known_warning(const Message&) {}
 
  private:
     /// @return whether it is new
-    bool counts(const std::string& text);
+    bool counts(const Message& text);
 
-    std::vector<std::string> warnings_;
+    std::vector<Message> warnings_;
     std::atomic<bool> stop_ = false;
 };
 

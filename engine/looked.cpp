@@ -21,28 +21,28 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// Why there is no room for samples, or "".
-std::string lack_of_room(const Opened& opened) {
+Message lack_of_room(const Opened& opened) {
     const Input& input = opened.input;
     const Budget& budget = opened.want.budget;
     if (opened.want.ranks == 1 && *budget.bytes <= opened.resident)
-        return fmt::format(
-            "--max-memory {:.3g} MiB: the process takes {:.0f} MiB before it holds any samples",
+        return message(
+            "@max_memory({:.3g} MiB): the process takes {:.0f} MiB before it holds any samples",
             *budget.bytes / 0x1p20, opened.resident / 0x1p20);
     const auto limit = static_cast<double>(opened.memory->limit());
     if (opened.as.given || input.described || input.bytes() <= limit) return {};
-    return fmt::format("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
-                       input.name, input.bytes() / 0x1p20, limit / 0x1p20,
-                       opened.spec.max_memory ? " by --max-memory" : " on this machine");
+    return message("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
+                   input.name, input.bytes() / 0x1p20, limit / 0x1p20,
+                   opened.spec.max_memory ? message(" by @max_memory") : " on this machine");
 }
 
 /// Before samples are read. Where there is no room for them, how much would do is planned as if
 /// they were only described.
 void expect_room(const Opened& opened) {
-    const std::string lack = lack_of_room(opened);
+    const Message lack = lack_of_room(opened);
     if (lack.empty()) return;
     const Planned planned = unplanned(described(opened), {});
     WayOut ways = way_out_of(planned, Errors::guessed);
-    const std::string text = lack + text_of(ways);
+    const Message text = message("{}{}", lack, text_of(ways));
     throw Infeasible(text, std::move(ways));
 }
 
@@ -60,9 +60,9 @@ void take_transfer(Looked& looked, const Statistics& statistics,
         if (series->low <= series->high) seen.low = series->low, seen.high = series->high;
     }
     Remarks remarks = take_values(looked.want, looked.window, looked.spec, looked.input, seen);
-    for (const std::string& warning : remarks.warnings)
+    for (const Message& warning : remarks.warnings)
         if (messages) messages->warning(warning);
-    for (const std::string& notice : remarks.notices)
+    for (const Message& notice : remarks.notices)
         if (messages) messages->notice(notice);
     looked.preset = std::move(remarks.preset);
 }
@@ -190,15 +190,15 @@ Input read(const Opened& opened, Listener& messages) {
     Input input = opened.input;
     if (input.described) return input;
     const InState unobserved(messages, Listener::State::unobserved);
-    std::vector<std::string> found;
+    std::vector<Message> found;
     if (opened.as.given)
         input.data = opened.as.given;
     else
         found = read_data(input, opened.memory.get());
     tell_of_file(opened, input, found, messages);
     if (!opened.spec.only_labels.empty())
-        if (const std::string missing = keep_labels(input, opened.spec.only_labels,
-                                                    opened.want.outside, opened.memory.get());
+        if (const Message missing = keep_labels(input, opened.spec.only_labels, opened.want.outside,
+                                                opened.memory.get());
             !missing.empty())
             messages.warning(missing);
     if (!opened.spec.remembers) input.identity.reset();
@@ -226,7 +226,7 @@ Looked look(const Opened& opened, Input input, const Effort& effort, Listener& m
         take_written(looked, table->values.front(), table->values.back());
     else
         take_written(looked, statistics.low, statistics.high);
-    for (const std::string& warning : looked.written.warnings) messages.warning(warning);
+    for (const Message& warning : looked.written.warnings) messages.warning(warning);
     say_what_fills(looked, messages);
     return looked;
 }

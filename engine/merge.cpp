@@ -51,22 +51,23 @@ std::vector<ChannelSpec> parts_of_colour() {
 /// Why channels of such a request cannot be merged is its own error, told at once.
 void expect_mergeable(const RequestSpec& spec) {
     if (spec.job != Job::render)
-        throw RequestError(
-            fmt::format("--channel: {} merges no channels; name one", name_of(spec.job)));
+        throw RequestError(message("@channel: {} merges no channels; name one", name_of(spec.job)));
     if (spec.selection.channel)
-        throw RequestError("--channel: several are merged, and one is selected as well");
+        throw RequestError(message("@channel: several are merged, and one is selected as well"));
     if (spec.transfer)
-        throw RequestError(spec.transfer->from +
-                           ": its colours and those of channels exclude each other; without it "
-                           "light is grey and takes the channel's colour");
+        throw RequestError(
+            message("{}: its colours and those of channels exclude each other; without it light is "
+                    "grey and takes the channel's colour",
+                    spec.transfer->from));
     if (spec.suiting_preset)
         throw RequestError(
-            "--preset: its colours and those of channels exclude each other; --mode composite has "
-            "none");
+            message("@preset: its colours and those of channels exclude each other; "
+                    "@mode(composite) has none"));
     if (spec.background && *spec.background != std::array<double, 3>{0, 0, 0})
-        throw RequestError("--background: channels add up over black");
-    if (spec.keeps_alpha) throw RequestError("--background: merged channels have no alpha");
-    if (spec.ranks.value_or(1) > 1) throw RequestError("--ranks: channels are merged on one rank");
+        throw RequestError(message("@background: channels add up over black"));
+    if (spec.keeps_alpha) throw RequestError(message("@background: merged channels have no alpha"));
+    if (spec.ranks.value_or(1) > 1)
+        throw RequestError(message("@ranks: channels are merged on one rank"));
 }
 
 /// The channels, each once, with their colours.
@@ -81,10 +82,10 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
         if (!one.name.empty())
             one.channel = store::channel_named(one.name, input.name, input.selection);
         if (one.channel < 0 || one.channel >= there)
-            throw RequestError(fmt::format("--channel {}: {} has {} channel{}, counted from 0",
-                                           one.channel, input.name, there, there > 1 ? "s" : ""));
+            throw RequestError(message("@channel({}): {} has {} channel{}, counted from 0",
+                                       one.channel, input.name, there, there > 1 ? "s" : ""));
         if (!seen.insert(one.channel).second)
-            throw RequestError(fmt::format("--channel: {} is named twice", one.channel));
+            throw RequestError(message("@channel: {} is named twice", one.channel));
     }
     const bool asks_file = std::any_of(wanted.begin(), wanted.end(),
                                        [](const ChannelSpec& one) { return !one.colour; });
@@ -118,7 +119,7 @@ std::vector<MergedChannel> channels_of(const Merge& merge, const Input& input) {
         if (at < ranges.size()) channel.range = ranges[at];
         for (const double part : channel.colour)
             if (!(part >= 0 && part <= 1))
-                throw RequestError("--channel: expected colours from 0 to 1");
+                throw RequestError(message("@channel: expected colours from 0 to 1"));
     }
     return channels;
 }
@@ -179,10 +180,10 @@ class Merging {
         by_alpha_ = colours_ && input.header.alpha == store::Alpha::straight;
         bytes_ = input.header.type == Type::u8;
         if (colours_ && spec_.mode->over_background)
-            throw RequestError(fmt::format(
-                "--mode {}: {} holds colours, which have no opacity by their value; --mode {} show "
-                "them, and --channel 0 takes one of red, green and blue",
-                spec_.mode->name, input.name, modes_of_colours()));
+            throw RequestError(
+                message("@mode({}): {} holds colours, which have no opacity by their value; "
+                        "@mode({}) show them, and @channel(0) takes one of red, green and blue",
+                        spec_.mode->name, input.name, modes_of_colours()));
         input.selection.channel = found_.front().channel;
         const Geometry geometry = take_geometry(want, spec_, input, outputs_);
         merge_.frames = want.frames;
@@ -195,8 +196,7 @@ class Merging {
             const auto [columns, rows] = *spec_.look.montage;
             if (columns * rows > channels) ++pictures_of_each_;
         }
-        if (const std::string left_out = expect_frames(spec_, outputs_, want.frames);
-            !left_out.empty())
+        if (const Message left_out = expect_frames(spec_, outputs_, want.frames); !left_out.empty())
             merge_.messages.warning(left_out);
         writes_ = outputs_ && !outputs_->none();
         if (want.mode->over_background) shown_.exposure = spec_.exposure.value_or(1);
@@ -206,7 +206,7 @@ class Merging {
         written_.tail.channels = kColours;
         written_.tail.over_background = false;
         written_.tail.exposure.reset();
-        for (const std::string& warning : written_.warnings) merge_.messages.warning(warning);
+        for (const Message& warning : written_.warnings) merge_.messages.warning(warning);
     }
 
     /// The pictures are there from the beginning, so that the budgets of all channels count them.
@@ -219,10 +219,10 @@ class Merging {
                                                (apart_ ? pictures_of_each_ : 1) * colours.bytes());
         const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
         if (bytes > left)
-            throw NoPlan(fmt::format(
+            throw NoPlan(message(
                 "{}: {} pictures of merged channels take {:.0f} MiB, and {:.0f} MiB are left for "
                 "them",
-                spec_.max_memory ? "--max-memory" : "memory", frames, bytes / 0x1p20,
+                spec_.max_memory ? setting("max_memory") : "memory", frames, bytes / 0x1p20,
                 std::max(0.0, left) / 0x1p20));
         // What the pictures are made of and what they are written as; budgets are the channels'.
         memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
@@ -264,7 +264,7 @@ class Merging {
                 spec_.max_time && merge_.wanted.size() != 1
                     ? fmt::format(", for its share of {:.3g} s", *spec.max_time)
                     : "";
-            throw NoPlan(fmt::format("channel {}{}: {}", channel.channel, share, error.what()));
+            throw NoPlan(message("channel {}{}: {}", channel.channel, share, error.message()));
         }
     }
 
@@ -345,7 +345,7 @@ class Merging {
     void end() {
         measure();
         if (spec_.strict && merge_.measured->kept == false)
-            throw RunError("--strict: a budget is broken; nothing is written");
+            throw RunError(message("@strict: a budget is broken; nothing is written"));
         values_.clear();
         memory_->trim();
         const auto begin = Clock::now();

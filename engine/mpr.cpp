@@ -19,17 +19,17 @@ namespace {
 constexpr int kBetweenPlanes = 2;  // pixels between planes
 constexpr int kLeastSide = 512;    // pixels of a picture whose size nobody says
 
-/// An option of the request that planes have no use for, or "".
-std::string useless(const RequestSpec& spec) {
+/// What of the request planes have no use for, or "".
+Message useless(const RequestSpec& spec) {
     const GeometrySpec& geometry = spec.geometry;
-    if (geometry.view) return "--view";
-    if (!geometry.steps.empty()) return fmt::format("--{}", name_of(geometry.steps.front().kind));
-    if (geometry.about) return "--about";
-    if (geometry.perspective) return "--perspective";
-    if (geometry.zoom) return "--zoom";
-    if (!spec.clip.empty()) return spec.clip.options();
-    if (spec.look.montage) return "--montage";
-    if (spec.look.depth_colour) return "--depth-colour";
+    if (geometry.view) return setting("view");
+    if (!geometry.steps.empty()) return setting_of(geometry.steps.front().kind);
+    if (geometry.about) return setting("about");
+    if (geometry.perspective) return setting("perspective");
+    if (geometry.zoom) return setting("zoom");
+    if (!spec.clip.empty()) return spec.clip.settings();
+    if (spec.look.montage) return setting("montage");
+    if (spec.look.depth_colour) return setting("depth_colour");
     return "";
 }
 
@@ -49,20 +49,21 @@ class MakingPlanes {
 
  private:
     void look() {
-        if (const std::string option = useless(spec_); !option.empty())
-            throw RequestError(fmt::format("{}: not with --mpr, which shows three planes", option));
+        if (const Message found = useless(spec_); !found.empty())
+            throw RequestError(message("{}: not with @mpr, which shows three planes", found));
         if (spec_.out) outputs_.emplace(*spec_.out);
         const InState unobserved(planes_.messages, Listener::State::unobserved);
         const Input input = inspected(spec_.input, selection_of(spec_));
-        if (input.described) throw RequestError("--mpr: a description has no samples to show");
+        if (input.described)
+            throw RequestError(message("@mpr: a description has no samples to show"));
         grid_ = grid_of(input);
-        if (grid_.axes != 3) throw RequestError("--mpr: of volumes; this is an image");
+        if (grid_.axes != 3) throw RequestError(message("@mpr: of volumes; this is an image"));
         for (int axis = 0; axis < 3; ++axis) {
             const double at = planes_.place[static_cast<std::size_t>(axis)];
             const auto most = static_cast<double>(grid_.extent[axis] - 1);
             if (at != std::floor(at) || !(at >= 0 && at <= most))
-                throw RequestError(fmt::format(
-                    "--mpr: {} along {}: expected a sample, from 0 to {}", at, "xyz"[axis], most));
+                throw RequestError(message("@mpr: {} along {}: expected a sample, from 0 to {}", at,
+                                           "xyz"[axis], most));
         }
         if (grid_.anatomical) views_ = {"front", "left", "bottom"};
         take_pixel();
@@ -80,9 +81,9 @@ class MakingPlanes {
         if (geometry.size->native) return;
         if (geometry.size->fit || geometry.size->sides.size() != 1)
             throw RequestError(
-                fmt::format("--size: '{}' given; of --mpr expected N, the pixels of the longest "
-                            "side of the volume",
-                            geometry.size->text()));
+                message("@size: '{}' given; of @mpr expected N, the pixels of the longest side of "
+                        "the volume",
+                        geometry.size->text()));
         double longest = 0;
         for (int axis = 0; axis < 3; ++axis)
             longest =
@@ -145,10 +146,10 @@ class MakingPlanes {
         const auto begin = std::chrono::steady_clock::now();
         const int channels = found_[0]->what.channels;
         if (channels != 1 && channels != 3)
-            throw RequestError(fmt::format(
-                "--mpr: of one channel or of colours, and here are {} channels; --channel N takes "
-                "one",
-                channels));
+            throw RequestError(
+                message("@mpr: of one channel or of colours, and here are {} channels; @channel N "
+                        "takes one",
+                        channels));
         Tail tail;
         tail.view = true;
         tail.type = Type::u8;
@@ -180,7 +181,7 @@ class MakingPlanes {
         sheet.add(0, canvas.samples.data());
         const std::string file = outputs_->file(0);
         if (const std::string why = store::cannot_write(file, sheet.header()); !why.empty())
-            throw RequestError(fmt::format("-o {}: {}", file, why));
+            throw RequestError(message("@out({}): {}", file, why));
         store::write(file, sheet.header(), sheet.samples(), {spec_.quality});
         planes_.files.push_back(file);
         planes_.write_seconds = since(begin);

@@ -24,7 +24,7 @@ std::optional<std::int64_t> label_of(double number, const Input& input) {
 
 }  // namespace
 
-std::string keep_labels(Input& input, const std::vector<std::int64_t>& labels, double background,
+Message keep_labels(Input& input, const std::vector<std::int64_t>& labels, double background,
                         std::pmr::memory_resource* memory) {
     auto data = std::make_shared<Data>(Data::make(input.data->what, memory));
     std::vector<bool> found(labels.size());
@@ -52,12 +52,12 @@ std::string keep_labels(Input& input, const std::vector<std::int64_t>& labels, d
     for (std::size_t i = 0; i < labels.size(); ++i)
         if (!found[i]) missing.push_back(labels[i]);
     if (missing.size() == labels.size())
-        throw RequestError(fmt::format("--labels={}: no sample of {} is one of them",
+        throw RequestError(message("@labels({}): no sample of {} is one of them",
                                        fmt::join(labels, ","), input.name));
     input.data = std::move(data);
     input.identity.reset();  // these are no longer the file's samples
     if (missing.empty()) return "";
-    return fmt::format("--labels: no sample of {} is {}", input.name, fmt::join(missing, " or "));
+    return message("@labels: no sample of {} is {}", input.name, fmt::join(missing, " or "));
 }
 
 }  // namespace edgewise

@@ -12,7 +12,7 @@ namespace edgewise {
 /// @param background  the value that is no label
 /// @return a warning that names those that do not occur, or ""
 /// @throws RequestError none of them occurs
-std::string keep_labels(Input& input, const std::vector<std::int64_t>& labels, double background,
+Message keep_labels(Input& input, const std::vector<std::int64_t>& labels, double background,
                         std::pmr::memory_resource* memory);
 
 }  // namespace edgewise

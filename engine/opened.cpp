@@ -35,8 +35,8 @@ void take_machine(Asked& asked) {
 void expect_one_rank(const Asked& asked) {
     if (asked.as.runs && asked.want.ranks > 1)
         throw RequestError(
-            fmt::format("{}: {} ranks: a run is on one rank; `edgewise plan` plans for more",
-                        asked.spec.ranks ? "--ranks" : "--machine", asked.want.ranks));
+            message("{}: {} ranks: a run is on one rank; `@command(plan)` plans for more",
+                    asked.spec.ranks ? setting("ranks") : setting("machine"), asked.want.ranks));
 }
 
 void say_whose_machine(const Asked& asked, Listener& messages) {
@@ -123,8 +123,8 @@ void take_exactness(Opened& opened) {
     const bool labels = want.field == Field::nearest;
     if (o.labels && o.outside && is_integer(stored.type) &&
         !can_store(stored.type, stored.values, want.outside))
-        throw RequestError(fmt::format("--outside {}: labels of type {} cannot say it", *o.outside,
-                                       name_of(stored.type)));
+        throw RequestError(message("@outside({}): labels of type {} cannot say it", *o.outside,
+                                   name_of(stored.type)));
     const bool wide = bytes_of(stored.type) >= 4 && stored.type != Type::f32;
     const Tail& tail = opened.written.tail;
     const bool kept_by_writing =
@@ -149,12 +149,12 @@ void take_exactness(Opened& opened) {
 void expect_place_for_pictures(const Opened& opened) {
     if (opened.spec.strict)
         throw RequestError(
-            "--strict: writes nothing that breaks a budget, and pictures on the way are written "
-            "before that is known; leave out one");
+            message("@strict: writes nothing that breaks a budget, and pictures on the way are "
+                    "written before that is known; leave out one"));
     if (!opened.as.refinement->writes() || !opened.outputs || opened.outputs->none()) return;
     if (opened.outputs->file(0) == "-" || opened.outputs->animates(opened.want.frames))
-        throw RequestError(fmt::format(
-            "-o {}: pictures on the way replace one another in a file; name one, with %d for "
+        throw RequestError(message(
+            "@out({}): pictures on the way replace one another in a file; name one, with %d for "
             "several views",
             opened.spec.out.value_or("-")));
 }
@@ -178,7 +178,7 @@ void expect_demands(const Asked& asked) {
 
 void say_how_sure_places_are(const Opened& opened, Listener& messages) {
     if (opened.spec.radon)
-        if (const std::string remark = remark_on_angles(*opened.spec.radon); !remark.empty())
+        if (const Message remark = remark_on_angles(*opened.spec.radon); !remark.empty())
             messages.warning(remark);
     // Places of 512 samples are then off by 2^-53 512 times that, 2^-22 of a sample.
     constexpr double kIllConditioned = 4e6;
@@ -251,13 +251,13 @@ Opened open(Asked asked, Listener& messages) {
     expect_demands(opened);
     if (opened.as.runs && opened.input.described)
         throw RequestError(
-            fmt::format("{}: a description has no samples to run on; "
-                        "`edgewise plan` and `edgewise graph` take it",
-                        o.input));
+            message("{}: a description has no samples to run on; `@command(plan)` and "
+                    "`@command(graph)` take it",
+                    o.input));
     opened.geometry = take_geometry(opened.want, o, opened.input, opened.outputs);
     say_how_sure_places_are(opened, messages);
     say_what_is_open(opened, messages);
-    if (const std::string left_out = expect_frames(o, opened.outputs, opened.want.frames);
+    if (const Message left_out = expect_frames(o, opened.outputs, opened.want.frames);
         !left_out.empty())
         messages.warning(left_out);
     if (opened.as.refinement) expect_place_for_pictures(opened);

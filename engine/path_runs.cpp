@@ -106,6 +106,8 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
         path.given_up = watch->elapsed();
     } catch (const std::bad_alloc&) {
         path.failure = "out of memory";
+    } catch (const Exception& error) {
+        path.failure = error.message();
     } catch (const std::exception& error) {
         path.failure = error.what();
     }

@@ -39,7 +39,7 @@ struct MeasuredPath {
     std::optional<double>
         resident_bytes;  // peak as the system sees it, without what measuring holds
     std::optional<Verified> error;
-    std::string failure;  // why it has no result
+    Message failure;  // why it has no result
 
     bool measured() const noexcept { return first.has_value(); }
     /// undisturbed() of the warm runs, or the cold run where there is no other.

@@ -91,7 +91,8 @@ double verifying_bytes(const Planned& planned) {
 /// @throws RequestError where there are no samples
 void run_pilot(Planned& planned, Listener& messages) {
     if (!planned.input.data->samples.data())
-        throw RequestError("--planner: without samples nothing can be measured; only estimate");
+        throw RequestError(
+            message("@planner: without samples nothing can be measured; only estimate"));
     const Answer& answer = planned.answer;
     // As long as a few dozen runs take, within reason.
     constexpr double kRuns = 40, kLeast = 2.5, kMost = 20;
@@ -103,32 +104,32 @@ void run_pilot(Planned& planned, Listener& messages) {
         measure_contenders(planned, messages, planned.spec.planner == Planner::exhaustive, limit,
                            given.value_or(kMost));
     } catch (const std::bad_alloc&) {
-        messages.warning("--planner: no memory left to measure with; models decide");
+        messages.warning(message("@planner: no memory left to measure with; models decide"));
     }
     planned.spent.pilot += since(begin);
 }
 
 /// Why an edge that was asked for cannot serve, or "".
-std::string refused_demand(const Planned& planned) {
+Message refused_demand(const Planned& planned) {
     for (const Demand& demand : planned.spec.demands.via)
         for (const Refusal& refusal : planned.answer.refused)
             if (demand.name == refusal.transition ||
                 refusal.transition.starts_with(demand.name + "."))
-                return fmt::format("{}: {}", refusal.transition, refusal.reason);
+                return message("{}: {}", refusal.transition, refusal.reason);
     return {};
 }
 
 /// That rounding to the file's type is what breaks an error budget, or "".
-std::string rounding_text(const Planned& planned) {
+Message rounding_text(const Planned& planned) {
     const Request& want = planned.want;
     if (!want.written || !want.budget.error || !planned.spec.max_error) return {};
     const double error = rounding_of(planned.ask()) / planned.scene.range;
     if (error <= *want.budget.error) return {};
-    return fmt::format("; rounding to {} alone makes an error of {:.3g}: {}",
-                       name_of(want.written->type), error,
-                       want.written->rounds()
-                           ? "write f32 (--bits 32 and a format that holds it, as .nrrd or .tif)"
-                           : "write all digits (no --bits, and a format that holds the type)");
+    return message(
+        "; rounding to {} alone makes an error of {:.3g}: {}", name_of(want.written->type), error,
+        want.written->rounds()
+            ? message("write f32 (@bits(32) and a format that holds it, as .nrrd or .tif)")
+            : message("write all digits (no @bits, and a format that holds the type)"));
 }
 
 /// Labels that nobody called so: a plan that computes between them makes new ones.
@@ -144,10 +145,10 @@ void hint_at_labels(const Planned& planned, Listener& messages) {
     const std::vector<Step>& steps = planned.answer.plan->steps;
     if (std::all_of(steps.begin(), steps.end(), copies)) return;
     if (looks_like_labels(*input.data, planned.scene.commonest))
-        messages.warning(fmt::format(
-            "{} may hold labels (few different values): values between them appear; --labels "
-            "makes none",
-            input.name));
+        messages.warning(
+            message("{} may hold labels (few different values): values between them appear; "
+                    "@labels makes none",
+                    input.name));
 }
 
 /// What the planner says, with an error budget as it was typed.
@@ -242,7 +243,7 @@ Planned price(Looked looked, const Effort& effort, Listener& messages) {
     count_writing(planned);
     planned.answer.seconds = planned.spent.all();
     messages.ends(Listener::State::planning);
-    for (const std::string& warning : planned.answer.warnings) messages.warning(warning);
+    for (const Message& warning : planned.answer.warnings) messages.warning(warning);
     if (planned.answer.plan)
         hint_at_labels(planned, messages);
     else
@@ -271,18 +272,19 @@ Planned follow(Looked looked, const Plan& path, Listener& messages) {
     for (const Demand& step : computing)
         for (const Refusal& refusal : refused)
             if (refusal.transition == step.name)
-                messages.warning(fmt::format("{} refuses here ({}): this goes by {}", step.name,
-                                             refusal.reason,
-                                             fmt::join(other.answer.plan->texts(), ", ")));
+                messages.warning(message("{} refuses here ({}): this goes by {}", step.name,
+                                         refusal.reason,
+                                         fmt::join(other.answer.plan->texts(), ", ")));
     return other;
 }
 
 void expect_plan(const Planned& planned) {
     if (planned.answer.plan) return;
-    const std::string refused = refused_demand(planned);
-    throw Infeasible((refused.empty() ? problem_text(planned) : refused) + rounding_text(planned) +
-                         nearest_text(planned) + text_of(*planned.way_out),
-                     *planned.way_out);
+    const Message refused = refused_demand(planned);
+    throw Infeasible(
+        message("{}{}{}{}", refused.empty() ? Message(problem_text(planned)) : refused,
+                rounding_text(planned), nearest_text(planned), text_of(*planned.way_out)),
+        *planned.way_out);
 }
 
 }  // namespace edgewise

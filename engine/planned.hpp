@@ -29,7 +29,7 @@ struct Planned : Looked {
 
 /// No plan serves the request within its budgets: what would do.
 struct Infeasible : NoPlan {
-    Infeasible(const std::string& what, WayOut ways) : NoPlan(what), way_out(std::move(ways)) {}
+    Infeasible(const Message& what, WayOut ways) : NoPlan(what), way_out(std::move(ways)) {}
     WayOut way_out;
 };
 

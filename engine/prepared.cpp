@@ -56,7 +56,7 @@ struct Prepared::Shared {
 
 Prepared::Prepared(Planned planned) : Prepared(std::move(planned), {}) {}
 
-Prepared::Prepared(Planned planned, std::vector<std::string> warnings)
+Prepared::Prepared(Planned planned, std::vector<Message> warnings)
     : planned_(std::make_shared<const Planned>(std::move(planned))),
       shared_(std::make_shared<Shared>()),
       warnings_(std::move(warnings)) {

@@ -39,7 +39,7 @@ class Prepared {
     struct Result {
         std::vector<std::shared_ptr<const Data>> frames;  // where they are kept
         std::vector<std::string> steps;                   // that ran
-        std::vector<std::string> warnings;                // a step that failed, and what ran then
+        std::vector<Message> warnings;                    // a step that failed, and what ran then
         double seconds = 0;
     };
 
@@ -52,7 +52,7 @@ class Prepared {
     /// Of one frame.
     Representation result() const;
     /// What was said while it was made: of the path that had to change, say.
-    const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+    const std::vector<Message>& warnings() const noexcept { return warnings_; }
 
     /// @throws Cancelled, RunError, std::bad_alloc, RequestError (`into` has another size)
     Result run(const RunWith& with = {}) const;
@@ -67,12 +67,12 @@ class Prepared {
 
  private:
     struct Shared;
-    Prepared(Planned planned, std::vector<std::string> warnings);
+    Prepared(Planned planned, std::vector<Message> warnings);
     /// What the rest of the plan begins with.
     std::shared_ptr<const Data> shared_input(const RunOptions& options) const;
     std::shared_ptr<const Planned> planned_;
     std::shared_ptr<Shared> shared_;
-    std::vector<std::string> warnings_;
+    std::vector<Message> warnings_;
 };
 
 /// Reads a query's input, plans, and keeps the samples for the runs.

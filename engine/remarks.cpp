@@ -42,10 +42,10 @@ void say_what_is_cut_off(const Opened& opened, Listener& messages) {
     const Geometry& geometry = opened.geometry;
     constexpr double kSeen = 0.5;  // sample
     if (opened.want.job != Job::warp || geometry.cut <= kSeen) return;
-    messages.warning(fmt::format(
-        "depth: the moved volume is {:.4g} samples deep, the output {}, so up to {:.4g} at an end "
-        "are cut off; --size fit keeps all",
-        geometry.depth, geometry.grid.extent.z, geometry.cut));
+    messages.warning(
+        message("depth: the moved volume is {:.4g} samples deep, the output {}, so up to {:.4g} at "
+                "an end are cut off; @size(fit) keeps all",
+                geometry.depth, geometry.grid.extent.z, geometry.cut));
 }
 
 /// Pictures have no spacing that a viewer would heed.
@@ -56,9 +56,9 @@ void say_what_is_squeezed(const Opened& opened, Listener& messages) {
         opened.outputs->none() || opened.outputs->format().volumes ||
         std::abs(spacing.x() / spacing.y() - 1) <= kSeen)
         return;
-    messages.warning(fmt::format(
+    messages.warning(message(
         "the picture's pixels are {:.4g} x {:.4g} {}, and most viewers show them square; "
-        "--spacing {:.4g} makes them so",
+        "@spacing({:.4g}) makes them so",
         spacing.x(), spacing.y(), opened.input.header.unit, std::min(spacing.x(), spacing.y())));
 }
 
@@ -68,11 +68,10 @@ void say_what_is_not_seen(const Opened& opened, Listener& messages) {
     if (!opened.geometry.eye_placed) return;
     for (int view = 0; view < want.frames; ++view)
         if (!is_out_of_view(want, view)) return;
-    messages.warning(
-        fmt::format("--eye: nothing of the volume is in the picture; --look-at {:g},{:g},{:g} is "
-                    "its middle",
-                    (double(want.input.x) - 1) / 2, (double(want.input.y) - 1) / 2,
-                    (double(want.input.z) - 1) / 2));
+    messages.warning(message(
+        "@eye: nothing of the volume is in the picture; @look_at({:g},{:g},{:g}) is its middle",
+        (double(want.input.x) - 1) / 2, (double(want.input.y) - 1) / 2,
+        (double(want.input.z) - 1) / 2));
 }
 
 /// A coarser resolution of the file may hold all that the result can show.
@@ -86,8 +85,8 @@ void say_what_is_finer(const Opened& opened, Listener& messages) {
     const double share =
         static_cast<double>(header.levels[static_cast<std::size_t>(coarsest)].samples()) /
         static_cast<double>(here.samples());
-    messages.notice(fmt::format(
-        "{}: --level {} is as fine as the result's samples, and reads {:.3g} % of what is read now",
+    messages.notice(message(
+        "{}: @level({}) is as fine as the result's samples, and reads {:.3g} % of what is read now",
         opened.input.name, coarsest, 100 * share));
 }
 
@@ -109,17 +108,16 @@ bool say_what_is_missed(const Opened& opened, Listener& messages) {
     const auto grown = [&](std::int64_t side) {
         return static_cast<std::int64_t>(std::ceil(static_cast<double>(side) * apart - 1e-6));
     };
-    const std::string size =
-        fmt::format("--size {}x{}", grown(want.screen.x), grown(want.screen.y));
+    const Message size = message("@size({}x{})", grown(want.screen.x), grown(want.screen.y));
     const Vec3& spacing = opened.geometry.grid.spacing;
-    const std::string finer =
+    const Message finer =
         opened.spec.geometry.spacing
-            ? fmt::format("--spacing {:.4g} {}", spacing.head<2>().minCoeff() / apart, size)
+            ? message("@spacing({:.4g}) {}", spacing.head<2>().minCoeff() / apart, size)
             : size;
     messages.warning(
-        fmt::format("--mode {}: rays are {:.3g} samples apart, so single {} samples between them "
-                    "are not in the picture; {} meets all of them",
-                    want.mode->name, apart, want.mode->extreme < 0 ? "dark" : "bright", finer));
+        message("@mode({}): rays are {:.3g} samples apart, so single {} samples between them are "
+                "not in the picture; {} meets all of them",
+                want.mode->name, apart, want.mode->extreme < 0 ? "dark" : "bright", finer));
     return true;
 }
 

@@ -119,7 +119,7 @@ class Running {
         measured.seconds.push_back(std::max(0.0, outcome.seconds - passing));
         measured.steps = outcome.steps;
         measured.step_seconds = outcome.step_seconds;
-        for (const std::string& warning : outcome.warnings) messages_.warning(warning);
+        for (const Message& warning : outcome.warnings) messages_.warning(warning);
         if (last_) measured.trace = outcome.trace;
         if (planned_.as.refinement) note_pictures();
     }
@@ -253,7 +253,7 @@ class Running {
         verifier_.reset();
         planned_.memory->trim();
         if (planned_.spec.strict && !keeps_budgets())
-            throw RunError("--strict: a budget is broken; nothing is written");
+            throw RunError(message("@strict: a budget is broken; nothing is written"));
         const bool waited = !planned_.writes_at_once();
         if (want_.job == Job::mesh) {
             end_mesh();
@@ -405,8 +405,8 @@ class Running {
         }
         if (measured.kept == true) measured.kept.reset();
         messages_.warning(
-            fmt::format("{} leaves open whether the budget of {} is kept; --verify=all decides",
-                        interval, words(budget)));
+            message("{} leaves open whether the budget of {} is kept; @verify(all) decides",
+                    interval, words(budget)));
     }
 
     const Planned& planned_;

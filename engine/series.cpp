@@ -32,12 +32,13 @@ Representation series_picture(const Extent& extent, int channels) {
 /// @throws RequestError what has no film over time
 void expect_series(const RequestSpec& spec) {
     if (spec.job != Job::render)
-        throw RequestError(fmt::format(
-            "--time all: of `edgewise render`, not of {}; name one time point", name_of(spec.job)));
+        throw RequestError(
+            message("@time(all): of `@command(render)`, not of {}; name one time point",
+                    name_of(spec.job)));
     if (spec.selection.time)
-        throw RequestError("--time all: and one time point is selected as well");
+        throw RequestError(message("@time(all): and one time point is selected as well"));
     if (spec.ranks.value_or(1) > 1)
-        throw RequestError("--ranks: the time points of a film are rendered on one rank");
+        throw RequestError(message("@ranks: the time points of a film are rendered on one rank"));
 }
 
 class Playing {
@@ -77,26 +78,26 @@ class Playing {
             inspected(spec_.input, chosen_selection(at_time(0), outputs_)));
         const Input& input = *file_;
         if (spec_.look.depth_colour)
-            throw RequestError("--depth-colour: of one time point; name it by --time N");
+            throw RequestError(message("@depth_colour: of one time point; name it by @time N"));
         if (input.phantom || input.described || input.pairs)
-            throw RequestError(fmt::format("--time all: {} has no time points", spec_.input));
+            throw RequestError(message("@time(all): {} has no time points", spec_.input));
         series_.times = series_.told.frames = input.header.times;
         Request want = request_of(spec_);
         const Geometry geometry = take_geometry(want, spec_, input, outputs_);
         if (want.frames > 1)
-            throw RequestError(fmt::format(
-                "--time all: {} time points, and {} views by --turntable or --path: a film shows "
-                "the one or the other; name one view, or one time point by --time N",
-                series_.times, want.frames));
+            throw RequestError(
+                message("@time(all): {} time points, and {} views by @turntable or @path: a film "
+                        "shows the one or the other; name one view, or one time point by @time N",
+                        series_.times, want.frames));
         extent_ = want.output();
         channels_ = want.mode->channels;
-        if (const std::string left_out = expect_frames(spec_, outputs_, series_.times);
+        if (const Message left_out = expect_frames(spec_, outputs_, series_.times);
             !left_out.empty())
             series_.messages.warning(left_out);
         want.frames = series_.times;
         if (!writes_) return;
         written_ = written_of(want, spec_, geometry, input, *outputs_, 0, 0);
-        for (const std::string& warning : written_.warnings) series_.messages.warning(warning);
+        for (const Message& warning : written_.warnings) series_.messages.warning(warning);
     }
 
     RequestSpec at_time(int time) const {
@@ -157,11 +158,11 @@ class Playing {
         const double bytes = series_.times * what.bytes();
         const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
         if (bytes > left)
-            throw NoPlan(fmt::format(
-                "{}: {} pictures take {:.0f} MiB, and {:.0f} MiB are left for them; a smaller "
-                "--size takes less",
-                spec_.max_memory ? "--max-memory" : "memory", series_.times, bytes / 0x1p20,
-                std::max(0.0, left) / 0x1p20));
+            throw NoPlan(
+                message("{}: {} pictures take {:.0f} MiB, and {:.0f} MiB are left for them; a "
+                        "smaller @size takes less",
+                        spec_.max_memory ? setting("max_memory") : "memory", series_.times,
+                        bytes / 0x1p20, std::max(0.0, left) / 0x1p20));
         memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
         for (int time = 0; time < series_.times; ++time) {
             poll();
@@ -247,7 +248,7 @@ class Playing {
     void end() {
         judge();
         if (spec_.strict && series_.measured->kept == false)
-            throw RunError("--strict: a budget is broken; nothing is written");
+            throw RunError(message("@strict: a budget is broken; nothing is written"));
         if (writer_ && !at_once_) {
             const std::vector<std::shared_ptr<const Data>> all(pictures_.begin(), pictures_.end());
             const Shades shades = shades_of(all, series_.first->planned()->window, written_.tail);

@@ -17,7 +17,7 @@ class SeriesListener final : public Listener {
 
     int frame = 0, frames = 1;
 
-    void notice(const std::string& text) override {
+    void notice(const Message& text) override {
         if (frame == 0) to_.notice(text);
     }
     void progress(double share, const std::string& step) override {
@@ -34,8 +34,8 @@ class SeriesListener final : public Listener {
     void ends(State state) override { to_.ends(state); }
 
  protected:
-    void on_warning(const std::string& text) override { to_.warning(text); }
-    void on_known_warning(const std::string& text) override { to_.known_warning(text); }
+    void on_warning(const Message& text) override { to_.warning(text); }
+    void on_known_warning(const Message& text) override { to_.known_warning(text); }
 
  private:
     Listener& to_;

@@ -57,8 +57,8 @@ std::string given(const std::optional<double>& value, const std::string& typed, 
     return text(*value);
 }
 
-std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Planned& planned) {
-    std::vector<OptionChange> changes;
+std::vector<SettingChange> changes_of(const Relaxed& relaxed, const Planned& planned) {
+    std::vector<SettingChange> changes;
     const RequestSpec& o = planned.spec;
     const Notation& as = o.notation;
     const std::string error = o.like_linear
@@ -66,18 +66,18 @@ std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Planned& plan
                                   : given(o.max_error, unit_of(as.error).empty() ? "" : as.error,
                                           [](double e) { return error_limit_text(e); });
     if (relaxed.error && std::isinf(*relaxed.error))
-        changes.push_back({.option = "--max-error", .instead = error});
+        changes.push_back({.setting = "max_error", .instead = error});
     else if (relaxed.error)
-        changes.push_back({"--max-error", error_limit_text(*relaxed.error, as.error), error});
+        changes.push_back({"max_error", error_limit_text(*relaxed.error, as.error), error});
     if (relaxed.seconds)
         changes.push_back(
-            {"--max-time", time_text(*relaxed.seconds, as.seconds),
+            {"max_time", time_text(*relaxed.seconds, as.seconds),
              given(o.max_time, as.seconds, [](double seconds) { return time_text(seconds); })});
     if (relaxed.bytes) {
         const auto mebibytes = [](double bytes) {
             return fmt::format("{:.6g}MiB", bytes / 0x1p20);
         };
-        changes.push_back({"--max-memory", memory_text(*relaxed.bytes - kPages, as.bytes),
+        changes.push_back({"max_memory", memory_text(*relaxed.bytes - kPages, as.bytes),
                            o.max_memory
                                ? given(o.max_memory, as.bytes, mebibytes)
                                : fmt::format("the {:.0f} MiB there are",
@@ -86,12 +86,12 @@ std::vector<OptionChange> changes_of(const Relaxed& relaxed, const Planned& plan
     return changes;
 }
 
-std::vector<OptionChange> changes_of(const Dropped& dropped, const Demands& demands) {
-    std::vector<OptionChange> changes;
+std::vector<SettingChange> changes_of(const Dropped& dropped, const Demands& demands) {
+    std::vector<SettingChange> changes;
     for (const std::size_t i : dropped.via)
-        changes.push_back({.option = "--via", .instead = text_of(demands.via[i])});
+        changes.push_back({.setting = "via", .instead = text_of(demands.via[i])});
     for (const std::size_t i : dropped.without)
-        changes.push_back({.option = "--without", .instead = text_of(demands.without[i])});
+        changes.push_back({.setting = "without", .instead = text_of(demands.without[i])});
     return changes;
 }
 
@@ -101,12 +101,14 @@ Rounding rounding(const Notation& as) {
             [as](double bytes) { return memory_budget(memory_text(bytes, as.bytes)) + kPages; }};
 }
 
-std::string text_of(const std::vector<OptionChange>& changes) {
+Message text_of(const std::vector<SettingChange>& changes) {
     std::vector<std::string> parts;
-    for (const OptionChange& change : changes)
-        parts.push_back(change.value ? fmt::format("{} {} instead of {}", change.option,
-                                                   *change.value, change.instead)
-                                     : fmt::format("no {} {}", change.option, change.instead));
+    for (const SettingChange& change : changes)
+        parts.push_back((change.value
+                             ? message("{} instead of {}", setting(change.setting, *change.value),
+                                       change.instead)
+                             : message("no {}", setting(change.setting, change.instead)))
+                            .marked());
     return fmt::format("\n  {}", fmt::join(parts, " and "));
 }
 
@@ -176,46 +178,21 @@ WayOut way_out_of(const Planned& planned, Errors errors) {
     return way_out;
 }
 
-std::string text_of(const WayOut& way_out) {
+Message text_of(const WayOut& way_out) {
     std::string text;
-    for (const auto& changes : way_out.budgets) text += text_of(changes);
-    for (const auto& changes : way_out.demands) text += text_of(changes);
+    for (const auto& changes : way_out.budgets) text += text_of(changes).marked();
+    for (const auto& changes : way_out.demands) text += text_of(changes).marked();
     if (way_out.then_budgets) text += "\n  and a larger budget";
     if (!text.empty()) text = "; any of these lines makes one fit:" + text;
     for (const auto& set : way_out.missing) {
         text += "\n  there would be a path, were there not ";
         std::vector<std::string> parts;
         for (const Refusal& refusal : set)
-            parts.push_back(fmt::format("{} refused: {}", refusal.transition, refusal.reason));
+            parts.push_back(
+                fmt::format("{} refused: {}", refusal.transition, refusal.reason.marked()));
         text += fmt::format("{}", fmt::join(parts, ", and "));
     }
     return text;
-}
-
-Json to_json(const WayOut& way_out) {
-    Json budgets = Json::array(), demands = Json::array(), missing = Json::array();
-    for (const auto& changes : way_out.budgets) {
-        Json one = Json::object();
-        for (const OptionChange& change : changes)
-            one[change.option] = change.value ? Json(*change.value) : Json();
-        budgets.push_back(one);
-    }
-    for (const auto& changes : way_out.demands) {
-        Json set = Json::array();
-        for (const OptionChange& change : changes)
-            set.push_back({{"option", change.option}, {"value", change.instead}});
-        demands.push_back(set);
-    }
-    for (const auto& refusals : way_out.missing) {
-        Json set = Json::array();
-        for (const Refusal& refusal : refusals)
-            set.push_back({{"transition", refusal.transition}, {"reason", refusal.reason}});
-        missing.push_back(set);
-    }
-    return {{"budgets", budgets},
-            {"demands", demands},
-            {"then_budgets", way_out.then_budgets},
-            {"missing", missing}};
 }
 
 }  // namespace edgewise

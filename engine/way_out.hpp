@@ -1,6 +1,5 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,19 +10,19 @@ namespace edgewise {
 
 struct Planned;
 
-/// An option of the command line to be given another value, or to be left out.
-struct OptionChange {
-    std::string option = {};                // "--max-error"
+/// A setting to be given another value, or to be left out.
+struct SettingChange {
+    SettingName setting;
     std::optional<std::string> value = {};  // as typed, it works; none: left out
     std::string instead = {};               // of this value
 };
 
-/// The changes of options that would make an infeasible request feasible.
+/// The changes of settings that would make an infeasible request feasible.
 struct WayOut {
     /// Each list alone does: the least values, rounded to what works as typed.
-    std::vector<std::vector<OptionChange>> budgets;
-    /// Each list alone does: the smallest sets of --via and --without to leave out.
-    std::vector<std::vector<OptionChange>> demands;
+    std::vector<std::vector<SettingChange>> budgets;
+    /// Each list alone does: the smallest sets of `via` and `without` to leave out.
+    std::vector<std::vector<SettingChange>> demands;
     bool then_budgets = false;  // even without these demands a budget must still change
     /// Each set of edges alone would, if they applied.
     std::vector<std::vector<Refusal>> missing;
@@ -35,20 +34,17 @@ enum class Errors { predicted, guessed };
 /// For a request whose planner finds nothing.
 WayOut way_out_of(const Planned& planned, Errors errors = Errors::predicted);
 
-/// "; it would work with\n  --max-error 0.0123 instead of 0.005\n ...", or "".
-std::string text_of(const WayOut& way_out);
-/// {"budgets": [{"--max-error": "0.0123"}], "demands": [[{"option", "value"}]],
-/// "missing": [[{"transition", "reason"}]]}
-nlohmann::ordered_json to_json(const WayOut& way_out);
+/// "; any of these lines makes one fit:\n  max_error=0.0123 instead of 0.005\n ...", or "".
+Message text_of(const WayOut& way_out);
 
-/// A time that `--max-time` reads as no less than this, and at most 0.1 % more: "12.35ms".
+/// A time that `max_time` reads as no less than this, and at most 0.1 % more: "12.35ms".
 /// @param like  a time as it was typed, whose unit is taken; "": one that suits
 std::string time_text(double seconds, const std::string& like = "");
-/// The same for --max-error: an NRMSE, or in percent or dB where `like` is.
+/// The same for `max_error`: an NRMSE, or in percent or dB where `like` is.
 std::string error_limit_text(double error, const std::string& like = "");
 /// An error in words, in dB or percent where `like` is: "58.9 dB", "0.113 %", "0.00113".
 std::string error_words(double error, const std::string& like);
-/// The same for --max-memory; with room for what a process's own pages differ by from run to run.
+/// The same for `max_memory`; with room for what a process's own pages differ by from run to run.
 std::string memory_text(double bytes, const std::string& like = "");
 
 }  // namespace edgewise

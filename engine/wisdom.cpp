@@ -92,7 +92,7 @@ Wisdom Wisdom::load() {
                 if (auto known = learned_of(learned)) wisdom.requests_[key][path] = *known;
         }
     } catch (const InputError& error) {
-        wisdom.problem_ = std::string(error.what()) + "; it is not used, and left as it is";
+        wisdom.problem_ = error.message().marked() + "; it is not used, and left as it is";
     }
     return wisdom;
 }

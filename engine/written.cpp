@@ -177,7 +177,7 @@ std::string instead(store::Header header) {
                           header.values.slope, header.values.offset);
     if (header.extent.z > 1 && !outputs.numbered() && files.frames == 1)
         why += "; a number in the name, as s_%03d.png, makes a file of each slice";
-    throw RequestError(fmt::format("-o {}: {}{}", outputs.file(0), why, instead(header)));
+    throw RequestError(message("@out({}): {}{}", outputs.file(0), why, instead(header)));
 }
 
 /// Whether f32 has fewer digits than values of this type may need.
@@ -234,15 +234,14 @@ void take_look(Written& written, const LookSpec& look, const Files& files) {
     if (look.empty()) return;
     store::Header& header = written.header;
     if (header.type != Type::u8 || header.volume || header.extent.z > 1)
-        throw RequestError(fmt::format(
-            "-o {}: {} holds values, and this is a picture for people; .png, .jpg and .tif are",
+        throw RequestError(message(
+            "@out({}): {} holds values, and this is a picture for people; .png, .jpg and .tif are",
             files.outputs.file(0), files.outputs.format().name));
     if (!look.colours()) return;
     if (header.channels != 1)
         throw RequestError(
-            fmt::format("{}: colours stand for one number, and here are {} channels; --channel N "
-                        "takes one",
-                        look.colormap.empty() ? "--legend" : "--colormap", header.channels));
+            message("{}: colours stand for one number, and here are {} channels; @channel N takes one",
+                        look.colormap.empty() ? setting("legend") : setting("colormap"), header.channels));
     std::string map = look.colormap;
     if (map.empty()) map = look.depth_colour ? "hue" : "grey";
     written.colours = std::make_shared<const Colormap>(colormap_of(map));

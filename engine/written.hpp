@@ -18,7 +18,7 @@ struct Written {
     std::int64_t slices = 1;
     std::shared_ptr<const Colormap> colours;  // of a view of one channel; null: grey
     std::string value_unit;                   // of the results: "HU", "HU mm" ...; "": not known
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
 };
 
 /// Samples of a result as they are written.

@@ -69,7 +69,7 @@ nlohmann::json to_json(const TransformGraph& spanned, const Catalogue& catalogue
                          {"cost", cost ? cost(graph[arc]) : nlohmann::json()}});
     }
     for (const Refusal& refusal : spanned.refused)
-        refused.push_back({{"transition", refusal.transition}, {"reason", refusal.reason}});
+        refused.push_back({{"transition", refusal.transition}, {"reason", refusal.reason.text()}});
     return {{"schema", 1}, {"vertices", vertices}, {"edges", edges}, {"refused", refused}};
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "graph/message.hpp"
 #include "graph/samples.hpp"
 
 namespace edgewise {
@@ -137,7 +138,7 @@ struct Filtering {
     /// Of a binary operation: what the result is where it is not 0.
     double inside = 1;
     /// What a user may not expect.
-    std::vector<std::string> notes = {};
+    std::vector<Message> notes = {};
 };
 
 }  // namespace edgewise

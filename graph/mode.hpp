@@ -99,7 +99,7 @@ struct Threshold {
 
 struct ModeTraits {
     std::string_view name = {};
-    std::string_view help = {};  // one line
+    std::string_view help = {};  // one line; settings as in message()
 
     // Its loops in f32.
     Combine combine = Combine::other;

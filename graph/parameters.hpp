@@ -26,7 +26,7 @@ class Parameters {
     void set(const std::string& key, Value value) { values_[key] = std::move(value); }
     bool contains(const std::string& key) const { return values_.contains(key); }
     const std::map<std::string, Value>& all() const noexcept { return values_; }
-    /// "/filter=foh/step=1": what follows the name of an edge in `--via`. Keys in alphabetical
+    /// "/filter=foh/step=1": what follows the name of an edge in `via`. Keys in alphabetical
     /// order.
     std::string text() const;
 

@@ -21,7 +21,7 @@ struct Step {
     Predicted predicted;  // of this step: its seconds, the peak while it runs, the error so far
 
     int runs() const noexcept { return offer.to.runs(); }
-    /// "project.ray_cast/filter=foh/step=1", as `--via` takes it.
+    /// "project.ray_cast/filter=foh/step=1", as `via` takes it.
     std::string text() const { return by->name + offer.with.text(); }
 };
 
@@ -52,7 +52,8 @@ std::vector<Region> boxes_read(const Plan& plan, const Ask& ask, int first, cons
 
 /// An edge that was accepted nowhere, and why.
 struct Refusal {
-    std::string transition, reason;
+    std::string transition;
+    Message reason;
     bool asked = true;  // the reason is its own; else nothing made what it reads
 };
 

@@ -106,7 +106,8 @@ class Expansion {
             if (!next || (next->prepares_only && out_of_order(graph_[at], next->edge))) continue;
             const Transition& edge = catalogue_[static_cast<std::size_t>(next->edge)];
             if (edge.on_demand && !is_demanded(edge)) {
-                reasons_[static_cast<std::size_t>(next->edge)] = "taken only where --via names it";
+                reasons_[static_cast<std::size_t>(next->edge)] =
+                    message("taken only where @via names it").marked();
                 continue;
             }
             const Demand* demand = next_demand(edge, graph_[at]);
@@ -306,7 +307,7 @@ std::string full_name(const std::string& typed, const Catalogue& catalogue,
         throw RequestError(
             fmt::format("'{}' may be {}; say which", typed, fmt::join(alike, " or ")));
     for (const Transition& edge : catalogue) ends.push_back(edge.family());
-    const std::string all = "`edgewise list edges` shows all";
+    const std::string all = message("`@command(list edges)` shows all").marked();
     const bool whole = typed.find('.') != std::string::npos;
     throw RequestError(fmt::format("no edge is called '{}'; {}", typed,
                                    instead_of(typed, whole ? names : ends, all)));

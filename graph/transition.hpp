@@ -34,9 +34,9 @@ struct Ask {
 struct Offer {
     Representation from = {}, to = {};
     Parameters with = {};
-    std::string refused = {};  // the reason, with the number that broke the limit
+    std::string refused = {};  // the reason (Message), with the number that broke the limit
 
-    static Offer no(std::string reason) { return {.refused = std::move(reason)}; }
+    static Offer no(const Message& reason) { return {.refused = reason.marked()}; }
 };
 
 /// How a step may be cut into regions.

@@ -67,12 +67,12 @@ int channel_named(const std::string& name, const std::string& source, const Sele
     }
     if (found.size() == 1) return found.front();
     if (found.size() > 1)
-        throw RequestError(fmt::format("--channel {}: channels {} of {} have this name", name,
-                                       fmt::join(found, " and "), source));
-    throw RequestError(
-        fmt::format("--channel: {} names no channel '{}'; {}", source, name,
-                    known.empty() ? "it names none: expected a number, from 0"
-                                  : fmt::format("its channels are {}", fmt::join(known, ", "))));
+        throw RequestError(message("@channel({}): channels {} of {} have this name", name,
+                                   fmt::join(found, " and "), source));
+    throw RequestError(message("@channel: {} names no channel '{}'; {}", source, name,
+                               known.empty()
+                                   ? "it names none: expected a number, from 0"
+                                   : fmt::format("its channels are {}", fmt::join(known, ", "))));
 }
 
 Colour colour_by_number(int channel) noexcept { return kNamed[channel % kNumbered].colour; }

@@ -73,7 +73,7 @@ void Rounding::convert(Type from, const std::byte* source, std::int64_t count, s
     if (from == Type::f64) convert_from<double>(source, count, into, stride, *this);
 }
 
-void Rounding::tell(const std::string& file, Type from, std::vector<std::string>& warnings) const {
+void Rounding::tell(const std::string& file, Type from, std::vector<Message>& warnings) const {
     if (rounded > 0)
         warnings.push_back(fmt::format("{}: {} values of type {} were rounded to f32", file,
                                        rounded, name_of(from)));

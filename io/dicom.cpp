@@ -138,8 +138,8 @@ Group chosen(const std::string& folder, const Selection& pick, Header& header) {
     if (pick.series)
         throw RequestError(folder + ": no series '" + shown(*pick.series) + "'; it holds" + list);
     if (study.series.size() > 1)
-        throw RequestError(fmt::format("{}: holds {} series, choose one with --series{}", folder,
-                                       study.series.size(), list));
+        throw RequestError(message("{}: holds {} series, choose one with @series{}", folder,
+                                   study.series.size(), list));
     expect_whole(study, study.series[0].uid, header);
     return std::move(study.series[0]);
 }
@@ -188,7 +188,7 @@ class DicomReader : public Reader {
         : files_(std::move(files)), stack_(std::move(stack)), type_(stored), rescales_(rescales) {}
 
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>& warnings) const override {
+              std::vector<Message>& warnings) const override {
         Planes planes(*this, header, pick.padding != Padding::stored);
         Stored one;
         one.type = rescales_ ? Type::f32 : type_;
@@ -363,7 +363,7 @@ class DicomReader : public Reader {
     /// file calls padding, unless they are kept as stored, and those of missing slices.
     template <class T>
     void fill_padding(std::span<T> samples, const Header& header, const Selection& pick,
-                      std::vector<std::string>& warnings) const {
+                      std::vector<Message>& warnings) const {
         const bool keeps = pick.padding == Padding::stored;
         const bool marked = !keeps && files_[0].padding;
         const Range range = files_[0].padding.value_or(Range{1, 0});
@@ -414,7 +414,7 @@ class DicomReader : public Reader {
     }
     /// The stored number of a value, as near as its type holds it.
     template <class T>
-    T nearest_to(double value, const Header& header, std::vector<std::string>& warnings) const {
+    T nearest_to(double value, const Header& header, std::vector<Message>& warnings) const {
         const double stored = (value - header.values.offset) / header.values.slope;
         if constexpr (std::is_integral_v<T>) {
             const double nearest =

@@ -925,7 +925,7 @@ DicomFile::DicomFile(const std::string& file, std::string& damage) : path(file) 
     try {
         Parser(*this).run();
     } catch (const InputError& error) {
-        damage = error.what();
+        damage = error.message().marked();
     }
 }
 

@@ -82,7 +82,7 @@ std::vector<Format> table() {
          true,
          64,
          false,
-         "a folder or a ZIP file, of Zarr 2 or 3; --level N takes a coarser resolution"},
+         message("a folder or a ZIP file, of Zarr 2 or 3; @level N takes a coarser resolution")},
         {"VTK",
          {".vtk"},
          true,
@@ -209,7 +209,7 @@ struct Written {
 };
 
 Format picture(const char* name, const char* library, std::vector<std::string> endings,
-               const Written& written, const char* note) {
+               const Written& written, const Message& note) {
     return {name,          std::move(endings),
             true,          !written.types.empty(),
             written.types, true,
@@ -227,9 +227,9 @@ std::vector<Format> pictures_of_the_library() {
         picture("EXR", "openexr", {".exr"}, {{Type::f16, f32}, 4, {}, 0, multiplied},
                 "half, float"),
         picture("WebP", "webp", {".webp"}, {{u8}, 4, {2}, 16383},
-                "keeps every value without --quality; grey becomes colour"),
+                message("keeps every value without @quality; grey becomes colour")),
         picture("JPEG 2000", "jpeg2000", {".jp2", ".j2k", ".j2c"}, {{u8, u16}, 4, {2}},
-                "keeps every value without --quality"),
+                message("keeps every value without @quality")),
         picture("Radiance HDR", "hdr", {".hdr", ".rgbe"}, {{f32}, 3, {2}},
                 "8 bits of the largest channel; grey becomes colour, below 0 becomes 0"),
         picture("TGA", "targa", {".tga", ".tpic"}, {{u8}, 4, {}, 65535}, ""),

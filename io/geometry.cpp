@@ -207,24 +207,23 @@ void override_spacing(Header& header, const Selection& pick) {
     if (!pick.unit.empty()) {
         const double factor = millimetres(pick.unit);
         if (factor == 0)
-            throw RequestError("--input-unit " + in_quotes(pick.unit) +
-                               ": expected mm, um or nm (or cm, m, inch, angstrom)");
+            throw RequestError(
+                message("@input_unit {}: expected mm, um or nm (or cm, m, inch, angstrom)",
+                        in_quotes(pick.unit)));
         to_millimetres(header, factor / header.file_unit);
         header.file_unit = factor;
     }
     if (pick.spacing.empty()) return;
     const std::size_t axes = header.volume ? 3 : 2, count = pick.spacing.size();
     if (count != 1 && count != axes)
-        throw RequestError(
-            fmt::format("--input-spacing: {} numbers for {} of {} axes; expected 1 "
-                        "or {}",
-                        count, header.volume ? "a volume" : "an image", axes, axes));
+        throw RequestError(message("@input_spacing: {} numbers for {} of {} axes; expected 1 or {}",
+                                   count, header.volume ? "a volume" : "an image", axes, axes));
     const double factor = pick.unit.empty() ? 1 : header.file_unit;
     for (std::size_t axis = 0; axis < axes; ++axis) {
         const double step = pick.spacing[count == 1 ? 0 : axis] * factor;
         if (!(std::isfinite(step) && step > 0))
-            throw RequestError(fmt::format("--input-spacing {}: expected a positive number",
-                                           pick.spacing[count == 1 ? 0 : axis]));
+            throw RequestError(message("@input_spacing({}): expected a positive number",
+                                       pick.spacing[count == 1 ? 0 : axis]));
         header.spacing[axis] = step;
     }
 }

@@ -94,7 +94,7 @@ class JpegReader : public Reader {
  public:
     explicit JpegReader(int orientation) : orientation_(orientation) {}
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>&) const override {
+              std::vector<Message>&) const override {
         const File file(header.file);
         Decoder decoder(file);
         decoder.header();

@@ -79,7 +79,7 @@ std::shared_ptr<const LabelTable> code_integers(Data& labels, double outside,
                      kLeast = std::is_signed_v<T> ? -0x1p63 : 0;
     if (!(outside >= kLeast && outside < kBeyond) || outside != std::floor(outside))
         throw RequestError(
-            fmt::format("--outside {}: labels that are 64-bit integers cannot say it", outside));
+            message("@outside({}): labels that are 64-bit integers cannot say it", outside));
     const auto count = static_cast<std::size_t>(numbers_of(labels));
     const auto* number = labels.as<std::uint64_t>();
     std::unordered_set<std::uint64_t> found{static_cast<std::uint64_t>(static_cast<T>(outside))};

@@ -162,8 +162,8 @@ class MetaImage {
         const double factor = millimetres(unit);
         if (factor > 0) return to_millimetres(header_, factor);
         header_.unit.clear();
-        header_.warnings.push_back(fmt::format(
-            "{}: field 'DistanceUnits' is {}, which is no unit; --input-unit says which it is",
+        header_.warnings.push_back(message(
+            "{}: field 'DistanceUnits' is {}, which is no unit; @input_unit says which it is",
             path_, in_quotes(unit)));
     }
     /// Row i of TransformMatrix is where axis i points (as ITK reads it). AnatomicalOrientation

@@ -120,7 +120,7 @@ class ModuleReader : public Reader {
     ModuleReader(Library library, std::string path, const ModuleImage& image)
         : library_(library), path_(std::move(path)), image_(image) {}
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>& warnings) const override {
+              std::vector<Message>& warnings) const override {
         const Type type = module_type(image_);
         const auto count = header.extent.samples() * image_.channels;
         if (loaded_type(type, pick.as_stored) == type &&
@@ -244,7 +244,7 @@ void module_write(Library library, Replacement& out, const ModuleImage& image,
     try {
         module = &opened(library, out.path());
     } catch (const InputError& error) {
-        throw RunError(error.what());
+        throw RunError(error.message());
     }
     char error[kModuleError] = "";
     const bool done = module->write &&

@@ -383,10 +383,9 @@ class Nrrd {
             factors[i] = 1;
             if (unit.empty() || unit == "???" || unit == "pixel" || unit == "voxel") continue;
             header_.unit.clear();
-            header_.warnings.push_back(
-                fmt::format("{}: field '{}' holds {}, which is no unit of length; --input-unit "
-                            "says which it is",
-                            path_, field, in_quotes(unit)));
+            header_.warnings.push_back(message(
+                "{}: field '{}' holds {}, which is no unit of length; @input_unit says which it is",
+                path_, field, in_quotes(unit)));
         }
         if (known == 0) return factors;
         if (known < axes) {

@@ -247,12 +247,11 @@ std::unique_ptr<Stream> wide_stream(std::unique_ptr<Stream> from, Wide wide, boo
                                         rounded);
 }
 
-void tell_wide(const Header& header, std::int64_t rounded, std::vector<std::string>& warnings) {
+void tell_wide(const Header& header, std::int64_t rounded, std::vector<Message>& warnings) {
     if (rounded == 0) return;
-    warnings.push_back(
-        fmt::format("{}: {} of its 64-bit integers are beyond 2^53, and f64 rounds them; --labels "
-                    "keeps them",
-                    header.file, rounded));
+    warnings.push_back(message(
+        "{}: {} of its 64-bit integers are beyond 2^53, and f64 rounds them; @labels keeps them",
+        header.file, rounded));
 }
 
 namespace {
@@ -268,7 +267,7 @@ void narrow_each(const Array& from, Array& to) {
 
 template <class From>
 Type narrow_from(const Header& header, Type& type, Array& samples,
-                 std::pmr::memory_resource* memory, std::vector<std::string>& warnings) {
+                 std::pmr::memory_resource* memory, std::vector<Message>& warnings) {
     const auto* numbers = static_cast<const From*>(samples.data());
     const std::size_t count = samples.bytes() / sizeof(From);
     const auto [low, high] = std::minmax_element(numbers, numbers + count);
@@ -290,7 +289,7 @@ Type narrow_from(const Header& header, Type& type, Array& samples,
 }  // namespace
 
 Type narrow_wide(const Header& header, Type& type, Array& samples, std::pmr::memory_resource* from,
-                 std::vector<std::string>& warnings) {
+                 std::vector<Message>& warnings) {
     return type == Type::f32 ? narrow_from<float>(header, type, samples, from, warnings)
                              : narrow_from<double>(header, type, samples, from, warnings);
 }

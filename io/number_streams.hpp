@@ -25,6 +25,6 @@ std::int64_t wide_numbers(const std::byte* from, std::size_t count, Wide wide, s
 std::unique_ptr<Stream> wide_stream(std::unique_ptr<Stream> from, Wide wide, bool big_endian,
                                     std::string file, std::int64_t& rounded);
 /// Says that some were rounded.
-void tell_wide(const Header&, std::int64_t rounded, std::vector<std::string>& warnings);
+void tell_wide(const Header&, std::int64_t rounded, std::vector<Message>& warnings);
 
 }  // namespace edgewise::store

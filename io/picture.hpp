@@ -21,7 +21,7 @@ class Rows {
          const Selection& pick, std::span<std::byte> into);
     /// One row of the file in native byte order: width * channels numbers of the file's type.
     void put(std::int64_t y, const std::byte* row);
-    void tell(const std::string& file, std::vector<std::string>& warnings) const {
+    void tell(const std::string& file, std::vector<Message>& warnings) const {
         rounding_.tell(file, type_, warnings);
     }
 

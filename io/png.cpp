@@ -123,7 +123,7 @@ class PngReader : public Reader {
     PngReader(Shape shape, int orientation) : shape_(shape), orientation_(orientation) {}
 
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>&) const override {
+              std::vector<Message>&) const override {
         const File file(header.file);
         Decoder decoder(file);
         png_read_info(decoder.png, decoder.info);

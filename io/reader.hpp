@@ -15,7 +15,7 @@ class Reader {
     virtual ~Reader() = default;
     /// Fills `into` as read_samples promises; `pick` has been checked.
     virtual void read(const Header&, const Selection& pick, std::span<std::byte> into,
-                      std::vector<std::string>& warnings) const = 0;
+                      std::vector<Message>& warnings) const = 0;
     /// Samples of the selection that are no measurements.
     virtual PaddingRuns padding(const Header&, const Selection& /*pick*/) const { return {}; }
     /// Paths of all that samples come from, beside the header's own; none: not known.
@@ -73,7 +73,7 @@ void take_reader(Header&, Stored);
 /// Puts numbers that arrive in the order of `stored.axes` where they belong in memory: swaps
 /// bytes, converts to the loaded type, keeps what is selected.
 void scatter(const Stored&, const Selection&, Stream&, const std::string& file,
-             std::span<std::byte> into, std::vector<std::string>& warnings);
+             std::span<std::byte> into, std::vector<Message>& warnings);
 
 /// Counts the values that do not survive the conversion to f32.
 struct Rounding {
@@ -81,7 +81,7 @@ struct Rounding {
     /// `count` numbers of a wider type, native byte order, to f32; f16 too.
     void convert(Type from, const std::byte* source, std::int64_t count, std::byte* into,
                  std::int64_t stride);
-    void tell(const std::string& file, Type from, std::vector<std::string>& warnings) const;
+    void tell(const std::string& file, Type from, std::vector<Message>& warnings) const;
 };
 float half_to_float(std::uint16_t half) noexcept;
 std::uint16_t float_to_half(float value) noexcept;

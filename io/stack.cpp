@@ -13,7 +13,7 @@ class StackReader : public Reader {
  public:
     explicit StackReader(std::vector<Header> planes) : planes_(std::move(planes)) {}
     void read(const Header&, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>& warnings) const override {
+              std::vector<Message>& warnings) const override {
         const std::size_t bytes = into.size() / planes_.size();
         for (std::size_t i = 0; i < planes_.size(); ++i)
             planes_[i].reader->read(planes_[i], pick, into.subspan(i * bytes, bytes), warnings);
@@ -62,9 +62,10 @@ Header inspect_stack(const std::string& folder, const std::vector<std::string>& 
     header.extent.z = static_cast<std::int64_t>(planes.size());
     header.warnings.clear();
     if (!header.unit.empty())
-        header.warnings.push_back(folder +
-                                  ": its pictures are taken to be as far apart as columns, which "
-                                  "they do not say; --input-spacing says otherwise");
+        header.warnings.push_back(
+            message("{}: its pictures are taken to be as far apart as columns, which they do not "
+                    "say; @input_spacing says otherwise",
+                    folder));
     header.reader = std::make_shared<const StackReader>(std::move(planes));
     return header;
 }

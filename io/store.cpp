@@ -83,17 +83,17 @@ Header inspect_file(const std::string& path, const Selection& pick) {
 
 void check_times(const Header& header, const Selection& pick) {
     if (pick.time && (*pick.time < 0 || *pick.time >= header.times))
-        throw RequestError(fmt::format("{}: --time {}: it holds time points 0 to {}", header.file,
-                                       *pick.time, header.times - 1));
+        throw RequestError(message("{}: @time({}): it holds time points 0 to {}", header.file,
+                                   *pick.time, header.times - 1));
     if (pick.channel && (*pick.channel < 0 || *pick.channel >= header.channels))
-        throw RequestError(fmt::format("{}: --channel {}: it holds channels 0 to {}", header.file,
-                                       *pick.channel, header.channels - 1));
+        throw RequestError(message("{}: @channel({}): it holds channels 0 to {}", header.file,
+                                   *pick.channel, header.channels - 1));
     if (!pick.time && header.times > 1)
-        throw RequestError(fmt::format("{}: holds {} time points, choose one with --time 0 ... {}",
-                                       header.file, header.times, header.times - 1));
+        throw RequestError(message("{}: holds {} time points, choose one with @time 0 ... {}",
+                                   header.file, header.times, header.times - 1));
     if (!pick.channel && header.channels > 4)
-        throw RequestError(fmt::format("{}: holds {} channels, choose one with --channel 0 ... {}",
-                                       header.file, header.channels, header.channels - 1));
+        throw RequestError(message("{}: holds {} channels, choose one with @channel 0 ... {}",
+                                   header.file, header.channels, header.channels - 1));
 }
 
 }  // namespace
@@ -114,12 +114,13 @@ Header inspect(const std::string& source, const Selection& pick) {
     }
     if (pick.level.value_or(0) != header.level)
         throw RequestError(
-            fmt::format("{}: --level {}: it holds one resolution, 0", source, *pick.level));
+            message("{}: @level({}): it holds one resolution, 0", source, *pick.level));
     if (!pick.orient.empty()) {
         const auto direction = direction_of(pick.orient);
         if (!direction)
-            throw RequestError("--orient '" + shown(pick.orient) +
-                               "': expected three letters, one of each pair RL, AP, SI");
+            throw RequestError(
+                message("@orient '{}': expected three letters, one of each pair RL, AP, SI",
+                        shown(pick.orient)));
         header.direction = *direction;
         header.anatomical = true;
     }
@@ -151,12 +152,12 @@ std::size_t loaded_bytes(const Header& header, const Selection& pick) {
     return bytes;
 }
 
-std::vector<std::string> read_samples(const Header& header, const Selection& pick, void* into,
-                                      std::size_t bytes) {
+std::vector<Message> read_samples(const Header& header, const Selection& pick, void* into,
+                                  std::size_t bytes) {
     if (bytes != loaded_bytes(header, pick))
         throw RequestError(fmt::format("{}: {} bytes to read into, expected {}", header.file, bytes,
                                        loaded_bytes(header, pick)));
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
     header.reader->read(header, pick, {static_cast<std::byte*>(into), bytes}, warnings);
     return warnings;
 }
@@ -175,7 +176,7 @@ Loaded load(const std::string& source, const Selection& pick, std::pmr::memory_r
     Loaded loaded{inspect(source, pick), {}};
     Header& header = loaded.header;
     loaded.samples = Array(loaded_bytes(header, pick), from);
-    for (std::string& warning :
+    for (Message& warning :
          read_samples(header, pick, loaded.samples.data(), loaded.samples.bytes()))
         header.warnings.push_back(std::move(warning));
     Type type = loaded_type(header.type, pick.as_stored);

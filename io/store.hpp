@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "graph/data.hpp"
+#include "graph/message.hpp"
 #include "graph/samples.hpp"
 
 namespace edgewise::store {
@@ -71,7 +72,7 @@ struct Header {
     std::vector<Extent> levels;  // resolutions that the file holds, finest first; empty: this one
     int level = 0;               // that this is
     std::size_t reading_bytes = 1 << 20;  // memory that reading takes beside the samples, about
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
     std::shared_ptr<const Reader> reader;
 };
 
@@ -129,8 +130,7 @@ std::size_t loaded_bytes(const Header&, const Selection&);
 /// @param bytes   loaded_bytes(header, selection)
 /// @return warnings (values that f32 cannot hold, data behind the end)
 /// @throws InputError
-std::vector<std::string> read_samples(const Header&, const Selection&, void* into,
-                                      std::size_t bytes);
+std::vector<Message> read_samples(const Header&, const Selection&, void* into, std::size_t bytes);
 
 /// Samples that are no measurements, as runs in the order of read_samples.
 struct PaddingRuns {
@@ -154,7 +154,7 @@ std::optional<std::vector<std::string>> files_of(const Header&);
 /// @return the type that stands for what is stored: Header::type from now on
 /// @throws std::bad_alloc
 Type narrow_wide(const Header&, Type& type, Array& samples, std::pmr::memory_resource* from,
-                 std::vector<std::string>& warnings);
+                 std::vector<Message>& warnings);
 
 struct Loaded {
     Header header;  // channels and type as in memory, one time point, warnings of both
@@ -185,7 +185,7 @@ struct Format {
     bool images = false, volumes = false;
     int channels = 4;     // at most
     bool values = false;  // can say that value = slope * stored + offset
-    std::string note;
+    Message note;
     std::string library{};               // OpenImageIO's name of it, where that reads it
     std::vector<int> cannot_channels{};  // counts below `channels` that cannot be written
     std::int64_t side = 0;               // pixels of a side at most; 0: no limit

@@ -62,7 +62,7 @@ class Scatter {
           swaps_(stored.big_endian && width_ > 1) {}
 
     void run(const std::vector<Walk>& walk) { axis(walk, walk.size() - 1, 0); }
-    void tell(std::vector<std::string>& warnings) const {
+    void tell(std::vector<Message>& warnings) const {
         rounding_.tell(file_, stored_.type, warnings);
     }
 
@@ -134,7 +134,7 @@ Wrapping wrapping_of(Stored::Encoding encoding) {
 /// All pieces, one after another, each checked to its end.
 class PieceStream : public Stream {
  public:
-    PieceStream(const Stored& stored, std::vector<std::string>& warnings)
+    PieceStream(const Stored& stored, std::vector<Message>& warnings)
         : stored_(stored),
           warnings_(warnings),
           piece_bytes_(static_cast<std::uint64_t>(stored.numbers()) * stored.width() /
@@ -189,7 +189,7 @@ class PieceStream : public Stream {
     }
 
     const Stored& stored_;
-    std::vector<std::string>& warnings_;
+    std::vector<Message>& warnings_;
     std::uint64_t piece_bytes_, left_ = 0;
     std::size_t index_ = 0;
     std::string path_;
@@ -205,7 +205,7 @@ class StoredReader : public Reader {
  public:
     explicit StoredReader(Stored stored) : stored_(std::move(stored)) {}
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>& warnings) const override {
+              std::vector<Message>& warnings) const override {
         try {
             std::unique_ptr<Stream> stream = std::make_unique<PieceStream>(stored_, warnings);
             Stored plain = stored_;
@@ -221,7 +221,7 @@ class StoredReader : public Reader {
             tell_wide(header, rounded, warnings);
         } catch (const InputError& error) {
             // What is wrong with a data file is told under the name that was asked for.
-            const std::string what = error.what();
+            const std::string& what = error.message().marked();
             if (what.find(header.file) != what.npos) throw;
             refuse(header.file, what);
         }
@@ -320,7 +320,7 @@ void take_reader(Header& header, Stored stored) {
 }
 
 void scatter(const Stored& stored, const Selection& pick, Stream& stream, const std::string& file,
-             std::span<std::byte> into, std::vector<std::string>& warnings) {
+             std::span<std::byte> into, std::vector<Message>& warnings) {
     Header shape;
     shape.file = file;
     take_axes(shape, stored);

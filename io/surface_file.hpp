@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "graph/message.hpp"
+
 namespace edgewise::store {
 
 /// One of the labels that surfaces are around.
@@ -42,7 +44,7 @@ struct SurfaceView {
 struct SurfaceFormat {
     std::string name;
     std::vector<std::string> endings;  // lower case, with the dot
-    std::string note;
+    Message note;
     void (*write)(const std::string& path, const SurfaceView& surface);
 };
 const std::vector<SurfaceFormat>& surface_formats();

@@ -294,7 +294,7 @@ class TiffReader : public Reader {
         : pages_(std::move(pages)), layout_(std::move(layout)), colours_(colours) {}
 
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>& warnings) const override {
+              std::vector<Message>& warnings) const override {
         const File file(header.file);
         Decoder decoder(file);
         Selection whole;  // of one page
@@ -324,7 +324,7 @@ class TiffReader : public Reader {
 
  private:
     void page(Decoder& decoder, const Header& header, std::size_t index, const Selection& pick,
-              std::span<std::byte> into, std::vector<std::string>& warnings) const {
+              std::span<std::byte> into, std::vector<Message>& warnings) const {
         const TiffPage& page = pages_[index];
         const int channels = colours_ == Colours::rgb ? 3 : page.samples;
         Rows rows(page.width, page.height, channels, header.type, page.orientation, pick, into);
@@ -356,7 +356,7 @@ class TiffReader : public Reader {
     /// Channels of different pages into one plane of samples.
     void together(Decoder& decoder, const Header& header, std::int64_t z, std::int64_t time,
                   const Selection& whole, std::span<std::byte> into,
-                  std::vector<std::string>& warnings) const {
+                  std::vector<Message>& warnings) const {
         const auto channels = static_cast<std::size_t>(layout_.channels);
         const std::size_t width = bytes_of(loaded_type(header.type, whole.as_stored)) *
                                   static_cast<std::size_t>(header.channels) / channels;

@@ -72,7 +72,7 @@ bool is_colour(const TiffPage& page) { return page.photometric == 2 || page.samp
 /// says so.
 /// @param warnings  none: nothing is told
 ValueMap calibration_of(const Lines& lines, const TiffPage& page, const std::string& file,
-                        std::vector<std::string>* warnings) {
+                        std::vector<Message>* warnings) {
     const auto function = to_integer(lines.value("cf"));
     if (!function || *function == kNoCalibration || is_colour(page)) return {};
     const auto warn = [&](const std::string& why) {
@@ -199,10 +199,10 @@ class Layout {
         for (std::size_t axis = 0; axis < axes; ++axis) {
             if (factors[axis] > 0 || (known == 0 && is_pixel(units[axis]))) continue;
             header_.warnings.push_back(
-                fmt::format("{}: its unit {}{} is not known: lengths are kept as they stand; "
-                            "--input-unit says which it is",
-                            header_.file, in_quotes(units[axis]),
-                            known > 0 ? fmt::format(" along {}", "xyz"[axis]) : ""));
+                message("{}: its unit {}{} is not known: lengths are kept as they stand; "
+                        "@input_unit says which it is",
+                        header_.file, in_quotes(units[axis]),
+                        known > 0 ? fmt::format(" along {}", "xyz"[axis]) : ""));
             return;
         }
     }

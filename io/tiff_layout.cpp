@@ -48,19 +48,19 @@ void plain_spacing(Header& header, const TiffPage& page, bool volume) {
     if (!centimetre && page.resolution_unit != 2) return;
     if (!volume && !centimetre) {
         if (page.resolution[0] != page.resolution[1])
-            header.warnings.push_back(fmt::format(
-                "{}: is {} x {} pixels an inch, so its pixels are not square; --input-spacing says "
-                "how large they are",
-                header.file, page.resolution[0], page.resolution[1]));
+            header.warnings.push_back(
+                message("{}: is {} x {} pixels an inch, so its pixels are not square; "
+                        "@input_spacing says how large they are",
+                        header.file, page.resolution[0], page.resolution[1]));
         return;
     }
     take_resolution(header, page, centimetre ? kCentimetre : kInch, std::nullopt);
     if (volume)
-        header.warnings.push_back(fmt::format(
-            "{}: {} pixels {} are taken as {:.6g} mm, and pages as far apart as columns, which it "
-            "does not say; --input-spacing says otherwise",
-            header.file, page.resolution[0], centimetre ? "a centimetre" : "an inch",
-            header.spacing[0]));
+        header.warnings.push_back(
+            message("{}: {} pixels {} are taken as {:.6g} mm, and pages as far apart as columns, "
+                    "which it does not say; @input_spacing says otherwise",
+                    header.file, page.resolution[0], centimetre ? "a centimetre" : "an inch",
+                    header.spacing[0]));
 }
 
 // OME ----------------------------------------------------------------------------------------
@@ -271,10 +271,10 @@ class OmeLayout {
             factor = millimetres(unit);
             if (factor == 0) {
                 if (unit != "pixel" && unit != "reference frame")
-                    header_.warnings.push_back(fmt::format(
-                        "{}: OME attribute '{}Unit' is {}, which is not known; --input-unit says "
-                        "which it is",
-                        header_.file, key, in_quotes(unit)));
+                    header_.warnings.push_back(
+                        message("{}: OME attribute '{}Unit' is {}, which is not known; @input_unit "
+                                "says which it is",
+                                header_.file, key, in_quotes(unit)));
                 step[axis] = *size;
                 unitless_ = true;
                 continue;
@@ -290,9 +290,9 @@ class OmeLayout {
             step[2] = step[0];
             if (size("SizeZ") > 1)
                 header_.warnings.push_back(
-                    fmt::format("{}: OME says no 'PhysicalSizeZ': pages are taken to be as far "
-                                "apart as columns; --input-spacing says otherwise",
-                                header_.file));
+                    message("{}: OME says no 'PhysicalSizeZ': pages are taken to be as far apart "
+                            "as columns; @input_spacing says otherwise",
+                            header_.file));
         }
         for (std::size_t axis = 0; axis < 3; ++axis) header_.spacing[axis] = *step[axis];
         if (!known_ || unitless_) return;
@@ -321,12 +321,12 @@ std::string list_of(const Ome& ome) {
 std::size_t chosen(const std::string& file, const Ome& ome, const Selection& pick) {
     if (ome.images.size() == 1 && !pick.series) return 0;
     if (!pick.series)
-        throw RequestError(fmt::format("{}: holds {} images, choose one with --series N:{}", file,
-                                       ome.images.size(), list_of(ome)));
+        throw RequestError(message("{}: holds {} images, choose one with @series N:{}", file,
+                                   ome.images.size(), list_of(ome)));
     const auto index = to_integer(*pick.series);
     if (!index || *index < 0 || *index >= static_cast<std::int64_t>(ome.images.size()))
-        throw RequestError(fmt::format("{}: --series {}: it holds images{}", file,
-                                       shown(*pick.series), list_of(ome)));
+        throw RequestError(
+            message("{}: @series({}): it holds images{}", file, shown(*pick.series), list_of(ome)));
     return static_cast<std::size_t>(*index);
 }
 

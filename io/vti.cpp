@@ -132,7 +132,7 @@ class VtiReader : public Reader {
  public:
     VtiReader(Stored stored, Array array) : stored_(std::move(stored)), array_(array) {}
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>& warnings) const override {
+              std::vector<Message>& warnings) const override {
         auto stream = stream_of(header.file, stored_, array_);
         Stored plain = stored_;
         std::int64_t rounded = 0;

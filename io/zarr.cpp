@@ -107,10 +107,10 @@ Header inspected(const std::string& path, const Selection& pick) {
     const std::size_t count = image.levels.size();
     const int level = pick.level.value_or(0);
     if (count == 1 && level != 0)
-        throw RequestError(fmt::format("{}: --level {}: it holds one resolution, 0", path, level));
+        throw RequestError(message("{}: @level({}): it holds one resolution, 0", path, level));
     if (level < 0 || static_cast<std::size_t>(level) >= count)
         throw RequestError(
-            fmt::format("{}: --level {}: it holds resolutions 0 to {}", path, level, count - 1));
+            message("{}: @level({}): it holds resolutions 0 to {}", path, level, count - 1));
     Header header =
         level_header(path, store, image, static_cast<std::size_t>(level), node.has("image-label"));
     if (header.labels) header.segments = zarr_segments_of(node.attributes["image-label"]);

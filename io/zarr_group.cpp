@@ -117,8 +117,8 @@ class Search {
             if (names->empty()) continue;
             if (series) return chosen(key, *names, *series, kind);
             if (names->size() == 1) return names->front();
-            throw RequestError(fmt::format(
-                "{}: is a Zarr group of {} {}: {}. Choose one with --series 0 ... {}, or name its "
+            throw RequestError(message(
+                "{}: is a Zarr group of {} {}: {}. Choose one with @series 0 ... {}, or name its "
                 "folder, as {}/{}",
                 path_, names->size(), kind, all, names->size() - 1, shown_path, names->front()));
         }
@@ -130,11 +130,11 @@ class Search {
         if (series) return chosen(key, names, *series, kind);
         if (names.empty()) refuse(path_, fmt::format("is a Zarr group of no {}", kind));
         if (names.size() > 1)
-            throw RequestError(fmt::format(
-                "{}: holds {} {}: {}. Choose one with --series 0 ... {}, or name its folder, as "
-                "{}/{}",
-                path_, names.size(), kind, quoted_list(names), names.size() - 1,
-                store_.name_of(key), names[0]));
+            throw RequestError(
+                message("{}: holds {} {}: {}. Choose one with @series 0 ... {}, or name its "
+                        "folder, as {}/{}",
+                        path_, names.size(), kind, quoted_list(names), names.size() - 1,
+                        store_.name_of(key), names[0]));
         return inside(key, names[0]);
     }
 
@@ -145,9 +145,8 @@ class Search {
             return series;
         const auto number = to_integer(series);
         if (!number || *number < 0 || *number >= static_cast<std::int64_t>(names.size()))
-            throw RequestError(fmt::format("{}: --series {}: it holds {} {}: {}", path_,
-                                           in_quotes(series), names.size(), kind,
-                                           quoted_list(names)));
+            throw RequestError(message("{}: @series({}): it holds {} {}: {}", path_,
+                                       in_quotes(series), names.size(), kind, quoted_list(names)));
         return inside(key, names[static_cast<std::size_t>(*number)]);
     }
     /// A name that the metadata give.

@@ -207,7 +207,7 @@ void ZarrReader::put_chunk(const Place& low, const Bytes& numbers, const Target&
 }
 
 void ZarrReader::read(const Header& header, const Selection& pick, std::span<std::byte> into,
-                      std::vector<std::string>& warnings) const {
+                      std::vector<Message>& warnings) const {
     const Target target{header, pick, into, loaded_channels(header, pick)};
     const Place counts = file_counts(pick);
     std::int64_t all = 1;
@@ -229,7 +229,7 @@ void ZarrReader::read(const Header& header, const Selection& pick, std::span<std
                        });
         });
     } catch (const InputError& error) {
-        refuse(header.file, error.what());
+        refuse(header.file, error.message().marked());
     }
     rounding.tell(header.file, array_.type, warnings);
     tell_wide(header, wide_rounded, warnings);

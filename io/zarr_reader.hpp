@@ -20,7 +20,7 @@ class ZarrReader : public Reader {
         : array_(std::move(array)), axes_(std::move(axes)) {}
 
     void read(const Header& header, const Selection& pick, std::span<std::byte> into,
-              std::vector<std::string>& warnings) const override;
+              std::vector<Message>& warnings) const override;
 
     /// Chunks come and go without their folder's knowing.
     std::optional<std::vector<std::string>> files() const override { return array_.store->files(); }

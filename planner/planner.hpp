@@ -55,7 +55,7 @@ struct Answer {
     std::vector<Plan> front;
     std::vector<Plan> nearest;  // where no plan fits: the closest on either side of the budget
     std::vector<Refusal> refused;
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
     std::optional<Compared> plain;  // absent: nothing is, or no edge offers one
     std::string problem;            // why there is no plan
     int vertices = 0, edges = 0;    // of the transform graph

@@ -111,8 +111,10 @@ Profile parse_profile(const std::string& text, const std::string& file) {
     const JsonFields fields(file);
     const nlohmann::json json = fields.parsed(text);
     if (json.value("schema", nlohmann::json()) != 1)
-        fields.reject("schema",
-                      "expected \"schema\": 1, as `edgewise calibrate -o FILE` writes it");
+        fields.reject(
+            "schema",
+            message("expected \"schema\": 1, as `@command(calibrate) @out FILE` writes it")
+                .marked());
     expect_known(json, fields);
     Profile profile;
     const auto word = [&](const char* field) {

@@ -71,9 +71,9 @@ void BackprojectedReference::expect_affordable(double samples) const {
         samples * static_cast<double>(back_.sinogram.x) * static_cast<double>(back_.sinogram.y);
     if (steps > kMost)
         throw RequestError(
-            fmt::format("--verify: a sinogram of {}x{} values, written out, would be {:.0g} steps, "
-                        "which takes hours; verify fewer samples",
-                        back_.sinogram.x, back_.sinogram.y, steps));
+            message("@verify: a sinogram of {}x{} values, written out, would be {:.0g} steps, "
+                    "which takes hours; verify fewer samples",
+                    back_.sinogram.x, back_.sinogram.y, steps));
 }
 
 std::optional<double> BackprojectedReference::range() const {

@@ -251,10 +251,9 @@ void FilteredReference::expect_affordable(double samples) const {
     constexpr double kMost = 1e12;  // about an hour of one core
     if (const double steps = this->steps(samples) * field_.channels(); steps > kMost)
         throw RequestError(
-            fmt::format("--verify: a kernel of {:.0f} places, written out, would be {:.0g} steps, "
-                        "which takes hours; verify fewer samples, a smaller kernel or a part of "
-                        "the data",
-                        places_, steps));
+            message("@verify: a kernel of {:.0f} places, written out, would be {:.0g} steps, which "
+                    "takes hours; verify fewer samples, a smaller kernel or a part of the data",
+                    places_, steps));
 }
 
 std::vector<double> FilteredReference::values(std::span<const OutputSample> samples) const {

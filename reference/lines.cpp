@@ -169,9 +169,9 @@ void LineReference::expect_affordable(double samples) const {
                              : samples * 12 * static_cast<double>(n.x + n.y);
     if (steps > kMost)
         throw RequestError(
-            fmt::format("--verify: lines of {}x{} samples, written out, would be {:.0g} steps, "
-                        "which takes hours; verify fewer samples or a part of the data",
-                        n.x, n.y, steps));
+            message("@verify: lines of {}x{} samples, written out, would be {:.0g} steps, which "
+                    "takes hours; verify fewer samples or a part of the data",
+                    n.x, n.y, steps));
 }
 
 std::optional<double> LineReference::range() const {

@@ -154,6 +154,8 @@ class Flow {
             if (!halted()) fail(step, cancelled.what());
         } catch (const std::bad_alloc&) {
             fail(step, "out of memory within the budget");
+        } catch (const Exception& error) {
+            fail(step, error.message().marked());
         } catch (const std::exception& error) {
             fail(step, error.what());
         } catch (...) {

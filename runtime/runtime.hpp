@@ -38,8 +38,8 @@ struct Outcome {
     std::vector<double> step_seconds;  // wall time of the plan's steps: wall_seconds(trace)
     std::size_t peak = 0;              // bytes of the budget used at most
     std::vector<Ran> trace;
-    std::vector<std::string> warnings;  // a failed step, and what was done instead
-    std::vector<std::string> steps;     // that really ran
+    std::vector<Message> warnings;   // a failed step, and what was done instead
+    std::vector<std::string> steps;  // that really ran
 };
 
 /// Called once a frame, in no particular order, never two at a time. Whoever keeps the result keeps

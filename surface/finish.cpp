@@ -332,7 +332,8 @@ Mesh decimated(const Mesh& mesh, double share, std::pmr::memory_resource* memory
 bool can_decimate() noexcept { return false; }
 
 Mesh decimated(const Mesh&, double, std::pmr::memory_resource*) {
-    throw RunError("--decimate: this build was made without meshoptimizer (libmeshoptimizer-dev)");
+    throw RunError(
+        message("@decimate: this build was made without meshoptimizer (libmeshoptimizer-dev)"));
 }
 #endif
 

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/audit/audit.hpp"
+#include "cli/request/spoken.hpp"
 #include "cli/session/report.hpp"
 #include "engine/measure/quantiles.hpp"
 
@@ -32,7 +33,7 @@ Json path_json(const MeasuredPath& path, bool all) {
         json["cancelled"] = true;
         json["seconds_at_least"] = *path.given_up;
     }
-    if (!path.failure.empty()) json["failure"] = path.failure;
+    if (!path.failure.empty()) json["failure"] = spoken(path.failure);
     return json;
 }
 
@@ -75,7 +76,7 @@ Json audit_entry(const AuditedRequest& request) {
     json["measured_paths"] = Json::array();
     for (const MeasuredPath& path : request.paths)
         json["measured_paths"].push_back(path_json(path, false));
-    json["warnings"] = request.warnings;
+    json["warnings"] = spoken(request.warnings);
     return json;
 }
 

@@ -242,7 +242,8 @@ void expect_results(const std::vector<ChartedRequest>& requests) {
     if (stop_flag()) throw Cancelled();
     for (const ChartedRequest& request : requests)
         for (const MeasuredPath& path : request.paths)
-            throw RunError("no path has a result: " + path_text(path.steps) + ": " + path.failure);
+            throw RunError(
+                message("no path has a result: {}: {}", path_text(path.steps), path.failure));
     throw RunError("there is no path");
 }
 

@@ -3,6 +3,7 @@
 
 #include "charts/front.hpp"
 #include "cli/chart/chart.hpp"
+#include "cli/request/spoken.hpp"
 #include "cli/session/report.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "graph/version.hpp"
@@ -54,7 +55,7 @@ Json point_json(const ChartedRequest& request, std::size_t i, const charts::Poin
     json["front"] = point.front;
     json["predicted_front"] = path.front;
     json["chosen"] = path.chosen;
-    if (!path.failure.empty()) json["failure"] = path.failure;
+    if (!path.failure.empty()) json["failure"] = spoken(path.failure);
     return json;
 }
 
@@ -67,12 +68,12 @@ Json peers_json(const std::vector<charts::Peer>& peers) {
 
 /// Every one once, in the order in which they came.
 std::vector<std::string> warnings_of(const std::vector<ChartedRequest>& requests) {
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
     for (const ChartedRequest& request : requests)
-        for (const std::string& warning : request.warnings)
+        for (const Message& warning : request.warnings)
             if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
                 warnings.push_back(warning);
-    return warnings;
+    return spoken(warnings);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "cli/request/spoken.hpp"
 #include "cli/signals/signals.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
@@ -40,8 +41,8 @@ void Messages::say(const char* kind, const std::string& text) {
     fmt::print(stderr, "edgewise: {}{}\n", kind, text);
 }
 
-void Messages::on_warning(const std::string& text) {
-    if (log_ >= Log::warning) say("warning: ", text);
+void Messages::on_warning(const Message& text) {
+    if (log_ >= Log::warning) say("warning: ", spoken(text));
 }
 
 bool Messages::shows_bar() const noexcept {
@@ -75,8 +76,8 @@ void Messages::result(const std::string& text) {
     if (log_ > Log::error) say("", text);
 }
 
-void Messages::notice(const std::string& text) {
-    if (log_ >= Log::warning) say("", text);
+void Messages::notice(const Message& text) {
+    if (log_ >= Log::warning) say("", spoken(text));
 }
 
 void Messages::end_progress() {

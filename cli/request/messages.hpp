@@ -28,7 +28,7 @@ class Messages : public Listener {
     /// What a run ends with.
     void result(const std::string& text);
     /// Worth knowing, and nothing is wrong with the result.
-    void notice(const std::string& text) override;
+    void notice(const Message& text) override;
     /// Takes the bar away.
     void end_progress() override;
     const std::atomic<bool>& stop() const noexcept override;
@@ -42,7 +42,7 @@ class Messages : public Listener {
     void ends(State state) override;
 
  protected:
-    void on_warning(const std::string& text) override;
+    void on_warning(const Message& text) override;
 
  private:
     void say(const char* kind, const std::string& text);

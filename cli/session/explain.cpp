@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "cli/request/spoken.hpp"
 #include "cli/session/margin_report.hpp"
 #include "cli/session/refusals.hpp"
 #include "engine/guesses.hpp"
@@ -152,7 +153,7 @@ std::string refused_text(const std::vector<Refusal>& refused, const Catalogue& c
     constexpr std::size_t kNames = 3;
     if (all)
         for (const Refusal& refusal : refused)
-            text += fmt::format("  {}: {}\n", refusal.transition, refusal.reason);
+            text += fmt::format("  {}: {}\n", refusal.transition, spoken(refusal.reason));
     else
         for (const auto& [reason, names] : by_reason.reasons)
             text += fmt::format("  {}: {}\n", few_of(names, kNames), reason);
@@ -315,7 +316,7 @@ std::string explanation_of(const Planned& planned, bool all_refused) {
 
 std::string preset_text(const TakenPreset& preset) {
     std::string text = fmt::format("{}{} over {:.5g} to {:.5g}", preset.file ? "" : "preset ",
-                                   preset.name, preset.window.low, preset.window.high);
+                                   spoken(preset.name), preset.window.low, preset.window.high);
     if (preset.smooths)
         text +=
             fmt::format(", gradients smoothed (noise {:.2g} % of the window)", 100 * *preset.noise);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/request/spoken.hpp"
 #include "cli/session/explain.hpp"
 #include "engine/look/sheet.hpp"
 #include "engine/measure/quantiles.hpp"
@@ -153,7 +154,7 @@ Json error_json(const Merge& merge, const Failure& failure) {
 Json merge_report(const Merge& merge, double startup_seconds, bool with_run,
                   const std::optional<Failure>& failure) {
     Json report = {{"schema", 1}, {"version", version()}};
-    report["warnings"] = merge.messages.warnings();
+    report["warnings"] = spoken(merge.messages.warnings());
     report["request"] = request_of_all(merge);
     report["plan"] = failure ? Json() : plan_json(merge);
     // Each channel has its own.

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "cli/request/spoken.hpp"
+
 namespace edgewise::cli {
 namespace {
 
@@ -12,7 +14,8 @@ bool waits_for_via(const Refusal& refusal, const Catalogue& catalogue) {
         return each.name == refusal.transition;
     });
     return edge != catalogue.end() && (*edge).on_demand &&
-           refusal.reason.find("--via") != std::string::npos;
+           std::ranges::any_of(refusal.reason.settings(),
+                               [](const Setting& named) { return named.field == "via"; });
 }
 
 }  // namespace
@@ -25,11 +28,11 @@ Refusals folded(const std::vector<Refusal>& refused, const Catalogue& catalogue)
         } else if (waits_for_via(refusal, catalogue)) {
             all.only_by_via.push_back(refusal.transition);
         } else {
-            const auto known =
-                std::find_if(all.reasons.begin(), all.reasons.end(),
-                             [&](const auto& each) { return each.first == refusal.reason; });
+            const std::string reason = spoken(refusal.reason);
+            const auto known = std::find_if(all.reasons.begin(), all.reasons.end(),
+                                            [&](const auto& each) { return each.first == reason; });
             if (known == all.reasons.end())
-                all.reasons.emplace_back(refusal.reason, std::vector{refusal.transition});
+                all.reasons.emplace_back(reason, std::vector{refusal.transition});
             else
                 known->second.push_back(refusal.transition);
         }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cli/request/spoken.hpp"
 #include "cli/session/margin_report.hpp"
 #include "engine/guesses.hpp"
 #include "engine/reached.hpp"
@@ -104,6 +105,34 @@ Json scene_json(const Looked& looked) {
             {"rays", rays}};
 }
 
+/// What would make a plan: {"budgets": [{"--max-error": "0.0123"}],
+/// "demands": [[{"option", "value"}]], "then_budgets", "missing": [[{"transition", "reason"}]]}
+Json relax_json(const WayOut& way_out) {
+    Json budgets = Json::array(), demands = Json::array(), missing = Json::array();
+    for (const auto& changes : way_out.budgets) {
+        Json one = Json::object();
+        for (const SettingChange& change : changes)
+            one[option_of(change.setting.name)] = change.value ? Json(*change.value) : Json();
+        budgets.push_back(one);
+    }
+    for (const auto& changes : way_out.demands) {
+        Json set = Json::array();
+        for (const SettingChange& change : changes)
+            set.push_back({{"option", option_of(change.setting.name)}, {"value", change.instead}});
+        demands.push_back(set);
+    }
+    for (const auto& refusals : way_out.missing) {
+        Json set = Json::array();
+        for (const Refusal& refusal : refusals)
+            set.push_back({{"transition", refusal.transition}, {"reason", spoken(refusal.reason)}});
+        missing.push_back(set);
+    }
+    return {{"budgets", budgets},
+            {"demands", demands},
+            {"then_budgets", way_out.then_budgets},
+            {"missing", missing}};
+}
+
 void add_answer(Json& report, const Planned* planned, double startup_seconds) {
     report["plan"] = nullptr;
     report["front"] = Json::array();
@@ -115,7 +144,7 @@ void add_answer(Json& report, const Planned* planned, double startup_seconds) {
     for (const Plan& plan : answer.front) report["front"].push_back(short_plan(plan));
     for (const Refusal& refusal : answer.refused)
         report["refused"].push_back(
-            {{"transition", refusal.transition}, {"reason", refusal.reason}});
+            {{"transition", refusal.transition}, {"reason", spoken(refusal.reason)}});
     if (planned->margin) {
         report["margin"] = margin_json(*planned->margin);
         report["rivals"] = rivals_json(*planned->margin);
@@ -145,7 +174,7 @@ Json request_json(const Asked& asked, const Opened* opened, const Looked* looked
     if (want.job == Job::warp && opened) json["outside"] = or_null(filled_with(*opened));
     if (looked && looked->preset) {
         const auto& preset = looked->preset;
-        json["preset"] = preset->name;
+        json["preset"] = spoken(preset->name);
         json["preset_for"] = preset->kind.empty() ? Json() : Json(preset->kind);
         json["preset_window"] = {preset->window.low, preset->window.high};
     }
@@ -241,7 +270,7 @@ Json failure_of(int code, const std::string& message) {
 Json report_of(const Reached& reached, const Listener& messages, double startup_seconds,
                bool with_run, const std::optional<Failure>& failure) {
     Json report = report_head();
-    report["warnings"] = messages.warnings();
+    report["warnings"] = spoken(messages.warnings());
     report["request"] = request_json(reached);
     add_answer(report, reached.planned(), startup_seconds);
     if (with_run) {
@@ -257,7 +286,7 @@ Json report_of(const Reached& reached, const Listener& messages, double startup_
             nearest.push_back(short_plan(plan));
     report["error"] = {
         {"code", failure->code}, {"message", failure->message}, {"nearest", nearest}};
-    if (reached.way_out) report["error"]["relax"] = to_json(*reached.way_out);
+    if (reached.way_out) report["error"]["relax"] = relax_json(*reached.way_out);
     return report;
 }
 

@@ -8,6 +8,7 @@
 
 #include "charts/report.hpp"
 #include "charts/scales.hpp"
+#include "cli/request/spoken.hpp"
 #include "cli/session/explain.hpp"
 #include "cli/session/graph_picture.hpp"
 #include "cli/session/report.hpp"
@@ -234,9 +235,9 @@ void write_run_page(const TypedRequest& typed) {
     report.total = total_of(planned, run);
     report.front = front_of(planned);
     for (const Refusal& refusal : planned.answer.refused)
-        report.refused.emplace_back(refusal.transition, refusal.reason);
+        report.refused.emplace_back(refusal.transition, spoken(refusal.reason));
     take_graph(report, planned);
-    report.warnings = typed.messages().warnings();
+    report.warnings = spoken(typed.messages().warnings());
     report.document =
         report_of(typed.reached(), typed.messages(), typed.startup_seconds(), true, {});
     if (typed.messages().stop()) throw Cancelled();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cli/request/spoken.hpp"
 #include "cli/session/explain.hpp"
 #include "engine/look/sheet.hpp"
 #include "engine/measure/quantiles.hpp"
@@ -27,11 +28,11 @@ Json series_report(const Series& series, double startup_seconds, bool with_run,
                    const std::optional<Failure>& failure) {
     if (!series.first) {
         Json report = failure_of(failure ? failure->code : 1, failure ? failure->message : "");
-        report["warnings"] = series.messages.warnings();
+        report["warnings"] = spoken(series.messages.warnings());
         return report;
     }
     Json report = report_of(*series.first, series.messages, startup_seconds, with_run, failure);
-    report["warnings"] = series.messages.warnings();
+    report["warnings"] = spoken(series.messages.warnings());
     report["request"]["frames"] = series.times;
     report["request"]["time"] = "all";
     const auto& limit = series.spec.max_time;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/request/errors.hpp"
+#include "cli/request/spoken.hpp"
 #include "cli/session/report.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
@@ -25,15 +26,17 @@ Ending ending_of_current() {
     } catch (const Cancelled&) {
         return {signal_exit_code() ? signal_exit_code() : kFailed, "interrupted"};
     } catch (const RequestError& error) {
-        return {kBadRequest, error.what()};
+        return {kBadRequest, spoken(error.message())};
     } catch (const NoPlan& error) {
-        return {kNoPlan, error.what()};
+        return {kNoPlan, spoken(error.message())};
     } catch (const InputError& error) {
-        return {kBadInput, error.what()};
+        return {kBadInput, spoken(error.message())};
     } catch (const std::bad_alloc&) {
         return {kFailed,
                 "out of memory, and there is no other plan; --max-memory bounds what a "
                 "plan may take"};
+    } catch (const Exception& error) {
+        return {kFailed, spoken(error.message())};
     } catch (const std::exception& error) {
         return {kFailed, error.what()};
     }
@@ -62,6 +65,8 @@ int guarded(const std::function<int()>& body,
     }
     try {
         failed(ending.code, ending.message);
+    } catch (const Exception& error) {
+        fmt::print(stderr, "edgewise: {}\n", spoken(error.message()));
     } catch (const std::exception& error) {
         fmt::print(stderr, "edgewise: {}\n", error.what());
     }

@@ -24,7 +24,7 @@ struct Audited {
     double planning_seconds = 0;
     std::vector<MeasuredPath> paths;
     std::size_t all_paths = 0;  // that there are
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
 
     const MeasuredPath& chosen() const;
 };

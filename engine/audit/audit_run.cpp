@@ -171,7 +171,7 @@ Audited audited(const RequestSpec& spec, const Catalogue& edges, const Profile& 
     Rounds(planned, listener, request, tried.plans, settings, resident).run_all();
     request.warnings = listener.warnings();
     if (!request.chosen().measured())
-        throw RunError("the chosen path failed: " + request.chosen().failure);
+        throw RunError(message("the chosen path failed: {}", request.chosen().failure));
     return request;
 }
 

@@ -36,7 +36,7 @@ struct Charted {
     std::vector<MeasuredPath> paths;
     std::size_t all_paths = 0;  // that there are
     std::optional<double> seconds_budget, error_budget;
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
     std::optional<charts::Pictures> pictures;
     bool interrupted = false;
 };

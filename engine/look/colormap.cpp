@@ -87,7 +87,7 @@ constexpr Named kNamed[] = {
 };
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why) {
-    throw RequestError(fmt::format("--colormap {}: {}", file, why));
+    throw RequestError(message("@colormap({}): {}", file, why));
 }
 
 constexpr std::size_t kMostRows = 1 << 16;
@@ -155,7 +155,7 @@ std::vector<Colour> list_of(const std::string& text, const std::string& file) {
 
 /// Of a transfer function its colours, between the first point and the last.
 std::vector<Colour> colours_of_transfer(const std::string& file) {
-    const TransferSpec spec = load_transfer(file, "--colormap");
+    const TransferSpec spec = load_transfer(file, "colormap");
     const auto& points = spec.transfer.points;
     if (points.size() < 2) refuse(file, "its transfer function has fewer than two points");
     const double first = points.front().value, length = points.back().value - first;
@@ -185,7 +185,7 @@ Colormap colormap_in(const std::string& file) {
         text.resize(static_cast<std::size_t>(in.size()));
         in.read(0, std::as_writable_bytes(std::span(text)), "rows");
     } catch (const InputError& error) {
-        throw RequestError(std::string("--colormap: ") + error.what());
+        throw RequestError(message("@colormap: {}", error.message()));
     }
     constexpr std::size_t kPlanes = 768, kHead = 32;
     if (text.size() == kPlanes && text.find('\0') != text.npos) return Colormap(planes_of(text));
@@ -235,9 +235,9 @@ Colormap colormap_of(const std::string& name) {
     std::error_code none;
     if (std::filesystem::is_regular_file(name, none)) return colormap_in(name);
     throw RequestError(
-        fmt::format("--colormap: '{}' is no colour map and no file; {}", name,
-                    instead_of(name, colormap_names(),
-                               fmt::format("known are {}", fmt::join(colormap_names(), ", ")))));
+        message("@colormap: '{}' is no colour map and no file; {}", name,
+                instead_of(name, colormap_names(),
+                           fmt::format("known are {}", fmt::join(colormap_names(), ", ")))));
 }
 
 }  // namespace edgewise

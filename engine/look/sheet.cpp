@@ -21,9 +21,9 @@ Sheet::Sheet(const LookSpec& look, const store::Header& picture, int count)
     constexpr std::int64_t kMostSide = 65535;
     if (sheet.x > kMostSide || sheet.y > kMostSide)
         throw RequestError(
-            fmt::format("--montage {}x{}: would be {}x{} pixels; at most {} a side: give the "
-                        "pictures a smaller --size",
-                        columns_of(look_), rows_of_sheet(look_), sheet.x, sheet.y, kMostSide));
+            message("@montage({}x{}): would be {}x{} pixels; at most {} a side: give the pictures "
+                    "a smaller @size",
+                    columns_of(look_), rows_of_sheet(look_), sheet.x, sheet.y, kMostSide));
     montage_.emplace(static_cast<int>(sheet.x), static_cast<int>(sheet.y), picture.channels);
 }
 
@@ -83,8 +83,8 @@ int sheets_of(const LookSpec& look, int pictures) {
     if (!look.montage) return pictures;
     const int room = columns_of(look) * rows_of_sheet(look);
     if (pictures > room)
-        throw RequestError(fmt::format("--montage {}x{}: {} pictures do not fit; {} do",
-                                       columns_of(look), rows_of_sheet(look), pictures, room));
+        throw RequestError(message("@montage({}x{}): {} pictures do not fit; {} do",
+                                   columns_of(look), rows_of_sheet(look), pictures, room));
     return 1;
 }
 

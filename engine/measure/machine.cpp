@@ -217,8 +217,8 @@ Profile chosen_profile(const std::optional<std::string>& machine) {
     if (!folder.empty() && fs::exists(folder + "/" + name + ".json", none))
         return load_profile(folder + "/" + name + ".json");
     if (auto bundled = bundled_profile(name)) return *bundled;
-    throw RequestError(fmt::format(
-        "--machine: '{}' is neither a file nor a profile; `edgewise list machines` shows them",
+    throw RequestError(message(
+        "@machine: '{}' is neither a file nor a profile; `@command(list machines)` shows them",
         name));
 }
 

@@ -25,11 +25,10 @@ void add_box(const std::array<double, 6>& box, std::vector<HalfSpace>& planes) {
     for (int axis = 0; axis < 3; ++axis) {
         const auto k = static_cast<std::size_t>(axis);
         if (!std::isfinite(box[k]) || !std::isfinite(box[k + 3]))
-            throw RequestError(
-                fmt::format("--clip {}: expected finite numbers", fmt::join(box, ",")));
+            throw RequestError(message("@box({}): expected finite numbers", fmt::join(box, ",")));
         if (box[k] > box[k + 3])
-            throw RequestError(fmt::format("--clip {}: {} begins behind its end, {} > {}",
-                                           fmt::join(box, ","), "XYZ"[axis], box[k], box[k + 3]));
+            throw RequestError(message("@box({}): {} begins behind its end, {} > {}",
+                                       fmt::join(box, ","), "XYZ"[axis], box[k], box[k + 3]));
         // A sample fills half a voxel to either side.
         planes.push_back({Vec3::Unit(axis), 0.5 - box[k]});
         planes.push_back({-Vec3::Unit(axis), box[k + 3] + 0.5});
@@ -39,12 +38,10 @@ void add_box(const std::array<double, 6>& box, std::vector<HalfSpace>& planes) {
 void add_plane(const std::array<double, 4>& plane, std::vector<HalfSpace>& planes) {
     const Vec3 normal(plane[0], plane[1], plane[2]);
     if (!normal.allFinite() || !std::isfinite(plane[3]))
-        throw RequestError(
-            fmt::format("--clip-plane {}: expected finite numbers", fmt::join(plane, ",")));
+        throw RequestError(message("@planes({}): expected finite numbers", fmt::join(plane, ",")));
     if (normal.isZero(0))
-        throw RequestError(
-            fmt::format("--clip-plane {}: A, B and C are 0, so the plane has no direction",
-                        fmt::join(plane, ",")));
+        throw RequestError(message("@planes({}): A, B and C are 0, so the plane has no direction",
+                                   fmt::join(plane, ",")));
     planes.push_back(half_space(normal, plane[3]));
 }
 
@@ -52,20 +49,19 @@ void add_plane(const std::array<double, 4>& plane, std::vector<HalfSpace>& plane
 Ball ball_of(const std::array<double, 4>& ball, const Mat3& axes) {
     const Vec3 centre(ball[0], ball[1], ball[2]);
     if (!centre.allFinite() || !std::isfinite(ball[3]))
-        throw RequestError(
-            fmt::format("--clip-ball {}: expected finite numbers", fmt::join(ball, ",")));
+        throw RequestError(message("@balls({}): expected finite numbers", fmt::join(ball, ",")));
     if (!(ball[3] > 0))
-        throw RequestError(fmt::format("--clip-ball {}: the radius is {}; expected more than 0",
-                                       fmt::join(ball, ","), ball[3]));
+        throw RequestError(message("@balls({}): the radius is {}; expected more than 0",
+                                   fmt::join(ball, ","), ball[3]));
     // Beyond, rounding would decide about rays.
     constexpr double kFar = 1e9, kSmall = 1e-6;
     const Vec3 steps = axes.colwise().norm();
     if (centre.cwiseAbs().maxCoeff() > kFar || ball[3] < kSmall * steps.minCoeff() ||
         ball[3] > kFar * steps.minCoeff())
-        throw RequestError(fmt::format(
-            "--clip-ball {}: expected a centre within {:g} samples and a radius of {:g} to {:g} of "
-            "the smallest spacing",
-            fmt::join(ball, ","), kFar, kSmall, kFar));
+        throw RequestError(
+            message("@balls({}): expected a centre within {:g} samples and a radius of {:g} to "
+                    "{:g} of the smallest spacing",
+                    fmt::join(ball, ","), kFar, kSmall, kFar));
     return {centre, axes / ball[3]};
 }
 
@@ -90,15 +86,14 @@ void take_clip(Request& want, const ClipSpec& spec, const InputGrid& grid,
     want.clips.clear();
     if (spec.empty()) return;
     if (!want.job->of_rays())
-        throw RequestError(
-            "--clip, --clip-plane, --clip-ball and --slab: of render; they cut rays, which a warp "
-            "has none of");
+        throw RequestError(message(
+            "@box, @planes, @balls and @slab: of render; they cut rays, which a warp has none of"));
     if (spec.planes.size() > kMostPlanes)
         throw RequestError(
-            fmt::format("--clip-plane: {} are given; at most {}", spec.planes.size(), kMostPlanes));
+            message("@planes: {} are given; at most {}", spec.planes.size(), kMostPlanes));
     if (spec.balls.size() > kMostBalls)
         throw RequestError(
-            fmt::format("--clip-ball: {} are given; at most {}", spec.balls.size(), kMostBalls));
+            message("@balls: {} are given; at most {}", spec.balls.size(), kMostBalls));
     std::vector<HalfSpace> planes;
     std::vector<Ball> balls;
     const Mat3 axes = grid.lean * grid.spacing.asDiagonal();
@@ -107,7 +102,7 @@ void take_clip(Request& want, const ClipSpec& spec, const InputGrid& grid,
     for (const auto& plane : spec.planes) add_plane(plane, planes);
     if (spec.slab && !(*spec.slab > 0 && std::isfinite(*spec.slab)))
         throw RequestError(
-            fmt::format("--slab: {} given; expected a thickness greater than 0", *spec.slab));
+            message("@slab: {} given; expected a thickness greater than 0", *spec.slab));
     const std::size_t views = spec.slab ? geometry.views.size() : 1;
     for (std::size_t view = 0; view < views; ++view) {
         std::vector<HalfSpace> all = planes;
@@ -117,8 +112,8 @@ void take_clip(Request& want, const ClipSpec& spec, const InputGrid& grid,
     const auto is_empty = [](const Clip& clip) { return clip.volume == 0; };
     if (std::all_of(want.clips.begin(), want.clips.end(), is_empty))
         throw RequestError(
-            fmt::format("{}: keeps nothing of the volume, whose samples are 0,0,0 to {},{},{}",
-                        spec.options(), want.input.x - 1, want.input.y - 1, want.input.z - 1));
+            message("{}: keeps nothing of the volume, whose samples are 0,0,0 to {},{},{}",
+                    spec.settings(), want.input.x - 1, want.input.y - 1, want.input.z - 1));
     const auto is_whole = [&](const Clip& clip) { return clip.keeps_all(want.input); };
     if (std::all_of(want.clips.begin(), want.clips.end(), is_whole)) want.clips.clear();
 }

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <stdexcept>
+#include "graph/errors.hpp"
 
 namespace edgewise {
 
 /// No plan serves the request within its budgets.
-struct NoPlan : std::runtime_error {
-    using std::runtime_error::runtime_error;
+struct NoPlan : Exception {
+    using Exception::Exception;
 };
 
 }  // namespace edgewise

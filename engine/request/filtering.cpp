@@ -42,7 +42,7 @@ bool is_mask(const std::vector<double>& weights) {
 }
 
 /// Weights of a file become places and heights.
-void take_heights(Stencil& stencil, FilterOp op, std::vector<std::string>& notes) {
+void take_heights(Stencil& stencil, FilterOp op, std::vector<Message>& notes) {
     const bool heights = op != FilterOp::median && !is_binary(op);
     const bool mask = is_mask(stencil.weights);
     const bool zeros = std::all_of(stencil.weights.begin(), stencil.weights.end(),
@@ -54,27 +54,26 @@ void take_heights(Stencil& stencil, FilterOp op, std::vector<std::string>& notes
     const bool flat = stencil.flat();
     if (heights && !mask && !flat)
         notes.push_back(
-            fmt::format("--kernel {}: several values other than 0, so they are heights, which are "
-                        "added (dilate) or subtracted (erode); a mask of 0 and one other value is "
-                        "a flat structuring element",
-                        stencil.name));
+            message("@kernel({}): several values other than 0, so they are heights, which are "
+                    "added (dilate) or subtracted (erode); a mask of 0 and one other value is a "
+                    "flat structuring element",
+                    stencil.name));
 }
 
-Stencil stencil_in(const std::string& file, int axes, FilterOp op,
-                   std::vector<std::string>& notes) {
+Stencil stencil_in(const std::string& file, int axes, FilterOp op, std::vector<Message>& notes) {
     const bool of_sum = has_weights(op);
     const store::Header header = store::inspect(file, {});
     if (header.channels != 1 || header.times != 1 || header.type == Type::c64)
-        throw RequestError(fmt::format(
-            "--kernel {}: {} channels at {} times; expected one of real numbers at one time", file,
+        throw RequestError(message(
+            "@kernel({}): {} channels at {} times; expected one of real numbers at one time", file,
             header.channels, header.times));
     if (axes == 2 && header.extent.z > 1)
         throw RequestError(
-            fmt::format("--kernel {}: a volume, but {}", file,
-                        "what is filtered is an image (with --slices each slice is one)"));
+            message("@kernel({}): a volume, but {}", file,
+                    message("what is filtered is an image (with @slices each slice is one)")));
     if (static_cast<double>(header.extent.samples()) > kMostPlaces)
-        throw RequestError(fmt::format("--kernel {}: {} places; expected at most {:.0f}", file,
-                                       text_of(header.extent, axes), kMostPlaces));
+        throw RequestError(message("@kernel({}): {} places; expected at most {:.0f}", file,
+                                   text_of(header.extent, axes), kMostPlaces));
     store::Selection selection;
     selection.as_stored = true;
     const store::Loaded loaded = store::load(file, selection, std::pmr::new_delete_resource());
@@ -87,13 +86,12 @@ Stencil stencil_in(const std::string& file, int axes, FilterOp op,
     if (of_sum) {
         for (const double weight : stencil.weights)
             if (!std::isfinite(weight))
-                throw RequestError(
-                    fmt::format("--kernel {}: weights of sums must be finite", file));
+                throw RequestError(message("@kernel({}): weights of sums must be finite", file));
         return stencil;
     }
     take_heights(stencil, op, notes);
     if (stencil.places(false) == 0)
-        throw RequestError(fmt::format("--kernel {}: no place of it counts", file));
+        throw RequestError(message("@kernel({}): no place of it counts", file));
     return stencil;
 }
 
@@ -127,14 +125,14 @@ Stencil::Sizes sizes_of(const KernelSpec& kernel, const FilterGrid& grid) {
     if (given.size() == 1)
         given.assign(3, given[0]);
     else if (given.size() != static_cast<std::size_t>(grid.axes))
-        throw RequestError(fmt::format("--kernel {}: {} sizes; expected one, or {}, one an axis",
-                                       text, given.size(), grid.axes));
+        throw RequestError(message("@kernel({}): {} sizes; expected one, or {}, one an axis", text,
+                                   given.size(), grid.axes));
     given.resize(3, 0);
     if (kernel.lengths && !grid.has_unit)
-        throw RequestError(fmt::format(
-            "--kernel {}: the input has no unit, so lengths say nothing; give the size in samples, "
-            "or say --input-spacing and --input-unit mm",
-            text));
+        throw RequestError(
+            message("@kernel({}): the input has no unit, so lengths say nothing; give the size in "
+                    "samples, or say @input_spacing and @input_unit(mm)",
+                    text));
     const bool gauss = kernel.kind == KernelKind::gauss;
     bool some = false;
     std::array<double, 3> sizes{};
@@ -142,35 +140,33 @@ Stencil::Sizes sizes_of(const KernelSpec& kernel, const FilterGrid& grid) {
         const auto k = static_cast<std::size_t>(axis);
         if (!(given[k] >= 0 && std::isfinite(given[k])))
             throw RequestError(
-                fmt::format("--kernel {}: expected {}", text,
-                            gauss ? "a standard deviation above 0" : "a radius of at least 0"));
+                message("@kernel({}): expected {}", text,
+                        gauss ? "a standard deviation above 0" : "a radius of at least 0"));
         sizes[k] = kernel.lengths ? given[k] / grid.spacing[k] : given[k];
         some = some || sizes[k] > 0;
     }
     if (gauss && !some)
-        throw RequestError(fmt::format("--kernel {}: expected a standard deviation above 0", text));
+        throw RequestError(message("@kernel({}): expected a standard deviation above 0", text));
     if (kernel.flat && grid.axes == 3) sizes[2] = 0;
     double places = 1;
     for (const double size : sizes)
         places *= gauss ? 2 * std::floor(4 * size + 0.5) + 1 : 2 * std::floor(size) + 1;
     if (places > kMostPlaces)
         throw RequestError(
-            fmt::format("--kernel {}: {:.4g} places on this grid; expected at most "
-                        "{:.0f}",
-                        text, places, kMostPlaces));
+            message("@kernel({}): {:.4g} places on this grid; expected at most {:.0f}", text,
+                    places, kMostPlaces));
     return Stencil::Sizes(sizes);
 }
 
-Stencil stencil_of(const FilterSpec& spec, const FilterGrid& grid,
-                   std::vector<std::string>& notes) {
+Stencil stencil_of(const FilterSpec& spec, const FilterGrid& grid, std::vector<Message>& notes) {
     const KernelSpec& kernel = spec.kernel;
     const int axes = grid.axes;
     const bool of_sum = is_linear(spec.op);
     const auto only_sums = [&] {
         if (!of_sum)
             throw RequestError(
-                fmt::format("--kernel {}: of --op convolve and correlate only, not of {}",
-                            word_of(kernel.kind), name_of(spec.op)));
+                message("@kernel({}): of @op(convolve) and correlate only, not of {}",
+                        word_of(kernel.kind), name_of(spec.op)));
     };
     switch (kernel.kind) {
         case KernelKind::box:
@@ -185,18 +181,18 @@ Stencil stencil_of(const FilterSpec& spec, const FilterGrid& grid,
         case KernelKind::sobel:
             only_sums();
             if (kernel.axis < 0)
-                throw RequestError(
-                    "--kernel sobel: along which axis? Expected sobel:x, or --op "
-                    "gradient");
+                throw RequestError(message(
+                    "@kernel(sobel): along which axis? Expected sobel:x, or @op(gradient)"));
             if (kernel.axis >= axes)
-                throw RequestError(fmt::format("--kernel sobel:{}: the input has only {} axes",
-                                               "xyz"[std::clamp(kernel.axis, 0, 2)], axes));
+                throw RequestError(message("@kernel(sobel:{}): the input has only {} axes",
+                                           "xyz"[std::clamp(kernel.axis, 0, 2)], axes));
             return Stencil::sobel(kernel.axis, axes);
         case KernelKind::laplace:
             only_sums();
             return Stencil::laplace(axes);
         case KernelKind::difference:
-            throw RequestError("--kernel: differences of neighbours are of --op gradient only");
+            throw RequestError(
+                message("@kernel: differences of neighbours are of @op(gradient) only"));
         case KernelKind::file:
             return stencil_in(kernel.file, axes, spec.op, notes);
         case KernelKind::given:
@@ -215,8 +211,8 @@ std::vector<Stencil> derivatives_of(const FilterSpec& spec, const FilterGrid& gr
             const Stencil::Sizes sizes = sizes_of(kernel, grid);
             if (!(sizes.along[static_cast<std::size_t>(axis)] > 0))
                 throw RequestError(
-                    "--kernel gauss: a gradient needs a standard deviation above 0 along each "
-                    "axis");
+                    message("@kernel(gauss): a gradient needs a standard deviation above 0 along "
+                            "each axis"));
             one = Stencil::gauss_derivative(sizes, axis, grid.axes);
         } else if (kernel.kind == KernelKind::sobel && kernel.axis < 0) {
             // Of a ramp its sum is twice the smoothing's, whose weights sum to 4 an axis.
@@ -225,10 +221,10 @@ std::vector<Stencil> derivatives_of(const FilterSpec& spec, const FilterGrid& gr
         } else if (kernel.kind == KernelKind::difference) {
             one = Stencil::difference(axis, grid.axes);
         } else {
-            throw RequestError(fmt::format(
-                "--op gradient: the length of the vector of derivatives, with --kernel gauss:S or "
+            throw RequestError(message(
+                "@op(gradient): the length of the vector of derivatives, with @kernel(gauss:S) or "
                 "sobel, or without one (differences of neighbours), not {}; the morphological "
-                "gradient is the difference of --op dilate and --op erode",
+                "gradient is the difference of @op(dilate) and @op(erode)",
                 kernel.kind == KernelKind::file ? kernel.file : word_of(kernel.kind)));
         }
         all.push_back(one.times(1 / grid.spacing[static_cast<std::size_t>(axis)]));
@@ -264,10 +260,9 @@ Filtering filtering_of(const FilterSpec& spec, const FilterGrid& whole) {
     made.stencil = stencil_of(spec, grid, made.notes);
     const bool plane = made.stencil.extent.z == 1 && made.stencil.extent.samples() > 1;
     if (whole.axes == 3 && !spec.slices && spec.kernel.kind == KernelKind::file && plane)
-        made.notes.push_back(
-            fmt::format("--kernel {}: has one plane, so each slice is filtered by itself, as "
-                        "--slices does",
-                        spec.kernel.file));
+        made.notes.push_back(message(
+            "@kernel({}): has one plane, so each slice is filtered by itself, as @slices does",
+            spec.kernel.file));
     return made;
 }
 

@@ -31,45 +31,46 @@ Mat4 linear(const Mat3& matrix) {
     return map;
 }
 
-/// The sample of --about, from the centre [file unit].
+/// The sample of `about`, from the centre [file unit].
 Vec3 held_point(const GeometrySpec& spec, const InputGrid& input) {
     if (!spec.about) return Vec3::Zero();
     const std::vector<double>& at = *spec.about;
     if (static_cast<int>(at.size()) != input.axes)
-        throw RequestError(fmt::format("--about: {} numbers given; expected {}", at.size(),
-                                       input.axes == 2 ? "X,Y" : "X,Y,Z"));
+        throw RequestError(message("@about: {} numbers given; expected {}", at.size(),
+                                   input.axes == 2 ? "X,Y" : "X,Y,Z"));
     Vec3 sample = centre_of(input.extent);
     for (int k = 0; k < input.axes; ++k) sample[k] = at[k];
     return input.lean * (sample - centre_of(input.extent)).cwiseProduct(input.spacing);
 }
 
-/// What --eye and --look-at need, and where they may be.
+/// What `eye` and `look_at` need, and where they may be.
 void expect_eye(const GeometrySpec& spec, const InputGrid& input, Job job) {
-    if (spec.look_at && !spec.eye) throw RequestError("--look-at: from where? Add --eye X,Y,Z");
+    if (spec.look_at && !spec.eye)
+        throw RequestError(message("@look_at: from where? Add @eye X,Y,Z"));
     if (!spec.eye) return;
-    if (job == Job::warp) throw RequestError("--eye: only render has an eye; leave it out");
+    if (job == Job::warp) throw RequestError(message("@eye: only render has an eye; leave it out"));
     if (!spec.perspective)
-        throw RequestError(
-            "--eye: how much does it see? Add --perspective FOV, the vertical angle in degrees");
+        throw RequestError(message(
+            "@eye: how much does it see? Add @perspective FOV, the vertical angle in degrees"));
     // Farther away, rounding would decide about rays.
     constexpr double kFar = 1e6;  // samples from the centre
-    const auto expect_near = [&](const char* option, const std::array<double, 3>& at) {
+    const auto expect_near = [&](SettingName option, const std::array<double, 3>& at) {
         for (int k = 0; k < 3; ++k)
             if (!(std::abs(at[static_cast<std::size_t>(k)] - centre_of(input.extent)[k]) <= kFar))
-                throw RequestError(fmt::format(
-                    "{} {}: expected three finite numbers within {:g} samples of the volume's "
-                    "centre",
-                    option, fmt::join(at, ","), kFar));
+                throw RequestError(
+                    message("{}: expected three finite numbers within {:g} samples of the volume's "
+                            "centre",
+                            setting(option, fmt::format("{}", fmt::join(at, ","))), kFar));
     };
-    expect_near("--eye", *spec.eye);
+    expect_near("eye", *spec.eye);
     if (!spec.look_at) return;
-    expect_near("--look-at", *spec.look_at);
+    expect_near("look_at", *spec.look_at);
     constexpr double kSame = 1e-9;  // samples
     if ((Vec3(spec.look_at->data()) - Vec3(spec.eye->data())).cwiseAbs().maxCoeff() <= kSame)
         throw RequestError(
-            fmt::format("--look-at {}: is where --eye is, so there is no direction; give another "
-                        "sample, or leave it out for the direction of --view",
-                        fmt::join(*spec.look_at, ",")));
+            message("@look_at({}): is where @eye is, so there is no direction; give another "
+                    "sample, or leave it out for the direction of @view",
+                    fmt::join(*spec.look_at, ",")));
 }
 
 /// Where the eye is, centred object space [file unit]. In a face of the volume it is just before
@@ -96,11 +97,11 @@ Mat4 viewed(const GeometrySpec& spec, const InputGrid& input, Job job) {
     const std::string name = spec.view.value_or(front ? "front" : "z");
     const Mat3 view = view_of(name, input.direction);
     if (input.axes == 2 && view != Mat3::Identity())
-        throw RequestError(fmt::format("--view {}: an image has only the view z", name));
+        throw RequestError(message("@view({}): an image has only the view z", name));
     return linear(view);
 }
 
-/// The view as --look-at turns it: what the view shows upwards stays up.
+/// The view as `look_at` turns it: what the view shows upwards stays up.
 Mat4 looking(const GeometrySpec& spec, const InputGrid& input, const Mat4& view) {
     if (!spec.look_at) return view;
     const Vec3 along = Vec3(spec.look_at->data()) - Vec3(spec.eye->data());
@@ -113,14 +114,14 @@ const GeometryStep* step_of_views(const GeometrySpec& spec, Job job) {
     const GeometryStep* found = nullptr;
     for (const GeometryStep& step : spec.steps) {
         if (!makes_views(step.kind)) continue;
-        const char* name = name_of(step.kind);
+        const Message name = setting_of(step.kind);
         if (job == Job::warp)
-            throw RequestError(fmt::format("--{}: only render makes several views", name));
+            throw RequestError(message("{}: only render makes several views", name));
         if (found && found->kind == step.kind)
-            throw RequestError(
-                fmt::format("--{}: given twice; one {} makes the views", name,
-                            step.kind == GeometryStep::Kind::path ? "path" : "turn"));
-        if (found) throw RequestError("--turntable and --path: each makes the views; only one may");
+            throw RequestError(message("{}: given twice; one {} makes the views", name,
+                                       step.kind == GeometryStep::Kind::path ? "path" : "turn"));
+        if (found)
+            throw RequestError(message("@turntable and @path: each makes the views; only one may"));
         found = &step;
     }
     return found;
@@ -131,7 +132,7 @@ std::vector<Mat4> all_views(const GeometrySpec& spec, const InputGrid& input, co
                             Job job) {
     const GeometryStep* views = step_of_views(spec, job);
     const Vec3 held = view.topLeftCorner<3, 3>() * held_point(spec, input);
-    // What --about holds is held by each step, so also by several after one another; a turntable
+    // What `about` holds is held by each step, so also by several after one another; a turntable
     // among them goes about the middle of its pictures.
     Mat4 before = Mat4::Identity(), after = Mat4::Identity();
     const auto held_fast = [&](const Mat4& steps) -> Mat4 {
@@ -157,7 +158,7 @@ std::vector<Mat4> all_views(const GeometrySpec& spec, const InputGrid& input, co
     return maps;
 }
 
-/// The input as --view turns it: axes change places and ends.
+/// The input as `view` turns it: axes change places and ends.
 InputGrid turned_grid(const InputGrid& input, const Mat4& view) {
     const Mat3 turn = view.topLeftCorner<3, 3>();
     InputGrid grid = input;
@@ -287,7 +288,7 @@ double tidy(double at) {
 }
 
 /// Where the output's samples lie: by the views themselves where the grid is what they turn, else
-/// by --view alone. Output index -> input index.
+/// by `view` alone. Output index -> input index.
 Mat4 place_of(const Mat4& turning) {
     if (turning == Mat4::Identity()) return turning;
     Mat4 lies = turning.inverse();
@@ -312,17 +313,17 @@ void measure_depth(Geometry& geometry, const Mat4& map, const std::vector<Vec3>&
     geometry.cut = std::max(0.0, beyond);
 }
 
-/// The grid of a warp becomes that of the samples that --clip keeps.
-/// @param turned  the input's grid as --view turns it
+/// The grid of a warp becomes that of the samples that `crop` keeps.
+/// @param turned  the input's grid as `view` turns it
 /// @return where its centre is, from that of the input, in the axes of `turned` [file unit]
 /// @throws RequestError
 Vec3 take_crop(const std::vector<double>& box, const InputGrid& input, const Mat4& view,
                InputGrid& turned) {
     const auto axes = static_cast<std::size_t>(input.axes);
     if (box.size() != 2 * axes)
-        throw RequestError(fmt::format(
-            "--clip: {} numbers given; expected {}: first and last sample along each axis",
-            box.size(), axes == 2 ? "X0,Y0,X1,Y1 of an image" : "X0,Y0,Z0,X1,Y1,Z1"));
+        throw RequestError(
+            message("@crop: {} numbers given; expected {}: first and last sample along each axis",
+                    box.size(), axes == 2 ? "X0,Y0,X1,Y1 of an image" : "X0,Y0,Z0,X1,Y1,Z1"));
     Vec3 centre = Vec3::Zero();
     Extent kept = input.extent;
     for (std::size_t k = 0; k < axes; ++k) {
@@ -331,10 +332,10 @@ Vec3 take_crop(const std::vector<double>& box, const InputGrid& input, const Mat
         const auto most = static_cast<double>(input.extent[axis] - 1);
         if (first != std::floor(first) || last != std::floor(last) || !(first >= 0) ||
             !(last <= most) || first > last)
-            throw RequestError(fmt::format(
-                "--clip: {},{} along {}: expected whole numbers, the first at most the last, from "
-                "0 to {}",
-                first, last, "xyz"[k], most));
+            throw RequestError(
+                message("@crop: {},{} along {}: expected whole numbers, the first at most the "
+                        "last, from 0 to {}",
+                        first, last, "xyz"[k], most));
         kept[axis] = static_cast<std::int64_t>(last - first) + 1;
         centre[axis] = ((first + last) / 2 - most / 2) * input.spacing[axis];
     }
@@ -347,11 +348,13 @@ Vec3 take_crop(const std::vector<double>& box, const InputGrid& input, const Mat
 
 void expect_croppable(const GeometrySpec& spec, Job job) {
     if (!spec.crop) return;
-    if (job != Job::warp) throw RequestError("--clip: a crop is of warp");
+    if (job != Job::warp) throw RequestError(message("@crop: a crop is of warp"));
     if (spec.grid_moves.value_or(false))
-        throw RequestError("--clip: its box is of the grid of FILE, which --move grid leaves");
+        throw RequestError(
+            message("@crop: its box is of the grid of FILE, which @grid_moves(true) leaves"));
     if (spec.size && spec.size->fit)
-        throw RequestError("--size fit: nothing is cut off, and --clip cuts; leave out one");
+        throw RequestError(
+            message("@size(fit): nothing is cut off, and @crop cuts; leave out one"));
 }
 
 }  // namespace
@@ -416,7 +419,7 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
                                      : picture_grid(spec, input, maps, corners);
     if (spec.crop) geometry.grid.centre = middle;
     if (spec.perspective && job == Job::warp)
-        throw RequestError("--perspective: only render has an eye");
+        throw RequestError(message("@perspective: only render has an eye"));
     if (spec.eye) {
         move_to_eye(maps, place_of_eye(*spec.eye, input));
         geometry.eye = eye_at_origin(*spec.perspective, geometry.grid, maps, corners);
@@ -434,12 +437,14 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
     for (const Mat4& map : geometry.views)
         if (!map.allFinite()) throw RequestError("the geometry options overflow when combined");
     if (job == Job::render) {
-        if (spec.grid_moves) throw RequestError("--move: of warp; a picture has no grid to turn");
+        if (spec.grid_moves)
+            throw RequestError(message("@grid_moves: of warp; a picture has no grid to turn"));
         return geometry;
     }
     const bool grid_moves = spec.grid_moves.value_or(false);
     if (grid_moves && maps[0].row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-        throw RequestError("--move grid: a homography leaves no grid of equal steps");
+        throw RequestError(
+            message("@grid_moves(true): a homography leaves no grid of equal steps"));
     geometry.lies =
         place_of(grid_moves ? geometry.views[0] : on_grid(turning, input, geometry.grid));
     // Who crops has said what is cut off.
@@ -451,9 +456,10 @@ void take_usual_size(GeometrySpec& spec, const InputGrid& input, Job job) {
     constexpr std::int64_t kLeastSide = 512;
     if (spec.size && spec.size->native) {
         if (job != Job::render)
-            throw RequestError("--size native: of render; a warp has the input's samples unasked");
+            throw RequestError(
+                message("@size(native): of render; a warp has the input's samples unasked"));
         if (spec.spacing)
-            throw RequestError("--size native: says the spacing; leave out --spacing");
+            throw RequestError(message("@size(native): says the spacing; leave out @spacing"));
         spec.size.reset();
         return;
     }

@@ -21,7 +21,7 @@ struct InputGrid {
     /// Columns, of length one: where x, y and z of a sheared grid point (a tilted gantry) among its
     /// own perpendicular axes, of which the first is x and the second lies in the plane of x and y.
     Mat3 lean = Mat3::Identity();
-    bool anatomical = false;  // the file says so, or --orient
+    bool anatomical = false;  // the file says so, or `orient`
 
     bool leans() const { return lean != Mat3::Identity(); }
 };
@@ -39,7 +39,7 @@ struct Geometry {
     ScreenGrid grid;          // render: extent.z and spacing.z are those of the depth
     double unit = 1;          // one step in screen z of a picture [file unit]
     std::optional<Eye> eye;
-    bool eye_placed = false;  // by --eye: grid.centre counts from there
+    bool eye_placed = false;  // by `eye`: grid.centre counts from there
     double condition = 1;  // of the affine map: its largest stretch over its least; a homography: 1
     /// warp: where the samples of the output lie, which its header says: output index -> input
     /// index. What turns the grid is in both maps, what moves the content in `views` alone.
@@ -54,7 +54,7 @@ struct Geometry {
 /// Works geometry out, for both jobs.
 ///
 /// Frames: object space [sample] -> centred object space [file unit], origin at (n-1)/2 ->
-/// (--view, then the steps in order) centred screen space [file unit], x right, y down, z away from
+/// (`view`, then the steps in order) centred screen space [file unit], x right, y down, z away from
 /// the eye -> screen space [output sample; a picture's z in smallest spacings]. Axes of centred
 /// spaces are perpendicular, also where those of the grid lean; but a warp's screen leans like the
 /// input, so that it is counted along the axes of the grid.

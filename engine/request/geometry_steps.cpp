@@ -34,27 +34,27 @@ Mat4 linear(const Mat3& matrix) {
 constexpr std::size_t kMostViews = 100000;
 constexpr std::size_t kMatrix = 16;  // numbers of a 4x4
 
-void expect_count(const std::string& option, const std::vector<double>& values,
+void expect_count(const Message& option, const std::vector<double>& values,
                   std::initializer_list<std::size_t> counts, const char* what) {
     for (const std::size_t count : counts)
         if (values.size() == count) return;
-    throw RequestError(fmt::format("{}: {} numbers given; {}", option, values.size(), what));
+    throw RequestError(message("{}: {} numbers given; {}", option, values.size(), what));
 }
 
 Mat4 rotate_step(const std::vector<double>& angles, const InputGrid& input) {
     if (input.axes == 2) {
-        expect_count("--rotate", angles, {1}, "an image takes one angle");
+        expect_count(setting("rotate"), angles, {1}, "an image takes one angle");
         return linear(rotation_of(0, 0, angles[0]));
     }
     // A single plane can only turn in itself, so one angle says all.
     if (angles.size() == 1 && input.extent.z == 1) return linear(rotation_of(0, 0, angles[0]));
-    expect_count("--rotate", angles, {3}, "a volume takes three angles X,Y,Z");
+    expect_count(setting("rotate"), angles, {3}, "a volume takes three angles X,Y,Z");
     return linear(rotation_of(angles[0], angles[1], angles[2]));
 }
 
 Mat4 scale_step(std::vector<double> by, const InputGrid& input) {
     if (by.size() == 1) by.assign(input.axes, by[0]);
-    expect_count("--scale", by, {static_cast<std::size_t>(input.axes)},
+    expect_count(setting("scale"), by, {static_cast<std::size_t>(input.axes)},
                  input.axes == 2 ? "an image takes one or two" : "a volume takes one or three");
     Mat4 map = Mat4::Identity();
     for (int k = 0; k < input.axes; ++k) map(k, k) = by[k];
@@ -62,7 +62,7 @@ Mat4 scale_step(std::vector<double> by, const InputGrid& input) {
 }
 
 Mat4 translate_step(const std::vector<double>& by, const InputGrid& input) {
-    expect_count("--translate", by, {static_cast<std::size_t>(input.axes)},
+    expect_count(setting("translate"), by, {static_cast<std::size_t>(input.axes)},
                  input.axes == 2 ? "an image takes X,Y" : "a volume takes X,Y,Z");
     Mat4 map = Mat4::Identity();
     for (int k = 0; k < input.axes; ++k) map(k, 3) = by[k];
@@ -72,7 +72,7 @@ Mat4 translate_step(const std::vector<double>& by, const InputGrid& input) {
 Mat4 shear_step(const std::vector<double>& numbers, const InputGrid& input) {
     Mat4 map = Mat4::Identity();
     if (numbers.empty() || numbers.size() % 3 != 0)
-        throw RequestError("--shear: expected two axes and a number each");
+        throw RequestError(message("@shear: expected two axes and a number each"));
     for (std::size_t i = 0; i < numbers.size(); i += 3) {
         const double to = numbers[i], by = numbers[i + 1];
         const auto is_axis = [&](double axis) {
@@ -80,8 +80,8 @@ Mat4 shear_step(const std::vector<double>& numbers, const InputGrid& input) {
         };
         if (!is_axis(to) || !is_axis(by) || to == by)
             throw RequestError(
-                fmt::format("--shear: expected two different axes of {} and a number, as xy=0.2",
-                            input.axes == 2 ? "x and y" : "x, y and z"));
+                message("@shear: expected two different axes of {} and a number, as xy=0.2",
+                        input.axes == 2 ? "x and y" : "x, y and z"));
         Mat4 shear = Mat4::Identity();
         shear(static_cast<int>(to), static_cast<int>(by)) = numbers[i + 2];
         map = shear * map;
@@ -91,7 +91,7 @@ Mat4 shear_step(const std::vector<double>& numbers, const InputGrid& input) {
 
 /// Rows of an image's matrix: 2x2, 2x3, or a 3x3 homography.
 Mat4 image_matrix(const std::vector<double>& v) {
-    expect_count("--matrix", v, {4, 6, 9}, "an image takes 4 (2x2), 6 (2x3) or 9 (3x3)");
+    expect_count(setting("matrix"), v, {4, 6, 9}, "an image takes 4 (2x2), 6 (2x3) or 9 (3x3)");
     const std::size_t columns = v.size() == 4 ? 2 : 3;
     constexpr int kPlace[] = {0, 1, 3};  // z stays
     Mat4 map = Mat4::Identity();
@@ -103,14 +103,14 @@ Mat4 image_matrix(const std::vector<double>& v) {
 }
 
 /// @param option  what messages call it
-Mat4 volume_matrix(const std::string& option, const std::vector<double>& v) {
+Mat4 volume_matrix(const Message& option, const std::vector<double>& v) {
     expect_count(option, v, {9, 12, 16}, "a volume takes 9 (3x3), 12 (3x4) or 16 (4x4)");
     const std::size_t columns = v.size() == 9 ? 3 : 4;
     Mat4 map = Mat4::Identity();
     for (std::size_t i = 0; i < v.size(); ++i)
         map(static_cast<int>(i / columns), static_cast<int>(i % columns)) = v[i];
     if (map.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-        throw RequestError(option + ": the last row of a volume's 4x4 must be 0,0,0,1");
+        throw RequestError(message("{}: the last row of a volume's 4x4 must be 0,0,0,1", option));
     return map;
 }
 
@@ -129,30 +129,28 @@ double normalised_determinant(Mat4 map) {
     return std::abs(map.determinant());
 }
 
-void expect_finite(const std::string& option, const std::vector<double>& numbers) {
+void expect_finite(const Message& option, const std::vector<double>& numbers) {
     for (const double number : numbers)
         if (!std::isfinite(number))
-            throw RequestError(fmt::format("{}: {} is not finite", option, number));
+            throw RequestError(message("{}: {} is not finite", option, number));
 }
 
-void expect_regular(const std::string& option, const std::vector<double>& by, const Mat4& map,
+void expect_regular(const Message& option, const std::vector<double>& by, const Mat4& map,
                     const InputGrid& input) {
     if (!(normalised_determinant(map) > kSingular))
-        throw RequestError(fmt::format("{} {}: is singular, it flattens the {}", option,
-                                       fmt::join(by, ","), input.axes == 2 ? "image" : "volume"));
+        throw RequestError(message("{} {}: is singular, it flattens the {}", option,
+                                   fmt::join(by, ","), input.axes == 2 ? "image" : "volume"));
 }
 
 std::vector<Mat4> turntable_maps(const std::vector<double>& by) {
     const double count = by.empty() || by.size() > 2 ? 0 : by[0];
     if (!(count >= 1 && count <= double(kMostViews) && count == std::floor(count)))
-        throw RequestError(
-            fmt::format("--turntable: {} given; expected a whole number from 1 "
-                        "to {}",
-                        fmt::join(by, ","), kMostViews));
+        throw RequestError(message("@turntable: {} given; expected a whole number from 1 to {}",
+                                   fmt::join(by, ","), kMostViews));
     const double arc = by.size() == 2 ? by[1] : 360;
     if (!std::isfinite(arc) || arc == 0)
-        throw RequestError(fmt::format(
-            "--turntable: an arc of {} degrees; expected a finite number other than 0", arc));
+        throw RequestError(message(
+            "@turntable: an arc of {} degrees; expected a finite number other than 0", arc));
     std::vector<Mat4> maps;
     for (double i = 0; i < count; ++i) maps.push_back(linear(rotation_of(0, arc * i / count, 0)));
     return maps;
@@ -161,13 +159,13 @@ std::vector<Mat4> turntable_maps(const std::vector<double>& by) {
 std::vector<Mat4> path_maps(const std::vector<double>& numbers, const InputGrid& input) {
     const std::size_t count = numbers.size() / kMatrix;
     if (count == 0 || count > kMostViews || numbers.size() % kMatrix != 0)
-        throw RequestError(fmt::format("--path: {} numbers given; expected 16 a view, of 1 to {}",
-                                       numbers.size(), kMostViews));
+        throw RequestError(message("@path: {} numbers given; expected 16 a view, of 1 to {}",
+                                   numbers.size(), kMostViews));
     std::vector<Mat4> maps;
     for (std::size_t i = 0; i < count; ++i) {
         const auto* first = numbers.data() + i * kMatrix;
         const std::vector<double> by(first, first + kMatrix);
-        const std::string option = fmt::format("--path: matrix {}", i + 1);
+        const Message option = message("@path: matrix {}", i + 1);
         expect_finite(option, by);
         maps.push_back(volume_matrix(option, by));
         expect_regular(option, by, maps.back(), input);
@@ -189,7 +187,7 @@ Mat3 rotation_of(double a, double b, double c) {
 Mat4 map_of(const GeometryStep& step, const InputGrid& input) {
     using Kind = GeometryStep::Kind;
     const std::vector<double>& by = step.numbers;
-    const std::string option = fmt::format("--{}", name_of(step.kind));
+    const Message option = setting_of(step.kind);
     expect_finite(option, by);
     Mat4 map;
     switch (step.kind) {
@@ -206,11 +204,11 @@ Mat4 map_of(const GeometryStep& step, const InputGrid& input) {
             map = shear_step(by, input);
             break;
         case Kind::matrix:
-            map = input.axes == 2 ? image_matrix(by) : volume_matrix("--matrix", by);
+            map = input.axes == 2 ? image_matrix(by) : volume_matrix(setting("matrix"), by);
             break;
         case Kind::turntable:
         case Kind::path:
-            throw RequestError(option + ": is many maps, not one");
+            throw RequestError(message("{}: is many maps, not one", option));
     }
     expect_regular(option, by, map, input);
     return map;

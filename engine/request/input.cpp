@@ -167,10 +167,9 @@ Input inspected(const std::string& name, const store::Selection& selection) {
     const bool file = !name.starts_with("phantom:") && !name.starts_with("describe:");
     if (!file && (!selection.spacing.empty() || !selection.unit.empty()))
         throw RequestError(
-            fmt::format("{}: --input-spacing and --input-unit are about files{}", name,
-                        name.starts_with("describe:") ? "; here spacing=X,Y,Z says it" : ""));
-    if (!file && selection.level)
-        throw RequestError(fmt::format("{}: --level is about files", name));
+            message("{}: @input_spacing and @input_unit are about files{}", name,
+                    name.starts_with("describe:") ? "; here spacing=X,Y,Z says it" : ""));
+    if (!file && selection.level) throw RequestError(message("{}: @level is about files", name));
     Input input;
     input.inspected_at = std::chrono::system_clock::now();
     input.name = name;
@@ -190,9 +189,8 @@ Input inspected(const std::string& name, const store::Selection& selection) {
     }
     const int channels = input.header.channels;
     if (selection.channel && *selection.channel >= channels)
-        throw RequestError(fmt::format("--channel {}: {} has {} channel{}, counted from 0",
-                                       *selection.channel, name, channels,
-                                       channels > 1 ? "s" : ""));
+        throw RequestError(message("@channel({}): {} has {} channel{}, counted from 0",
+                                   *selection.channel, name, channels, channels > 1 ? "s" : ""));
     return input;
 }
 
@@ -222,8 +220,8 @@ Input given_input(const Data& data, const store::Selection& selection) {
     expect_samples(data);
     if (selection.series || selection.time || selection.channel || selection.level ||
         !selection.orient.empty())
-        throw RequestError(
-            "samples in memory: --series, --time, --channel, --level and --orient are about files");
+        throw RequestError(message(
+            "samples in memory: @series, @time, @channel, @level and @orient are about files"));
     const Representation& what = data.what;
     const auto axes = static_cast<std::size_t>(what.axes);
     Input input;
@@ -239,8 +237,8 @@ Input given_input(const Data& data, const store::Selection& selection) {
     header.channels = what.channels;
     const std::vector<double>& spacing = selection.spacing;
     if (!spacing.empty() && spacing.size() != 1 && spacing.size() != axes)
-        throw RequestError(fmt::format("--input-spacing: {} numbers given; expected 1 or {}",
-                                       spacing.size(), axes));
+        throw RequestError(
+            message("@input_spacing: {} numbers given; expected 1 or {}", spacing.size(), axes));
     for (std::size_t k = 0; k < axes && !spacing.empty(); ++k)
         header.spacing[k] = spacing[spacing.size() == 1 ? 0 : k];
     if (!selection.unit.empty()) header.unit = selection.unit;
@@ -273,7 +271,7 @@ Representation loaded_as(const Input& input) {
 /// Brings what was read as it is stored to f32, which kernels are written for, where that keeps
 /// what has to be kept.
 void narrow(Input& input, Data& data, std::pmr::memory_resource* memory,
-            std::vector<std::string>& warnings) {
+            std::vector<Message>& warnings) {
     const Type type = data.what.type;
     if (input.keep == Keep::bits || !input.selection.as_stored || bytes_of(type) < 4) return;
     if (type == Type::f32) return;
@@ -319,13 +317,13 @@ namespace {
 
 /// The magnitudes of the volume whose spectrum was measured.
 std::shared_ptr<const Data> volume_of_kspace(const Input& input, std::pmr::memory_resource* memory,
-                                             std::vector<std::string>& warnings) {
+                                             std::vector<Message>& warnings) {
     const store::Header& pairs = *input.pairs;
     store::loaded_bytes(pairs, input.selection);
     Representation what = loaded_as(input);
     what.extent = pairs.extent;
     Data read = Data::make(what, memory);
-    for (std::string& warning :
+    for (Message& warning :
          store::read_samples(pairs, input.selection, read.samples.data(), read.samples.bytes()))
         warnings.push_back(std::move(warning));
     const float* numbers = read.as<float>();
@@ -343,15 +341,15 @@ std::shared_ptr<const Data> volume_of_kspace(const Input& input, std::pmr::memor
 
 /// @throws InputError, RequestError, std::bad_alloc
 std::shared_ptr<const Data> channel_by_alpha(const Input& input, std::pmr::memory_resource* memory,
-                                             std::vector<std::string>& warnings) {
+                                             std::vector<Message>& warnings) {
     store::Selection pick = input.selection;
     Representation what = loaded_as(input);
     what.type = store::loaded_type(input.header.type, pick.as_stored);
     std::array<Data, 2> read;
     for (Data& channel : read) {
         channel = Data::make(what, memory);
-        for (std::string& warning : store::read_samples(input.header, pick, channel.samples.data(),
-                                                        channel.samples.bytes()))
+        for (Message& warning : store::read_samples(input.header, pick, channel.samples.data(),
+                                                    channel.samples.bytes()))
             warnings.push_back(std::move(warning));
         pick.channel = input.header.channels - 1;
     }
@@ -388,10 +386,10 @@ bool keeps_bits(Input& input, Data& data) {
 
 }  // namespace
 
-std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory) {
+std::vector<Message> read_data(Input& input, std::pmr::memory_resource* memory) {
     const auto identity = identity_of(input);
     const auto begin = std::chrono::steady_clock::now();
-    std::vector<std::string> warnings = input.header.warnings;
+    std::vector<Message> warnings = input.header.warnings;
     Type type = input.header.type;
     if (input.phantom) {
         input.data =
@@ -406,7 +404,7 @@ std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memo
             input.data = channel_by_alpha(input, memory, warnings);
         } else {
             auto data = std::make_shared<Data>(Data::make(loaded_as(input), memory));
-            for (std::string& warning : store::read_samples(
+            for (Message& warning : store::read_samples(
                      header, input.selection, data->samples.data(), data->samples.bytes()))
                 warnings.push_back(std::move(warning));
             if (header.integers != store::Wide::no && !keeps_bits(input, *data))

@@ -76,7 +76,7 @@ Representation stored_as(const Input& input);
 void take_keep(Input& input, Keep keep);
 /// Reads the samples. @throws InputError, RequestError, std::bad_alloc
 /// @return warnings
-std::vector<std::string> read_data(Input& input, std::pmr::memory_resource* memory);
+std::vector<Message> read_data(Input& input, std::pmr::memory_resource* memory);
 
 /// The same of what was described: a representation without samples.
 std::shared_ptr<const Data> described_data(const Input& input);

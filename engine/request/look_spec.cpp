@@ -10,32 +10,31 @@ namespace edgewise {
 void expect_look(const RequestSpec& spec) {
     const LookSpec& look = spec.look;
     if (look.empty()) return;
-    const char* option = !look.colormap.empty() ? "--colormap"
-                         : look.legend          ? "--legend"
-                         : look.depth_colour    ? "--depth-colour"
-                         : look.scale_bar       ? "--scale-bar"
-                                                : "--montage";
+    const Message option = !look.colormap.empty() ? setting("colormap")
+                           : look.legend          ? setting("legend")
+                           : look.depth_colour    ? setting("depth_colour")
+                           : look.scale_bar       ? setting("scale_bar")
+                                                  : setting("montage");
     if (spec.job != Job::render && spec.job != Job::warp)
-        throw RequestError(fmt::format("{}: of render and warp", option));
+        throw RequestError(message("{}: of render and warp", option));
     if (spec.bits && *spec.bits != 8)
         throw RequestError(
-            fmt::format("{}: makes pictures of 8 bits; leave out --bits {}", option, *spec.bits));
+            message("{}: makes pictures of 8 bits; leave out @bits({})", option, *spec.bits));
     if (look.depth_colour && (spec.job != Job::render || spec.mode->extreme != 1))
         throw RequestError(
-            "--depth-colour: of `edgewise render --mode mip`, whose values have a depth");
+            message("@depth_colour: of `@command(render) @mode(mip)`, whose values have a depth"));
     if (spec.job == Job::render && look.colours() &&
         (spec.mode->channels != 1 || spec.mode->over_background))
         throw RequestError(
-            fmt::format("{}: --mode {} has colours of its own (--preset, --transfer); of modes "
-                        "that show values, as mip, xray and mean",
-                        option, spec.mode->name));
+            message("{}: @mode({}) has colours of its own (@preset, @transfer); of modes that show "
+                    "values, as mip, xray and mean",
+                    option, spec.mode->name));
     if (!look.montage) return;
     constexpr int kMost = 1000;
     for (const int count : *look.montage)
         if (count < 1 || count > kMost)
-            throw RequestError(
-                fmt::format("--montage: {} is not from 1 to {} pictures", count, kMost));
-    if (spec.fps) throw RequestError("--fps: a montage is one picture");
+            throw RequestError(message("@montage: {} is not from 1 to {} pictures", count, kMost));
+    if (spec.fps) throw RequestError(message("@fps: a montage is one picture"));
 }
 
 }  // namespace edgewise

@@ -47,11 +47,11 @@ void take_budgets(Request& want, const RequestSpec& spec) {
     else
         budget.error = spec.max_error;
     if (spec.range && !(*spec.range > 0))
-        throw RequestError(fmt::format("--range: {} is not greater than 0", *spec.range));
+        throw RequestError(message("@range: {} is not greater than 0", *spec.range));
     want.range = spec.range;
     want.threads = spec.threads.value_or(usable_cores());
     if (spec.planning_time && spec.planner == Planner::estimate)
-        throw RequestError("--planning-time: of --planner pilot and exhaustive only");
+        throw RequestError(message("@planning_time: of @planner(pilot) and exhaustive only"));
 }
 
 constexpr double kRampOpacity = 0.05;  // of a grey ramp's end, per unit of length
@@ -89,33 +89,33 @@ void take_light(Request& want, const RequestSpec& spec) {
     const auto all = [](const Shading&) { return true; };
     if (want.shading.on() && std::find(want.mode->shades.begin(), want.mode->shades.end(),
                                        want.shading.by) == want.mode->shades.end())
-        throw RequestError(fmt::format("--shade: {} is not of --mode {}; expected {} or none",
-                                       name_of(want.shading.by), want.mode->name, rules_of(all)));
-    const auto of_rules = [&](const char* option, bool given, bool sensible, auto&& is_one) {
+        throw RequestError(message("@shade: {} is not of @mode({}); expected {} or none",
+                                   name_of(want.shading.by), want.mode->name, rules_of(all)));
+    const auto of_rules = [&](SettingName field, bool given, bool sensible, auto&& is_one) {
         if (!given || sensible) return;
         const std::string rules = rules_of(is_one);
         if (rules.empty())
-            throw RequestError(fmt::format("{}: of modes that light falls on, not of {}", option,
-                                           want.mode->name));
-        throw RequestError(fmt::format("{}: of --shade {} only", option, rules));
+            throw RequestError(message("{}: of modes that light falls on, not of {}",
+                                       setting(field), want.mode->name));
+        throw RequestError(message("{}: of @shade({}) only", setting(field), rules));
     };
-    of_rules("--light", !spec.lights.empty(), want.shading.on(), all);
-    of_rules("--material", spec.material.has_value(), want.shading.has_normals(),
+    of_rules("lights", !spec.lights.empty(), want.shading.on(), all);
+    of_rules("material", spec.material.has_value(), want.shading.has_normals(),
              [](const Shading& by) { return by.has_normals(); });
     if (spec.phase && want.shading.by != Shade::particles)
-        throw RequestError("--phase: of --mode composite with --shade particles only");
-    const auto falls_on_samples = [&](const char* option, bool given, bool sensible) {
+        throw RequestError(message("@phase: of @mode(composite) with @shade(particles) only"));
+    const auto falls_on_samples = [&](SettingName field, bool given, bool sensible) {
         if (given && (!sensible || !want.mode->takes_transfer))
-            throw RequestError(fmt::format("{}: of --mode composite with {} only", option,
-                                           option == std::string("--shadows")
-                                               ? "--shade phong, torrance-sparrow or particles"
-                                               : "--shade phong or torrance-sparrow"));
+            throw RequestError(message("{}: of @mode(composite) with {} only", setting(field),
+                                       field.name == "shadows"
+                                           ? message("@shade(phong), torrance-sparrow or particles")
+                                           : message("@shade(phong) or torrance-sparrow")));
     };
-    falls_on_samples("--shadows", spec.shadows, want.shading.on());
-    falls_on_samples("--ambient-occlusion", spec.occlusion.has_value(), want.shading.has_normals());
+    falls_on_samples("shadows", spec.shadows, want.shading.on());
+    falls_on_samples("occlusion", spec.occlusion.has_value(), want.shading.has_normals());
     if (spec.shadows && spec.lights.size() > Arriving::kMostLights)
-        throw RequestError(fmt::format("--shadows: {} lights; expected at most {}",
-                                       spec.lights.size(), Arriving::kMostLights));
+        throw RequestError(message("@shadows: {} lights; expected at most {}", spec.lights.size(),
+                                   Arriving::kMostLights));
     want.shading.shadows = spec.shadows;
     want.shading.occlusion = spec.occlusion.value_or(0);
     if (spec.phase) want.shading.phase = *spec.phase;
@@ -127,30 +127,30 @@ void take_light(Request& want, const RequestSpec& spec) {
 
 void take_mode(Request& want, const RequestSpec& spec) {
     want.mode = spec.mode;
-    const auto only = [&](const char* option, bool given, auto takes) {
+    const auto only = [&](const Message& what, bool given, auto takes) {
         const ModeTraits& mode = *want.mode;
         if (!given || std::invoke(takes, mode)) return;
         std::vector<std::string_view> names;
         for (const Mode other : modes())
             if (std::invoke(takes, *other)) names.push_back(other->name);
-        throw RequestError(fmt::format("{}: of --mode {} only, not of {}", option,
-                                       fmt::join(names, ", "), mode.name));
+        throw RequestError(
+            message("{}: of @mode({}) only, not of {}", what, fmt::join(names, ", "), mode.name));
     };
-    only("--zero", spec.zero.has_value(), &ModeTraits::takes_zero);
-    only("--background", spec.background || spec.keeps_alpha, &ModeTraits::over_background);
-    if (spec.transfer) only(spec.transfer->from.c_str(), true, &ModeTraits::takes_transfer);
-    only("--preset", spec.suiting_preset, &ModeTraits::takes_transfer);
-    only("--shade", spec.shade.has_value(), &ModeTraits::takes_light);
-    only("--gradient", spec.gradient.has_value(), &ModeTraits::takes_light);
-    only("--depth-cue", spec.cue.has_value(), &ModeTraits::takes_cue);
-    only("--exposure", spec.exposure.has_value(), &ModeTraits::over_background);
+    only(setting("zero"), spec.zero.has_value(), &ModeTraits::takes_zero);
+    only(setting("background"), spec.background || spec.keeps_alpha, &ModeTraits::over_background);
+    if (spec.transfer) only(spec.transfer->from, true, &ModeTraits::takes_transfer);
+    only(setting("preset"), spec.suiting_preset, &ModeTraits::takes_transfer);
+    only(setting("shade"), spec.shade.has_value(), &ModeTraits::takes_light);
+    only(setting("gradient"), spec.gradient.has_value(), &ModeTraits::takes_light);
+    only(setting("cue"), spec.cue.has_value(), &ModeTraits::takes_cue);
+    only(setting("exposure"), spec.exposure.has_value(), &ModeTraits::over_background);
     if (want.job == Job::render) {
-        only("--isovalue", spec.isovalue.has_value(), &ModeTraits::takes_level);
+        only(setting("isovalue"), spec.isovalue.has_value(), &ModeTraits::takes_level);
         const bool of_labels = spec.labels && want.mode->first_hit;
         if (want.mode->takes_level && !spec.isovalue && !of_labels)
-            throw RequestError(fmt::format("--mode {}: at which value? Expected --isovalue V{}",
-                                           want.mode->name,
-                                           want.mode->first_hit ? ", or --labels" : ""));
+            throw RequestError(message("@mode({}): at which value? Expected @isovalue V{}",
+                                       want.mode->name,
+                                       want.mode->first_hit ? message(", or @labels") : ""));
         if (want.mode->takes_level) want.surface = SurfaceOf{spec.isovalue};
         want.cue = spec.cue;
     }
@@ -167,17 +167,18 @@ void take_surface(Request& want, const RequestSpec& spec) {
     if (want.job != Job::mesh) return;
     if (spec.isovalue.has_value() == spec.labels)
         throw RequestError(
-            spec.labels ? "--labels: surfaces of labels have no --isovalue; leave out one of them"
-                        : "mesh: which surface? Expected --isovalue V, or --labels");
+            spec.labels
+                ? message("@labels: surfaces of labels have no @isovalue; leave out one of them")
+                : message("mesh: which surface? Expected @isovalue V, or @labels"));
     want.surface = SurfaceOf{spec.isovalue};
     const SurfaceFinish& finish = spec.finish;
-    for (const auto& [option, share] :
-         {std::pair{"--decimate", finish.decimate}, std::pair{"--smooth", finish.smooth}})
+    for (const auto& [option, share] : {std::pair{setting("decimate"), finish.decimate},
+                                        std::pair{setting("smooth"), finish.smooth}})
         if (share && !(*share >= 0 && *share <= 1))
-            throw RequestError(fmt::format("{}: expected a number from 0 to 1", option));
+            throw RequestError(message("{}: expected a number from 0 to 1", option));
     if (finish.decimate && !surface::can_decimate())
         throw RequestError(
-            "--decimate: this build was made without meshoptimizer (libmeshoptimizer-dev)");
+            message("@decimate: this build was made without meshoptimizer (libmeshoptimizer-dev)"));
     if (finish.lids && !spec.labels) want.setting = JobSetting::of(surface::MeshSetting{true});
     want.minimize = spec.minimize.value_or(Minimize::time);
     want.budget.like.reset();
@@ -188,10 +189,10 @@ void take_surface(Request& want, const RequestSpec& spec) {
 /// Equal but for rounding: what f32 makes of a sum of some thousand products.
 void take_filter_budget(Request& want, const RequestSpec& spec) {
     if (want.job == radon_job() && !spec.radon)
-        throw RequestError("radon: which lines? Expected --angles N");
+        throw RequestError(message("radon: which lines? Expected @angles N"));
     if (want.job != Job::filter && want.job != radon_job()) return;
     if (want.job == Job::filter && !spec.filter)
-        throw RequestError("filter: which one? Expected --op OP and --kernel KERNEL");
+        throw RequestError(message("filter: which one? Expected @op OP and @kernel KERNEL"));
     if (!want.budget.like) return;
     constexpr double kRounding = 1e-5;
     want.budget.like.reset();
@@ -199,12 +200,12 @@ void take_filter_budget(Request& want, const RequestSpec& spec) {
     want.budget.error_yields = true;
 }
 
-void expect_material(const std::string& option, const Material& material) {
+void expect_material(const Message& what, const Material& material) {
     for (const double share : {material.ambient, material.diffuse, material.specular})
         if (!(share >= 0 && share <= 1))
-            throw RequestError(option + ": expected three shares of light from 0 to 1");
+            throw RequestError(message("{}: expected three shares of light from 0 to 1", what));
     if (!(material.exponent >= 1 && material.exponent <= 1024))
-        throw RequestError(option + ": expected an exponent from 1 to 1024");
+        throw RequestError(message("{}: expected an exponent from 1 to 1024", what));
 }
 
 void expect_transfer(const TransferSpec& spec) {
@@ -220,23 +221,25 @@ void expect_transfer(const TransferSpec& spec) {
         for (const double part : points[i].color) sensible = sensible && is_share(part);
     }
     if (!sensible)
-        throw RequestError(spec.from +
-                           ": expected points of ascending finite values, opacities and colours "
-                           "from 0 to 1, and a length above 0");
+        throw RequestError(
+            message("{}: expected points of ascending finite values, opacities and colours from 0 "
+                    "to 1, and a length above 0",
+                    spec.from));
     if (spec.material) expect_material(spec.from, *spec.material);
     if (!table) return;
     if (const std::string reason = no_table(*table, points.size()); !reason.empty())
-        throw RequestError(fmt::format("{}: table: {}", spec.from, reason));
+        throw RequestError(message("{}: table: {}", spec.from, reason));
     if (!spec.transfer.edges.empty())
-        throw RequestError(spec.from + ": a table tells opacities by gradient; leave out gradient");
+        throw RequestError(
+            message("{}: a table tells opacities by gradient; leave out gradient", spec.from));
     if (spec.values == TransferValues::labels)
-        throw RequestError(spec.from + ": labels have no gradients; leave out the table");
+        throw RequestError(message("{}: labels have no gradients; leave out the table", spec.from));
 }
 
 /// What the command line cannot say, a program can.
 void expect_sensible(const RequestSpec& spec) {
-    const auto expect = [](bool sensible, const char* option, const char* expected) {
-        if (!sensible) throw RequestError(fmt::format("{}: expected {}", option, expected));
+    const auto expect = [](bool sensible, SettingName field, const char* expected) {
+        if (!sensible) throw RequestError(message("{}: expected {}", setting(field), expected));
     };
     const auto at_least_0 = [](const std::optional<double>& value) {
         return !value || *value >= 0;  // false for NaN
@@ -247,62 +250,62 @@ void expect_sensible(const RequestSpec& spec) {
     const auto is_within = [](const auto& value, auto low, auto high) {
         return !value || (*value >= low && *value <= high);
     };
-    expect(at_least_0(spec.max_error), "--max-error", "an NRMSE, at least 0");
-    expect(at_least_0(spec.max_time), "--max-time", "seconds, at least 0");
-    expect(at_least_0(spec.max_memory), "--max-memory", "bytes, at least 0");
-    expect(at_least_0(spec.planning_time), "--planning-time", "seconds, at least 0");
-    expect(finite(spec.isovalue), "--isovalue", "a finite number");
-    expect(finite(spec.zero), "--zero", "a finite number");
-    expect(finite(spec.outside), "--outside", "a finite number");
-    expect(is_within(spec.threads, 1, 1024), "--threads", "1 to 1024");
-    expect(is_within(spec.ranks, 1, 1 << 24), "--ranks", "1 to 2^24");
-    expect(is_within(spec.quality, 1, 100), "--quality", "1 to 100");
-    expect(!spec.bits || *spec.bits == 8 || *spec.bits == 16 || *spec.bits == 32, "--bits",
+    expect(at_least_0(spec.max_error), "max_error", "an NRMSE, at least 0");
+    expect(at_least_0(spec.max_time), "max_time", "seconds, at least 0");
+    expect(at_least_0(spec.max_memory), "max_memory", "bytes, at least 0");
+    expect(at_least_0(spec.planning_time), "planning_time", "seconds, at least 0");
+    expect(finite(spec.isovalue), "isovalue", "a finite number");
+    expect(finite(spec.zero), "zero", "a finite number");
+    expect(finite(spec.outside), "outside", "a finite number");
+    expect(is_within(spec.threads, 1, 1024), "threads", "1 to 1024");
+    expect(is_within(spec.ranks, 1, 1 << 24), "ranks", "1 to 2^24");
+    expect(is_within(spec.quality, 1, 100), "quality", "1 to 100");
+    expect(!spec.bits || *spec.bits == 8 || *spec.bits == 16 || *spec.bits == 32, "bits",
            "8, 16 or 32");
-    expect(spec.repeat >= 1, "--repeat", "at least 1");
-    expect(is_within(spec.fps, 0.01, 100.0), "--fps", "0.01 to 100 pictures a second");
-    expect(!spec.verify || *spec.verify <= 1'000'000'000, "--verify", "at most 10^9 samples");
-    expect(finite(spec.range), "--range", "a finite number");
+    expect(spec.repeat >= 1, "repeat", "at least 1");
+    expect(is_within(spec.fps, 0.01, 100.0), "fps", "0.01 to 100 pictures a second");
+    expect(!spec.verify || *spec.verify <= 1'000'000'000, "verify", "at most 10^9 samples");
+    expect(finite(spec.range), "range", "a finite number");
     for (const double step : spec.geometry.spacing.value_or(std::vector<double>{}))
-        expect(std::isfinite(step), "--spacing", "finite numbers");
+        expect(std::isfinite(step), "spacing", "finite numbers");
     if (spec.transfer && spec.mode->takes_transfer) {
         expect_transfer(*spec.transfer);
         expect(!spec.transfer->transfer.table || (!spec.shadows && !spec.occlusion),
-               spec.shadows ? "--shadows" : "--ambient-occlusion",
+               spec.shadows ? SettingName("shadows") : SettingName("occlusion"),
                "opacities by value alone, which the transfer function's table does not have");
     }
     for (const double part : spec.background.value_or(std::array<double, 3>{}))
-        expect(part >= 0 && part <= 1, "--background", "three numbers from 0 to 1");
+        expect(part >= 0 && part <= 1, "background", "three numbers from 0 to 1");
     for (const Light& light : spec.lights)
         expect(light.towards.allFinite() && light.towards.squaredNorm() > 0 &&
                    light.intensity >= 0 && std::isfinite(light.intensity),
-               "--light", "a direction other than 0,0,0 and an intensity of at least 0");
-    if (spec.material) expect_material("--material", *spec.material);
-    expect(!spec.phase || std::abs(*spec.phase) < 1, "--phase", "a number between -1 and 1");
-    expect(!spec.occlusion || (*spec.occlusion > 0 && std::isfinite(*spec.occlusion)),
-           "--ambient-occlusion", "a radius above 0");
-    expect(!spec.cue || (spec.cue->per_length >= 0 && std::isfinite(spec.cue->per_length)),
-           "--depth-cue", "K of at least 0");
-    expect(!spec.background || !spec.keeps_alpha, "--background", "colours, or none");
-    expect(!spec.exposure || (*spec.exposure > 0 && std::isfinite(*spec.exposure)), "--exposure",
+               "lights", "a direction other than 0,0,0 and an intensity of at least 0");
+    if (spec.material) expect_material(setting("material"), *spec.material);
+    expect(!spec.phase || std::abs(*spec.phase) < 1, "phase", "a number between -1 and 1");
+    expect(!spec.occlusion || (*spec.occlusion > 0 && std::isfinite(*spec.occlusion)), "occlusion",
+           "a radius above 0");
+    expect(!spec.cue || (spec.cue->per_length >= 0 && std::isfinite(spec.cue->per_length)), "cue",
+           "K of at least 0");
+    expect(!spec.background || !spec.keeps_alpha, "background", "colours, or none");
+    expect(!spec.exposure || (*spec.exposure > 0 && std::isfinite(*spec.exposure)), "exposure",
            "a number above 0");
-    expect(!spec.transfer || !spec.suiting_preset, "--preset", "one, or one that suits the data");
+    expect(!spec.transfer || !spec.suiting_preset, "preset", "one, or one that suits the data");
     expect_look(spec);
     if (!spec.window) return;
     const WindowEnd &low = spec.window->low, &high = spec.window->high;
     for (const WindowEnd& end : {low, high})
-        expect(end.percentile ? end.at >= 0 && end.at <= 100 : std::isfinite(end.at), "--window",
+        expect(end.percentile ? end.at >= 0 && end.at <= 100 : std::isfinite(end.at), "window",
                "finite values, or percentiles from 0 to 100");
-    expect(low.percentile != high.percentile || low.at != high.at, "--window",
+    expect(low.percentile != high.percentile || low.at != high.at, "window",
            "two ends that differ; the greater one first inverts");
     if (spec.window->name.empty() || spec.job != Job::render) return;
     const ModeTraits& mode = *spec.mode;
     const bool of_values = mode.extreme != 0 || mode.slices == ModeTraits::Slices::mean ||
                            (mode.takes_transfer && !spec.transfer);
     if (!of_values)
-        throw RequestError(fmt::format(
-            "--window {}: is of values in Hounsfield units, which pictures of --mode {}{} "
-            "do not show; expected LO,HI",
+        throw RequestError(message(
+            "@window({}): is of values in Hounsfield units, which pictures of @mode({}{}) do not "
+            "show; expected LO,HI",
             spec.window->name, mode.name, mode.takes_transfer ? " with a transfer function" : ""));
 }
 
@@ -323,9 +326,9 @@ RequestSpec with_smoothing(RequestSpec spec, const Catalogue& edges) {
     if (!spec.smooth) return spec;
     const bool pictured = spec.job == Job::render && spec.mode->first_hit && !spec.isovalue;
     if (!spec.labels || (spec.job != Job::mesh && !pictured))
-        throw RequestError("--smooth: of surfaces of labels only (--labels)");
+        throw RequestError(message("@smooth: of surfaces of labels only (@labels)"));
     if (!(*spec.smooth >= 0 && *spec.smooth <= 1))
-        throw RequestError("--smooth: expected a number from 0 to 1");
+        throw RequestError(message("@smooth: expected a number from 0 to 1"));
     for (const Transition& edge : edges) {
         if (!edge.parameters.contains("smooth")) continue;
         Demand demand;
@@ -405,8 +408,8 @@ Geometry take_place(Request& want, const RequestSpec& spec, const Input& input) 
             "mesh: {} is an image; expected a volume (of slices in files give the folder)",
             input.name));
     if (input.channels() > 1)
-        throw RequestError(fmt::format("mesh: {} has {} channels, from 0; say which by --channel",
-                                       input.name, input.channels()));
+        throw RequestError(message("mesh: {} has {} channels, from 0; say which by @channel",
+                                   input.name, input.channels()));
     const store::Header& header = input.header;
     Mat4 place = Mat4::Identity();
     for (int axis = 0; axis < 3; ++axis) {
@@ -443,17 +446,17 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
             input.name));
     if (want.job == Job::render && input.channels() > 1 && input.header.colour)
         throw ColoursToMerge(
-            fmt::format("render: {} holds colours; --channel all shows them, "
-                        "--channel 0 one of red, green and blue",
-                        input.name));
+            message("render: {} holds colours; @channel(all) shows them, @channel(0) one of red, "
+                    "green and blue",
+                    input.name));
     if (want.job == Job::render && input.channels() > 1)
         throw RequestError(
-            fmt::format("render: {} has {} channels, from 0; say which by --channel, or --channel "
-                        "all, which merges them in colours",
-                        input.name, input.channels()));
+            message("render: {} has {} channels, from 0; say which by @channel, or @channel(all), "
+                    "which merges them in colours",
+                    input.name, input.channels()));
     if (input.channels() > 4)
-        throw RequestError(fmt::format(
-            "warp: {} has {} channels, from 0, and at most 4 are kept; say which by --channel",
+        throw RequestError(message(
+            "warp: {} has {} channels, from 0, and at most 4 are kept; say which by @channel",
             input.name, input.channels()));
     GeometrySpec seen = spec.geometry;
     // A picture of a plane through a grid that leans must not lean.
@@ -474,8 +477,8 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
     want.eye = geometry.eye;
     take_clip(want, spec.clip, grid, geometry);
     if (spec.labels && spec.reference && *spec.reference != Field::nearest)
-        throw RequestError(
-            "--labels: of labels the reference is nearest; leave out --reference, or --labels");
+        throw RequestError(message(
+            "@labels: of labels the reference is nearest; leave out @reference, or @labels"));
     if (spec.labels)
         want.field = Field::nearest;
     else if (spec.reference)
@@ -497,7 +500,7 @@ std::array<double, 2> ends_of(const Window& window, const Data& data,
                               const Statistics& statistics) {
     const auto value = [&](const WindowEnd& end) {
         if (end.percentile && !data.samples.data())
-            throw RequestError("--window: percentiles need samples; give values");
+            throw RequestError(message("@window: percentiles need samples; give values"));
         return end.percentile ? percentile_of(data, statistics.low, statistics.high, end.at / 100)
                               : end.at;
     };
@@ -580,18 +583,18 @@ Remarks take_preset(Request& want, std::optional<Window>& window, const RequestS
         if (spec.transfer || chosen.spec.values != TransferValues::labels) throw;
         chosen.spec = preset_named("general");
         found = fitted(chosen.spec);
-        found.warnings.push_back(fmt::format("{}; --preset general is taken", error.what()));
+        found.warnings.push_back(message("{}; @preset(general) is taken", error.message()));
     }
     const TransferSpec& taken = chosen.spec;
     if (taken.values == TransferValues::labels && want.field != Field::nearest)
-        found.warnings.push_back(
-            taken.from +
-            ": between two labels values pass through others, whose colours appear; say --labels");
+        found.warnings.push_back(message(
+            "{}: between two labels values pass through others, whose colours appear; say @labels",
+            taken.from));
     if (chosen.kind && chosen.kind->is_of_labels && want.field != Field::nearest)
         found.warnings.push_back(
-            fmt::format("{} may hold labels (few different values): values between them appear; "
-                        "--labels shows each in its colour",
-                        input.name));
+            message("{} may hold labels (few different values): values between them appear; "
+                    "@labels shows each in its colour",
+                    input.name));
     want.transfer = std::move(found.transfer);
     std::optional<double> noise;
     if (!spec.gradient && chosen.kind && is_mr_of_tissue(*chosen.kind, facts) &&
@@ -603,7 +606,7 @@ Remarks take_preset(Request& want, std::optional<Window>& window, const RequestS
         want.shading.material = filled(*taken.material, spec.shadows);
     const bool named = !taken.preset.empty();
     return {std::move(found.warnings), std::move(found.notices),
-            TakenPreset{.name = named ? taken.preset : taken.from,
+            TakenPreset{.name = named ? Message(taken.preset) : taken.from,
                         .file = !named,
                         .kind = chosen.kind ? chosen.kind->what : "",
                         .window = chosen.window.value_or(found.window),
@@ -613,7 +616,7 @@ Remarks take_preset(Request& want, std::optional<Window>& window, const RequestS
 
 /// What a level says of the values. That of a picture lies a little lower, by more than what values
 /// are rounded by, so that a plateau at the level reaches it throughout, by all filters.
-std::vector<std::string> take_level(Request& want, const Statistics& statistics) {
+std::vector<Message> take_level(Request& want, const Statistics& statistics) {
     if (!want.surface || !want.surface->isovalue) return {};
     const double level = want.level(), low = statistics.low, high = statistics.high;
     const bool is_shown = want.job == Job::render;
@@ -622,8 +625,8 @@ std::vector<std::string> take_level(Request& want, const Statistics& statistics)
     const char* so = is_shown && !want.mode->first_hit
                          ? (level > high ? "no value reaches it" : "every value reaches it")
                          : "there is no surface";
-    return {fmt::format("--isovalue {:.6g}: the values go from {:.6g} to {:.6g}, so {}", level, low,
-                        high, so)};
+    return {message("@isovalue({:.6g}): the values go from {:.6g} to {:.6g}, so {}", level, low,
+                    high, so)};
 }
 
 /// How far a value lies on the way from one to another, 0 to 1; 1 where they are the same.
@@ -666,11 +669,11 @@ Remarks take_all_values(Request& want, std::optional<Window>& window, const Requ
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
     if (!spec.zero) want.zero = std::min(0.0, statistics.low);
     take_mask(want, data);
-    std::vector<std::string> warnings = take_level(want, statistics);
+    std::vector<Message> warnings = take_level(want, statistics);
     if (!warnings.empty()) return {warnings};
     if (shows_labels(want)) {
         const Segments segments(input);
-        Suited colored = label_colors("--labels", data, want.outside, [&](double value) {
+        Suited colored = label_colors(setting("labels"), data, want.outside, [&](double value) {
             const store::Segment* segment = segments.of(value);
             return segment ? segment->color : std::nullopt;
         });
@@ -697,20 +700,20 @@ Remarks take_all_values(Request& want, std::optional<Window>& window, const Requ
     want.transfer = grey_ramp(low, high, want.spacing.minCoeff() / part);
     if (part == 1) return {};
     return {{},
-            {fmt::format("--mode {}: most of the volume is dark or it is thin, so the grey ramp's "
-                         "opacities are for 1/{} of the smallest spacing; --transfer and --preset "
-                         "have their own",
-                         want.mode->name, part)}};
+            {message(
+                "@mode({}): most of the volume is dark or it is thin, so the grey ramp's opacities "
+                "are for 1/{} of the smallest spacing; @transfer and @preset have their own",
+                want.mode->name, part)}};
 }
 
 /// Somebody wants them smoothed.
 void expect_gradients(const Request& want) {
     if (shows_labels(want))
-        throw RequestError("--gradient: surfaces of labels are lit by their coverage");
+        throw RequestError(message("@gradient: surfaces of labels are lit by their coverage"));
     if (!want.needs_gradients())
         throw RequestError(
-            "--gradient: neither light nor opacities go by gradients here; --mode shaded or "
-            "--shade phong has light that does");
+            message("@gradient: neither light nor opacities go by gradients here; @mode(shaded) or "
+                    "@shade(phong) has light that does"));
 }
 
 }  // namespace
@@ -719,7 +722,7 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
                     const Input& input, const Statistics& statistics) {
     const Data& data = *input.data;
     const store::Header& header = input.header;
-    std::string about_window;
+    Message about_window;
     if (window)
         about_window = take_hounsfield(*window, header, data, statistics);
     else

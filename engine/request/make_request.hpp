@@ -38,7 +38,7 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
 
 /// The transfer function that is taken: of a preset, or of a file.
 struct TakenPreset {
-    std::string name;   // of the preset, or as messages call the file
+    Message name;       // of the preset, or as messages call the file
     bool file = false;  // it is a file's
     std::string kind;  // of data, for which it was chosen: "an MR of a head"; "": somebody named it
     ValueWindow window;                // the values that it is spread over
@@ -48,7 +48,7 @@ struct TakenPreset {
 
 /// What is to be said of a request: what may be wrong with it, and what is worth knowing.
 struct Remarks {
-    std::vector<std::string> warnings = {}, notices = {};
+    std::vector<Message> warnings = {}, notices = {};
     std::optional<TakenPreset> preset = {};
 };
 

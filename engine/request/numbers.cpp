@@ -18,29 +18,29 @@ std::vector<std::string> split(std::string_view text, char separator) {
     }
 }
 
-double number_of(const std::string& name, std::string_view text) {
+double number_of(const Message& name, std::string_view text) {
     std::string_view digits = text;
     if (digits.size() > 1 && digits.front() == '+' && digits[1] != '-') digits.remove_prefix(1);
     double value = 0;
     const auto [end, failed] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (failed != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
-        throw RequestError(fmt::format("{}: '{}' is not a finite number", name, text));
+        throw RequestError(message("{}: '{}' is not a finite number", name, text));
     return value;
 }
 
-std::vector<double> numbers_of(const std::string& name, std::string_view text) {
+std::vector<double> numbers_of(const Message& name, std::string_view text) {
     std::vector<double> values;
     for (const std::string& word : split(text, ',')) values.push_back(number_of(name, word));
     return values;
 }
 
-std::int64_t whole_of(const std::string& name, std::string_view text, std::int64_t low,
+std::int64_t whole_of(const Message& name, std::string_view text, std::int64_t low,
                       std::int64_t high) {
     std::int64_t value = 0;
     const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (failed != std::errc() || end != text.data() + text.size() || value < low || value > high)
         throw RequestError(
-            fmt::format("{}: '{}' is not a whole number from {} to {}", name, text, low, high));
+            message("{}: '{}' is not a whole number from {} to {}", name, text, low, high));
     return value;
 }
 

@@ -64,8 +64,8 @@ Mat3 directions_of(const std::string& letters) {
                     kLetters[axis][negative])
                     direction(axis, static_cast<int>(k)) = negative ? -1 : 1;
     if (std::abs(direction.determinant()) != 1)
-        throw RequestError(fmt::format(
-            "--orient: '{}' is no orientation; expected one letter each of RL, AP and SI, as RAS",
+        throw RequestError(message(
+            "@orient: '{}' is no orientation; expected one letter each of RL, AP and SI, as RAS",
             letters));
     return direction;
 }
@@ -98,8 +98,7 @@ Mat3 view_of(const std::string& typed, const Mat3& direction) {
     std::vector<std::string> names = {"x", "y", "z"};
     for (const View& view : kViews) names.emplace_back(view.name);
     for (const auto& [plane, side] : kPlanes) names.emplace_back(plane);
-    throw RequestError(
-        fmt::format("--view: there is no side '{}'; {}", typed, instead_of(name, names)));
+    throw RequestError(message("@view: there is no side '{}'; {}", typed, instead_of(name, names)));
 }
 
 Mat3 looking_along(const Vec3& along) {

@@ -19,9 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void refuse(const std::string& option, const std::string& file,
-                         const std::string& what) {
-    throw RequestError(fmt::format("{} {}: {}", option, file, what));
+[[noreturn]] void refuse(const Message& where, const Message& what) {
+    throw RequestError(message("{}: {}", where, what));
 }
 
 std::string writable_endings() {
@@ -32,24 +31,30 @@ std::string writable_endings() {
     return fmt::format("{}", fmt::join(endings, " "));
 }
 
+/// @param where  what messages call the file
+void expect_place(const Message& where, const std::string& file) {
+    std::error_code none;
+    fs::path folder = fs::path(file).parent_path();
+    if (folder.empty()) folder = ".";
+    if (!fs::is_directory(folder, none))
+        refuse(where, fmt::format("there is no folder '{}'", folder.string()));
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        refuse(where, fmt::format("the folder '{}' cannot be written", folder.string()));
+    if (fs::is_directory(file, none)) refuse(where, "is a folder; expected a file");
+}
+
 }  // namespace
 
-void expect_writable(const std::string& option, const std::string& file) {
-    std::error_code none;
-    const fs::path folder = fs::path(file).parent_path();
-    const fs::path where = folder.empty() ? fs::path(".") : folder;
-    if (!fs::is_directory(where, none))
-        refuse(option, file, fmt::format("there is no folder '{}'", where.string()));
-    if (::access(where.c_str(), W_OK | X_OK) != 0)
-        refuse(option, file, fmt::format("the folder '{}' cannot be written", where.string()));
-    if (fs::is_directory(file, none)) refuse(option, file, "is a folder; expected a file");
+void expect_writable(const Message& option, const std::string& file) {
+    expect_place(message("{} {}", option, file), file);
 }
 
 Outputs::Outputs(const std::string& pattern, Holds holds) : pattern_(pattern) {
     none_ = lower(pattern) == "null:";
     if (none_) return;
     if (pattern == "-" && holds == Holds::surface)
-        refuse("-o", pattern, "standard output takes pictures; expected .ply, .obj or .stl");
+        refuse(setting("out", pattern),
+               "standard output takes pictures; expected .ply, .obj or .stl");
     if (pattern == "-") {
         before_ = pattern;
         format_ = store::format_of(pattern);
@@ -73,7 +78,7 @@ Outputs::Outputs(const std::string& pattern, Holds holds) : pattern_(pattern) {
             fill_ = width.starts_with('0') ? '0' : ' ';
             digits_ = width.empty() ? 0 : std::stoi(width);
         } else {
-            refuse("-o", pattern,
+            refuse(setting("out", pattern),
                    "one %d or %04d may stand for the frame number; %% is a percent "
                    "sign");
         }
@@ -81,22 +86,22 @@ Outputs::Outputs(const std::string& pattern, Holds holds) : pattern_(pattern) {
     }
     if (holds == Holds::surface) {
         if (!store::surface_format_of(file(0)))
-            refuse("-o", pattern, "surfaces are written as .ply, .obj or .stl");
-        expect_writable("-o", file(0));
+            refuse(setting("out", pattern), "surfaces are written as .ply, .obj or .stl");
+        expect_place(setting("out", file(0)), file(0));
         return;
     }
     format_ = store::format_of(file(0));
     if (!format_ && store::surface_format_of(file(0)))
-        refuse("-o", pattern, "holds surfaces; `edgewise mesh` writes them");
+        refuse(setting("out", pattern), message("holds surfaces; `@command(mesh)` writes them"));
     if (!format_ || !format_->writes)
-        refuse("-o", pattern,
+        refuse(setting("out", pattern),
                fmt::format("{}; known endings: {}",
                            format_ ? format_->name + " is only read, not written"
                                    : std::string("no format has this ending"),
                            writable_endings()));
     if (const std::string why = store::no_encoder(file(0)); !why.empty())
-        refuse("-o", pattern, why);
-    expect_writable("-o", file(0));
+        refuse(setting("out", pattern), why);
+    expect_place(setting("out", file(0)), file(0));
 }
 
 std::string Outputs::file(int frame) const {
@@ -109,10 +114,11 @@ std::string Outputs::file(int frame) const {
 
 void Outputs::expect_frames(int frames) const {
     if (frames > 1 && pattern_ == "-")
-        refuse("-o", pattern_, "standard output takes one picture, and there are several frames");
+        refuse(setting("out", pattern_),
+               "standard output takes one picture, and there are several frames");
     if (frames > 1 && !none() && !numbered_ && !animates(frames))
         refuse(
-            "-o", pattern_,
+            setting("out", pattern_),
             fmt::format("{} frames need a number in the name, as {}_%03d{}, or an animation, "
                         "{}.gif, .apng or .mp4",
                         frames, fs::path(before_).stem().string(),

@@ -37,7 +37,8 @@ class Outputs {
 };
 
 /// @throws RequestError the folder of a file is not there or cannot be written
-void expect_writable(const std::string& option, const std::string& file);
+/// @param option  what messages call the file
+void expect_writable(const Message& option, const std::string& file);
 
 /// Writes text (a report, a graph), "-" is standard output; a file is replaced when whole.
 /// @throws RunError

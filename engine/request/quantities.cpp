@@ -29,17 +29,17 @@ constexpr Unit kSizes[] = {{"", 1},
 
 /// A number with one of the units behind it.
 template <std::size_t N>
-double with_unit(const char* option, const std::string& text, const Unit (&units)[N],
+double with_unit(const Message& option, const std::string& text, const Unit (&units)[N],
                  const char* expected) {
     // The unit is what follows the last character that a number may end with.
     const std::size_t digits = text.find_last_of("0123456789.") + 1;
     for (const Unit& unit : units) {
         if (!same_word(text.substr(digits), unit.name) || digits == 0) continue;
         const double value = number_of(option, text.substr(0, digits)) * unit.factor;
-        if (value < 0) throw RequestError(fmt::format("{}: {} is negative", option, text));
+        if (value < 0) throw RequestError(message("{}: {} is negative", option, text));
         return value;
     }
-    throw RequestError(fmt::format("{}: '{}' given; expected {}", option, text, expected));
+    throw RequestError(message("{}: '{}' given; expected {}", option, text, expected));
 }
 
 }  // namespace
@@ -61,24 +61,26 @@ std::string error_text(const Predicted& predicted) {
 
 double error_budget(const std::string& text) {
     if (text.size() > 2 && lower(text).ends_with("db"))
-        return std::pow(10.0, -number_of("--max-error", text.substr(0, text.size() - 2)) / 20);
+        return std::pow(10.0,
+                        -number_of(setting("max_error"), text.substr(0, text.size() - 2)) / 20);
     const bool percent = text.size() > 1 && text.ends_with('%');
     const double error =
-        number_of("--max-error", percent ? text.substr(0, text.size() - 1) : text) /
+        number_of(setting("max_error"), percent ? text.substr(0, text.size() - 1) : text) /
         (percent ? 100 : 1);
     if (error < 0)
-        throw RequestError(fmt::format(
-            "--max-error: {} is negative; expected an NRMSE as 0.01 or 1%, or a PSNR as 40dB",
+        throw RequestError(message(
+            "@max_error: {} is negative; expected an NRMSE as 0.01 or 1%, or a PSNR as 40dB",
             text));
     return error;
 }
 
-double time_budget(const std::string& text, const char* option) {
+double time_budget(const std::string& text, const Message& option) {
     return with_unit(option, text, kTimes, "a time as 50ms, 2s or 1min");
 }
 
 double memory_budget(const std::string& text) {
-    return with_unit("--max-memory", text, kSizes, "a size as 512MiB, 2GB or a number of bytes");
+    return with_unit(setting("max_memory"), text, kSizes,
+                     "a size as 512MiB, 2GB or a number of bytes");
 }
 
 }  // namespace edgewise

@@ -16,7 +16,7 @@ std::string error_text(const Predicted& predicted);
 /// "0.01", "1%" or "40dB" (a PSNR) as an NRMSE. @throws RequestError
 double error_budget(const std::string& text);
 /// "50us", "50ms", "2s", "1min", "1h"; a number is seconds. @throws RequestError
-double time_budget(const std::string& text, const char* option = "--max-time");
+double time_budget(const std::string& text, const Message& option = setting("max_time"));
 /// "512MiB", "2GB"; a number is bytes. @throws RequestError
 double memory_budget(const std::string& text);
 

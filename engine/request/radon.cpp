@@ -24,7 +24,7 @@ Geometry take_image(Request& want, const RadonSetting& setting, const InputGrid&
     constexpr double kMost = 1 << 30;
     if (static_cast<double>(back.image.samples()) > kMost)
         throw RequestError(
-            fmt::format("--size: {} samples; expected at most 2^30", text_of(back.image, 3)));
+            message("@size: {} samples; expected at most 2^30", text_of(back.image, 3)));
     Geometry geometry;
     geometry.views = {Mat4::Identity()};
     geometry.grid.extent = back.image;
@@ -43,13 +43,13 @@ bool is_even(const std::vector<double>& degrees) {
 
 }  // namespace
 
-std::string remark_on_angles(const RadonSetting& given) {
+Message remark_on_angles(const RadonSetting& given) {
     const bool back = given.to == RadonSetting::To::image;
     if (back && given.angles == 0 && given.degrees.empty())
-        return "rows are taken as even angles over 180 degrees; --angles says others";
+        return message("rows are taken as even angles over 180 degrees; @angles says others");
     if (!back && !is_even(given.degrees))
-        return "the file does not hold these angles: `edgewise radon --inverse` needs --angles "
-               "again";
+        return message(
+            "the file does not hold these angles: `@command(radon) @inverse` needs @angles again");
     return {};
 }
 
@@ -60,19 +60,20 @@ Geometry take_radon(Request& want, const RadonSetting& given, const Input& input
     if (back && setting.angles == 0 && rows <= RadonSetting::kMostAngles)
         setting.angles = static_cast<int>(rows);
     if (setting.angles < 1 || setting.angles > RadonSetting::kMostAngles)
-        throw RequestError(fmt::format("--angles: {}; expected 1 to {}", setting.angles,
-                                       RadonSetting::kMostAngles));
+        throw RequestError(
+            message("@angles: {}; expected 1 to {}", setting.angles, RadonSetting::kMostAngles));
     if (back && setting.angles != rows)
-        throw RequestError(fmt::format(
-            "--angles: {} angles, but {} has {} rows, one for each; say as many as it has rows",
+        throw RequestError(message(
+            "@angles: {} angles, but {} has {} rows, one for each; say as many as it has rows",
             setting.angles, input.name, rows));
     for (const double degrees : setting.degrees)
-        if (!std::isfinite(degrees)) throw RequestError("--angles: expected finite degrees");
+        if (!std::isfinite(degrees))
+            throw RequestError(message("@angles: expected finite degrees"));
     if (!std::isfinite(setting.threshold))
-        throw RequestError("--threshold: expected a finite number");
+        throw RequestError(message("@threshold: expected a finite number"));
     if (input.channels() > 1)
-        throw RequestError(fmt::format("{}: {} has {} channels, from 0; say which by --channel",
-                                       name_of(want.job), input.name, input.channels()));
+        throw RequestError(message("{}: {} has {} channels, from 0; say which by @channel",
+                                   name_of(want.job), input.name, input.channels()));
     const InputGrid grid = grid_of(input);
     want.axes = grid.axes;
     want.input = grid.extent;

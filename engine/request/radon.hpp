@@ -11,6 +11,6 @@ namespace edgewise {
 Geometry take_radon(Request& want, const RadonSetting& setting, const Input& input);
 /// What a file does not say of angles: those of a list that is not even, and on the way back those
 /// that nobody gave. "" where it says all.
-std::string remark_on_angles(const RadonSetting& given);
+Message remark_on_angles(const RadonSetting& given);
 
 }  // namespace edgewise

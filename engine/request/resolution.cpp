@@ -12,19 +12,19 @@
 namespace edgewise {
 namespace {
 
-/// An option that is given and counts samples of the input; "": there is none.
-std::string counts_samples(const RequestSpec& spec) {
+/// What is given and counts samples of the input; "": nothing does.
+Message counts_samples(const RequestSpec& spec) {
     const GeometrySpec& geometry = spec.geometry;
     if (spec.clip.box || !spec.clip.planes.empty() || !spec.clip.balls.empty())
-        return spec.clip.options();
-    if (geometry.crop) return "--clip";
-    if (geometry.about) return "--about";
-    if (geometry.eye) return "--eye";
-    if (geometry.look_at) return "--look-at";
+        return spec.clip.settings();
+    if (geometry.crop) return setting("crop");
+    if (geometry.about) return setting("about");
+    if (geometry.eye) return setting("eye");
+    if (geometry.look_at) return setting("look_at");
     const auto found = std::ranges::find_if(geometry.steps, [](const GeometryStep& step) {
         return step.kind == GeometryStep::Kind::matrix || step.kind == GeometryStep::Kind::path;
     });
-    return found == geometry.steps.end() ? "" : fmt::format("--{}", name_of(found->kind));
+    return found == geometry.steps.end() ? Message() : setting_of(found->kind);
 }
 
 }  // namespace
@@ -49,12 +49,12 @@ store::Selection chosen_selection(const RequestSpec& spec, const std::optional<O
     store::Selection selection = selection_of(spec);
     if (!spec.level_by_result) return selection;
     if (spec.job != Job::render && spec.job != Job::warp)
-        throw RequestError(
-            "--level auto: only pictures and warps have samples to choose one by; name a number");
-    if (const std::string option = counts_samples(spec); !option.empty())
-        throw RequestError(fmt::format(
-            "--level auto: {} counts samples of the resolution that is read; name its number",
-            option));
+        throw RequestError(message(
+            "@level(auto): only pictures and warps have samples to choose one by; name a number"));
+    if (const Message found = counts_samples(spec); !found.empty())
+        throw RequestError(message(
+            "@level(auto): {} counts samples of the resolution that is read; name its number",
+            found));
     const Input input = inspected(spec.input, selection);
     if (input.header.levels.size() < 2) return selection;
     GeometrySpec seen = spec.geometry;

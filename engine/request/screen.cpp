@@ -34,18 +34,18 @@ Box box_of(const std::vector<Mat4>& maps, const std::vector<Vec3>& corners) {
             const std::optional<Vec3> to = sent(map, corner);
             if (!to)
                 throw RequestError(
-                    "--matrix: the horizon of this homography crosses the image; --size WxH says "
-                    "what to show of it");
+                    message("@matrix: the horizon of this homography crosses the image; @size WxH "
+                            "says what to show of it"));
             box.add(*to);
         }
     return box;
 }
 
-std::int64_t whole_samples(double length, double spacing, const char* what) {
+std::int64_t whole_samples(double length, double spacing, const Message& what) {
     const double count = std::max(1.0, std::ceil(length / spacing * (1 - kSlack)));
     if (!(count <= kMostSamplesAnAxis))
-        throw RequestError(fmt::format("{}: makes {:.4g} samples along an axis; at most {}", what,
-                                       count, kMostSamplesAnAxis));
+        throw RequestError(message("{}: makes {:.4g} samples along an axis; at most {}", what,
+                                   count, kMostSamplesAnAxis));
     return static_cast<std::int64_t>(count);
 }
 
@@ -61,33 +61,33 @@ void expect_countable(const Extent& extent) {
 Extent size_of(const OutputSize& size, const Extent& field, int axes, const char* expected) {
     for (const std::int64_t side : size.sides)
         if (side < 1 || double(side) > kMostSamplesAnAxis)
-            throw RequestError(fmt::format("--size: {} is not from 1 to {}", side,
-                                           std::int64_t(kMostSamplesAnAxis)));
+            throw RequestError(
+                message("@size: {} is not from 1 to {}", side, std::int64_t(kMostSamplesAnAxis)));
     Extent extent;
     if (size.sides.size() == 1) {
         std::int64_t longest = 1;
         for (int k = 0; k < axes; ++k) longest = std::max(longest, field[k]);
         const double factor = double(size.sides[0]) / double(longest);
         for (int k = 0; k < axes; ++k)
-            extent[k] = whole_samples(double(field[k]) * factor, 1, "--size");
+            extent[k] = whole_samples(double(field[k]) * factor, 1, setting("size"));
         return extent;
     }
     if (static_cast<int>(size.sides.size()) != axes)
-        throw RequestError(fmt::format("--size: '{}' given; expected {}", size.text(), expected));
+        throw RequestError(message("@size: '{}' given; expected {}", size.text(), expected));
     for (int k = 0; k < axes; ++k) extent[k] = size.sides[static_cast<std::size_t>(k)];
     return extent;
 }
 
-/// --spacing: one number for all axes, or one each.
+/// `spacing`: one number for all axes, or one each.
 Vec3 spacing_of(std::vector<double> numbers, int axes, const Vec3& otherwise) {
     if (numbers.size() == 1) numbers.assign(axes, numbers[0]);
     if (static_cast<int>(numbers.size()) != axes)
         throw RequestError(
-            fmt::format("--spacing: {} numbers given; expected 1 or {}", numbers.size(), axes));
+            message("@spacing: {} numbers given; expected 1 or {}", numbers.size(), axes));
     Vec3 spacing = otherwise;
     for (int k = 0; k < axes; ++k) {
         if (!(numbers[k] > 0))
-            throw RequestError(fmt::format("--spacing: {} is not greater than 0", numbers[k]));
+            throw RequestError(message("@spacing: {} is not greater than 0", numbers[k]));
         spacing[k] = numbers[k];
     }
     return spacing;
@@ -108,7 +108,7 @@ void take_picture_size(ScreenGrid& grid, const GeometrySpec& spec, const char* e
     const double unit = grid.spacing.minCoeff();
     Extent field = grid.extent;  // in square pixels
     for (int k = 0; k < 2; ++k)
-        field[k] = whole_samples(double(grid.extent[k]) * grid.spacing[k], unit, "--size");
+        field[k] = whole_samples(double(grid.extent[k]) * grid.spacing[k], unit, setting("size"));
     const Extent size = size_of(*spec.size, field, 3, expected);
     double pixel = 0;
     for (int k = 0; k < 2; ++k)
@@ -147,7 +147,8 @@ ScreenGrid warp_grid(const GeometrySpec& spec, const InputGrid& input, const Mat
     if (says_fit(spec)) {
         const Box box = box_of({map}, corners);
         for (int k = 0; k < input.axes; ++k)
-            grid.extent[k] = whole_samples(box.high[k] - box.low[k], grid.spacing[k], "--size fit");
+            grid.extent[k] =
+                whole_samples(box.high[k] - box.low[k], grid.spacing[k], setting("size", "fit"));
         grid.centre = (box.low + box.high) / 2;
         if (input.axes == 2) grid.centre.z() = 0;
         expect_countable(grid.extent);
@@ -156,7 +157,7 @@ ScreenGrid warp_grid(const GeometrySpec& spec, const InputGrid& input, const Mat
     if (spec.spacing)
         for (int k = 0; k < input.axes; ++k)
             grid.extent[k] = whole_samples(double(input.extent[k]) * input.spacing[k],
-                                           grid.spacing[k], "--spacing");
+                                           grid.spacing[k], setting("spacing"));
     if (spec.size)
         take_size(grid, spec, input.axes,
                   input.axes == 2 ? "WxH, N or fit" : "WxHxD, N or fit for a volume");
@@ -172,8 +173,9 @@ ScreenGrid picture_grid(const GeometrySpec& spec, const InputGrid& input,
     if (spec.spacing) grid.spacing = spacing_of(*spec.spacing, 2, grid.spacing);
     for (int k = 0; k < 2; ++k)
         grid.extent[k] = whole_samples(2 * std::max(box.high[k], -box.low[k]), grid.spacing[k],
-                                       spec.spacing ? "--spacing" : "the geometry");
-    if (says_fit(spec)) throw RequestError("--size fit: of warp; a picture is never cut off");
+                                       spec.spacing ? setting("spacing") : "the geometry");
+    if (says_fit(spec))
+        throw RequestError(message("@size(fit): of warp; a picture is never cut off"));
     if (spec.size && !spec.size->native) take_size(grid, spec, 2, "WxH, N or native for a picture");
     grid.spacing.z() = unit;
     take_depth(grid, box);
@@ -182,8 +184,9 @@ ScreenGrid picture_grid(const GeometrySpec& spec, const InputGrid& input,
 }
 
 void zoom(ScreenGrid& grid, double factor, Job job) {
-    if (job == Job::warp) throw RequestError("--zoom: of render; --scale and --spacing do so here");
-    if (!(factor > 0)) throw RequestError(fmt::format("--zoom: {} is not greater than 0", factor));
+    if (job == Job::warp)
+        throw RequestError(message("@zoom: of render; @scale and @spacing do so here"));
+    if (!(factor > 0)) throw RequestError(message("@zoom: {} is not greater than 0", factor));
     grid.spacing.head<2>() /= factor;
 }
 
@@ -192,8 +195,7 @@ namespace {
 /// Half the height of a picture over its distance.
 double slope_of(double angle) {
     if (!(angle > 0 && angle < 180))
-        throw RequestError(
-            fmt::format("--perspective: {} degrees; expected between 0 and 180", angle));
+        throw RequestError(message("@perspective: {} degrees; expected between 0 and 180", angle));
     return std::tan(angle * (3.14159265358979323846 / 360));
 }
 

@@ -4,8 +4,8 @@
 
 namespace edgewise {
 
-/// Samples that a warp makes: --spacing and --size, else those of the input.
-/// @param input    as --view turns it
+/// Samples that a warp makes: `spacing` and `size`, else those of the input.
+/// @param input    as `view` turns it
 /// @param map      centred object -> centred screen space [file unit]
 /// @param corners  of the input, centred object space [file unit]
 /// @throws RequestError
@@ -18,7 +18,7 @@ ScreenGrid warp_grid(const GeometrySpec& spec, const InputGrid& input, const Mat
 ScreenGrid picture_grid(const GeometrySpec& spec, const InputGrid& input,
                         const std::vector<Mat4>& maps, const std::vector<Vec3>& corners);
 
-/// Shows less of the scene, larger: --zoom. @throws RequestError
+/// Shows less of the scene, larger: `zoom`. @throws RequestError
 void zoom(ScreenGrid& grid, double factor, Job job);
 
 /// The eye that sees all corners of all views under the vertical angle `angle` [degree].

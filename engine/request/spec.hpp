@@ -45,6 +45,8 @@ struct GeometryStep {
     std::vector<double> numbers;
 };
 const char* name_of(GeometryStep::Kind kind) noexcept;
+/// What messages call it.
+Message setting_of(GeometryStep::Kind kind);
 
 /// How many samples the output has: as many as show all (`fit`), one for each smallest spacing of
 /// the volume (`native`), those of the longer side (one number), or those of each axis.
@@ -85,8 +87,8 @@ struct ClipSpec {
     std::optional<double> slab;                 // about the middle plane of each view [file unit]
 
     bool empty() const noexcept { return !box && planes.empty() && balls.empty() && !slab; }
-    /// Those that are given, as the command line calls them.
-    std::string options() const;
+    /// Those that are given, as messages call them.
+    Message settings() const;
 };
 
 /// A kernel: of a shape and size, of a file, or a program's own.
@@ -131,8 +133,7 @@ struct Notation {
 };
 
 /// A request as somebody makes it: which file, how it is seen, how good, how fast. What is absent
-/// is worked out from the data. Errors call a member as the command line does: `max_error` is
-/// "--max-error".
+/// is worked out from the data. Errors call a member by its name (graph/settings.hpp).
 struct RequestSpec {
     Job job = Job::render;
     std::string input;  // file, folder, phantom:NAME:N, raw:..., or, for plans, describe:...

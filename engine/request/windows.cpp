@@ -43,21 +43,21 @@ std::optional<Window> window_named(std::string_view name) {
     return std::nullopt;
 }
 
-std::string take_hounsfield(Window& window, const store::Header& header, const Data& data,
-                            const Statistics& statistics) {
+Message take_hounsfield(Window& window, const store::Header& header, const Data& data,
+                        const Statistics& statistics) {
     if (window.name.empty() || !data.samples.data()) return {};
     const std::optional<double> shift = glance_at(data, statistics).hounsfield;
     const std::string name = std::exchange(window.name, {});
     if (shift && *shift != 0) {
         window.low.at -= *shift;
         window.high.at -= *shift;
-        return fmt::format(
-            "--window {}: the values look like Hounsfield units plus {:g}, and are taken for that",
+        return message(
+            "@window({}): the values look like Hounsfield units plus {:g}, and are taken for that",
             name, -*shift);
     }
     if (shift || header.modality == "CT") return {};
-    return fmt::format(
-        "--window {}: is for Hounsfield units, and the values ({:.6g} to {:.6g}) do not look like "
+    return message(
+        "@window({}): is for Hounsfield units, and the values ({:.6g} to {:.6g}) do not look like "
         "these",
         name, statistics.low, statistics.high);
 }

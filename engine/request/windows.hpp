@@ -29,8 +29,8 @@ std::optional<Window> window_named(std::string_view name);
 /// Brings a window in Hounsfield units to the values of data that are shifted by 1024, as some
 /// scanners store them.
 /// @return what is to be said of it: "" or a warning
-std::string take_hounsfield(Window& window, const store::Header& header, const Data& data,
-                            const Statistics& statistics);
+Message take_hounsfield(Window& window, const store::Header& header, const Data& data,
+                        const Statistics& statistics);
 
 /// Whether a picture shows shares of light that are left.
 bool is_radiograph(const Request& want) noexcept;

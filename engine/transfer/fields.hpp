@@ -8,7 +8,7 @@
 
 namespace edgewise::transfer {
 
-/// @param where  option and file: "--transfer bone.json"
+/// @param where  setting and file, as a Message keeps them: transfer=bone.json
 /// @throws RequestError
 [[noreturn]] void refuse(const std::string& where, const std::string& what);
 

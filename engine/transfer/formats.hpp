@@ -8,7 +8,7 @@
 
 namespace edgewise::transfer {
 
-// One reader a format. `where` is what messages begin with: "--transfer bone.json".
+// One reader a format. `where` is what messages begin with: a setting and its file.
 
 /// @throws RequestError where it is no JSON, or nested too deeply
 nlohmann::json parsed(std::string_view text, const std::string& where);

@@ -53,9 +53,9 @@ nlohmann::json transfer::parsed(std::string_view text, const std::string& where)
     }
 }
 
-TransferSpec load_transfer(const std::string& file, const std::string& option) {
+TransferSpec load_transfer(const std::string& file, SettingName field) {
     const transfer::NamedFile from = transfer::named_file(file);
-    const std::string where = fmt::format("{} {}", option, file);
+    const std::string where = setting(field, file).marked();
     const std::string text = text_in(from.file, where);
     const auto read = [&] {
         if (transfer::is_slicer_text(text)) return transfer::slicer_text_transfer(text, where);

@@ -10,8 +10,8 @@ namespace edgewise {
 /// preset, a volume property of Slicer, a volume preset of vtk.js. What the file holds says which
 /// it is.
 /// @param file    of several presets with the name of one behind: "FILE#NAME"
-/// @param option  what messages call it
+/// @param field  of the query, that messages name
 /// @throws RequestError naming the file and the field
-TransferSpec load_transfer(const std::string& file, const std::string& option = "--transfer");
+TransferSpec load_transfer(const std::string& file, SettingName field = "transfer");
 
 }  // namespace edgewise

@@ -49,8 +49,8 @@ const nlohmann::json& preset_in(const nlohmann::json& json, const std::string& w
 }
 
 /// What a picture would show otherwise than ParaView does.
-std::vector<std::string> left_out(const nlohmann::json& preset, const std::string& where) {
-    std::vector<std::string> warnings;
+std::vector<Message> left_out(const nlohmann::json& preset, const std::string& where) {
+    std::vector<Message> warnings;
     if (preset.contains("ColorSpace") && preset["ColorSpace"] != "RGB")
         warnings.push_back(
             fmt::format("{}: ColorSpace is {}: colours between its points are mixed in RGB", where,

@@ -28,22 +28,22 @@ bool shows_any(const Transfer& transfer, double low, double high) {
 
 /// Steps half way between whole numbers, for the labels that are there.
 void take_labels(Transfer& transfer, const Data& data, const Statistics& statistics,
-                 const std::string& from) {
+                 const Message& from) {
     constexpr std::size_t kMost = 256;
     std::set<double> labels;
     const auto take = [&](double value) {
         if (!std::isfinite(value) || value == 0) return;
         if (value != std::floor(value))
             throw RequestError(
-                fmt::format("{}: {:g} is no label; expected whole numbers", from, value));
+                message("{}: {:g} is no label; expected whole numbers", from, value));
         constexpr double kLargest = 1 << 23;
         if (std::abs(value) > kLargest)
-            throw RequestError(fmt::format(
+            throw RequestError(message(
                 "{}: label {:.0f} is beyond {:.0f}, where 32 bits do not tell neighbours apart",
                 from, value, kLargest));
         labels.insert(value);
         if (labels.size() > kMost)
-            throw RequestError(fmt::format("{}: more than {} labels", from, kMost));
+            throw RequestError(message("{}: more than {} labels", from, kMost));
     };
     with_stored_type(data.what.type, [&](auto zero) {
         const auto* stored = data.as<decltype(zero)>();
@@ -96,9 +96,9 @@ void take_size(Suited& out, const TransferSpec& spec, double share, double milli
     for (Transfer::Edge& edge : out.transfer.edges) edge.magnitude *= millimetres / share;
     if (share < 1)
         out.notices.push_back(
-            fmt::format("{}: opacities are for {:.4g} mm, {:g} of a patient's, as what is scanned "
-                        "seems to be so much smaller",
-                        spec.from, spec.transfer.unit * share, share));
+            message("{}: opacities are for {:.4g} mm, {:g} of a patient's, as what is scanned "
+                    "seems to be so much smaller",
+                    spec.from, spec.transfer.unit * share, share));
 }
 
 }  // namespace
@@ -125,11 +125,11 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
             if (shifted) rescale(out.transfer, -*shifted, 1);
             if (shifted && *shifted != 0)
                 out.warnings.push_back(
-                    fmt::format("{}: the values look like Hounsfield units plus {:g}, and are "
-                                "taken for that",
-                                spec.from, -*shifted));
+                    message("{}: the values look like Hounsfield units plus {:g}, and are "
+                            "taken for that",
+                            spec.from, -*shifted));
             else if (!shifted)
-                out.warnings.push_back(fmt::format(
+                out.warnings.push_back(message(
                     "{}: is for Hounsfield units, and the values ({:.6g} to {:.6g}) do not look "
                     "like these",
                     spec.from, statistics.low, statistics.high));
@@ -156,8 +156,8 @@ Suited suited(const TransferSpec& spec, const Data& data, const Statistics& stat
         out.window = {out.transfer.points.front().value, out.transfer.points.back().value};
     if (samples && !shows_any(out.transfer, statistics.low, statistics.high))
         out.warnings.push_back(
-            fmt::format("{}: shows nothing: no value from {:.6g} to {:.6g} has an opacity",
-                        spec.from, statistics.low, statistics.high));
+            message("{}: shows nothing: no value from {:.6g} to {:.6g} has an opacity", spec.from,
+                    statistics.low, statistics.high));
     return out;
 }
 
@@ -173,7 +173,7 @@ std::array<double, 3> label_color(std::size_t number) noexcept {
     return color;
 }
 
-Suited label_colors(const std::string& from, const Data& data, double outside,
+Suited label_colors(const Message& from, const Data& data, double outside,
                     const std::function<std::optional<std::array<double, 3>>(double value)>& own) {
     Suited out;
     out.transfer.points = {{0, 1, {1, 1, 1}}};
@@ -188,7 +188,7 @@ Suited label_colors(const std::string& from, const Data& data, double outside,
     }
     if (found.empty()) {
         out.warnings.push_back(
-            fmt::format("{}: all samples are {:g}, so there is no surface", from, outside));
+            message("{}: all samples are {:g}, so there is no surface", from, outside));
         return out;
     }
     std::vector<double> labels(found.begin(), found.end());

@@ -16,7 +16,7 @@ namespace edgewise {
 /// A transfer function of the values that some data have.
 struct Suited {
     Transfer transfer;
-    std::vector<std::string> warnings = {}, notices = {};
+    std::vector<Message> warnings = {}, notices = {};
     ValueWindow window = {};  // the values that it is spread over
 };
 
@@ -44,7 +44,7 @@ std::array<double, 3> label_color(std::size_t number) noexcept;
 /// @param outside  the value that is no label
 /// @param own      the colour that somebody brings for a value, or none
 /// @param from     what asks for them
-Suited label_colors(const std::string& from, const Data& data, double outside,
+Suited label_colors(const Message& from, const Data& data, double outside,
                     const std::function<std::optional<std::array<double, 3>>(double value)>& own);
 
 }  // namespace edgewise

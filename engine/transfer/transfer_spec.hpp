@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "graph/message.hpp"
 #include "graph/request.hpp"
 
 namespace edgewise {
@@ -26,10 +27,10 @@ struct TransferSpec {
     /// size_share().
     bool by_size = false;
     TransferValues values = TransferValues::data;
-    std::optional<Material> material = {};   // where light falls and the request names none
-    std::string from = "--transfer";         // what messages call it
-    std::string preset = {};                 // its name; "": it is a file's
-    std::vector<std::string> warnings = {};  // what of its file is left out
+    std::optional<Material> material = {};  // where light falls and the request names none
+    Message from = setting("transfer");     // what messages call it
+    std::string preset = {};                // its name; "": it is a file's
+    std::vector<Message> warnings = {};     // what of its file is left out
 };
 
 }  // namespace edgewise

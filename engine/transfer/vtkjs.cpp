@@ -28,7 +28,7 @@ std::string text_in(const nlohmann::json& json, const char* key, const std::stri
 
 /// vtk.js does not look at the number that says how many follow, and some presets have a wrong one.
 Curve curve_in(const nlohmann::json& json, const char* key, std::size_t parts,
-               const std::string& where, std::vector<std::string>& warnings) {
+               const std::string& where, std::vector<Message>& warnings) {
     const std::string text = text_in(json, key, where);
     const std::vector<double> numbers = numbers_in(text, where, key);
     const std::size_t follow = numbers.empty() ? 0 : numbers.size() - 1;
@@ -59,7 +59,7 @@ bool is_vtkjs(const nlohmann::json& json) {
 }
 
 TransferSpec vtkjs_transfer(const nlohmann::json& json, const std::string& where) {
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
     const Curve opacity = curve_in(json, "scalarOpacity", 1, where, warnings);
     const Curve color = curve_in(json, "colorTransfer", 3, where, warnings);
     const Curve gradient = json.contains("gradientOpacity")

@@ -56,7 +56,7 @@ const Threshold kThreshold = {
 /// Opaque white where the value reaches a level: the segmented object of the thesis.
 const ModeTraits binary_mode = {
     .name = "binary",
-    .help = "opaque where the value reaches --isovalue",
+    .help = "opaque where the value reaches @isovalue",
     .rule = &kRule,
     .channels = 4,
     .over_background = true,

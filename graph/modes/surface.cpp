@@ -157,7 +157,7 @@ constexpr Shade kShades[] = {Shade::phong, Shade::torrance_sparrow};
 /// is open at the volume's faces and at those of a clip. White, lit by its gradient.
 const ModeTraits surface_mode = {
     .name = "surface",
-    .help = "first hit of --isovalue, lit",
+    .help = "first hit of @isovalue, lit",
     .combine = Combine::hit,
     .channels = 4,
     .over_background = true,

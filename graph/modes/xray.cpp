@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "graph/message.hpp"
 #include "graph/request.hpp"
 
 namespace edgewise {
@@ -27,9 +28,8 @@ void add_lit(Stretch& stretch, double value, double piece, const std::function<L
 constexpr Shade kShades[] = {Shade::hemisphere, Shade::lambert};
 
 std::string needs(const Request& want, double common, double, double) {
-    return common != want.zero
-               ? fmt::format("the commonest value is {}, --zero {}", common, want.zero)
-               : "";
+    if (common == want.zero) return {};
+    return message("the commonest value is {}, @zero({})", common, want.zero).marked();
 }
 
 }  // namespace

@@ -86,8 +86,8 @@ TEST(CalibrationTrials, LabelsAreWholeNumbers) {
 /// Keeps what it is told beside warnings.
 class Told final : public Listener {
  public:
-    void notice(const std::string& text) override { notices.push_back(text); }
-    std::vector<std::string> notices;
+    void notice(const Message& text) override { notices.push_back(text); }
+    std::vector<Message> notices;
 };
 
 TEST(CalibrationTrials, WhoCalibratesIsNotToldOfTheirViews) {

@@ -178,7 +178,7 @@ TEST(TakeClip, BallsAddUpWithAllOthers) {
     const Clip clip = c.clipped(by)[0];
     EXPECT_EQ(clip.balls.size(), 2u);  // the third keeps all
     EXPECT_EQ(clip.planes.size(), 1u);
-    EXPECT_EQ(by.options(), "--clip and --clip-plane and --clip-ball and --slab");
+    EXPECT_EQ(by.settings().text(), "box and planes and balls and slab");
     EXPECT_TRUE(c.clipped(balls({{10, 8, 6, 1000}})).empty());
 }
 
@@ -192,25 +192,25 @@ TEST(TakeClip, RefusesWhatMakesNoSense) {
         }
         return std::string();
     };
-    EXPECT_NE(why(box({0, 0, 0, NAN, 1, 1})).find("--clip "), std::string::npos);
+    EXPECT_NE(why(box({0, 0, 0, NAN, 1, 1})).find("box="), std::string::npos);
     EXPECT_NE(why(box({0, 5, 0, 9, 4, 9})).find("Y begins behind its end"), std::string::npos);
     EXPECT_NE(why(box({20, 0, 0, 30, 9, 9})).find("keeps nothing"), std::string::npos);
     EXPECT_NE(why(planes({{0, 0, 0, 1}})).find("no direction"), std::string::npos);
     EXPECT_NE(why(planes({{1, 0, INFINITY, 1}})).find("finite"), std::string::npos);
     EXPECT_NE(why(planes({{1, 1, 1, -99}})).find("keeps nothing"), std::string::npos);
-    EXPECT_NE(why(planes({{1, 1, 0, -9}, {-1, -1, 0, 8}})).find("--clip-plane: keeps nothing"),
+    EXPECT_NE(why(planes({{1, 1, 0, -9}, {-1, -1, 0, 8}})).find("planes: keeps nothing"),
               std::string::npos);
     for (const double thickness : {0.0, -2.0, double(NAN), double(INFINITY)})
-        EXPECT_NE(why(slab(thickness)).find("--slab"), std::string::npos);
+        EXPECT_NE(why(slab(thickness)).find("slab"), std::string::npos);
     EXPECT_NE(why(planes(std::vector<std::array<double, 4>>(65, {1, 0, 0, 0}))), "");
     EXPECT_NE(why(balls({{0, 0, 0, 0}})).find("radius is 0"), std::string::npos);
-    EXPECT_NE(why(balls({{0, 0, 0, -2}})).find("--clip-ball 0,0,0,-2"), std::string::npos);
+    EXPECT_NE(why(balls({{0, 0, 0, -2}})).find("balls=0,0,0,-2"), std::string::npos);
     EXPECT_NE(why(balls({{0, NAN, 0, 2}})).find("finite"), std::string::npos);
     EXPECT_NE(why(balls({{0, 0, 0, INFINITY}})).find("finite"), std::string::npos);
     for (const std::array<double, 4>& odd :
          {std::array{1e300, 0.0, 0.0, 1.0}, {5, 8, 6, 1e300}, {5, 8, 6, 1e-300}})
         EXPECT_NE(why(balls({odd})).find("smallest spacing"), std::string::npos);
-    EXPECT_NE(why(balls({{50, 8, 6, 4}})).find("--clip-ball: keeps nothing"), std::string::npos);
+    EXPECT_NE(why(balls({{50, 8, 6, 4}})).find("balls: keeps nothing"), std::string::npos);
     EXPECT_NE(why(balls({{5, 8, 6, 2}, {15, 8, 6, 2}})).find("keeps nothing"), std::string::npos);
     EXPECT_NE(why(balls(std::vector<std::array<double, 4>>(65, {5, 8, 6, 2}))).find("at most"),
               std::string::npos);

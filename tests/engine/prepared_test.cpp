@@ -126,7 +126,7 @@ TEST(Prepared, SaysWhereThePathHadToChange) {
     views.perspective = 40;
     const Prepared near = prepared.with_views(views);
     ASSERT_FALSE(near.warnings().empty());
-    EXPECT_NE(near.warnings().front().find("project.shear_warp refuses here"), std::string::npos);
+    EXPECT_NE(near.warnings().front().text().find("project.shear_warp refuses here"), std::string::npos);
     const Pixels pixels = pixels_of(near);
     EXPECT_GT(*std::max_element(pixels.begin(), pixels.end()), 0.2f);
 }

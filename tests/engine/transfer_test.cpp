@@ -90,7 +90,7 @@ TEST(ParaViewPresets, SayWhatIsLeftOut) {
     const TransferSpec lab = read_as(
         R"([{"ColorSpace": "Lab", "UseLogScale": 1, "RGBPoints": [2, 0, 0, 1, 9, 1, 0, 0]}])");
     ASSERT_EQ(lab.warnings.size(), 2u);
-    EXPECT_NE(lab.warnings[0].find("\"Lab\""), std::string::npos);
+    EXPECT_NE(lab.warnings[0].text().find("\"Lab\""), std::string::npos);
 }
 
 TEST(ParaViewPresets, RefuseWithTheField) {
@@ -454,7 +454,7 @@ TEST(Presets, AreThere) {
             EXPECT_TRUE(spec.unit_given && spec.transfer.unit == 1) << name;
         }
     }
-    EXPECT_EQ(preset_named("CT-Bone").from, "--preset ct-bone");
+    EXPECT_EQ(preset_named("CT-Bone").from.text(), "preset=ct-bone");
 }
 
 TEST(Presets, ShrinkWithStructuresByPowersOfTen) {

@@ -82,8 +82,7 @@ TEST(Demand, TakesNamesInAnyCaseAndByTheirEndWhereItIsOne) {
 TEST(Demand, RejectsWhatTheCatalogueDoesNotKnow) {
     const Catalogue edges = catalogue();
     const auto why = [&](const char* text) { return message_of([&] { demand_of(text, edges); }); };
-    EXPECT_EQ(why("shade.phong"),
-              "no edge is called 'shade.phong'; `edgewise list edges` shows all");
+    EXPECT_EQ(why("shade.phong"), "no edge is called 'shade.phong'; `list edges` shows all");
     EXPECT_EQ(why("wrap.other"), "no edge is called 'wrap.other'; did you mean warp.other?");
     EXPECT_EQ(why("otehr"), "no edge is called 'otehr'; did you mean other?");
     EXPECT_EQ(why("toy"), "'toy' may be project.toy or warp.toy; say which");

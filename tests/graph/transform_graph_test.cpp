@@ -83,7 +83,7 @@ TEST(Expansion, AsksSomeEdgesOnlyWhereTheyAreNamed) {
     const TransformGraph unasked = spanning.of(catalogue);
     EXPECT_EQ(arcs_of(unasked, catalogue), Names{"object/scalar b.other"});
     ASSERT_EQ(unasked.refused.size(), 1u);
-    EXPECT_EQ(unasked.refused[0].reason, "taken only where --via names it");
+    EXPECT_EQ(unasked.refused[0].reason, message("taken only where @via names it"));
     const Names asked{"object/scalar a.first", "screen/classified a.second"};
     EXPECT_EQ(arcs_of(spanning.of(catalogue, {.via = {{.name = "a.second"}}}), catalogue), asked);
     // By its family, which the edge before it answers.
@@ -122,7 +122,7 @@ TEST(Expand, RefusalsReachTheUserOnlyWhereNothingWasAccepted) {
     };
     const TransformGraph spanned = Spanning().of(edges);
     std::map<std::string, std::string> why;
-    for (const Refusal& refusal : spanned.refused) why[refusal.transition] = refusal.reason;
+    for (const Refusal& refusal : spanned.refused) why[refusal.transition] = refusal.reason.text();
     EXPECT_EQ(why, (std::map<std::string, std::string>{
                        {"a.never", "det is 0.5"},
                        {"a.spectrum", "too large"},

@@ -79,7 +79,7 @@ TEST(BadFiles, TrailingGigabyteIsNotInflated) {
     const Loaded got = loaded(scratch.put("a.nii.gz", zipped(bytes)));
     EXPECT_EQ(samples_of<std::int16_t>(got), ramp(60));
     ASSERT_EQ(got.header.warnings.size(), 1u);
-    EXPECT_NE(got.header.warnings[0].find("follow the samples"), std::string::npos);
+    EXPECT_NE(got.header.warnings[0].text().find("follow the samples"), std::string::npos);
 }
 
 std::string nrrd(const std::string& fields) {

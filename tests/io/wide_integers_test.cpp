@@ -78,7 +78,7 @@ TEST(WideIntegers, RoundedOnesAreCountedAndBitsKept) {
     const std::int64_t large = (std::int64_t{1} << 53) + 1;
     const Loaded found = loaded<std::int64_t>(scratch, {large, 5, large + 2}, true);
     ASSERT_FALSE(found.header.warnings.empty());
-    EXPECT_NE(found.header.warnings[0].find("2 of its 64-bit integers"), std::string::npos);
+    EXPECT_NE(found.header.warnings[0].text().find("2 of its 64-bit integers"), std::string::npos);
     const Header header = inspect(scratch.path("a.nrrd"));
     std::int64_t samples[3];
     Selection pick;

@@ -137,7 +137,7 @@ TEST(Alike, ItIsAWish) {
     alikes.want.budget.seconds = 2;  // a demand stays one
     EXPECT_EQ(alikes.chosen(), "toy.plain/filter=zoh ");
     ASSERT_EQ(alikes.answer().warnings.size(), 1u);
-    EXPECT_NE(alikes.answer().warnings[0].find("as good as linear"), std::string::npos);
+    EXPECT_NE(alikes.answer().warnings[0].text().find("as good as linear"), std::string::npos);
     alikes.want.budget.seconds = 0.5;
     EXPECT_EQ(alikes.answer().problem, "no plan keeps to 0.5 s");
 }

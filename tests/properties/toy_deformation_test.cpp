@@ -143,7 +143,7 @@ TEST(ToyDeformation, EdgesThatNeedAMatrixSaySo) {
         const auto refusal = std::find_if(answer.refused.begin(), answer.refused.end(),
                                           [&](const Refusal& r) { return r.transition == name; });
         ASSERT_NE(refusal, answer.refused.end()) << name;
-        EXPECT_NE(refusal->reason.find("'swirl' is no matrix"), std::string::npos)
+        EXPECT_NE(refusal->reason.text().find("'swirl' is no matrix"), std::string::npos)
             << refusal->reason;
     }
 }

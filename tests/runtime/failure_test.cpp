@@ -77,7 +77,8 @@ TEST(Failure, OfAnyNodeIsMendedByAnotherPlan) {
             EXPECT_EQ(whole.job.delivered.size(), std::size_t{kFrames});
             ASSERT_EQ(outcome.warnings.size(), 1u);
             const std::string failed = whole.plan.steps[std::get<0>(broken)].text();
-            EXPECT_NE(outcome.warnings[0].find(failed + " failed (broken here)"), std::string::npos)
+            EXPECT_NE(outcome.warnings[0].text().find(failed + " failed (broken here)"),
+                      std::string::npos)
                 << outcome.warnings[0];
             EXPECT_EQ(std::count(outcome.steps.begin(), outcome.steps.end(), failed), 0);
         }
@@ -162,7 +163,7 @@ TEST(Failure, OfAnotherTypeIsToldToo) {
     };
     const Outcome outcome = whole.job.run(whole.plan, options);
     ASSERT_EQ(outcome.warnings.size(), 1u);
-    EXPECT_NE(outcome.warnings[0].find("unknown type"), std::string::npos);
+    EXPECT_NE(outcome.warnings[0].text().find("unknown type"), std::string::npos);
     whole.expect_part_of_whole();
 }
 
@@ -231,8 +232,9 @@ TEST(Memory, ModelThatIsTooLowBecomesAnotherPlan) {
         const Outcome outcome = job.run(job.plan(), options);
         EXPECT_EQ(job.delivered.size(), std::size_t{kFrames});
         ASSERT_EQ(outcome.warnings.size(), 1u);
-        EXPECT_NE(outcome.warnings[0].find("toy.sum failed (out of memory within the budget)"),
-                  std::string::npos)
+        EXPECT_NE(
+            outcome.warnings[0].text().find("toy.sum failed (out of memory within the budget)"),
+            std::string::npos)
             << outcome.warnings[0];
         EXPECT_EQ(outcome.steps.back(), "toy.sum_again");
         EXPECT_EQ(job.memory.used(), before);

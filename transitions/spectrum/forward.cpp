@@ -202,7 +202,8 @@ std::optional<kernels::KaiserBessel> window_within(double room, const Extent& ex
 
 Offer offer_wide(const Representation& from, const Ask& ask, const Parameters& with) {
     if (!ask.want.budget.error || ask.want.budget.error_yields)
-        return Offer::no("no error is asked for; spectrum.forward takes any width by --via");
+        return Offer::no(
+            message("no error is asked for; spectrum.forward takes any width by @via"));
     if (std::string reason = no_spectrum(from, ask); !reason.empty())
         return Offer::no(std::move(reason));
     const double most = *ask.want.budget.error * ask.scene.range, ends = ends_of(ask);

@@ -148,7 +148,7 @@ std::string no_lit_projection(const Ask& ask) {
     const Request& want = ask.want;
     if (!want.shading.on()) return "no light falls on samples: one spectrum has it all";
     if (!want.shading.of_sums())
-        return fmt::format("--shade {} is no sum over samples", name_of(want.shading.by));
+        return message("@shade({}) is no sum over samples", name_of(want.shading.by)).marked();
     if (want.smooths_gradients())
         return "spectra are those of the field's own gradients; smoothed ones were asked for";
     return no_projection({without_light(want), ask.scene});

@@ -17,7 +17,8 @@ std::string needed(const Request& want, const Scene& scene) {
     if (want.job->of_points())
         return common == want.outside
                    ? ""
-                   : fmt::format("the commonest value is {}, --outside {}", common, want.outside);
+                   : message("the commonest value is {}, @outside({})", common, want.outside)
+                         .marked();
     if (!want.mode->needs) return std::string(want.mode->kept);
     return want.mode->needs(want, common, scene.low, scene.high);
 }

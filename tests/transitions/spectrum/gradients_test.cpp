@@ -74,7 +74,7 @@ TEST(SpectrumGradients, RefuseWhatTheyCannotDo) {
     c.want.shading.by = Shade::none;
     EXPECT_EQ(c.refusal(), "no light falls on samples: one spectrum has it all");
     c.want.shading.by = Shade::phong;
-    EXPECT_EQ(c.refusal(), "--shade phong is no sum over samples");
+    EXPECT_EQ(Message(c.refusal()).text(), "shade=phong is no sum over samples");
     c.want.shading.by = Shade::hemisphere;
     c.want.cue = DepthCue{0.02, true};
     EXPECT_EQ(c.refusal(), "light falls off along rays, and a slice of a spectrum sums them alike");

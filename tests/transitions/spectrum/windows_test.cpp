@@ -46,7 +46,8 @@ TEST(SpectrumWide, IsNotOfferedUnlessABudgetAsks) {
     asked.measured(1e-7, 1e-3, 1e-4);
     std::string reason;
     EXPECT_TRUE(offered(asked, &reason).empty());
-    EXPECT_EQ(reason, "no error is asked for; spectrum.forward takes any width by --via");
+    EXPECT_EQ(Message(reason).text(),
+              "no error is asked for; spectrum.forward takes any width by via");
     asked.want.budget.error = 2e-4;
     EXPECT_TRUE(offered(asked, &reason).empty());
     EXPECT_EQ(reason, "a window of 6 taps keeps an error of 0.0002");
