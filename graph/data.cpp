@@ -1,5 +1,6 @@
 #include "graph/data.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -30,6 +31,7 @@ Data Data::sharing(const Data& other, const Representation& what) {
     data.what = what;
     data.box = other.box;
     data.samples = other.samples.shared();
+    data.tail = other.tail.shared();
     data.other = other.other;
     data.facets = other.facets;
     return data;
@@ -48,6 +50,21 @@ Data Data::make(const Representation& what, const Region& box, std::pmr::memory_
     data.box = box;
     data.samples = Array(static_cast<std::size_t>(what.bytes(box)), from);
     return data;
+}
+
+Data with_slack(const Data& data, std::pmr::memory_resource* from) {
+    Data with = Data::sharing(data, data.what);
+    const std::size_t bytes = data.samples.bytes();
+    if (bytes == 0 || data.samples.has_slack() || data.tail.bytes() > 0) return with;
+    const auto row = static_cast<std::size_t>(data.row()) * bytes_of(data.what.type);
+    // A vector that begins in a row ends at most kArraySlack bytes behind it.
+    const std::size_t rows = (kArraySlack + row - 1) / row;
+    const bool in_rows = data.what.layout == Layout::linear;
+    const std::size_t last = in_rows ? std::min(rows * row, bytes) : bytes;
+    Array& copy = last == bytes ? with.samples : with.tail;
+    copy = Array(last, from);
+    std::memcpy(copy.data(), data.as<char>() + (bytes - last), last);
+    return with;
 }
 
 void copy_box(const Data& from, Data& to) noexcept {

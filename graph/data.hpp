@@ -12,7 +12,8 @@
 
 namespace edgewise {
 
-/// Bytes that stand readable behind the last sample of every array (never used, only fetched).
+/// Bytes that stand readable behind the last sample of arrays of memory of their own (never used,
+/// only fetched).
 inline constexpr std::size_t kArraySlack = 64;
 
 /// Uninitialised bytes from a counting memory resource, aligned to 64, or bytes that something else
@@ -25,14 +26,16 @@ class Array {
     Array(Array&&) noexcept = default;
     Array& operator=(Array&&) noexcept = default;
 
-    /// Bytes of another library, aligned to their samples, with kArraySlack readable bytes behind
-    /// them. No resource counts them or gives them back: they live as long as their owner, which
-    /// lives as long as any array that shares them.
+    /// Bytes of a caller, aligned to their samples. Nothing is read before or behind them. No
+    /// resource counts them or gives them back: they live as long as their owner, which lives as
+    /// long as any array that shares them.
     static Array around(void* data, std::size_t bytes, std::shared_ptr<const void> owner);
 
     /// The same bytes, which live as long as any that share them.
     Array shared() const { return Array(block_); }
     std::size_t bytes() const noexcept { return block_ ? block_->bytes : 0; }
+    /// Whether kArraySlack bytes behind them can be read: not those of a caller.
+    bool has_slack() const noexcept { return block_ && block_->from; }
     void* data() noexcept { return block_ ? block_->data : nullptr; }
     const void* data() const noexcept { return block_ ? block_->data : nullptr; }
 
@@ -57,8 +60,9 @@ class Array {
 /// A vertex made real: a representation, its samples, and what lies beside them. Written once.
 struct Data {
     Representation what;
-    Array samples;   // those of held(), and kArraySlack bytes more
+    Array samples;   // those of held()
     Region box;      // of the whole; empty: all of it
+    Array tail;      // the last rows of a caller's samples once more, see with_slack(); else empty
     std::any other;  // content that is no array: a type of the edge's own
     /// What lies beside the samples, one entry a name in what.facets. Large ones are
     /// std::shared_ptr, so that data which share samples share them too.
@@ -113,6 +117,13 @@ struct Data {
                (x - here.begin[0] + n.x * (y - here.begin[1] + n.y * (z - here.begin[2])));
     }
 };
+
+/// Data for edges, which fetch whole vectors of a row: samples behind which nothing may be read are
+/// shared, and their last rows stand in `tail` once more, with kArraySlack readable bytes behind
+/// them. Few samples, and such as do not lie row by row, are copied; those with slack are shared.
+/// @param from  where copies are taken from; at most 64 bytes and two rows of what is shared
+/// @throws std::bad_alloc where the resource's limit is reached
+Data with_slack(const Data& data, std::pmr::memory_resource* from);
 
 /// Copies all samples of `from` into `to`, which holds them too, of the same representation.
 void copy_box(const Data& from, Data& to) noexcept;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
-#include <unistd.h>
 #include <utility>
 
 #include "graph/errors.hpp"
@@ -44,13 +43,6 @@ OIIO::TypeDesc description_of(Type type) {
     for (const Pair& pair : kTypes)
         if (pair.type == type) return pair.base;
     refuse("OpenImageIO has no type for " + std::string(name_of(type)));
-}
-
-/// What begins in the page of the last byte can be read as long as that byte can.
-bool has_slack(const void* samples, std::size_t bytes) {
-    const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-    const std::uintptr_t last = reinterpret_cast<std::uintptr_t>(samples) + bytes - 1;
-    return last / page == (last + kArraySlack) / page;
 }
 
 void check_shape(const OIIO::ImageBuf& image) {
@@ -126,9 +118,6 @@ std::shared_ptr<const Data> data_of(std::shared_ptr<const OIIO::ImageBuf> image)
     if (reinterpret_cast<std::uintptr_t>(pixels) % bytes_of(what.type) != 0)
         refuse("its pixels are not aligned to their type");
     const auto bytes = static_cast<std::size_t>(what.bytes());
-    if (!has_slack(pixels, bytes))
-        refuse("less than " + std::to_string(kArraySlack) +
-               " bytes behind its pixels its page of memory ends");
     // Nobody writes samples that are const.
     data->samples = Array::around(const_cast<void*>(pixels), bytes, std::move(image));
     return data;

@@ -20,9 +20,7 @@ namespace edgewise::store {
 /// written, reset or moved from meanwhile. No memory budget counts the samples: they belong in
 /// PlanOptions::pinned.
 /// @throws InputError why it cannot be shared: deep, not in memory of its own (in a cache), not
-///     contiguous, of another type than u8, i8, u16, i16 and f32, with more than 4 channels, or too
-///     close to the end of its memory for kArraySlack. A buffer that comes from image_buf_of never
-///     is: so read a file into one of these where this must not fail.
+///     contiguous, of another type than u8, i8, u16, i16 and f32, or with more than 4 channels
 std::shared_ptr<const Data> data_of(std::shared_ptr<const OIIO::ImageBuf> image);
 
 /// Samples as a buffer that wraps them and keeps the data alive; its copies wrap the same samples

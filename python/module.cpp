@@ -406,7 +406,7 @@ PyPlan plan_of(const Volume& volume, const std::string& job, const py::kwargs& k
     Messages messages;
     Prepared prepared =
         interruptible(messages.ends, [&] { return prepare(engine(), query, volume, messages); });
-    for (const std::string& warning : messages.warnings()) warn(warning);
+    for (const Message& warning : messages.warnings()) warn(warning.text());
     return {std::move(prepared)};
 }
 
@@ -431,7 +431,7 @@ PyPlan with_views(const PyPlan& self, const py::kwargs& keywords) {
         const py::gil_scoped_release unlocked;
         return PyPlan{self.prepared.with_views(query.geometry)};
     }();
-    for (const std::string& warning : plan.prepared.warnings()) warn(warning);
+    for (const Message& warning : plan.prepared.warnings()) warn(warning.text());
     return plan;
 }
 

@@ -360,6 +360,9 @@ Outcome run(const Plan& first, const Ask& ask, std::shared_ptr<const Data> sourc
     Outcome outcome;
     Plan plan = first;
     std::vector<int> frames = all_frames(ask.want.frames);
+    // A caller may have them back: where no step runs they are the result.
+    if (!plan.steps.empty() && source->samples.bytes() > 0 && !source->samples.has_slack())
+        source = std::make_shared<const Data>(with_slack(*source, options.memory));
     for (;;) {
         std::optional<Flow> flow;
         arena.execute([&] {

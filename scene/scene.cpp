@@ -35,14 +35,16 @@ double preview_operations(const Request& want) noexcept {
 
 void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,
                  std::pmr::memory_resource* memory) {
+    const Data whole = with_slack(input, memory);
     for (const Transition& edge : catalogue)
         if (edge.count && edge.views_refused(want).empty())
-            edge.count(input, want, scene.facts, memory);
+            edge.count(whole, want, scene.facts, memory);
 }
 
-Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
+Scene measure_scene(const Catalogue& catalogue, const Data& given, const Statistics& statistics,
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
                     int times, const Demands& asked) {
+    const Data input = with_slack(given, memory);
     Scene scene = unseen_scene(statistics);
     if (want.job->values == JobTraits::Values::other) {
         measure_results(catalogue, asked, input, statistics, want, scene, memory);

@@ -25,7 +25,8 @@ using namespace stored_lanes::HWY_NAMESPACE;  // NOLINT: how values are loaded
 template <class T>
 class Finder {
  public:
-    explicit Finder(double number) : number_(static_cast<Lane<T>>(number)) {}
+    /// @param last  behind the last value that may be read
+    Finder(double number, const T* last) : number_(static_cast<Lane<T>>(number)), last_(last) {}
 
     template <bool kEqual>
     std::int64_t first(const T* stored, std::int64_t begin, std::int64_t end) const {
@@ -52,14 +53,18 @@ class Finder {
     // As many halves as there are floats: they are widened.
     using D = hn::ScalableTag<Lane<T>>;
 
-    /// Of a vector at `begin`. What is loaded behind the end (kArraySlack) does not count.
+    /// Of a vector at `begin`. What is loaded behind the end does not count.
     template <bool kEqual>
     HWY_INLINE hn::Mask<D> found(const T* stored, std::int64_t begin, std::int64_t end) const {
         const D d;
         const auto inside =
             hn::FirstN(d, static_cast<std::size_t>(
                               std::min(end - begin, static_cast<std::int64_t>(hn::MaxLanes(d)))));
-        const auto equal = hn::Eq(load(d, stored + begin), hn::Set(d, number_));
+        const T* from = stored + begin;
+        T few[hn::MaxLanes(d)] = {};
+        if (last_ - from < static_cast<std::ptrdiff_t>(hn::MaxLanes(d)))
+            from = std::copy(from, stored + end, few) - (end - begin);
+        const auto equal = hn::Eq(load(d, from), hn::Set(d, number_));
         // NaN differs from every number; Highway's own Ne says no.
         if constexpr (kEqual)
             return hn::And(inside, equal);
@@ -68,6 +73,7 @@ class Finder {
     }
 
     Lane<T> number_;
+    const T* last_;
 };
 
 /// Part of a row: x first ... last - 1 of row y in plane z.
@@ -98,7 +104,7 @@ HWY_INLINE void widen_by(const T* row, const Segment& at, const Finder<T>& find,
 void Widen(const Stretched& values, const RowGrid& grid, double common, Region& box) {
     with_stored_type(values.type, [&](auto zero) HWY_ATTR {
         using T = decltype(zero);
-        const Finder<T> find(common);
+        const Finder<T> find(common, static_cast<const T*>(values.stored) + values.last);
         const std::int64_t first_row = values.first / grid.row;
         std::int64_t begin = first_row * grid.row;
         std::int64_t y = first_row % grid.rows, z = first_row / grid.rows;
@@ -114,8 +120,9 @@ void Widen(const Stretched& values, const RowGrid& grid, double common, Region& 
 std::int64_t FirstEqual(const Stretched& values, double wanted) {
     return with_stored_type(values.type, [&](auto zero) HWY_ATTR {
         using T = decltype(zero);
-        return Finder<T>(wanted).template first<true>(static_cast<const T*>(values.stored),
-                                                      values.first, values.last);
+        const auto* stored = static_cast<const T*>(values.stored);
+        return Finder<T>(wanted, stored + values.last)
+            .template first<true>(stored, values.first, values.last);
     });
 }
 

@@ -81,11 +81,11 @@ HWY_INLINE VF linear_value(const BackwardPlan& plan, const std::uint8_t* base, V
         for (int r = 0; r < 2; ++r) rows[2 + r] = rows[r] + plan.next[2];
     Pair taps[kRows];
     if constexpr (kNeighbours) {
-        gather_pairs<Read, kRows>(rows, offset, taps);
+        gather_pairs<Read, kRows>(rows, offset, plan.input.end, taps);
     } else {
         for (int r = 0; r < kRows; ++r)
-            taps[r] = {gather_one<Read>(rows[r], offset),
-                       gather_one<Read>(rows[r] + plan.next[0], offset)};
+            taps[r] = {gather_one<Read>(rows[r], offset, plan.input.end),
+                       gather_one<Read>(rows[r] + plan.next[0], offset, plan.input.end)};
     }
     const auto line = [&](int r) HWY_ATTR {
         return linear<Read, kBorder>(taps[r].first, taps[r].second, at.fraction[0]);
@@ -103,10 +103,11 @@ HWY_INLINE VF cubic_value(const BackwardPlan& plan, const std::uint8_t* base, VI
                           const Places<kAxes>& at) {
     const CubicWeights wx = cubic_weights(at.fraction[0]), wy = cubic_weights(at.fraction[1]);
     const auto pair = [&](const std::uint8_t* const(&starts)[2], Pair(&taps)[2]) HWY_ATTR {
-        if constexpr (kNeighbours) return gather_pairs<Read, 2>(starts, offset, taps);
+        if constexpr (kNeighbours)
+            return gather_pairs<Read, 2>(starts, offset, plan.input.end, taps);
         for (int i = 0; i < 2; ++i)
-            taps[i] = {gather_one<Read>(starts[i], offset),
-                       gather_one<Read>(starts[i] + plan.stride[0], offset)};
+            taps[i] = {gather_one<Read>(starts[i], offset, plan.input.end),
+                       gather_one<Read>(starts[i] + plan.stride[0], offset, plan.input.end)};
     };
     const auto plane = [&](const std::uint8_t* slice) HWY_ATTR {
         VF sum = hn::Zero(Floats());
@@ -162,11 +163,11 @@ template <class Read>
 inline constexpr int kRun = Read::kBytes == 1 ? 4 : 2;
 
 template <class Read>
-HWY_INLINE void gather_runs(const std::uint8_t* const (&rows)[2], VI offset,
+HWY_INLINE void gather_runs(const std::uint8_t* const (&rows)[2], VI offset, std::uintptr_t end,
                             VF (&runs)[2][kRun<Read>]) {
     if constexpr (Read::kFloats) {
         Pair pairs[2];
-        gather_pairs<Read, 2>(rows, offset, pairs);
+        gather_pairs<Read, 2>(rows, offset, end, pairs);
         for (int r = 0; r < 2; ++r) {
             runs[r][0] = pairs[r].first;
             runs[r][1] = pairs[r].second;
@@ -174,7 +175,7 @@ HWY_INLINE void gather_runs(const std::uint8_t* const (&rows)[2], VI offset,
     } else {
         using T = typename Read::Sample;
         VI words[2];
-        gather_words<Read, 2>(rows, offset, words);
+        gather_words<Read, 2>(rows, offset, end, words);
         for (int r = 0; r < 2; ++r) {
             runs[r][0] = sample_in<T, 0>(words[r]);
             runs[r][1] = sample_in<T, 1>(words[r]);
@@ -188,9 +189,10 @@ HWY_INLINE void gather_runs(const std::uint8_t* const (&rows)[2], VI offset,
 
 /// The sample in each of two rows.
 template <class Read>
-HWY_INLINE void gather_two(const std::uint8_t* const (&rows)[2], VI offset, VF (&samples)[2]) {
+HWY_INLINE void gather_two(const std::uint8_t* const (&rows)[2], VI offset, std::uintptr_t end,
+                           VF (&samples)[2]) {
     VI words[2];
-    gather_words<Read, 2>(rows, offset, words);
+    gather_words<Read, 2>(rows, offset, end, words);
     for (int r = 0; r < 2; ++r) {
         if constexpr (Read::kFloats)
             samples[r] = hn::BitCast(Floats(), words[r]);
@@ -217,14 +219,14 @@ HWY_INLINE void weighted_lines(const BackwardPlan& plan, const std::uint8_t* con
         for (int tap = 0; tap < taps; tap += kRun<Read>) {
             VF runs[2][kRun<Read>];
             gather_runs<Read>({rows[0] + tap * Read::kBytes, rows[1] + tap * Read::kBytes}, offset,
-                              runs);
+                              plan.input.end, runs);
             for (int k = 0; k < kRun<Read>; ++k) add(tap + k, runs[0][k], runs[1][k]);
         }
     } else {
         for (int tap = 0; tap < taps; ++tap) {
             VF samples[2];
             const std::int64_t at = tap * plan.stride[0];
-            gather_two<Read>({rows[0] + at, rows[1] + at}, offset, samples);
+            gather_two<Read>({rows[0] + at, rows[1] + at}, offset, plan.input.end, samples);
             add(tap, samples[0], samples[1]);
         }
     }
@@ -273,7 +275,7 @@ HWY_INLINE VF inner_value(const BackwardPlan& plan, const std::uint8_t* base,
                           const Places<kAxes>& at) {
     const VI offset = offsets_of<Read, kAxes, kNeighbours>(plan, at);
     if constexpr (kHold == Hold::zoh) {
-        return gather_one<Read>(base, offset);
+        return gather_one<Read>(base, offset, plan.input.end);
     } else if constexpr (kHold == Hold::foh) {
         return linear_value<Read, kAxes, kNeighbours, false>(plan, base, offset, at);
     } else if constexpr (kHold == Hold::bspline3) {
@@ -353,13 +355,14 @@ HWY_INLINE void clamp_place(VI& cell, VF& fraction, VI low, VI high, VF beyond) 
 
 /// The separable sum of taps, which `taps(axis)` gives for each axis.
 template <class Read, int kAxes, class Taps>
-HWY_INLINE VF joined_taps(const std::uint8_t* base, const Taps& taps) {
+HWY_INLINE VF joined_taps(const std::uint8_t* base, std::uintptr_t end, const Taps& taps) {
     const auto x = taps(0), y = taps(1);
     const auto plane = [&](VI slice) HWY_ATTR {
         return y.join([&](VI row) HWY_ATTR {
             const VI line = hn::Add(slice, row);
-            return x.join([&](VI column)
-                              HWY_ATTR { return gather_one<Read>(base, hn::Add(line, column)); });
+            return x.join([&](VI column) HWY_ATTR {
+                return gather_one<Read>(base, hn::Add(line, column), end);
+            });
         });
     };
     if constexpr (kAxes == 2) {
@@ -382,7 +385,8 @@ HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
     }
     if constexpr (kHold == Hold::zoh) {
         for (int a = 0; a < kAxes; ++a) at.cell[a] = hn::Min(hn::Max(at.cell[a], low[a]), high[a]);
-        return gather_one<Read>(base, offsets_of<Read, kAxes, kNeighbours>(plan, at));
+        return gather_one<Read>(base, offsets_of<Read, kAxes, kNeighbours>(plan, at),
+                                plan.input.end);
     } else if constexpr (kHold == Hold::foh) {
         // The last centre is the far end of the last cell, so that both taps exist.
         for (int a = 0; a < kAxes; ++a) {
@@ -397,7 +401,7 @@ HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
     } else if constexpr (kHold == Hold::bspline3) {
         for (int a = 0; a < kAxes; ++a)
             clamp_place(at.cell[a], at.fraction[a], low[a], hn::Sub(high[a], hn::Set(di, 1)), one);
-        return joined_taps<Read, kAxes>(base, [&](int a) HWY_ATTR {
+        return joined_taps<Read, kAxes>(base, plan.input.end, [&](int a) HWY_ATTR {
             return MirroredTaps(at.cell[a], at.fraction[a], low[a], high[a],
                                 hn::Set(di, std::int32_t(plan.stride[a])));
         });
@@ -410,7 +414,7 @@ HWY_INLINE VF border_value(const BackwardPlan& plan, const std::uint8_t* base,
             at.fraction[a] = hn::IfThenZeroElse(beyond, at.fraction[a]);
             clamp_place(at.cell[a], at.fraction[a], low[a], high[a], zero);
         }
-        return joined_taps<Read, kAxes>(base, [&](int a) HWY_ATTR {
+        return joined_taps<Read, kAxes>(base, plan.input.end, [&](int a) HWY_ATTR {
             return ContinuedTaps(plan, at.cell[a], at.fraction[a], low[a], high[a],
                                  hn::Set(di, std::int32_t(plan.stride[a])));
         });

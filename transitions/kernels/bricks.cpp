@@ -78,8 +78,8 @@ class RowsOfBricks {
     }
     const void* row(std::int64_t start, int place) {
         if (!loads_)
-            return volume_.as<std::byte>() +
-                   start * static_cast<std::int64_t>(bytes_of(volume_.type));
+            return volume_.tail.of(volume_.as<std::byte>() +
+                                   start * static_cast<std::int64_t>(bytes_of(volume_.type)));
         const ScalarLoad load = scalar_load(volume_.type);
         float* to = loaded_.data() + place * pitch();
         for (std::int64_t x = 0; x < volume_.extent.x; ++x)

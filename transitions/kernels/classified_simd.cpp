@@ -80,9 +80,8 @@ struct Classify {
     }
     template <class T>
     void typed() const {
-        const T* samples = volume.as<T>();
         with_colors<!std::is_same_v<T, float>>(
-            [samples](std::int64_t first) { return Row<T>{samples + first}; });
+            [this](std::int64_t first) { return Row<T>{volume.template row_from<T>(first)}; });
     }
 };
 

@@ -42,8 +42,9 @@ struct TypedPlanes {
 
     template <class Rule>
     void run() const {
-        const T* samples = planes.volume.as<T>();
-        planes.run_rows<Rule>([samples](std::int64_t first) { return Row<T>{samples + first}; });
+        const Grid& volume = planes.volume;
+        planes.run_rows<Rule>(
+            [&](std::int64_t first) { return Row<T>{volume.row_from<T>(first)}; });
     }
 };
 

@@ -7,7 +7,9 @@
 #define EDGEWISE_GATHERS_INL
 #endif
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include "graph/samples.hpp"
@@ -44,6 +46,13 @@ struct Reads {
     static constexpr bool kLoads = kByLoads;
 };
 
+/// The last offset from a row at which so many bytes can be read.
+HWY_INLINE std::int32_t last_offset(const std::uint8_t* row, std::uintptr_t end, int bytes = 4) {
+    const auto left = static_cast<std::int64_t>(end - reinterpret_cast<std::uintptr_t>(row));
+    return static_cast<std::int32_t>(std::clamp<std::int64_t>(
+        left - bytes, -(1 << 30), std::numeric_limits<std::int32_t>::max()));
+}
+
 /// A 32-bit word at row + offset bytes of each row; narrow samples that follow the first come with
 /// it.
 template <class Read, int kRows>
@@ -66,6 +75,38 @@ HWY_INLINE void gather_words(const std::uint8_t* const (&rows)[kRows], VI offset
         words[r] = hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(rows[r]), offset);
 #endif
     }
+}
+
+/// The same of lanes at the end of samples behind which nothing may be read: words begin so much
+/// earlier that they end there, and are shifted. What belongs behind the end is 0.
+template <class Read, int kRows>
+HWY_NOINLINE void gather_last_words(const std::uint8_t* const (&rows)[kRows], VI offset,
+                                    std::uintptr_t end, VI (&words)[kRows]) {
+    const Ints di;
+    const hn::RebindToUnsigned<Ints> du;
+    for (int r = 0; r < kRows; ++r) {
+        const VI last = hn::Set(di, last_offset(rows[r], end)), at = hn::Min(offset, last);
+        const VI beyond = hn::Min(hn::Sub(offset, at), hn::Set(di, 3));
+        VI word[1];
+        gather_words<Read, 1>({rows[r]}, at, word);
+        words[r] = hn::BitCast(
+            di, hn::Shr(hn::BitCast(du, word[0]), hn::BitCast(du, hn::ShiftLeft<3>(beyond))));
+    }
+}
+
+/// The words that are read, within the samples. @param rows  the last one lies farthest
+/// @param end  of the samples; 0: words may reach beyond it
+template <class Read, int kRows>
+HWY_INLINE void gather_words(const std::uint8_t* const (&rows)[kRows], VI offset,
+                             std::uintptr_t end, VI (&words)[kRows]) {
+    if constexpr (Read::kBytes < 4)
+        if (HWY_UNLIKELY(end != 0)) {
+            const Ints di;
+            const VI last = hn::Set(di, last_offset(rows[kRows - 1], end));
+            if (!hn::AllFalse(di, hn::Gt(offset, last)))
+                return gather_last_words<Read, kRows>(rows, offset, end, words);
+        }
+    gather_words<Read, kRows>(rows, offset, words);
 }
 
 /// Whether lanes can ask for cache lines before they read them. Gathers keep their offsets to
@@ -100,11 +141,11 @@ HWY_INLINE VF sample_in(VI words) {
     }
 }
 
-/// The sample at each offset.
+/// The sample at each offset. @param end  as of gather_words
 template <class Read>
-HWY_INLINE VF gather_one(const std::uint8_t* base, VI offset) {
+HWY_INLINE VF gather_one(const std::uint8_t* base, VI offset, std::uintptr_t end = 0) {
     VI words[1];
-    gather_words<Read, 1>({base}, offset, words);
+    gather_words<Read, 1>({base}, offset, end, words);
     if constexpr (Read::kFloats)
         return hn::BitCast(Floats(), words[0]);
     else
@@ -138,6 +179,18 @@ HWY_INLINE Pair parted(VI low, VI high) {
 }
 #endif
 
+/// The same where one is the last of the samples.
+template <class Read, int kRows>
+HWY_NOINLINE void gather_last_pairs(const std::uint8_t* const (&rows)[kRows], VI offset,
+                                    std::uintptr_t end, Pair (&pairs)[kRows]) {
+    const Ints di;
+    for (int r = 0; r < kRows; ++r) {
+        const VI next = hn::Min(offset, hn::Set(di, last_offset(rows[r], end, 8)));
+        pairs[r] = {gather_one<Read>(rows[r], offset),
+                    gather_one<Read>(rows[r] + Read::kBytes, next)};
+    }
+}
+
 /// A float and its successor in memory.
 template <class Read, int kRows>
 HWY_INLINE void gather_float_pairs(const std::uint8_t* const (&rows)[kRows], VI offset,
@@ -164,15 +217,22 @@ HWY_INLINE void gather_float_pairs(const std::uint8_t* const (&rows)[kRows], VI 
 }
 
 /// A sample and its successor in memory, in each row: half as many gathered elements as one by one.
+/// Of the last sample the successor is nothing. @param rows, end  as of gather_words
 template <class Read, int kRows>
 HWY_INLINE void gather_pairs(const std::uint8_t* const (&rows)[kRows], VI offset,
-                             Pair (&pairs)[kRows]) {
+                             std::uintptr_t end, Pair (&pairs)[kRows]) {
     if constexpr (Read::kFloats) {
+        if (HWY_UNLIKELY(end != 0)) {
+            const Ints di;
+            const VI last = hn::Set(di, last_offset(rows[kRows - 1], end, 8));
+            if (!hn::AllFalse(di, hn::Gt(offset, last)))
+                return gather_last_pairs<Read, kRows>(rows, offset, end, pairs);
+        }
         gather_float_pairs<Read, kRows>(rows, offset, pairs);
     } else {
         using T = typename Read::Sample;
         VI words[kRows];
-        gather_words<Read, kRows>(rows, offset, words);
+        gather_words<Read, kRows>(rows, offset, end, words);
         for (int r = 0; r < kRows; ++r)
             pairs[r] = {sample_in<T, 0>(words[r]), sample_in<T, 1>(words[r])};
     }

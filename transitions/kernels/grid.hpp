@@ -2,25 +2,44 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "graph/samples.hpp"
 
 namespace edgewise::kernels {
 
-/// Bytes that may be read behind the last sample of every array, so that a vector load or a 32-bit
-/// gather of a narrow type never leaves the allocation. What stands there is never used.
+/// Bytes that may be read behind the last sample of arrays of edgewise's own, so that a vector load
+/// or a 32-bit gather of a narrow type never leaves the allocation. What stands there is never
+/// used.
 inline constexpr std::size_t kSlack = 64;
+
+/// The last rows of samples behind which nothing may be read, copied to where kSlack bytes may.
+/// Places are numbers: they may lie beside the array.
+struct Tail {
+    std::uintptr_t first = 0, bytes = 0;  // of the samples that are copied; 0: none are
+    std::uintptr_t copy = 0;
+
+    /// Where a row is read from that begins, or is entered, at a place.
+    template <class T>
+    const T* of(const T* row) const noexcept {
+        const std::uintptr_t behind = reinterpret_cast<std::uintptr_t>(row) - first;
+        return behind < bytes ? reinterpret_cast<const T*>(copy + behind) : row;  // NOLINT
+    }
+};
 
 /// A dense array of samples to read: x fastest, then y, then z; channels of one sample lie
 /// together. Of a larger whole it may hold a box: `samples` is then where sample (0, 0, 0) would
 /// be, and only samples of the box are read.
 struct Grid {
-    const void* samples = nullptr;  // kSlack readable bytes behind the last one
+    const void* samples = nullptr;  // kSlack readable bytes behind the last one, or `end`
     Type type = Type::f32;
     Extent extent;
     int channels = 1;
     ValueMap values;                  // value = slope * stored + offset
     std::int64_t row = 0, slice = 0;  // samples from one to the next; 0: those of the extent
+    /// Nothing is read from this place on; 0: `samples` have slack.
+    std::uintptr_t end = 0;
+    Tail tail = {};  // where there is an end
 
     std::int64_t row_step() const noexcept { return row > 0 ? row : extent.x; }
     std::int64_t slice_step() const noexcept { return slice > 0 ? slice : extent.x * extent.y; }
@@ -28,6 +47,11 @@ struct Grid {
     template <class T>
     const T* as() const noexcept {
         return static_cast<const T*>(samples);
+    }
+    /// Numbers from the given one on, of which vectors may be loaded that begin in its row.
+    template <class T>
+    const T* row_from(std::int64_t first) const noexcept {
+        return tail.of(as<T>() + first);
     }
 };
 

@@ -7,10 +7,19 @@
 
 namespace edgewise::kernels {
 
-/// The samples of data as kernels read them.
+/// The samples of data as kernels read them: of a caller's those that with_slack() made of them.
 inline Grid grid_of(const Data& data) noexcept {
-    Grid grid{data.samples.data(), data.what.type, data.what.extent, data.what.channels,
-              data.what.values};
+    Grid grid{.samples = data.samples.data(),
+              .type = data.what.type,
+              .extent = data.what.extent,
+              .channels = data.what.channels,
+              .values = data.what.values};
+    if (data.samples.bytes() > 0 && !data.samples.has_slack()) {
+        grid.end = reinterpret_cast<std::uintptr_t>(grid.samples) + data.samples.bytes();
+        grid.tail = {.first = grid.end - data.tail.bytes(),
+                     .bytes = data.tail.bytes(),
+                     .copy = reinterpret_cast<std::uintptr_t>(data.tail.data())};
+    }
     if (data.box.empty()) return grid;
     const Extent held = data.box.extent();
     grid.row = held.x;

@@ -184,13 +184,13 @@ void reconstruct_lanes(const PermutationWarp::Plan& plan, Stretch& stretch) {
         const VI offset = offsets_at<T>(stretch.source + i);
         VF value;
         if constexpr (kSend == Send::zoh) {
-            value = gather_one<Read>(base, offset);
+            value = gather_one<Read>(base, offset, plan.object.end);
         } else {
             const VF fx = hn::Load(d, stretch.fraction[0] + i);
             const VF fy = hn::Load(d, stretch.fraction[1] + i);
             const auto plane = [&](const std::uint8_t* start) HWY_ATTR {
                 Pair taps[2];
-                gather_pairs<Read, 2>({start, start + next_y}, offset, taps);
+                gather_pairs<Read, 2>({start, start + next_y}, offset, plan.object.end, taps);
                 return between<T>(between<T>(taps[0].first, taps[0].second, fx),
                                   between<T>(taps[1].first, taps[1].second, fx), fy);
             };

@@ -71,7 +71,8 @@ class Gathered {
     explicit Gathered(const Grid& grid)
         : base_(static_cast<const std::uint8_t*>(grid.samples)),
           row_(static_cast<int>(grid.row_step() * sizeof(T))),
-          slice_(static_cast<int>(grid.slice_step() * sizeof(T))) {}
+          slice_(static_cast<int>(grid.slice_step() * sizeof(T))),
+          end_(grid.end) {}
 
     HWY_INLINE VI offset(VI x, VI y, VI z) const {
         const DI d;
@@ -88,13 +89,14 @@ class Gathered {
     }
     /// The sample itself.
     HWY_INLINE VF at(VI offset) const {
-        return gathers::HWY_NAMESPACE::gather_one<Reads>(base_, offset);
+        return gathers::HWY_NAMESPACE::gather_one<Reads>(base_, offset, end_);
     }
     using Pair = gathers::HWY_NAMESPACE::Pair;
-    /// The sample and the next along x in each of four rows.
+    /// The sample and the next along x in each of four rows. Of narrow types more is read: there
+    /// has to be a row behind the last one, or two samples behind the next.
     HWY_INLINE static void pairs_at(const std::uint8_t* const (&rows)[4], VI offset,
                                     Pair (&pairs)[4]) {
-        gathers::HWY_NAMESPACE::gather_pairs<Reads, 4>(rows, offset, pairs);
+        gathers::HWY_NAMESPACE::gather_pairs<Reads, 4>(rows, offset, 0, pairs);
     }
     /// The sample before one, itself and the two behind it along x, in each of four rows.
     HWY_INLINE static void four_taps(const std::uint8_t* const (&rows)[4], VI offset,
@@ -142,14 +144,14 @@ class Gathered {
     }
     /// (1 - f) sample + f next sample of four rows, times 2^14, less `kMiddle` times 2^14. The
     /// weights have 14 bits: at most 3e-5 of the difference between two samples is lost.
-    HWY_INLINE static void along_x(const std::uint8_t* const (&rows)[4], VI offset, VF f,
-                                   VF (&values)[4]) {
+    HWY_INLINE void along_x(const std::uint8_t* const (&rows)[4], VI offset, VF f,
+                            VF (&values)[4]) const {
         const DI d;
         const VI weight = truncated(hn::MulAdd(f, hn::Set(DF(), 16384.0f), hn::Set(DF(), 0.5f)));
         const VI weights = hn::Add(hn::Sub(hn::ShiftLeft<16>(weight), weight),
                                    hn::Set(d, 16384));  // (weight << 16) | (16384 - weight)
         VI pairs[4];
-        gathers::HWY_NAMESPACE::gather_words<Reads, 4>(rows, offset, pairs);
+        gathers::HWY_NAMESPACE::gather_words<Reads, 4>(rows, offset, end_, pairs);
         for (int n = 0; n < 4; ++n) {
             VI pair = pairs[n];
             if constexpr (sizeof(T) == 1) {
@@ -189,6 +191,7 @@ class Gathered {
 
     const std::uint8_t* base_;
     int row_, slice_;
+    std::uintptr_t end_;
 };
 
 /// Reads of any type and of volumes of any size, one lane after the other with 64-bit indices.

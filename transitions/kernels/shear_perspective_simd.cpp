@@ -243,8 +243,8 @@ class PerspectiveSlab {
             stored(k) * volume.slice_step() + lines.upper * volume.row_step();
         const std::int64_t second = first + (down > 0 ? volume.row_step() : 0);
         const auto lanes = [&]<class T>() {
-            const T* samples = volume.template as<T>();
-            read(Row<T>{samples + first}, Row<T>{samples + second}, down, part);
+            read(Row<T>{volume.template row_from<T>(first)},
+                 Row<T>{volume.template row_from<T>(second)}, down, part);
         };
         switch (volume.type) {
             case Type::u8:

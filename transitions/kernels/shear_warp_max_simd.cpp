@@ -286,7 +286,7 @@ class Part {
         const D d;
         const std::int64_t pitch = warp_.volume.row_step();
         const auto along = [&](std::int64_t y) HWY_ATTR {
-            const T* samples = s.samples + y * pitch + column;
+            const T* samples = warp_.volume.tail.of(s.samples + y * pitch) + column;
             if constexpr (kNearest) return lanes_.load(samples);
             return Lanes::mixed(lanes_.load(samples), lanes_.load(samples + next), s.right);
         };

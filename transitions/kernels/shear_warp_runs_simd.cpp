@@ -174,19 +174,22 @@ struct RunsTile {
             whole(at, source, from, to);
             parts(at, source, to, outer);
         };
-        const T* samples = warp.volume.template as<T>() + at.slice * warp.volume.slice_step();
-        const std::int64_t pitch = warp.volume.row_step();
+        const auto row_of = [&](std::int64_t line) {
+            return warp.volume.template row_from<T>(at.slice * warp.volume.slice_step() +
+                                                    line * warp.volume.row_step());
+        };
         if (warp.hold == Hold::zoh) {
             const auto line = std::clamp<std::int64_t>(
                 static_cast<std::int64_t>(std::floor(y + 0.5)), 0, n.y - 1);
             if (begin < inner) clamped(at, begin, inner);
-            all(NearestRow<T>{samples + line * pitch + columns.first});
+            all(NearestRow<T>{row_of(line) + columns.first});
             if (outer < end) clamped(at, outer, end);
             return;
         }
         const double v = std::clamp(y, 0.0, static_cast<double>(n.y - 1)), upper = std::floor(v);
-        const T* line = samples + static_cast<std::int64_t>(upper) * pitch;
-        const T* next = line + (v > upper ? pitch : 0);
+        const auto above = static_cast<std::int64_t>(upper);
+        const T* line = row_of(above);
+        const T* next = v > upper ? row_of(above + 1) : line;
         const VF down = hn::Set(DF(), static_cast<float>(v - upper));
         parts(at, EndColumn<T>{line, next, down}, begin, inner);
         all(BilinearRow<T>{line + columns.first, next + columns.first, columns.next, columns.right,

@@ -148,7 +148,7 @@ void each_row(const Splat& splat, std::int64_t begin, std::int64_t end, const Sp
     };
     const auto typed = [&](auto sample) {
         using T = decltype(sample);
-        by([&](std::int64_t first) { return TypedRow<T>{volume.as<T>() + first}; });
+        by([&](std::int64_t first) { return TypedRow<T>{volume.row_from<T>(first)}; });
     };
     switch (volume.type) {
         case Type::u8:

@@ -29,7 +29,7 @@ void each_typed_row(const Grid& volume, std::int64_t begin, std::int64_t end, co
     };
     const auto typed = [&](auto sample) {
         using T = decltype(sample);
-        by([&](std::int64_t first) { return TypedRow<T>{volume.as<T>() + first}; });
+        by([&](std::int64_t first) { return TypedRow<T>{volume.row_from<T>(first)}; });
     };
     switch (volume.type) {
         case Type::u8:

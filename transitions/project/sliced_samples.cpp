@@ -60,6 +60,8 @@ void SlicedSamples::take_turned(const Array& turned) {
     grid_.samples = turned_.data();
     grid_.extent = extent_of(grid_.extent, 0);
     grid_.row = grid_.slice = 0;
+    grid_.end = 0;
+    grid_.tail = {};
 }
 
 Extent SlicedSamples::extent_of(const Extent& data, int axis) {
