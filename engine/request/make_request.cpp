@@ -5,7 +5,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <functional>
-#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -52,18 +51,6 @@ void take_budgets(Request& want, const RequestSpec& spec) {
     want.threads = spec.threads.value_or(usable_cores());
     if (spec.planning_time && spec.planner == Planner::estimate)
         throw RequestError(message("@planning_time: of @planner(pilot) and exhaustive only"));
-}
-
-constexpr double kRampOpacity = 0.05;  // of a grey ramp's end, per unit of length
-
-/// Of a volume, in smallest spacings; axes of one sample have no side.
-double thinnest_side(const Request& want) {
-    double thinnest = std::numeric_limits<double>::infinity();
-    for (int axis = 0; axis < 3; ++axis)
-        if (want.input[axis] > 1)
-            thinnest = std::min(thinnest, static_cast<double>(want.input[axis]) *
-                                              want.spacing[axis] / want.spacing.minCoeff());
-    return thinnest;
 }
 
 /// The key light of portraits: over the viewer's left shoulder.
@@ -696,13 +683,13 @@ Remarks take_all_values(Request& want, std::optional<Window>& window, const Requ
         share = mean_share(data, low, high);
         window.reset();
     }
-    const int part = ramp_part(share, thinnest_side(want));
+    const int part = ramp_part(share);
     want.transfer = grey_ramp(low, high, want.spacing.minCoeff() / part);
     if (part == 1) return {};
     return {{},
             {message(
-                "@mode({}): most of the volume is dark or it is thin, so the grey ramp's opacities "
-                "are for 1/{} of the smallest spacing; @transfer and @preset have their own",
+                "@mode({}): most of the volume is dark, so the grey ramp's opacities are "
+                "for 1/{} of the smallest spacing; @transfer and @preset have their own",
                 want.mode->name, part)}};
 }
 
@@ -743,22 +730,20 @@ void take_values_of(const Request& from, Request& want) {
     want.gradient = from.gradient;
 }
 
-int ramp_part(double share, double thinnest) noexcept {
+int ramp_part(double share) noexcept {
     constexpr int kMostParts = 16;
     constexpr double kSparse = 1.0 / 16;
-    constexpr double kDepth = 0.4;  // a third of the light behind is kept back
     int part = 1;
-    while (part < kMostParts &&
-           (share * part < kSparse || kRampOpacity * share * part * thinnest < kDepth))
-        part *= 2;
+    while (part < kMostParts && share * part < kSparse) part *= 2;
     return part;
 }
 
 Transfer grey_ramp(double low, double high, double unit) {
+    constexpr double kMostOpacity = 0.05;
     // A step would tell a constant from its own rounding.
     if (low == high) high = low + range_between(low, low);
-    if (high < low) return {{{high, kRampOpacity, {1, 1, 1}}, {low, 0, {0, 0, 0}}}, unit, {}};
-    return {{{low, 0, {0, 0, 0}}, {high, kRampOpacity, {1, 1, 1}}}, unit, {}};
+    if (high < low) return {{{high, kMostOpacity, {1, 1, 1}}, {low, 0, {0, 0, 0}}}, unit, {}};
+    return {{{low, 0, {0, 0, 0}}, {high, kMostOpacity, {1, 1, 1}}}, unit, {}};
 }
 
 }  // namespace edgewise

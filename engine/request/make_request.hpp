@@ -64,11 +64,9 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
 void take_values_of(const Request& from, Request& want);
 
 /// What part of the smallest spacing a grey ramp's opacities are for: 1, and 2, 4, 8 or 16 for
-/// sparse and thin volumes, whose light would hardly be seen: as large as makes the mean a 16th of
-/// the ramp, and the optical depth of the mean through the thinnest side 0.4.
-/// @param share     of the ramp that the mean of the values lies at, 0..1
-/// @param thinnest  side of the volume [smallest spacing]
-int ramp_part(double share, double thinnest) noexcept;
+/// sparse volumes, whose light would hardly be seen: as large as makes the mean a 16th of the ramp.
+/// @param share  of the ramp that the mean of the values lies at, 0..1
+int ramp_part(double share) noexcept;
 
 /// A grey ramp: opacity 0 to 0.05 per `unit` of length between two values.
 Transfer grey_ramp(double low, double high, double unit);
