@@ -1,12 +1,36 @@
 #include "edgewise/volume.hpp"
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "engine/request/input.hpp"
+#include "graph/errors.hpp"
 #include "runtime/memory_budget.hpp"
 
 namespace edgewise {
+namespace {
+
+/// @throws RequestError
+void expect_grid(const Grid& grid) {
+    constexpr double kLeast = 1e-9, kMost = 1e9, kOff = 1e-3;
+    for (const double spacing : grid.spacing)
+        if (!(spacing >= kLeast && spacing <= kMost))
+            throw RequestError(message("spacing: {} given; expected from 1e-9 to 1e9", spacing));
+    for (const double origin : grid.origin)
+        if (!std::isfinite(origin)) throw RequestError("origin: a number is not finite");
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) {
+            double product = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                product += grid.direction[i][k] * grid.direction[j][k];
+            if (!(std::abs(product - (i == j ? 1 : 0)) <= kOff))
+                throw RequestError(
+                    "direction: its columns are not perpendicular to each other and of length 1");
+        }
+}
+
+}  // namespace
 
 const store::Header& Volume::header() const noexcept { return input_->header; }
 
@@ -26,6 +50,7 @@ Volume Volume::around(const void* first, const Extent& extent, int axes, int cha
     // Nobody writes into the samples of an input.
     data->samples = Array::around(const_cast<void*>(first),
                                   static_cast<std::size_t>(data->what.bytes()), std::move(owner));
+    expect_grid(grid);
     Input input = given_input(*data, {});
     store::Header& header = input.header;
     for (std::size_t k = 0; k < 3; ++k) {

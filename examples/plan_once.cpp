@@ -1,21 +1,18 @@
 // Plans once and runs many times: a maximum intensity projection, turned by 30 degrees a frame.
 #include <cstdio>
-
-#include "engine/prepared.hpp"
-#include "planner/profile.hpp"
-#include "transitions/catalogue.hpp"
+#include <edgewise/edgewise.hpp>
 
 int main(int count, char** words) {
     using namespace edgewise;
-    RequestSpec query;
-    query.input = count > 1 ? words[1] : "phantom:gaussians:64";  // or a NIfTI, NRRD, DICOM file
+    Query query;
     query.mode = Mode::mip;
     query.geometry.steps = {{GeometryStep::Kind::rotate, {20, 0, 0}},
                             {GeometryStep::Kind::turntable, {12}}};
     query.max_error = 0.02;  // NRMSE; or max_time [s], or both
 
-    const Engine engine(catalogue(), default_profile());
-    const Prepared plan = prepare(engine, query);  // throws Infeasible, which says what would do
+    const Volume volume =  // a NIfTI, NRRD or DICOM file; Volume::around takes samples in memory
+        Volume::read(count > 1 ? words[1] : "phantom:gaussians:64");
+    const Prepared plan = prepare(default_engine(), query, volume);  // or throws
 
     for (const std::string& step : plan.plan().texts()) std::printf("%s  ", step.c_str());
     std::printf("predicted: %.2g s, error %.2g\n", plan.plan().predicted.seconds,

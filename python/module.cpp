@@ -20,27 +20,15 @@ namespace {
 
 // NumPy and samples
 
-const std::vector<std::pair<char, std::array<Type, 9>>>& kinds() {
-    // By the bytes of an item: what kernels read. Others are converted to f32.
-    static const std::vector<std::pair<char, std::array<Type, 9>>> all = {
-        {'u', {Type::f64, Type::u8, Type::u16}},
-        {'i', {Type::f64, Type::i8, Type::i16}},
-        {'f', {Type::f64, Type::f64, Type::f16, Type::f64, Type::f32}},
-    };
-    return all;
-}
-
-/// f64: there is none.
+/// What kernels read; f64: nothing that they do, so that it is converted to f32.
 Type type_of(const py::array& array) {
-    const auto size = static_cast<std::size_t>(array.itemsize());
-    if (array.dtype().kind() == 'b') return Type::u8;
-    if (size > 4 || array.dtype().attr("isnative").cast<bool>() == false) return Type::f64;
-    for (const auto& [kind, types] : kinds())
-        if (kind == array.dtype().kind()) {
-            if (kind != 'f' && size > 2) return Type::f64;
-            return types[size];
-        }
-    return Type::f64;
+    const char kind = array.dtype().kind();
+    const auto size = array.itemsize();
+    if (kind == 'b') return Type::u8;
+    if (!array.dtype().attr("isnative").cast<bool>()) return Type::f64;
+    if (kind == 'u') return size == 1 ? Type::u8 : size == 2 ? Type::u16 : Type::f64;
+    if (kind == 'i') return size == 1 ? Type::i8 : size == 2 ? Type::i16 : Type::f64;
+    return kind == 'f' && size == 4 ? Type::f32 : Type::f64;
 }
 
 py::dtype dtype_of(Type type) {
@@ -52,7 +40,7 @@ py::dtype dtype_of(Type type) {
 }
 
 void warn(const std::string& text) {
-    if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 2) != 0) throw py::error_already_set();
+    if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
 }
 
 /// The array itself where kernels read it, else a copy, which a warning tells of.
@@ -103,8 +91,8 @@ std::array<double, 3> reversed(const py::handle& value, std::size_t axes, double
     return out;
 }
 
-Volume volume_around(const py::array& array, const py::object& spacing, const py::object& origin,
-                     const py::object& direction, const std::string& unit, bool channels) {
+Volume volume_of(const py::array& array, const py::object& spacing, const py::object& origin,
+                 const py::object& direction, const std::string& unit, bool channels) {
     const auto axes = static_cast<std::size_t>(array.ndim() - (channels ? 1 : 0));
     if (axes != 2 && axes != 3)
         throw py::value_error("an array of 2 or 3 axes is expected (channels=True: one more)");
@@ -129,6 +117,16 @@ Volume volume_around(const py::array& array, const py::object& spacing, const py
     const int count = channels ? static_cast<int>(held.shape(static_cast<py::ssize_t>(axes))) : 1;
     return Volume::around(held.data(), extent, static_cast<int>(axes), count, type_of(held),
                           owner_of(held), grid);
+}
+
+Volume volume_around(const py::array& array, const py::object& spacing, const py::object& origin,
+                     const py::object& direction, const std::string& unit, bool channels) {
+    try {
+        return volume_of(array, spacing, origin, direction, unit, channels);
+    } catch (const py::cast_error&) {
+        throw py::type_error(
+            "Volume: spacing and origin are numbers along z, y and x, direction a matrix of 3 x 3");
+    }
 }
 
 /// Samples as an array that keeps them alive and cannot be written.
@@ -211,7 +209,17 @@ void set_kernel(Query& query, const py::handle& value) {
         throw py::value_error(
             "kernel: box, gauss, sphere, cross, sobel or laplace is expected, not " + text);
     kernel.kind = found->second;
-    if (colon != text.npos) kernel.size = std::stod(text.substr(colon + 1));
+    if (colon == text.npos) return;
+    std::size_t end = 0;
+    const std::string number = text.substr(colon + 1);
+    try {
+        kernel.size = std::stod(number, &end);
+    } catch (const std::exception&) {
+        end = 0;
+    }
+    if (end == 0 || end != number.size())
+        throw py::value_error("kernel: '" + text +
+                              "' given; a name and one number is expected, as 'gauss:1.5'");
 }
 
 void set_transfer(Query& query, const py::handle& value) {
@@ -238,62 +246,49 @@ void set_reference(Query& query, const py::handle& value) {
 template <auto member>
 void demands(Query& query, const py::handle& value) {
     static const Catalogue edges = catalogue();
-    for (const auto& text : py::cast<std::vector<std::string>>(value))
-        (query.demands.*member).push_back(demand_of(text, edges));
+    const auto texts = py::isinstance<py::str>(value)
+                           ? std::vector<std::string>{py::cast<std::string>(value)}
+                           : py::cast<std::vector<std::string>>(value);
+    for (const std::string& text : texts) (query.demands.*member).push_back(demand_of(text, edges));
 }
 
 const std::map<std::string, Setter>& setters() {
     using Kind = GeometryStep::Kind;
+    // clang-format off
     static const std::map<std::string, Setter> all = {
-        {"mode",
-         [](Query& q, const py::handle& v) { q.mode = mode_named(py::cast<std::string>(v)); }},
+        {"mode", [](Query& q, const py::handle& v) {q.mode = mode_named(py::cast<std::string>(v)); }},
         {"rotate", step<Kind::rotate>},
         {"scale", step<Kind::scale>},
         {"translate", step<Kind::translate>},
         {"shear", step<Kind::shear>},
         {"matrix", step<Kind::matrix>},
         {"turntable", step<Kind::turntable>},
-        {"view", [](Query& q, const py::handle& v) { q.geometry.view = py::cast<std::string>(v); }},
-        {"about", [](Query& q, const py::handle& v) { q.geometry.about = list_of(v); }},
-        {"perspective",
-         [](Query& q, const py::handle& v) { q.geometry.perspective = py::cast<double>(v); }},
-        {"zoom", [](Query& q, const py::handle& v) { q.geometry.zoom = py::cast<double>(v); }},
+        {"view", [](Query& q, const py::handle& v) {q.geometry.view = py::cast<std::string>(v); }},
+        {"about", [](Query& q, const py::handle& v) {q.geometry.about = list_of(v); }},
+        {"perspective", [](Query& q, const py::handle& v) {q.geometry.perspective = py::cast<double>(v); }},
+        {"zoom", [](Query& q, const py::handle& v) {q.geometry.zoom = py::cast<double>(v); }},
         {"size", set_size},
-        {"spacing",
-         [](Query& q, const py::handle& v) {
-             q.geometry.spacing = list_of(v);
-             std::reverse(q.geometry.spacing->begin(), q.geometry.spacing->end());
-         }},
-        {"isovalue", [](Query& q, const py::handle& v) { q.isovalue = py::cast<double>(v); }},
-        {"zero", [](Query& q, const py::handle& v) { q.zero = py::cast<double>(v); }},
-        {"outside", [](Query& q, const py::handle& v) { q.outside = py::cast<double>(v); }},
-        {"background",
-         [](Query& q, const py::handle& v) { q.background = numbers<3>(v, "background"); }},
-        {"window",
-         [](Query& q, const py::handle& v) {
-             const auto ends = numbers<2>(v, "window");
-             q.window = Window{{ends[0], false}, {ends[1], false}};
-         }},
+        {"spacing", [](Query& q, const py::handle& v) {q.geometry.spacing = list_of(v); std::reverse(q.geometry.spacing->begin(), q.geometry.spacing->end()); }},
+        {"isovalue", [](Query& q, const py::handle& v) {q.isovalue = py::cast<double>(v); }},
+        {"zero", [](Query& q, const py::handle& v) {q.zero = py::cast<double>(v); }},
+        {"outside", [](Query& q, const py::handle& v) {q.outside = py::cast<double>(v); }},
+        {"background", [](Query& q, const py::handle& v) {q.background = numbers<3>(v, "background"); }},
+        {"window", [](Query& q, const py::handle& v) {const auto ends = numbers<2>(v, "window"); q.window = Window{{ends[0], false}, {ends[1], false}}; }},
         {"transfer", set_transfer},
-        {"labels", [](Query& q, const py::handle& v) { q.labels = py::cast<bool>(v); }},
+        {"labels", [](Query& q, const py::handle& v) {q.labels = py::cast<bool>(v); }},
         {"reference", set_reference},
-        {"op",
-         [](Query& q, const py::handle& v) {
-             q.filter->op = filter_op_named(py::cast<std::string>(v));
-         }},
+        {"op", [](Query& q, const py::handle& v) {q.filter->op = filter_op_named(py::cast<std::string>(v)); }},
         {"kernel", set_kernel},
-        {"border",
-         [](Query& q, const py::handle& v) {
-             q.filter->border = border_named(py::cast<std::string>(v));
-         }},
-        {"max_error", [](Query& q, const py::handle& v) { q.max_error = py::cast<double>(v); }},
-        {"max_time", [](Query& q, const py::handle& v) { q.max_time = py::cast<double>(v); }},
-        {"max_memory", [](Query& q, const py::handle& v) { q.max_memory = py::cast<double>(v); }},
+        {"border", [](Query& q, const py::handle& v) {q.filter->border = border_named(py::cast<std::string>(v)); }},
+        {"max_error", [](Query& q, const py::handle& v) {q.max_error = py::cast<double>(v); }},
+        {"max_time", [](Query& q, const py::handle& v) {q.max_time = py::cast<double>(v); }},
+        {"max_memory", [](Query& q, const py::handle& v) {q.max_memory = py::cast<double>(v); }},
         {"minimize", set_minimize},
-        {"threads", [](Query& q, const py::handle& v) { q.threads = py::cast<int>(v); }},
+        {"threads", [](Query& q, const py::handle& v) {q.threads = py::cast<int>(v); }},
         {"via", demands<&Demands::via>},
         {"without", demands<&Demands::without>},
     };
+    // clang-format on
     return all;
 }
 
@@ -301,6 +296,24 @@ Job job_of(const std::string& name) {
     for (const Job job : jobs())
         if (name_of(job) == name) return job;
     throw py::value_error("job: render, warp, filter or mesh is expected, not " + name);
+}
+
+/// What means something for one job alone would be ignored by the others.
+void expect_of_job(const std::string& name, const Query& query) {
+    // clang-format off
+    static const std::map<std::string, std::vector<Job>> jobs_of = {
+        {"mode", {Job::render}}, {"zero", {Job::render}}, {"window", {Job::render}}, {"background", {Job::render}}, {"transfer", {Job::render}},
+        {"perspective", {Job::render}}, {"zoom", {Job::render}}, {"turntable", {Job::render}}, {"isovalue", {Job::render, Job::mesh}}, {"outside", {Job::warp}},
+        {"op", {Job::filter}}, {"kernel", {Job::filter}}, {"border", {Job::filter}}, {"labels", {Job::render, Job::warp, Job::mesh}}};
+    static const std::vector<std::string> geometry = {"rotate", "scale", "translate", "shear", "matrix", "view", "about", "size", "spacing"};
+    // clang-format on
+    const bool moves = query.job == Job::render || query.job == Job::warp;
+    const auto found = jobs_of.find(name);
+    const bool fits =
+        found == jobs_of.end() ||
+        std::find(found->second.begin(), found->second.end(), query.job) != found->second.end();
+    if (!fits || (!moves && std::find(geometry.begin(), geometry.end(), name) != geometry.end()))
+        throw py::type_error("'" + name + "' means nothing for " + std::string(name_of(query.job)));
 }
 
 Query query_of(const std::string& job, const py::kwargs& keywords) {
@@ -315,8 +328,7 @@ Query query_of(const std::string& job, const py::kwargs& keywords) {
             throw py::type_error("'" + name +
                                  "' is no keyword of edgewise; help(edgewise.plan) lists them");
         if (value.is_none()) continue;
-        if (!query.filter && (name == "op" || name == "kernel" || name == "border"))
-            throw py::type_error("'" + name + "' is of filters alone");
+        expect_of_job(name, query);
         try {
             found->second(query, value);
         } catch (const py::cast_error&) {
@@ -413,26 +425,59 @@ PyPlan plan_of(const Volume& volume, const std::string& job, const py::kwargs& k
 Volume as_volume(const py::object& input) {
     if (py::isinstance<Volume>(input)) return py::cast<Volume>(input);
     if (py::isinstance<py::array>(input))
-        return volume_around(py::cast<py::array>(input), py::none(), py::none(), py::none(), "mm",
-                             false);
+        return volume_of(py::cast<py::array>(input), py::none(), py::none(), py::none(), "mm",
+                         false);
     return Volume::read(py::str(input).cast<std::string>());
+}
+
+PyPlan told(const std::vector<Message>& warnings, PyPlan plan) {
+    for (const Message& warning : warnings) warn(warning.text());
+    return plan;
 }
 
 PyPlan with_input(const PyPlan& self, const py::object& input) {
     const Volume volume = as_volume(input);
-    const py::gil_scoped_release unlocked;
-    return {self.prepared.with_input(volume.samples())};
-}
-
-PyPlan with_views(const PyPlan& self, const py::kwargs& keywords) {
-    const Query query = query_of("render", keywords);
-    std::vector<std::string> said;
+    const store::Header &has = volume.header(), &planned = self.prepared.planned().input.header;
+    if (!py::isinstance<py::array>(input) &&
+        (has.spacing != planned.spacing || has.origin != planned.origin ||
+         has.direction != planned.direction))
+        throw py::value_error(
+            "with_input: spacing, origin and direction are those of the plan's volume; plan anew "
+            "where they differ");
     PyPlan plan = [&] {
         const py::gil_scoped_release unlocked;
-        return PyPlan{self.prepared.with_views(query.geometry)};
+        return PyPlan{self.prepared.with_input(volume.samples())};
     }();
-    for (const Message& warning : plan.prepared.warnings()) warn(warning.text());
-    return plan;
+    const auto& warnings = plan.prepared.warnings();
+    return told(warnings, plan);
+}
+
+/// Views that are not named stay: size, spacing, perspective. Steps are replaced as a whole.
+PyPlan with_views(const PyPlan& self, const py::kwargs& keywords) {
+    static const std::vector<std::string> views = {
+        "rotate", "scale", "translate",   "shear", "matrix", "turntable",
+        "view",   "about", "perspective", "zoom",  "size",   "spacing"};
+    const Planned& planned = self.prepared.planned();
+    for (const auto& [key, value] : keywords)
+        if (std::find(views.begin(), views.end(), py::cast<std::string>(key)) == views.end())
+            throw py::type_error("with_views: '" + py::cast<std::string>(key) +
+                                 "' is no keyword of views");
+    const Query asked = query_of(std::string(name_of(planned.want.job)), keywords);
+    GeometrySpec geometry = planned.spec.geometry;
+    geometry.steps = asked.geometry.steps;
+    const auto take = [](auto& to, const auto& from) {
+        if (from) to = from;
+    };
+    take(geometry.view, asked.geometry.view), take(geometry.about, asked.geometry.about);
+    take(geometry.perspective, asked.geometry.perspective),
+        take(geometry.zoom, asked.geometry.zoom);
+    take(geometry.size, asked.geometry.size), take(geometry.spacing, asked.geometry.spacing);
+    PyPlan plan = [&] {
+        const py::gil_scoped_release unlocked;
+        return PyPlan{self.prepared.with_views(geometry)};
+    }();
+    const auto& warnings = plan.prepared.warnings();
+    return told(warnings, plan);
 }
 
 py::dict prediction_of(const PyPlan& self) {
@@ -452,6 +497,28 @@ py::tuple shape_of(const Volume& volume) {
     const int channels = volume.data() ? volume.data()->what.channels : header.channels;
     if (channels > 1) shape.append(channels);
     return py::tuple(shape);
+}
+
+py::tuple spacing_of(const Volume& volume) {
+    const auto& s = volume.header().spacing;
+    return volume.header().volume ? py::make_tuple(s[2], s[1], s[0]) : py::make_tuple(s[1], s[0]);
+}
+
+py::array samples_of(const Volume& volume) {
+    std::shared_ptr<const Data> data;
+    {
+        const py::gil_scoped_release unlocked;
+        data = volume.samples();
+    }
+    return array_of(data);
+}
+
+Volume volume_in(const py::object& file, const std::optional<std::string>& series,
+                 std::optional<int> time, std::optional<int> channel, std::optional<int> level) {
+    store::Selection selection;
+    selection.series = series, selection.time = time, selection.channel = channel,
+    selection.level = level;
+    return Volume::read(py::str(file).cast<std::string>(), selection);
 }
 
 template <const char* job>
@@ -485,6 +552,7 @@ void translate_errors(py::module_& module) {
 constexpr const char* kPlanHelp = R"(plan(volume, job="render", **query) -> Plan
 
 Chooses the cheapest path. volume: a Volume, an array [z, y, x] or [y, x], or a file's name. job: render, warp, filter or mesh.
+An array must not change while a plan has it: what all runs need is worked out once.
 Views:   rotate=(x, y, z) in degrees, turntable=n, scale, translate, shear, matrix (in the order given), view, about,
          perspective, zoom, size=(y, x) or (z, y, x), spacing.
 Picture: mode, isovalue, zero, background, transfer (a preset or a file). Warp: outside, labels. Filter: op, kernel, border.
@@ -493,75 +561,34 @@ Quality: max_error (NRMSE), max_time (s), max_memory (bytes), minimize ("time", 
 
 }  // namespace
 
+// clang-format off
 PYBIND11_MODULE(edgewise, module) {
-    module.doc() =
-        "The cheapest way from a volume to the picture that one wants. Arrays are [z, y, x], "
-        "channels last.";
+    module.doc() = "The cheapest way from a volume to the picture that one wants. Arrays are [z, y, x], channels last.";
     translate_errors(module);
-    py::class_<Volume>(
-        module, "Volume",
-        "Samples and where they lie. Of an array nothing is copied where kernels can read it.")
-        .def(py::init(&volume_around), py::arg("array"), py::arg("spacing") = py::none(),
-             py::arg("origin") = py::none(), py::arg("direction") = py::none(),
-             py::arg("unit") = "mm", py::arg("channels") = false,
+    py::class_<Volume>(module, "Volume", "Samples and where they lie. Of an array nothing is copied where kernels can read it.")
+        .def(py::init(&volume_around), py::arg("array"), py::arg("spacing") = py::none(), py::arg("origin") = py::none(),
+             py::arg("direction") = py::none(), py::arg("unit") = "mm", py::arg("channels") = false,
              "spacing and origin: z, y, x. direction: columns are where x, y and z point (LPS).")
         .def_property_readonly("shape", &shape_of)
-        .def_property_readonly(
-            "spacing",
-            [](const Volume& v) {
-                const auto& s = v.header().spacing;
-                return v.header().volume ? py::make_tuple(s[2], s[1], s[0])
-                                         : py::make_tuple(s[1], s[0]);
-            },
-            "Along z, y and x.")
+        .def_property_readonly("spacing", &spacing_of, "Along z, y and x.")
         .def_property_readonly("unit", [](const Volume& v) { return v.header().unit; })
         .def_property_readonly("format", [](const Volume& v) { return v.header().format; })
-        .def(
-            "array",
-            [](const Volume& v) {
-                std::shared_ptr<const Data> data;
-                {
-                    const py::gil_scoped_release unlocked;
-                    data = v.samples();
-                }
-                return array_of(data);
-            },
-            "The samples, read now, as an array that cannot be written.");
+        .def("array", &samples_of, "The samples, read now, as an array that cannot be written.");
     py::class_<PyPlan>(module, "Plan", "A plan: runs again and again, from any thread.")
-        .def("run", &PyPlan::run,
-             "[y, x], [z, y, x], with frames first and channels last; of a mesh (vertices, "
-             "triangles).")
-        .def("with_input", &with_input, py::arg("volume"),
-             "The same with other samples of the same shape and type.")
-        .def("with_views", &with_views,
-             "The same seen from elsewhere: keywords of views, as of plan().")
+        .def("run", &PyPlan::run, "[y, x], [z, y, x], with frames first and channels last; of a mesh (vertices, triangles).")
+        .def("with_input", &with_input, py::arg("volume"), "The same with other samples of the same shape and type.")
+        .def("with_views", &with_views, "The same seen from elsewhere: keywords of views, as of plan(). What is not named stays.")
         .def_property_readonly("steps", [](const PyPlan& p) { return p.prepared.plan().texts(); })
         .def_property_readonly("frames", [](const PyPlan& p) { return p.prepared.frames(); })
         .def_property_readonly("predicted", &prediction_of);
-    module.def(
-        "read",
-        [](const py::object& file, const std::optional<std::string>& series,
-           std::optional<int> time, std::optional<int> channel, std::optional<int> level) {
-            store::Selection selection;
-            selection.series = series, selection.time = time, selection.channel = channel,
-            selection.level = level;
-            return Volume::read(py::str(file).cast<std::string>(), selection);
-        },
-        py::arg("file"), py::arg("series") = py::none(), py::arg("time") = py::none(),
-        py::arg("channel") = py::none(), py::arg("level") = py::none(),
-        "Reads a header; samples when they are needed.");
-    module.def(
-        "plan",
-        [](const py::object& volume, const std::string& job, const py::kwargs& query) {
-            return plan_of(as_volume(volume), job, query);
-        },
-        py::arg("volume"), py::arg("job") = "render", kPlanHelp);
-    module.def("render", &do_job<kRender>, py::arg("volume"),
-               "plan(volume, 'render', **query).run()");
+    module.def("read", &volume_in, py::arg("file"), py::arg("series") = py::none(), py::arg("time") = py::none(),
+               py::arg("channel") = py::none(), py::arg("level") = py::none(), "Reads a header; samples when they are needed.");
+    module.def("plan", [](const py::object& volume, const std::string& job, const py::kwargs& query) {
+        return plan_of(as_volume(volume), job, query);
+    }, py::arg("volume"), py::arg("job") = "render", kPlanHelp);
+    module.def("render", &do_job<kRender>, py::arg("volume"), "plan(volume, 'render', **query).run()");
     module.def("warp", &do_job<kWarp>, py::arg("volume"), "plan(volume, 'warp', **query).run()");
-    module.def("filter", &do_job<kFilter>, py::arg("volume"),
-               "plan(volume, 'filter', **query).run()");
-    module.def("mesh", &do_job<kMesh>, py::arg("volume"),
-               "plan(volume, 'mesh', **query).run(): vertices [n, 3] in x, y, z, triangles [m, 3]");
+    module.def("filter", &do_job<kFilter>, py::arg("volume"), "plan(volume, 'filter', **query).run()");
+    module.def("mesh", &do_job<kMesh>, py::arg("volume"), "plan(volume, 'mesh', **query).run(): vertices [n, 3] in x, y, z, triangles [m, 3]");
     module.attr("__version__") = version();
 }

@@ -16,7 +16,8 @@ struct Places {
     std::array<std::array<double, kMost>, 3> at;
 
     void add(const Vec3& p) noexcept {
-        for (int axis = 0; axis < 3; ++axis) at[axis][count] = p[axis];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            at[axis][count] = p[static_cast<Eigen::Index>(axis)];
         ++count;
     }
     Vec3 operator[](std::size_t i) const noexcept { return {at[0][i], at[1][i], at[2][i]}; }

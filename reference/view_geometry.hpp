@@ -70,7 +70,9 @@ class ViewGeometry {
     /// point.
     std::optional<Vec3> point(const OutputSample& at) const;
     /// The part of a pixel's ray inside the box; none where it misses.
-    std::optional<RaySpan> ray(const OutputSample& at) const { return ray(at.view, at.x, at.y); }
+    std::optional<RaySpan> ray(const OutputSample& at) const {
+        return ray(at.view, static_cast<double>(at.x), static_cast<double>(at.y));
+    }
     std::optional<RaySpan> ray(int view, double x, double y) const;
     /// Of a pixel.
     LitFrame frame(const OutputSample& at) const;

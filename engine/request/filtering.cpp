@@ -95,6 +95,22 @@ Stencil stencil_in(const std::string& file, int axes, FilterOp op, std::vector<M
     return stencil;
 }
 
+/// @throws RequestError a program's own kernel that is none
+void expect_stencil(const Stencil& stencil, FilterOp op) {
+    const Extent& n = stencil.extent;
+    if (std::min({n.x, n.y, n.z}) < 1 || static_cast<double>(n.samples()) > kMostPlaces ||
+        static_cast<std::int64_t>(stencil.weights.size()) != n.samples())
+        throw RequestError(
+            message("@kernel: {} places and {} weights; expected as many, at least "
+                    "one along each axis, at most {:.0f}",
+                    text_of(n, 3), stencil.weights.size(), kMostPlaces));
+    if (!std::all_of(stencil.weights.begin(), stencil.weights.end(),
+                     [](double weight) { return std::isfinite(weight); }))
+        throw RequestError(message("@kernel: weights must be finite"));
+    if (!has_weights(op) && stencil.places(false) == 0)
+        throw RequestError(message("@kernel: no place of it counts"));
+}
+
 using KernelKind = KernelSpec::Kind;
 
 const char* word_of(KernelKind kind) {
@@ -196,6 +212,7 @@ Stencil stencil_of(const FilterSpec& spec, const FilterGrid& grid, std::vector<M
         case KernelKind::file:
             return stencil_in(kernel.file, axes, spec.op, notes);
         case KernelKind::given:
+            expect_stencil(kernel.given, spec.op);
             break;
     }
     return kernel.given;

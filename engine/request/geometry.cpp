@@ -432,7 +432,17 @@ Geometry geometry_of(const GeometrySpec& spec, const InputGrid& input, Job job) 
         zoom(geometry.grid, *spec.zoom, job);
         if (geometry.eye) take_steps(*geometry.eye, geometry.grid);
     }
-    if (job == Job::render) geometry.unit = geometry.grid.spacing.z();
+    if (job == Job::render) {
+        // Beyond this rays of a picture are one ray, or all but one miss.
+        constexpr double kMost = 1e9;
+        const auto pixel = geometry.grid.spacing.head<2>() / input.spacing.minCoeff();
+        if (!(pixel.minCoeff() >= 1 / kMost && pixel.maxCoeff() <= kMost))
+            throw RequestError(message(
+                "@spacing: pixels of {:g} x {:g} where samples are {:g} "
+                "apart",
+                geometry.grid.spacing.x(), geometry.grid.spacing.y(), input.spacing.minCoeff()));
+        geometry.unit = geometry.grid.spacing.z();
+    }
     for (const Mat4& map : maps) geometry.views.push_back(on_grid(map, input, geometry.grid));
     for (const Mat4& map : geometry.views)
         if (!map.allFinite()) throw RequestError("the geometry options overflow when combined");

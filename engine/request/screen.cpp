@@ -187,6 +187,10 @@ void zoom(ScreenGrid& grid, double factor, Job job) {
     if (job == Job::warp)
         throw RequestError(message("@zoom: of render; @scale and @spacing do so here"));
     if (!(factor > 0)) throw RequestError(message("@zoom: {} is not greater than 0", factor));
+    // Beyond this rays of a picture are one ray, or all but one miss.
+    constexpr double kMost = 1e6;
+    if (!(factor >= 1 / kMost && factor <= kMost))
+        throw RequestError(message("@zoom: {:g} given; expected from 1e-6 to 1e6", factor));
     grid.spacing.head<2>() /= factor;
 }
 

@@ -180,6 +180,41 @@ class ModuleTest(unittest.TestCase):
         self.assertIn("would", str(none.exception) + "would")
         self.assertIsInstance(none.exception, ValueError)
 
+    def test_nothing_is_ignored(self):
+        for job, word, value in (("mesh", "rotate", (1, 2, 3)), ("mesh", "mode", "mip"), ("filter", "mode", "mip"), ("filter", "size", 8),
+                                 ("warp", "mode", "mip"), ("warp", "window", (0, 1)), ("render", "outside", 1), ("render", "op", "median")):
+            with self.assertRaises(TypeError, msg=(job, word)):
+                ew.plan(self.volume, job, **{word: value})
+        made = ew.plan(self.volume, mode="mip", size=(9, 11))
+        self.assertEqual(made.with_views(rotate=(5, 6, 7)).run().shape, (9, 11))
+        with self.assertRaises(TypeError):
+            made.with_views(mode="xray")
+        with self.assertRaises(ValueError):
+            made.with_input(ew.Volume(self.volume, spacing=(1, 1, 9)))
+
+    def test_what_is_no_number_is_refused(self):
+        for kernel in (np.ones((3, 0, 3)), np.full((3, 3, 3), np.nan), np.full((3, 3, 3), np.inf), "gauss:x", "gauss:1,2", "gauss:2abc", "disc:1"):
+            with self.assertRaises(ValueError, msg=str(kernel)[:20]):
+                ew.filter(self.volume, op="convolve", kernel=kernel)
+        for keywords in (dict(spacing=-1), dict(spacing=0), dict(spacing=float("nan")), dict(origin=(0, float("inf"), 0)),
+                         dict(direction=np.zeros((3, 3))), dict(direction=2 * np.eye(3))):
+            with self.assertRaises(ValueError, msg=str(keywords)):
+                ew.Volume(self.volume, **keywords)
+        for keywords in (dict(spacing="abc"), dict(direction=5)):
+            with self.assertRaises(TypeError, msg=str(keywords)):
+                ew.Volume(self.volume, **keywords)
+        for zoom in (1e300, 1e-300, 0, -1):
+            with self.assertRaises(ValueError):
+                ew.plan(self.volume, zoom=zoom, size=(8, 8))
+        with self.assertRaises(ValueError):
+            ew.plan(self.volume, spacing=(1e300, 1e300), size=(8, 8))
+
+    def test_half_floats_are_floats(self):
+        half = self.volume.astype("f2")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            np.testing.assert_array_equal(ew.render(half, mode="composite", size=(16, 16)), ew.render(half.astype("f4"), mode="composite", size=(16, 16)))
+
     def test_control_c_ends(self):
         script = ("import sys; sys.path.insert(0, %r)\nimport numpy as np, edgewise as ew\n"
                   "p = ew.plan(np.random.default_rng(1).random((160,) * 3).astype('f4'), mode='mip', rotate=(10, 20, 0), turntable=400,"
