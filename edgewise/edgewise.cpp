@@ -14,6 +14,7 @@ Prepared prepare(const Engine& engine, Query query, const Volume& volume, Listen
     query.selection = volume.input().selection;
     const Opening as{.runs = true,
                      .keeps_samples = true,
+                     .guest = true,
                      .given = volume.data(),
                      .described = std::make_shared<const Input>(volume.input())};
     Reached reached(ask(engine, std::move(query), as));

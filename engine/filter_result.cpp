@@ -102,7 +102,9 @@ std::optional<Message> cut_off_text(const Request& want, const Data& result, con
             [](std::int64_t a, std::int64_t b) { return a + b; });
     });
     if (beyond == 0) return {};
-    return message("{} of {} values ({:.3g} %) are beyond {} and were cut off; @bits(32) and a format that holds f32 (.nrrd, .nii.gz, .tif) keep them",
+    return message(
+        "{} of {} values ({:.3g} %) are beyond {} and were cut off; @bits(32) and a format that "
+        "holds f32 (.nrrd, .nii.gz, .tif) keep them",
         beyond, n, 100 * double(beyond) / double(n), name_of(tail.type));
 }
 

@@ -25,7 +25,7 @@ std::optional<std::int64_t> label_of(double number, const Input& input) {
 }  // namespace
 
 Message keep_labels(Input& input, const std::vector<std::int64_t>& labels, double background,
-                        std::pmr::memory_resource* memory) {
+                    std::pmr::memory_resource* memory) {
     auto data = std::make_shared<Data>(Data::make(input.data->what, memory));
     std::vector<bool> found(labels.size());
     const ValueMap& values = data->what.values;
@@ -53,7 +53,7 @@ Message keep_labels(Input& input, const std::vector<std::int64_t>& labels, doubl
         if (!found[i]) missing.push_back(labels[i]);
     if (missing.size() == labels.size())
         throw RequestError(message("@labels({}): no sample of {} is one of them",
-                                       fmt::join(labels, ","), input.name));
+                                   fmt::join(labels, ","), input.name));
     input.data = std::move(data);
     input.identity.reset();  // these are no longer the file's samples
     if (missing.empty()) return "";

@@ -63,11 +63,12 @@ void open_memory(Opened& opened, Listener& messages) {
     opened.peak_before = resident_peak();
     if (is_elsewhere(opened) && !budget.bytes && opened.engine.machine().memory > 0)
         budget.bytes = opened.engine.machine().memory;
-    opened.resident = resident_now() + kReserve + kReserveAThread * opened.want.threads;
-    if (!budget.bytes) budget.bytes = resident_now() + free_memory();
+    const double held = opened.as.guest ? 0 : resident_now();
+    opened.resident = held + kReserve + kReserveAThread * opened.want.threads;
+    if (!budget.bytes) budget.bytes = held + free_memory();
     // Samples of the program count once, as the input's.
     const double given = opened.as.given ? double(opened.as.given->samples.bytes()) : 0;
-    opened.resident -= given;
+    if (!opened.as.guest) opened.resident -= given;
     constexpr double kMost = 0x1p60;  // the whole address space, and whole numbers hold it
     double left =
         std::clamp(*budget.bytes - opened.resident - given, 0.0, kMost);  // see expect_room

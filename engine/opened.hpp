@@ -21,6 +21,9 @@ struct Opening {
     /// The samples outlive the runs, so that there can be many; else a run that has all its results
     /// may give them back before it writes.
     bool keeps_samples = false;
+    /// The process is somebody else's: budgets of memory count what the request takes, and not what
+    /// the process holds besides.
+    bool guest = false;
     /// Samples in place of the input's: then none are read. Where the input has no name they are
     /// all that is known of it: samples one unit apart, or as the spec's selection says.
     std::shared_ptr<const Data> given = {};

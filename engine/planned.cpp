@@ -204,6 +204,10 @@ void take_bytes(Planned& planned) {
     planned.plan_options.after = std::max(verifying_bytes(planned), showing_bytes(planned));
     // What reading and measuring have left behind counts once, as samples or as `held`.
     planned.memory->trim();
+    if (planned.as.guest) {
+        planned.plan_options.held = kGrowth + kGrowthAThread * planned.want.threads;
+        return;
+    }
     malloc_trim(0);
     planned.plan_options.held = std::max(0.0, resident_now() - double(planned.memory->used())) +
                                 kGrowth + kGrowthAThread * planned.want.threads;

@@ -149,8 +149,9 @@ Prepared Prepared::with_views(const GeometrySpec& views) const {
 
 Prepared prepare(const Engine& engine, RequestSpec query, std::shared_ptr<const Data> given,
                  const Effort& effort, Listener& messages) {
-    Reached reached(ask(engine, std::move(query),
-                        {.runs = true, .keeps_samples = true, .given = std::move(given)}));
+    Reached reached(
+        ask(engine, std::move(query),
+            {.runs = true, .keeps_samples = true, .guest = true, .given = std::move(given)}));
     reached.prepare(effort, messages);
     return Prepared(std::move(reached.plan()));
 }

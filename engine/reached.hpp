@@ -27,7 +27,7 @@ class Reached {
     const Planned* planned() const noexcept { return std::get_if<Planned>(&stage_); }
     Planned& plan() { return std::get<Planned>(stage_); }
 
-    /// Opens the request, reads its input and looks at it, and makes a plan, or none.
+    /// open(); then read() and look(); then price().
     /// @throws what these throw; what was reached before stays
     void open_all(Listener& messages);
     void look_at(const Effort& effort, Listener& messages, const std::optional<InSeries>& in = {});

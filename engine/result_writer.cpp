@@ -113,19 +113,20 @@ void ResultWriter::write_file(int number, const store::Header& header, const voi
     files.push_back(std::move(file));
 }
 
-Message expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs,
-                          int frames) {
+Message expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs, int frames) {
     frames = sheets_of(spec.look, frames);
     if (!outputs) return {};
     outputs->expect_frames(frames);
     if (spec.fps && !outputs->none() && !outputs->animates(frames))
-        throw RequestError(
-            message("@fps: of an animation only: several frames in one .gif, .apng or .mp4, without %d"));
+        throw RequestError(message(
+            "@fps: of an animation only: several frames in one .gif, .apng or .mp4, without %d"));
     if (!outputs->animates(frames)) return {};
     const std::string file = outputs->file(0);
     const int left_out = store::frames_left_out(file, pace_of(spec, frames));
     if (left_out == 0) return {};
-    return message("{}: {} of {} frames are left out, as viewers show pictures of a GIF for 0.02 s at least; @fps(50) keeps all of them, .apng and .mp4 at {:g} a second too",
+    return message(
+        "{}: {} of {} frames are left out, as viewers show pictures of a GIF for 0.02 s at least; "
+        "@fps(50) keeps all of them, .apng and .mp4 at {:g} a second too",
         file, left_out, frames, pace_of(spec, frames).fps);
 }
 

@@ -239,9 +239,9 @@ void take_look(Written& written, const LookSpec& look, const Files& files) {
             files.outputs.file(0), files.outputs.format().name));
     if (!look.colours()) return;
     if (header.channels != 1)
-        throw RequestError(
-            message("{}: colours stand for one number, and here are {} channels; @channel N takes one",
-                        look.colormap.empty() ? setting("legend") : setting("colormap"), header.channels));
+        throw RequestError(message(
+            "{}: colours stand for one number, and here are {} channels; @channel N takes one",
+            look.colormap.empty() ? setting("legend") : setting("colormap"), header.channels));
     std::string map = look.colormap;
     if (map.empty()) map = look.depth_colour ? "hue" : "grey";
     written.colours = std::make_shared<const Colormap>(colormap_of(map));

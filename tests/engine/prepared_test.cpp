@@ -126,7 +126,8 @@ TEST(Prepared, SaysWhereThePathHadToChange) {
     views.perspective = 40;
     const Prepared near = prepared.with_views(views);
     ASSERT_FALSE(near.warnings().empty());
-    EXPECT_NE(near.warnings().front().text().find("project.shear_warp refuses here"), std::string::npos);
+    EXPECT_NE(near.warnings().front().text().find("project.shear_warp refuses here"),
+              std::string::npos);
     const Pixels pixels = pixels_of(near);
     EXPECT_GT(*std::max_element(pixels.begin(), pixels.end()), 0.2f);
 }
@@ -181,6 +182,19 @@ TEST(Prepared, EndsAtAnyMomentAndRunsAfterwards) {
     }
     EXPECT_GT(ended, 0);
     EXPECT_EQ(pixels_of(prepared), right);
+}
+
+/// What the program holds is its own affair.
+TEST(Prepared, CountsWhatItTakesItself) {
+    const std::vector<char> held(std::size_t{300} << 20, 1);
+    RequestSpec query = mip(10);
+    query.max_memory = 150 << 20;
+    const Prepared prepared = prepare(engine(), query, block(1));
+    EXPECT_LT(prepared.plan().predicted.bytes, 150 << 20);
+    EXPECT_GT(pixels_of(prepared).size(), 0u);
+    EXPECT_EQ(held[held.size() / 2], 1);
+    query.max_memory = 1 << 20;
+    EXPECT_THROW(prepare(engine(), query, block(1)), Infeasible);
 }
 
 TEST(Prepared, SharesWhatAllRunsNeed) {
