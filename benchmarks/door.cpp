@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <edgewise/edgewise.hpp>
 #include <new>
+#include <tbb/global_control.h>
 #include <vector>
 
 using namespace edgewise;
@@ -65,6 +66,8 @@ int main(int count, char** words) {
     const bool alone = plan.plan().steps.size() == 1;
     Data out = Data::make(last.offer.to, planned.memory.get());
     const std::atomic<bool> stop = false;
+    // On one thread, as the query says.
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
     const auto kernels = [&] {
         Context context{planned.memory.get(), &stop, &stop, 0};
         last.by->run(last.offer, planned.ask(), *planned.input.data, out,
