@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "graph/message.hpp"
+
 namespace edgewise {
 
 struct Input;

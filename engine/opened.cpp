@@ -8,6 +8,7 @@
 #include "engine/measure/machine.hpp"
 #include "engine/remarks.hpp"
 #include "engine/request/radon.hpp"
+#include "engine/request/resolution.hpp"
 #include "engine/result_writer.hpp"
 #include "graph/errors.hpp"
 #include "graph/label_surface.hpp"

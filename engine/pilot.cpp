@@ -18,6 +18,7 @@
 #include "engine/planned.hpp"
 #include "engine/wisdom.hpp"
 #include "graph/errors.hpp"
+#include "runtime/runtime.hpp"
 
 namespace edgewise {
 namespace {

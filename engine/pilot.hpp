@@ -2,6 +2,7 @@
 
 namespace edgewise {
 
+class Listener;
 struct Planned;
 
 /// Measures the paths that could still win, and puts the best of them into the answer.

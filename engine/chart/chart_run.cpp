@@ -55,8 +55,7 @@ class ChartRun {
     ChartRun(const Planned& planned, Listener& messages, const TriedPaths& tried,
              const ChartedRuns& settings, double resident, Charted& result,
              const ChartProgress& progress)
-        : planned_(planned),
-          messages_(messages),
+        : messages_(messages),
           settings_(settings),
           result_(result),
           progress_(progress),
@@ -138,7 +137,6 @@ class ChartRun {
         result_.pictures = std::move(pictures);
     }
 
-    const Planned& planned_;
     Listener& messages_;
     const ChartedRuns& settings_;
     Charted& result_;

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "graph/cost.hpp"
+#include "graph/message.hpp"
 
 namespace edgewise {
 
