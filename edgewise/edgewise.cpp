@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "engine/measure/machine.hpp"
-#include "engine/reached.hpp"
+#include "engine/request/input.hpp"
 
 namespace edgewise {
 
@@ -12,14 +12,10 @@ Engine default_engine() { return {catalogue(), chosen_profile({})}; }
 Prepared prepare(const Engine& engine, Query query, const Volume& volume, Listener& messages) {
     query.input = volume.input().name;
     query.selection = volume.input().selection;
-    const Opening as{.runs = true,
-                     .keeps_samples = true,
-                     .guest = true,
-                     .given = volume.data(),
-                     .described = std::make_shared<const Input>(volume.input())};
-    Reached reached(ask(engine, std::move(query), as));
-    reached.prepare({.errors = ErrorsWanted::for_choice, .front = false}, messages);
-    return Prepared(std::move(reached.plan()));
+    return prepare(
+        engine, std::move(query),
+        Opening{.given = volume.data(), .described = std::make_shared<const Input>(volume.input())},
+        {.errors = ErrorsWanted::for_choice, .front = false}, messages);
 }
 
 Prepared prepare(const Engine& engine, Query query, const Volume& volume) {

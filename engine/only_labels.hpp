@@ -13,6 +13,6 @@ namespace edgewise {
 /// @return a warning that names those that do not occur, or ""
 /// @throws RequestError none of them occurs
 Message keep_labels(Input& input, const std::vector<std::int64_t>& labels, double background,
-                        std::pmr::memory_resource* memory);
+                    std::pmr::memory_resource* memory);
 
 }  // namespace edgewise

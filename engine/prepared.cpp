@@ -147,11 +147,10 @@ Prepared Prepared::with_views(const GeometrySpec& views) const {
     return Prepared(std::move(followed), messages.warnings());
 }
 
-Prepared prepare(const Engine& engine, RequestSpec query, std::shared_ptr<const Data> given,
-                 const Effort& effort, Listener& messages) {
-    Reached reached(
-        ask(engine, std::move(query),
-            {.runs = true, .keeps_samples = true, .guest = true, .given = std::move(given)}));
+Prepared prepare(const Engine& engine, RequestSpec query, Opening as, const Effort& effort,
+                 Listener& messages) {
+    as.runs = as.keeps_samples = as.guest = true;
+    Reached reached(ask(engine, std::move(query), std::move(as)));
     reached.prepare(effort, messages);
     return Prepared(std::move(reached.plan()));
 }
@@ -159,7 +158,7 @@ Prepared prepare(const Engine& engine, RequestSpec query, std::shared_ptr<const 
 Prepared prepare(const Engine& engine, RequestSpec query, std::shared_ptr<const Data> given,
                  const Effort& effort) {
     Listener messages;
-    return prepare(engine, std::move(query), std::move(given), effort, messages);
+    return prepare(engine, std::move(query), Opening{.given = std::move(given)}, effort, messages);
 }
 
 }  // namespace edgewise

@@ -58,7 +58,6 @@ class ResultWriter {
 /// @throws RequestError several frames and no place for their number; more than a montage has room
 ///         for; --fps of what is no animation
 /// @return  a warning where the file leaves out some of the frames, or ""
-Message expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs,
-                          int frames);
+Message expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs, int frames);
 
 }  // namespace edgewise

@@ -687,10 +687,9 @@ Remarks take_all_values(Request& want, std::optional<Window>& window, const Requ
     want.transfer = grey_ramp(low, high, want.spacing.minCoeff() / part);
     if (part == 1) return {};
     return {{},
-            {message(
-                "@mode({}): most of the volume is dark, so the grey ramp's opacities are "
-                "for 1/{} of the smallest spacing; @transfer and @preset have their own",
-                want.mode->name, part)}};
+            {message("@mode({}): most of the volume is dark, so the grey ramp's opacities are "
+                     "for 1/{} of the smallest spacing; @transfer and @preset have their own",
+                     want.mode->name, part)}};
 }
 
 /// Somebody wants them smoothed.
