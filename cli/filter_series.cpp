@@ -49,9 +49,9 @@ class FilteredSeries {
     void take(int time) {
         JobOptions one = options_;
         one.selection.time = std::to_string(time);
-        RequestSpec spec = spec_of(one, catalogue());
-        if (!engine_) engine_ = engine_of(one, spec, true, messages_);
-        last_.emplace(ask(*engine_, std::move(spec), {.runs = true}));
+        Query query = spec_of(one, catalogue());
+        if (!engine_) engine_ = engine_of(one, query, true, messages_);
+        last_.emplace(ask(*engine_, std::move(query), {.runs = true}));
         Effort effort;
         if (!one.verify) effort.errors = ErrorsWanted::for_choice;
         last_->open_all(messages_);

@@ -59,7 +59,7 @@ std::string graph_of(TypedRequest& typed, Form form) {
     if (form == Form::svg) return picture_of(typed);
     const Looked& looked = *typed.reached().looked();
     const TransformGraph spanned =
-        expand(looked.engine.edges(), looked.ask(), looked.sources(), looked.spec.demands);
+        expand(looked.engine.edges(), looked.ask(), looked.sources(), looked.query.demands);
     const auto cost = [&](const Arc& arc) {
         return cost_of(looked.engine.edges()[static_cast<std::size_t>(arc.edge)], arc.offer,
                        looked.ask(), looked.engine.machine(), looked.want.threads);

@@ -38,7 +38,7 @@ void expect_no_files_of_one_plan(const JobOptions& options) {
             "its own; name one channel");
 }
 
-RequestSpec merged_spec(const JobOptions& options, Messages& messages) {
+Query merged_spec(const JobOptions& options, Messages& messages) {
     configure(messages, options);
     JobOptions without = options;
     without.selection.channel.reset();

@@ -28,7 +28,7 @@ std::array<double, 3> place_of_planes(const std::string& text) {
     return {n[0], n[1], n[2]};
 }
 
-RequestSpec planes_spec(const JobOptions& options, Messages& messages) {
+Query planes_spec(const JobOptions& options, Messages& messages) {
     configure(messages, options);
     return spec_of(options, catalogue());
 }
@@ -44,7 +44,7 @@ struct TypedPlanes {
 };
 
 std::string heading_of(const Planned& planned) {
-    return fmt::format("plane {}\n", *planned.spec.geometry.view);
+    return fmt::format("plane {}\n", *planned.query.geometry.view);
 }
 
 /// What each plane's report is, and what was written.

@@ -43,7 +43,7 @@ void expect_no_files_of_one_run(const JobOptions& options) {
             "channel");
 }
 
-RequestSpec series_spec(const JobOptions& options, Messages& messages) {
+Query series_spec(const JobOptions& options, Messages& messages) {
     configure(messages, options);
     JobOptions without = options;
     without.selection.time.reset();

@@ -23,9 +23,6 @@
 
 namespace edgewise {
 
-/// What is asked: see RequestSpec.
-using Query = RequestSpec;
-
 /// All edges, and the profile that `edgewise calibrate` left for this processor, else the built-in
 /// one. @throws InputError
 Engine default_engine();

@@ -100,7 +100,7 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
     pictures.white = *high;
     const store::Header& header = looked_.input.header;
     const Request& want = looked_.want;
-    const double exposure = looked_.spec.exposure.value_or(1);
+    const double exposure = looked_.query.exposure.value_or(1);
     if (want.job == Job::render && want.mode->over_background) {
         pictures.black = 0;
         pictures.white = 1 / exposure;

@@ -31,7 +31,7 @@ void tell_of_file(const Opened& opened, const Input& input, const std::vector<Me
         return;
     }
     // Samples that a request has read in a way of its own are of the same file.
-    const bool keeps = opened.spec.remembers && !opened.as.given;
+    const bool keeps = opened.query.remembers && !opened.as.given;
     const KnownFacts facts(keeps ? identity_of_files(input) : std::nullopt);
     std::vector<std::string> told = told_of(facts);
     const std::size_t before = told.size();

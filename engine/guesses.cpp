@@ -94,7 +94,7 @@ bool is_ct_in_units(const Looked& opened) {
 }  // namespace
 
 void say_where_front_is(const Opened& opened, Listener& messages) {
-    const std::optional<std::string>& view = opened.spec.geometry.view;
+    const std::optional<std::string>& view = opened.query.geometry.view;
     const Input& input = opened.input;
     const Job job = opened.want.job;
     if (!view || is_own_axis(*view) || input.header.anatomical || !is_of_file(opened) ||
@@ -107,8 +107,8 @@ void say_where_front_is(const Opened& opened, Listener& messages) {
 }
 
 bool looks_along_z(const Opened& opened) {
-    return opened.want.job == Job::render && !opened.spec.geometry.view &&
-           !opened.spec.geometry.look_at && !opened.input.header.anatomical;
+    return opened.want.job == Job::render && !opened.query.geometry.view &&
+           !opened.query.geometry.look_at && !opened.input.header.anatomical;
 }
 
 void say_what_is_reduced(const Opened& opened, Listener& messages) {
@@ -134,7 +134,7 @@ void say_what_is_reduced(const Opened& opened, Listener& messages) {
 
 void take_outside(Looked& opened) {
     const Input& input = opened.input;
-    if (opened.spec.outside || opened.want.field == Field::nearest || opened.as.given ||
+    if (opened.query.outside || opened.want.field == Field::nearest || opened.as.given ||
         !input.data->samples.data() || !reaches_beyond(opened) || !is_ct_in_units(opened))
         return;
     const store::PaddingRuns padding = store::padding_runs(input.header, input.selection);

@@ -32,7 +32,7 @@ Message lack_of_room(const Opened& opened) {
     if (opened.as.given || input.described || input.bytes() <= limit) return {};
     return message("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
                    input.name, input.bytes() / 0x1p20, limit / 0x1p20,
-                   opened.spec.max_memory ? message(" by @max_memory") : " on this machine");
+                   opened.query.max_memory ? message(" by @max_memory") : " on this machine");
 }
 
 /// Before samples are read. Where there is no room for them, how much would do is planned as if
@@ -59,7 +59,7 @@ void take_transfer(Looked& looked, const Statistics& statistics,
         }
         if (series->low <= series->high) seen.low = series->low, seen.high = series->high;
     }
-    Remarks remarks = take_values(looked.want, looked.window, looked.spec, looked.input, seen);
+    Remarks remarks = take_values(looked.want, looked.window, looked.query, looked.input, seen);
     for (const Message& warning : remarks.warnings)
         if (messages) messages->warning(warning);
     for (const Message& notice : remarks.notices)
@@ -137,7 +137,7 @@ ErrorsWanted errors_of(const Asked& asked, const Effort& effort) {
     // Of results that are to be equal but for rounding it is only to be shown.
     const bool decides = budget.error && (!budget.error_yields || effort.front);
     return decides || asked.want.minimize == Minimize::error ||
-                   asked.spec.planner != Planner::estimate
+                   asked.query.planner != Planner::estimate
                ? ErrorsWanted::asked
                : ErrorsWanted::for_choice;
 }
@@ -153,7 +153,7 @@ std::vector<Source> Looked::sources() const {
 
 void look_at_data(Looked& looked, bool draw) {
     const auto begin = Clock::now();
-    const Demands asked = untried(looked.spec.demands, looked.engine.edges());
+    const Demands asked = untried(looked.query.demands, looked.engine.edges());
     const Input& input = looked.input;
     const Statistics& statistics = looked.statistics;
     std::pmr::memory_resource* memory = looked.memory.get();
@@ -196,12 +196,12 @@ Input read(const Opened& opened, Listener& messages) {
     else
         found = read_data(input, opened.memory.get());
     tell_of_file(opened, input, found, messages);
-    if (!opened.spec.only_labels.empty())
-        if (const Message missing = keep_labels(input, opened.spec.only_labels, opened.want.outside,
-                                                opened.memory.get());
+    if (!opened.query.only_labels.empty())
+        if (const Message missing = keep_labels(input, opened.query.only_labels,
+                                                opened.want.outside, opened.memory.get());
             !missing.empty())
             messages.warning(missing);
-    if (!opened.spec.remembers) input.identity.reset();
+    if (!opened.query.remembers) input.identity.reset();
     return input;
 }
 

@@ -49,24 +49,26 @@ std::vector<ChannelSpec> parts_of_colour() {
 }
 
 /// Why channels of such a request cannot be merged is its own error, told at once.
-void expect_mergeable(const RequestSpec& spec) {
-    if (spec.job != Job::render)
-        throw RequestError(message("@channel: {} merges no channels; name one", name_of(spec.job)));
-    if (spec.selection.channel)
+void expect_mergeable(const Query& query) {
+    if (query.job != Job::render)
+        throw RequestError(
+            message("@channel: {} merges no channels; name one", name_of(query.job)));
+    if (query.selection.channel)
         throw RequestError(message("@channel: several are merged, and one is selected as well"));
-    if (spec.transfer)
+    if (query.transfer)
         throw RequestError(
             message("{}: its colours and those of channels exclude each other; without it light is "
                     "grey and takes the channel's colour",
-                    spec.transfer->from));
-    if (spec.suiting_preset)
+                    query.transfer->from));
+    if (query.suiting_preset)
         throw RequestError(
             message("@preset: its colours and those of channels exclude each other; "
                     "@mode(composite) has none"));
-    if (spec.background && *spec.background != std::array<double, 3>{0, 0, 0})
+    if (query.background && *query.background != std::array<double, 3>{0, 0, 0})
         throw RequestError(message("@background: channels add up over black"));
-    if (spec.keeps_alpha) throw RequestError(message("@background: merged channels have no alpha"));
-    if (spec.ranks.value_or(1) > 1)
+    if (query.keeps_alpha)
+        throw RequestError(message("@background: merged channels have no alpha"));
+    if (query.ranks.value_or(1) > 1)
         throw RequestError(message("@ranks: channels are merged on one rank"));
 }
 
@@ -140,7 +142,7 @@ class Merging {
  public:
     Merging(Merge& merge, const std::function<void(MergedChannel&)>& planned,
             const MergedSink& sink)
-        : merge_(merge), spec_(merge.spec), planned_(planned), sink_(sink) {}
+        : merge_(merge), query_(merge.query), planned_(planned), sink_(sink) {}
 
     void run_all() {
         look();
@@ -167,41 +169,42 @@ class Merging {
 
     /// What the file is and what is to be written, before anything is read or planned.
     void look() {
-        expect_mergeable(spec_);
-        if (spec_.out) outputs_.emplace(*spec_.out);
+        expect_mergeable(query_);
+        if (query_.out) outputs_.emplace(*query_.out);
         const InState unobserved(merge_.messages, Listener::State::unobserved);
-        Request want = request_of(spec_);
-        Input input = inspected(spec_.input, chosen_selection(spec_, outputs_));
+        Request want = request_of(query_);
+        Input input = inspected(query_.input, chosen_selection(query_, outputs_));
         if (merge_.runs && input.described)
             throw RequestError(
-                fmt::format("{}: a description has no samples to run on", spec_.input));
+                fmt::format("{}: a description has no samples to run on", query_.input));
         found_ = channels_of(merge_, input);
         colours_ = merge_.wanted.empty() && input.header.colour;
         by_alpha_ = colours_ && input.header.alpha == store::Alpha::straight;
         bytes_ = input.header.type == Type::u8;
-        if (colours_ && spec_.mode->over_background)
+        if (colours_ && query_.mode->over_background)
             throw RequestError(
                 message("@mode({}): {} holds colours, which have no opacity by their value; "
                         "@mode({}) show them, and @channel(0) takes one of red, green and blue",
-                        spec_.mode->name, input.name, modes_of_colours()));
+                        query_.mode->name, input.name, modes_of_colours()));
         input.selection.channel = found_.front().channel;
-        const Geometry geometry = take_geometry(want, spec_, input, outputs_);
+        const Geometry geometry = take_geometry(want, query_, input, outputs_);
         merge_.frames = want.frames;
         merge_.extent = want.output();
-        apart_ = spec_.look.montage && merge_.frames == 1 && !colours_ && found_.size() > 1;
+        apart_ = query_.look.montage && merge_.frames == 1 && !colours_ && found_.size() > 1;
         if (apart_) {
             const int channels = static_cast<int>(found_.size());
-            sheets_of(spec_.look, channels);  // refuses what has no room
+            sheets_of(query_.look, channels);  // refuses what has no room
             pictures_of_each_ = channels;
-            const auto [columns, rows] = *spec_.look.montage;
+            const auto [columns, rows] = *query_.look.montage;
             if (columns * rows > channels) ++pictures_of_each_;
         }
-        if (const Message left_out = expect_frames(spec_, outputs_, want.frames); !left_out.empty())
+        if (const Message left_out = expect_frames(query_, outputs_, want.frames);
+            !left_out.empty())
             merge_.messages.warning(left_out);
         writes_ = outputs_ && !outputs_->none();
-        if (want.mode->over_background) shown_.exposure = spec_.exposure.value_or(1);
+        if (want.mode->over_background) shown_.exposure = query_.exposure.value_or(1);
         want.mode = coloured_mode();
-        if (writes_) written_ = written_of(want, spec_, geometry, input, *outputs_, 0, 1);
+        if (writes_) written_ = written_of(want, query_, geometry, input, *outputs_, 0, 1);
         // Colours are there, and no background is seen through them.
         written_.tail.channels = kColours;
         written_.tail.over_background = false;
@@ -217,12 +220,12 @@ class Merging {
         const std::size_t parts = colours_ ? found_.size() : 1;
         const double bytes = double(frames) * (double(parts) * value.bytes() +
                                                (apart_ ? pictures_of_each_ : 1) * colours.bytes());
-        const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
+        const double left = query_.max_memory ? *query_.max_memory - resident_now() : free_memory();
         if (bytes > left)
             throw NoPlan(message(
                 "{}: {} pictures of merged channels take {:.0f} MiB, and {:.0f} MiB are left for "
                 "them",
-                spec_.max_memory ? setting("max_memory") : "memory", frames, bytes / 0x1p20,
+                query_.max_memory ? setting("max_memory") : "memory", frames, bytes / 0x1p20,
                 std::max(0.0, left) / 0x1p20));
         // What the pictures are made of and what they are written as; budgets are the channels'.
         memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
@@ -239,8 +242,8 @@ class Merging {
         }
     }
 
-    RequestSpec spec_of(const MergedChannel& channel, int left) const {
-        RequestSpec one = spec_;
+    Query spec_of(const MergedChannel& channel, int left) const {
+        Query one = query_;
         one.selection.channel = channel.channel;
         one.selection.by_alpha = by_alpha_;
         const bool takes = shows_values(*one.mode) || (one.mode->takes_transfer && !one.transfer);
@@ -249,20 +252,20 @@ class Merging {
         one.out.reset();
         one.fps.reset();
         // Predicted, not measured: the same request has the same plans.
-        if (spec_.max_time)
-            one.max_time = std::max(0.0, *spec_.max_time - predicted_of(merge_).seconds) / left;
+        if (query_.max_time)
+            one.max_time = std::max(0.0, *query_.max_time - predicted_of(merge_).seconds) / left;
         return one;
     }
 
     void plan_one(MergedChannel& channel, int left) {
-        const RequestSpec spec = spec_of(channel, left);
-        channel.request.emplace(ask(merge_.engine, spec, {.runs = merge_.runs}));
+        const Query query = spec_of(channel, left);
+        channel.request.emplace(ask(merge_.engine, query, {.runs = merge_.runs}));
         try {
             channel.request->prepare(merge_.effort, merge_.messages);
         } catch (const NoPlan& error) {
             const std::string share =
-                spec_.max_time && merge_.wanted.size() != 1
-                    ? fmt::format(", for its share of {:.3g} s", *spec.max_time)
+                query_.max_time && merge_.wanted.size() != 1
+                    ? fmt::format(", for its share of {:.3g} s", *query.max_time)
                     : "";
             throw NoPlan(message("channel {}{}: {}", channel.channel, share, error.message()));
         }
@@ -270,7 +273,7 @@ class Merging {
 
     void render(MergedChannel& channel) {
         // All of them together are held against it, when all have run.
-        channel.request->plan().want.budget.seconds = spec_.max_time;
+        channel.request->plan().want.budget.seconds = query_.max_time;
         const auto pixels = static_cast<std::size_t>(merge_.extent.x * merge_.extent.y);
         const auto take = [&](int frame, const Data& result) {
             const auto channels = static_cast<std::size_t>(result.what.channels);
@@ -294,7 +297,7 @@ class Merging {
         const auto begin = Clock::now();
         Shades shades{0, 255};
         if (const auto& window = merge_.channels[0].request->planned()->window;
-            window || !bytes_ || !shows_values(*spec_.mode)) {
+            window || !bytes_ || !shows_values(*query_.mode)) {
             std::vector<std::shared_ptr<const Data>> all;
             for (const Pictures& part : values_) all.insert(all.end(), part.begin(), part.end());
             shades = shades_of(all, window, shown_);
@@ -344,14 +347,14 @@ class Merging {
 
     void end() {
         measure();
-        if (spec_.strict && merge_.measured->kept == false)
+        if (query_.strict && merge_.measured->kept == false)
             throw RunError(message("@strict: a budget is broken; nothing is written"));
         values_.clear();
         memory_->trim();
         const auto begin = Clock::now();
         std::optional<ResultWriter> writer;
         if (writes_)
-            writer.emplace(*outputs_, written_, spec_, static_cast<int>(pictures_.size()),
+            writer.emplace(*outputs_, written_, query_, static_cast<int>(pictures_.size()),
                            merge_.messages.stop());
         for (std::size_t i = 0; i < pictures_.size(); ++i) {
             poll();
@@ -370,7 +373,7 @@ class Merging {
     /// Seconds of the channels add up, run by run; the error is that of the worst channel.
     void measure() {
         Measured& all = merge_.measured.emplace();
-        all.seconds.assign(static_cast<std::size_t>(spec_.repeat), 0);
+        all.seconds.assign(static_cast<std::size_t>(query_.repeat), 0);
         for (const MergedChannel& channel : merge_.channels) {
             const Measured& one = channel.request->run->measured;
             for (std::size_t i = 0; i < all.seconds.size(); ++i) all.seconds[i] += one.seconds[i];
@@ -383,17 +386,17 @@ class Merging {
                 all.error = one.error;
         }
         const double took = median(all.seconds);
-        if (!spec_.max_time || took <= *spec_.max_time) return;
+        if (!query_.max_time || took <= *query_.max_time) return;
         all.kept = false;
         merge_.messages.warning(
             fmt::format("time: {:.3g} s of all channels is beyond the budget of {:.3g} s", took,
-                        *spec_.max_time));
+                        *query_.max_time));
     }
 
     static constexpr std::size_t kWriting = 16 << 20;  // beside the pictures, for small ones
 
     Merge& merge_;
-    const RequestSpec& spec_;
+    const Query& query_;
     const std::function<void(MergedChannel&)>& planned_;
     const MergedSink& sink_;
     std::vector<MergedChannel> found_;

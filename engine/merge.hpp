@@ -47,13 +47,13 @@ struct Merge {
     ///                  or, without a transfer function, shades of grey
     /// @param channels  empty: all that the input has
     /// @param listener  outlives it
-    Merge(RequestSpec request, std::vector<ChannelSpec> asked, Engine means, Listener& listener)
-        : spec(std::move(request)),
+    Merge(Query request, std::vector<ChannelSpec> asked, Engine means, Listener& listener)
+        : query(std::move(request)),
           wanted(std::move(asked)),
           engine(std::move(means)),
           messages(listener) {}
 
-    const RequestSpec spec;
+    const Query query;
     const std::vector<ChannelSpec> wanted;
     const Engine engine;
     Listener& messages;

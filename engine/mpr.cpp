@@ -20,23 +20,23 @@ constexpr int kBetweenPlanes = 2;  // pixels between planes
 constexpr int kLeastSide = 512;    // pixels of a picture whose size nobody says
 
 /// What of the request planes have no use for, or "".
-Message useless(const RequestSpec& spec) {
-    const GeometrySpec& geometry = spec.geometry;
+Message useless(const Query& query) {
+    const GeometrySpec& geometry = query.geometry;
     if (geometry.view) return setting("view");
     if (!geometry.steps.empty()) return setting_of(geometry.steps.front().kind);
     if (geometry.about) return setting("about");
     if (geometry.perspective) return setting("perspective");
     if (geometry.zoom) return setting("zoom");
-    if (!spec.clip.empty()) return spec.clip.settings();
-    if (spec.look.montage) return setting("montage");
-    if (spec.look.depth_colour) return setting("depth_colour");
+    if (!query.clip.empty()) return query.clip.settings();
+    if (query.look.montage) return setting("montage");
+    if (query.look.depth_colour) return setting("depth_colour");
     return "";
 }
 
 class MakingPlanes {
  public:
     MakingPlanes(Planes& planes, const std::function<void(Planned&)>& planned)
-        : planes_(planes), spec_(planes.spec), planned_(planned) {}
+        : planes_(planes), query_(planes.query), planned_(planned) {}
 
     void run_all() {
         look();
@@ -49,11 +49,11 @@ class MakingPlanes {
 
  private:
     void look() {
-        if (const Message found = useless(spec_); !found.empty())
+        if (const Message found = useless(query_); !found.empty())
             throw RequestError(message("{}: not with @mpr, which shows three planes", found));
-        if (spec_.out) outputs_.emplace(*spec_.out);
+        if (query_.out) outputs_.emplace(*query_.out);
         const InState unobserved(planes_.messages, Listener::State::unobserved);
-        const Input input = inspected(spec_.input, selection_of(spec_));
+        const Input input = inspected(query_.input, selection_of(query_));
         if (input.described)
             throw RequestError(message("@mpr: a description has no samples to show"));
         grid_ = grid_of(input);
@@ -71,7 +71,7 @@ class MakingPlanes {
 
     void take_pixel() {
         pixel_ = grid_.spacing.minCoeff();
-        const GeometrySpec& geometry = spec_.geometry;
+        const GeometrySpec& geometry = query_.geometry;
         if (geometry.spacing) pixel_ = geometry.spacing->front();
         if (!geometry.size) {
             // Gaps make up for what rounding takes from two planes.
@@ -109,9 +109,9 @@ class MakingPlanes {
         int depth = 0;
         for (int axis = 0; axis < 3; ++axis)
             if (turn(2, axis) != 0) depth = axis;
-        RequestSpec one = spec_;
+        Query one = query_;
         one.job = Job::warp;
-        one.mode = RequestSpec().mode;
+        one.mode = Query().mode;
         one.out.reset();
         one.look = {};
         one.geometry = {};
@@ -126,7 +126,7 @@ class MakingPlanes {
         Reached& reached =
             planes_.requests.emplace_back(ask(planes_.engine, std::move(one), {.runs = true}));
         const ErrorsWanted errors =
-            planes_.explained || spec_.verify ? ErrorsWanted::asked : ErrorsWanted::for_choice;
+            planes_.explained || query_.verify ? ErrorsWanted::asked : ErrorsWanted::for_choice;
         reached.prepare({.errors = errors, .front = planes_.explained}, planes_.messages);
         if (planned_) planned_(reached.plan());
         const auto keep = [&](int, const Data& result) {
@@ -155,10 +155,10 @@ class MakingPlanes {
         tail.type = Type::u8;
         tail.channels = channels;
         tail.table = first().input.table;
-        const Shades levels = shades_of(found_, spec_.window, tail);
-        const bool in_colours = channels == 1 && spec_.look.colours();
+        const Shades levels = shades_of(found_, query_.window, tail);
+        const bool in_colours = channels == 1 && query_.look.colours();
         const Colormap map =
-            spec_.look.colormap.empty() ? Colormap() : colormap_of(spec_.look.colormap);
+            query_.look.colormap.empty() ? Colormap() : colormap_of(query_.look.colormap);
         const auto samples = [&](const Data& result) {
             return in_colours
                        ? coloured(result, tail, levels, map, std::pmr::get_default_resource())
@@ -175,14 +175,14 @@ class MakingPlanes {
         header.spacing = {pixel_, pixel_, 1};
         header.unit = first().input.header.unit;
         header.format = outputs_->format().name;
-        Sheet sheet(spec_.look, header, 1);
-        if (in_colours && spec_.look.legend)
+        Sheet sheet(query_.look, header, 1);
+        if (in_colours && query_.look.legend)
             sheet.explain({map, levels.black, levels.white, first().input.header.value_unit});
         sheet.add(0, canvas.samples.data());
         const std::string file = outputs_->file(0);
         if (const std::string why = store::cannot_write(file, sheet.header()); !why.empty())
             throw RequestError(message("@out({}): {}", file, why));
-        store::write(file, sheet.header(), sheet.samples(), {spec_.quality});
+        store::write(file, sheet.header(), sheet.samples(), {query_.quality});
         planes_.files.push_back(file);
         planes_.write_seconds = since(begin);
     }
@@ -216,7 +216,7 @@ class MakingPlanes {
     }
 
     Planes& planes_;
-    const RequestSpec& spec_;
+    const Query& query_;
     const std::function<void(Planned&)>& planned_;
     std::optional<Outputs> outputs_;
     std::array<const char*, 3> views_{"y", "x", "z"};
@@ -227,9 +227,8 @@ class MakingPlanes {
 
 }  // namespace
 
-Planes::Planes(RequestSpec request, const std::array<double, 3>& at, Engine means,
-               Listener& listener)
-    : spec(std::move(request)), place(at), engine(std::move(means)), messages(listener) {}
+Planes::Planes(Query request, const std::array<double, 3>& at, Engine means, Listener& listener)
+    : query(std::move(request)), place(at), engine(std::move(means)), messages(listener) {}
 
 void perform(Planes& planes, const std::function<void(Planned&)>& planned) {
     MakingPlanes(planes, planned).run_all();

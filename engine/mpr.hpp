@@ -19,10 +19,9 @@ struct Planes {
     ///                  absent: one pixel a sample, but at least 512 on the longer side
     /// @param place     sample of the input
     /// @param listener  outlives it
-    Planes(RequestSpec request, const std::array<double, 3>& place, Engine means,
-           Listener& listener);
+    Planes(Query request, const std::array<double, 3>& place, Engine means, Listener& listener);
 
-    const RequestSpec spec;
+    const Query query;
     const std::array<double, 3> place;
     const Engine engine;
     Listener& messages;

@@ -26,8 +26,8 @@ constexpr double kReserve = 12 << 20, kReserveAThread = 1 << 20;
 /// How many memories there are, and who shares one: by default as the machine has them. Who runs
 /// the paths: here the cores of this process, elsewhere the processors of a rank.
 void take_machine(Asked& asked) {
-    asked.want.ranks = asked.spec.ranks.value_or(asked.engine.machine().ranks);
-    if (asked.spec.threads) return;
+    asked.want.ranks = asked.query.ranks.value_or(asked.engine.machine().ranks);
+    if (asked.query.threads) return;
     asked.threads_of_machine = is_elsewhere(asked);
     if (asked.threads_of_machine) asked.want.threads = asked.engine.machine().processors;
 }
@@ -37,7 +37,7 @@ void expect_one_rank(const Asked& asked) {
     if (asked.as.runs && asked.want.ranks > 1)
         throw RequestError(
             message("{}: {} ranks: a run is on one rank; `@command(plan)` plans for more",
-                    asked.spec.ranks ? setting("ranks") : setting("machine"), asked.want.ranks));
+                    asked.query.ranks ? setting("ranks") : setting("machine"), asked.want.ranks));
 }
 
 void say_whose_machine(const Asked& asked, Listener& messages) {
@@ -76,7 +76,7 @@ void open_memory(Opened& opened, Listener& messages) {
     // Samples are looked at here, whatever another machine has room for.
     if (is_elsewhere(opened)) left = std::min(left, free_memory());
     opened.memory = std::make_shared<MemoryBudget>(static_cast<std::size_t>(left));
-    if (opened.spec.max_memory)
+    if (opened.query.max_memory)
         messages.memory_opened(left + kReserve + 10e6 * opened.want.threads);
 }
 
@@ -88,7 +88,7 @@ bool can_be_copied(const Opened& opened, const Representation& stored) {
     any.low = -any.high;
     const Ask ask{opened.want, any};
     const TransformGraph spanned =
-        expand(opened.engine.edges(), ask, {{stored}}, opened.spec.demands);
+        expand(opened.engine.edges(), ask, {{stored}}, opened.query.demands);
     const auto arcs = boost::make_iterator_range(boost::edges(spanned.graph));
     return std::any_of(arcs.begin(), arcs.end(), [&](const auto arc) {
         const Arc& what = spanned.graph[arc];
@@ -104,7 +104,7 @@ bool can_be_copied(const Opened& opened, const Representation& stored) {
 void take_exactness(Opened& opened) {
     Input& input = opened.input;
     const Request& want = opened.want;
-    const RequestSpec& o = opened.spec;
+    const Query& o = opened.query;
     if (o.labels) input.header.labels = true;
     if (input.described || input.phantom || input.pairs || opened.as.given) return;
     if ((want.job == Job::mesh && o.labels) || shows_labels(want)) {
@@ -149,7 +149,7 @@ void take_exactness(Opened& opened) {
 
 /// Pictures on the way need files that one picture can take the place of.
 void expect_place_for_pictures(const Opened& opened) {
-    if (opened.spec.strict)
+    if (opened.query.strict)
         throw RequestError(
             message("@strict: writes nothing that breaks a budget, and pictures on the way are "
                     "written before that is known; leave out one"));
@@ -158,12 +158,12 @@ void expect_place_for_pictures(const Opened& opened) {
         throw RequestError(message(
             "@out({}): pictures on the way replace one another in a file; name one, with %d for "
             "several views",
-            opened.spec.out.value_or("-")));
+            opened.query.out.value_or("-")));
 }
 
 /// Folders of many files take long to look at, so a series does it once.
 Input described_input(const Opened& opened) {
-    const RequestSpec& o = opened.spec;
+    const Query& o = opened.query;
     if (opened.as.given && o.input.empty()) return given_input(*opened.as.given, selection_of(o));
     if (!opened.as.described) return inspected(o.input, chosen_selection(o, opened.outputs));
     Input input = *opened.as.described;
@@ -173,14 +173,14 @@ Input described_input(const Opened& opened) {
 
 /// @throws RequestError names of edges that there are not
 void expect_demands(const Asked& asked) {
-    for (const auto* demands : {&asked.spec.demands.via, &asked.spec.demands.without})
+    for (const auto* demands : {&asked.query.demands.via, &asked.query.demands.without})
         for (const Demand& demand : *demands)
             demand_of(demand.name + demand.with.text(), asked.engine.edges());
 }
 
 void say_how_sure_places_are(const Opened& opened, Listener& messages) {
-    if (opened.spec.radon)
-        if (const Message remark = remark_on_angles(*opened.spec.radon); !remark.empty())
+    if (opened.query.radon)
+        if (const Message remark = remark_on_angles(*opened.query.radon); !remark.empty())
             messages.warning(remark);
     // Places of 512 samples are then off by 2^-53 512 times that, 2^-22 of a sample.
     constexpr double kIllConditioned = 4e6;
@@ -206,7 +206,7 @@ void take_written(Opened& opened, double low, double high) {
         return;
     }
     opened.written =
-        written_of(opened.want, opened.spec, opened.geometry, input, *opened.outputs, low, high);
+        written_of(opened.want, opened.query, opened.geometry, input, *opened.outputs, low, high);
     const Tail& tail = opened.written.tail;
     want.written.reset();
     if (!want.job->samples || tail.view || opened.outputs->none()) return;
@@ -220,25 +220,25 @@ void take_written(Opened& opened, double low, double high) {
 }
 
 bool Opened::writes_at_once() const noexcept {
-    if (want.frames == 1 || spec.strict) return false;
+    if (want.frames == 1 || query.strict) return false;
     const bool into_files = outputs && !outputs->none();
     // Frames of an animation are written in order, whichever is there first.
     if (into_files && outputs->animates(want.frames)) return false;
     return !into_files || !written.tail.view || are_known(window, written.tail);
 }
 
-Asked ask(const Engine& engine, RequestSpec spec, Opening as) {
-    spec = with_smoothing(std::move(spec), engine.edges());
-    Request want = request_of(spec);
-    std::optional<Window> window = spec.window;
-    Asked asked{engine, std::move(spec), std::move(as), std::move(want), false, std::move(window)};
+Asked ask(const Engine& engine, Query query, Opening as) {
+    query = with_smoothing(std::move(query), engine.edges());
+    Request want = request_of(query);
+    std::optional<Window> window = query.window;
+    Asked asked{engine, std::move(query), std::move(as), std::move(want), false, std::move(window)};
     take_machine(asked);
     return asked;
 }
 
 Opened open(Asked asked, Listener& messages) {
     Opened opened(std::move(asked));
-    const RequestSpec& o = opened.spec;
+    const Query& o = opened.query;
     if (o.out)
         opened.outputs.emplace(*o.out, opened.want.job == Job::mesh ? Outputs::Holds::surface
                                                                     : Outputs::Holds::samples);

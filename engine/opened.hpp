@@ -25,7 +25,7 @@ struct Opening {
     /// the process holds besides.
     bool guest = false;
     /// Samples in place of the input's: then none are read. Where the input has no name they are
-    /// all that is known of it: samples one unit apart, or as the spec's selection says.
+    /// all that is known of it: samples one unit apart, or as the query's selection says.
     std::shared_ptr<const Data> given = {};
     /// Takes pictures on the way, of edges that have its watch.
     std::shared_ptr<Refinement> refinement = {};
@@ -36,7 +36,7 @@ struct Opening {
 /// A request as it is asked: its words, and what the graph needs to know of them.
 struct Asked {
     Engine engine;
-    RequestSpec spec;
+    Query query;
     Opening as;
     Request want;                     // what the graph knows of it: each stage knows more
     bool threads_of_machine = false;  // its threads are the profile's, of one rank
@@ -62,7 +62,7 @@ struct Opened : Asked {
 };
 
 /// @throws RequestError
-Asked ask(const Engine& engine, RequestSpec spec, Opening as = {});
+Asked ask(const Engine& engine, Query query, Opening as = {});
 
 /// Reads the description of the input and checks what is to be written.
 /// @param messages  is told what is wrong with the request or may be

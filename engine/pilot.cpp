@@ -66,7 +66,7 @@ class Pilot {
           most_seconds_(most),
           want_(with_few_frames(planned.want, kFrames)),
           key_(wisdom_key(planned)),
-          wisdom_(planned.spec.remembers ? Wisdom::load() : Wisdom()) {
+          wisdom_(planned.query.remembers ? Wisdom::load() : Wisdom()) {
         if (!wisdom_.problem().empty()) messages.warning(wisdom_.problem());
         collect();
     }
@@ -351,7 +351,7 @@ class Pilot {
     }
 
     void keep() const {
-        if (runs_ == 0 || !planned_.spec.remembers) return;
+        if (runs_ == 0 || !planned_.query.remembers) return;
         Wisdom::Paths learned;
         for (const Contender& each : contenders_)
             if (each.known) {
@@ -360,7 +360,7 @@ class Pilot {
             }
         wisdom_.keep(
             key_,
-            fmt::format("{} {} {} to {}", name_of(planned_.want.job), planned_.spec.input,
+            fmt::format("{} {} {} to {}", name_of(planned_.want.job), planned_.query.input,
                         planned_.input.data->what.text(), text_of(planned_.want.screen, 3)),
             learned);
     }

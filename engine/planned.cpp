@@ -81,10 +81,10 @@ double pinned_bytes(const Planned& planned) {
 
 /// What verifying needs in addition to samples and results, when the path has ended.
 double verifying_bytes(const Planned& planned) {
-    if (!planned.spec.verify || !planned.input.data->samples.data()) return 0;
+    if (!planned.query.verify || !planned.input.data->samples.data()) return 0;
     const ReferenceField field(*planned.input.data, planned.want.field,
                                planned.input.phantom ? &*planned.input.phantom : nullptr);
-    return verifier_bytes(planned.want, field, static_cast<std::int64_t>(*planned.spec.verify),
+    return verifier_bytes(planned.want, field, static_cast<std::int64_t>(*planned.query.verify),
                           planned.want.threads);
 }
 
@@ -97,11 +97,11 @@ void run_pilot(Planned& planned, Listener& messages) {
     // As long as a few dozen runs take, within reason.
     constexpr double kRuns = 40, kLeast = 2.5, kMost = 20;
     const double guess = answer.plan ? answer.plan->predicted.seconds : kMost / kRuns;
-    const std::optional<double> given = planned.spec.planning_time;
+    const std::optional<double> given = planned.query.planning_time;
     const double limit = given.value_or(std::clamp(kRuns * guess, kLeast, kMost));
     const auto begin = Clock::now();
     try {
-        measure_contenders(planned, messages, planned.spec.planner == Planner::exhaustive, limit,
+        measure_contenders(planned, messages, planned.query.planner == Planner::exhaustive, limit,
                            given.value_or(kMost));
     } catch (const std::bad_alloc&) {
         messages.warning(message("@planner: no memory left to measure with; models decide"));
@@ -111,7 +111,7 @@ void run_pilot(Planned& planned, Listener& messages) {
 
 /// Why an edge that was asked for cannot serve, or "".
 Message refused_demand(const Planned& planned) {
-    for (const Demand& demand : planned.spec.demands.via)
+    for (const Demand& demand : planned.query.demands.via)
         for (const Refusal& refusal : planned.answer.refused)
             if (demand.name == refusal.transition ||
                 refusal.transition.starts_with(demand.name + "."))
@@ -122,7 +122,7 @@ Message refused_demand(const Planned& planned) {
 /// That rounding to the file's type is what breaks an error budget, or "".
 Message rounding_text(const Planned& planned) {
     const Request& want = planned.want;
-    if (!want.written || !want.budget.error || !planned.spec.max_error) return {};
+    if (!want.written || !want.budget.error || !planned.query.max_error) return {};
     const double error = rounding_of(planned.ask()) / planned.scene.range;
     if (error <= *want.budget.error) return {};
     return message(
@@ -136,7 +136,7 @@ Message rounding_text(const Planned& planned) {
 void hint_at_labels(const Planned& planned, Listener& messages) {
     const Request& want = planned.want;
     const Input& input = planned.input;
-    if (want.job != Job::warp || want.field != Field::spline || planned.spec.reference ||
+    if (want.job != Job::warp || want.field != Field::spline || planned.query.reference ||
         input.phantom || !input.data->samples.data())
         return;
     const auto copies = [&](const Step& step) {
@@ -155,7 +155,7 @@ void hint_at_labels(const Planned& planned, Listener& messages) {
 std::string problem_text(const Planned& planned) {
     std::string text = planned.answer.problem;
     const std::optional<double>& limit = planned.want.budget.error;
-    const std::string& typed = planned.spec.notation.error;
+    const std::string& typed = planned.query.notation.error;
     if (!limit || typed.empty()) return text;
     const std::string number = fmt::format("an error of {:.3g}", *limit);
     if (const std::size_t at = text.find(number); at != text.npos)
@@ -169,7 +169,7 @@ std::string nearest_text(const Planned& planned) {
         text += fmt::format("\n  {}: {:.3g} s, {:.0f} MiB, error {}", fmt::join(plan.texts(), ", "),
                             plan.predicted.seconds, plan.predicted.bytes / 0x1p20,
                             plan.predicted.known
-                                ? error_words(plan.predicted.error, planned.spec.notation.error)
+                                ? error_words(plan.predicted.error, planned.query.notation.error)
                                 : "unknown");
     return text.empty() ? text : "; the nearest are" + text;
 }
@@ -197,7 +197,7 @@ std::shared_ptr<const PricedGraph> Planned::graph() const {
 
 void take_bytes(Planned& planned) {
     leave_writing_out(planned);
-    planned.plan_options.demands = planned.spec.demands;
+    planned.plan_options.demands = planned.query.demands;
     planned.plan_options.pinned = pinned_bytes(planned);
     planned.plan_options.resident = planned.resident;
     if (planned.want.ranks > 1) return;
@@ -243,7 +243,7 @@ Planned price(Looked looked, const Effort& effort, Listener& messages) {
         const InState unobserved(messages, Listener::State::unobserved);
         ask_planner(planned);
     }
-    if (planned.spec.planner != Planner::estimate) run_pilot(planned, messages);
+    if (planned.query.planner != Planner::estimate) run_pilot(planned, messages);
     count_writing(planned);
     planned.answer.seconds = planned.spent.all();
     messages.ends(Listener::State::planning);

@@ -133,7 +133,7 @@ Prepared Prepared::with_input(std::shared_ptr<const Data> samples) const {
 
 Prepared Prepared::with_views(const GeometrySpec& views) const {
     const Planned& planned = *planned_;
-    RequestSpec query = planned.spec;
+    Query query = planned.query;
     query.geometry = views;
     Opening as = planned.as;
     as.described = std::make_shared<const Input>(planned.input);
@@ -147,7 +147,7 @@ Prepared Prepared::with_views(const GeometrySpec& views) const {
     return Prepared(std::move(followed), messages.warnings());
 }
 
-Prepared prepare(const Engine& engine, RequestSpec query, Opening as, const Effort& effort,
+Prepared prepare(const Engine& engine, Query query, Opening as, const Effort& effort,
                  Listener& messages) {
     as.runs = as.keeps_samples = as.guest = true;
     Reached reached(ask(engine, std::move(query), std::move(as)));
@@ -155,7 +155,7 @@ Prepared prepare(const Engine& engine, RequestSpec query, Opening as, const Effo
     return Prepared(std::move(reached.plan()));
 }
 
-Prepared prepare(const Engine& engine, RequestSpec query, std::shared_ptr<const Data> given,
+Prepared prepare(const Engine& engine, Query query, std::shared_ptr<const Data> given,
                  const Effort& effort) {
     Listener messages;
     return prepare(engine, std::move(query), Opening{.given = std::move(given)}, effort, messages);

@@ -77,10 +77,10 @@ class Prepared {
 
 /// Reads a query's input, plans, and keeps the samples for the runs, as a guest of the process.
 /// @throws RequestError, InputError, Infeasible, Cancelled, std::bad_alloc
-Prepared prepare(const Engine& engine, RequestSpec query, Opening as, const Effort& effort,
+Prepared prepare(const Engine& engine, Query query, Opening as, const Effort& effort,
                  Listener& messages);
 /// @param given  samples in place of the input's, see Opening
-Prepared prepare(const Engine& engine, RequestSpec query,
-                 std::shared_ptr<const Data> given = nullptr, const Effort& effort = {});
+Prepared prepare(const Engine& engine, Query query, std::shared_ptr<const Data> given = nullptr,
+                 const Effort& effort = {});
 
 }  // namespace edgewise

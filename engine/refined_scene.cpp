@@ -44,7 +44,7 @@ Scene drawn_more(Planned& planned, int times) {
     const auto begin = std::chrono::steady_clock::now();
     Scene scene = known_scene(planned.engine.edges(), planned.input, planned.statistics,
                               planned.want, planned.memory.get(), times,
-                              untried(planned.spec.demands, planned.engine.edges()));
+                              untried(planned.query.demands, planned.engine.edges()));
     planned.spent.preview +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return scene;
@@ -89,7 +89,7 @@ bool chooses_unseen(Planned& planned) {
         all.front = true;
         for (const Plan& plan : answer_by(all).front)  // fastest first
             if (!sure && is_sure(plan)) sure = plan;
-        if (!sure && answer.plain && planned.spec.demands.via.empty()) {
+        if (!sure && answer.plain && planned.query.demands.via.empty()) {
             PlanOptions by_plain = planned.plan_options;
             by_plain.demands.via = {demand_of(answer.plain->step, planned.engine.edges())};
             const Answer plain = answer_by(by_plain);
@@ -97,7 +97,7 @@ bool chooses_unseen(Planned& planned) {
         }
         if (!sure) return false;
         const double saved = sure->predicted.seconds - answer.plan->predicted.seconds;
-        if (planned.spec.repeat * saved > preview_seconds(planned)) return false;
+        if (planned.query.repeat * saved > preview_seconds(planned)) return false;
         answer.plan = std::move(sure);
     }
     answer.plain.reset();  // its error is a guess
@@ -147,13 +147,13 @@ void ask_planner(Planned& planned) {
     planned.answer = answer_to(planned, planned.scene);
     if (want.budget.error_yields && planned.drawn > 0) choose_unseen(planned);
     // A likeness compares likely errors with each other: they are of the same draws.
-    const bool refines = want.budget.error && planned.spec.planner == Planner::estimate;
+    const bool refines = want.budget.error && planned.query.planner == Planner::estimate;
     for (const int times : {4, 16}) {
         if (!refines || planned.scene.draws == 0 || planned.scene.exhausted ||
             is_fastest(planned.answer, want.minimize))
             break;
         const Answer likely = answer_to(planned, planned.scene.as_likely());
-        if (worth(planned.answer.plan, likely.plan, want.minimize, planned.spec.repeat) <
+        if (worth(planned.answer.plan, likely.plan, want.minimize, planned.query.repeat) <
             times * usual)
             break;
         Scene before = std::exchange(planned.scene, drawn_more(planned, times));

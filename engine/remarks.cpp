@@ -111,7 +111,7 @@ bool say_what_is_missed(const Opened& opened, Listener& messages) {
     const Message size = message("@size({}x{})", grown(want.screen.x), grown(want.screen.y));
     const Vec3& spacing = opened.geometry.grid.spacing;
     const Message finer =
-        opened.spec.geometry.spacing
+        opened.query.geometry.spacing
             ? message("@spacing({:.4g}) {}", spacing.head<2>().minCoeff() / apart, size)
             : size;
     messages.warning(

@@ -9,9 +9,9 @@
 namespace edgewise {
 namespace {
 
-store::Pace pace_of(const RequestSpec& spec, int frames) {
+store::Pace pace_of(const Query& query, int frames) {
     store::Pace pace{.frames = frames};
-    if (spec.fps) pace.fps = *spec.fps;
+    if (query.fps) pace.fps = *query.fps;
     return pace;
 }
 
@@ -28,27 +28,27 @@ std::vector<std::int64_t> shown_slices(const LookSpec& look, std::int64_t slices
 
 }  // namespace
 
-ResultWriter::ResultWriter(const Outputs& outputs, const Written& written, const RequestSpec& spec,
+ResultWriter::ResultWriter(const Outputs& outputs, const Written& written, const Query& query,
                            int frames, const std::atomic<bool>& stop)
     : outputs_(outputs),
       written_(written),
-      spec_(spec),
+      query_(query),
       pictures_(written.slices > 1
-                    ? static_cast<int>(shown_slices(spec.look, written.slices).size())
+                    ? static_cast<int>(shown_slices(query.look, written.slices).size())
                     : frames),
-      files_(sheets_of(spec.look, pictures_)),
+      files_(sheets_of(query.look, pictures_)),
       stop_(stop) {
-    if (!spec.look.empty()) sheet_.emplace(spec.look, written.header, pictures_);
+    if (!query.look.empty()) sheet_.emplace(query.look, written.header, pictures_);
 }
 
 std::vector<std::string> ResultWriter::write(int frame, const void* samples, const Shades& levels) {
     std::vector<std::string> files;
     const store::Header& header = written_.header;
-    if (sheet_ && spec_.look.legend && written_.colours)
+    if (sheet_ && query_.look.legend && written_.colours)
         sheet_->explain(
             depth_ ? depth_legend(*written_.colours, *depth_, header.unit)
                    : Legend{*written_.colours, levels.black, levels.white, written_.value_unit});
-    if (sheet_ && spec_.look.montage) sheet_->surround(nothing_written(levels));
+    if (sheet_ && query_.look.montage) sheet_->surround(nothing_written(levels));
     if (written_.slices == 1) {
         write_picture(frame, header, samples, files);
         return files;
@@ -57,7 +57,7 @@ std::vector<std::string> ResultWriter::write(int frame, const void* samples, con
         static_cast<std::size_t>(header.extent.samples() * header.channels) * bytes_of(header.type);
     store::Header slice = header;
     int number = 0;
-    for (const std::int64_t k : shown_slices(spec_.look, written_.slices)) {
+    for (const std::int64_t k : shown_slices(query_.look, written_.slices)) {
         if (stop_) throw Cancelled();
         for (std::size_t row = 0; row < 3; ++row)
             slice.origin[row] = header.origin[row] + static_cast<double>(k) * header.spacing[2] *
@@ -101,11 +101,11 @@ void ResultWriter::write_file(int number, const store::Header& header, const voi
                               std::vector<std::string>& files) {
     std::string file = outputs_.file(number);
     if (written_.slices > 1 || !outputs_.animates(files_)) {
-        store::write(file, header, samples, {spec_.quality});
+        store::write(file, header, samples, {query_.quality});
         files.push_back(std::move(file));
         return;
     }
-    if (!animation_) animation_.emplace(file, header, pace_of(spec_, files_), &stop_);
+    if (!animation_) animation_.emplace(file, header, pace_of(query_, files_), &stop_);
     animation_->add(samples);
     if (number + 1 < files_) return;
     animation_->commit();
@@ -113,21 +113,21 @@ void ResultWriter::write_file(int number, const store::Header& header, const voi
     files.push_back(std::move(file));
 }
 
-Message expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs, int frames) {
-    frames = sheets_of(spec.look, frames);
+Message expect_frames(const Query& query, const std::optional<Outputs>& outputs, int frames) {
+    frames = sheets_of(query.look, frames);
     if (!outputs) return {};
     outputs->expect_frames(frames);
-    if (spec.fps && !outputs->none() && !outputs->animates(frames))
+    if (query.fps && !outputs->none() && !outputs->animates(frames))
         throw RequestError(message(
             "@fps: of an animation only: several frames in one .gif, .apng or .mp4, without %d"));
     if (!outputs->animates(frames)) return {};
     const std::string file = outputs->file(0);
-    const int left_out = store::frames_left_out(file, pace_of(spec, frames));
+    const int left_out = store::frames_left_out(file, pace_of(query, frames));
     if (left_out == 0) return {};
     return message(
         "{}: {} of {} frames are left out, as viewers show pictures of a GIF for 0.02 s at least; "
         "@fps(50) keeps all of them, .apng and .mp4 at {:g} a second too",
-        file, left_out, frames, pace_of(spec, frames).fps);
+        file, left_out, frames, pace_of(query, frames).fps);
 }
 
 }  // namespace edgewise

@@ -8,7 +8,7 @@
 
 #include "engine/look/sheet.hpp"
 #include "engine/request/outputs.hpp"
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "engine/written.hpp"
 #include "io/animation.hpp"
 
@@ -21,8 +21,8 @@ class ResultWriter {
     /// All but the numbers outlive it.
     /// @param written  what each result is written as
     /// @param stop     ends what waits for another program
-    ResultWriter(const Outputs& outputs, const Written& written, const RequestSpec& spec,
-                 int frames, const std::atomic<bool>& stop);
+    ResultWriter(const Outputs& outputs, const Written& written, const Query& query, int frames,
+                 const std::atomic<bool>& stop);
 
     /// Colours stand for depths up to this [file unit], not for values; before the first picture.
     void explain_depth(double depth) { depth_ = depth; }
@@ -46,7 +46,7 @@ class ResultWriter {
 
     const Outputs& outputs_;
     const Written& written_;
-    const RequestSpec& spec_;
+    const Query& query_;
     const int pictures_;  // frames, or slices of the only one
     int files_;
     std::optional<double> depth_, nothing_;
@@ -58,6 +58,6 @@ class ResultWriter {
 /// @throws RequestError several frames and no place for their number; more than a montage has room
 ///         for; --fps of what is no animation
 /// @return  a warning where the file leaves out some of the frames, or ""
-Message expect_frames(const RequestSpec& spec, const std::optional<Outputs>& outputs, int frames);
+Message expect_frames(const Query& query, const std::optional<Outputs>& outputs, int frames);
 
 }  // namespace edgewise

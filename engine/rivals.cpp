@@ -28,8 +28,8 @@ std::vector<std::string> steps_of(const std::string& path) {
 /// What pilots measured of this request.
 Candidates::Known known_of(const Planned& planned) {
     Candidates::Known known;
-    if (planned.spec.planner == Planner::estimate || planned.input.described ||
-        !planned.spec.remembers)
+    if (planned.query.planner == Planner::estimate || planned.input.described ||
+        !planned.query.remembers)
         return known;
     const Wisdom wisdom = Wisdom::load();
     const Wisdom::Paths* paths = wisdom.find(wisdom_key(planned));

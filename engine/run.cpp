@@ -57,21 +57,21 @@ class Running {
           want_(planned.want),
           writes_(sinks.files && planned.outputs && !planned.outputs->none()) {
         if (planned.as.shows) shown_.emplace(planned, run_.shown.emplace(), messages);
-        if (!planned.spec.verify) return;
+        if (!planned.query.verify) return;
         field_.emplace(*samples_, want_.field,
                        planned.input.phantom ? &*planned.input.phantom : nullptr);
-        verifier_.emplace(want_, *field_, static_cast<std::int64_t>(*planned.spec.verify),
-                          planned.spec.seed, planned.memory.get());
+        verifier_.emplace(want_, *field_, static_cast<std::int64_t>(*planned.query.verify),
+                          planned.query.seed, planned.memory.get());
     }
 
     Run run_all() {
-        for (int i = 0; i < planned_.spec.repeat; ++i) {
-            last_ = i + 1 == planned_.spec.repeat;
+        for (int i = 0; i < planned_.query.repeat; ++i) {
+            last_ = i + 1 == planned_.query.repeat;
             run_once();
             poll();
         }
         end_run();
-        if (!planned_.spec.strict) keeps_budgets();
+        if (!planned_.query.strict) keeps_budgets();
         return std::move(run_);
     }
 
@@ -171,13 +171,13 @@ class Running {
         const Shades levels = tail.view ? shades_of(one, planned_.window, tail) : Shades{};
         const Array samples = finished(front.picture, tail, levels, planned_.memory.get());
         store::write(planned_.outputs->file(front.view), planned_.written.header, samples.data(),
-                     {planned_.spec.quality});
+                     {planned_.query.quality});
     }
 
     std::optional<Plan> other_plan(const std::string& failed,
                                    const std::vector<Representation>& held) {
         PlanOptions options = planned_.plan_options;
-        options.demands = planned_.spec.demands;
+        options.demands = planned_.query.demands;
         options.demands.without.push_back(demand_of(failed, planned_.engine.edges()));
         without_.push_back(options.demands.without.back());
         options.demands.without.insert(options.demands.without.end(), without_.begin(),
@@ -208,7 +208,7 @@ class Running {
         if (writes_) write(frame, *one[0], levels);
     }
 
-    bool shows_depth() const { return planned_.spec.look.depth_colour; }
+    bool shows_depth() const { return planned_.query.look.depth_colour; }
     /// How deep all views are, in units of screen space.
     double scene_depth() const { return static_cast<double>(planned_.geometry.grid.extent.z); }
 
@@ -229,7 +229,7 @@ class Running {
             keep_padding(want_, planned_.input, planned_.written.tail, samples);
         if (!kept.empty()) messages_.warning(kept);
         if (!writer_)
-            writer_.emplace(*planned_.outputs, planned_.written, planned_.spec, want_.frames,
+            writer_.emplace(*planned_.outputs, planned_.written, planned_.query, want_.frames,
                             messages_.stop());
         if (want_.job == Job::render) writer_->surround(want_.mode->light_left ? 1 : want_.miss);
         if (shows_depth()) writer_->explain_depth(scene_depth() * planned_.geometry.unit);
@@ -252,7 +252,7 @@ class Running {
         }
         verifier_.reset();
         planned_.memory->trim();
-        if (planned_.spec.strict && !keeps_budgets())
+        if (planned_.query.strict && !keeps_budgets())
             throw RunError(message("@strict: a budget is broken; nothing is written"));
         const bool waited = !planned_.writes_at_once();
         if (want_.job == Job::mesh) {
@@ -274,7 +274,7 @@ class Running {
 
     std::shared_ptr<const surface::Mesh> finished_mesh(
         std::shared_ptr<const surface::Mesh> mesh) const {
-        const SurfaceFinish& finish = planned_.spec.finish;
+        const SurfaceFinish& finish = planned_.query.finish;
         std::pmr::memory_resource* memory = planned_.memory.get();
         if (!finish.largest && !finish.smooth && !finish.decimate) return mesh;
         // What the steps take beside the meshes counts as well.
@@ -381,7 +381,7 @@ class Running {
         std::vector<double> seconds = measured.seconds;
         std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
         if (budget.seconds) broken("time:", seconds[seconds.size() / 2], *budget.seconds, " s");
-        if (planned_.spec.max_memory)
+        if (planned_.query.max_memory)
             broken("memory:", measured.bytes / 0x1p20, *budget.bytes / 0x1p20, " MiB");
         if (measured.error && budget.error && !budget.error_yields) judge_error(*budget.error);
         return measured.kept != false;
@@ -393,7 +393,7 @@ class Running {
         const Verified& error = *measured.error;
         if (error.high <= budget) return;
         const auto words = [&](double value) {
-            return error_words(value, planned_.spec.notation.error);
+            return error_words(value, planned_.query.notation.error);
         };
         const std::string interval = fmt::format("error: {} (95 %: {} to {})", words(error.nrmse),
                                                  words(error.low), words(error.high));

@@ -30,21 +30,21 @@ Representation series_picture(const Extent& extent, int channels) {
 }
 
 /// @throws RequestError what has no film over time
-void expect_series(const RequestSpec& spec) {
-    if (spec.job != Job::render)
+void expect_series(const Query& query) {
+    if (query.job != Job::render)
         throw RequestError(
             message("@time(all): of `@command(render)`, not of {}; name one time point",
-                    name_of(spec.job)));
-    if (spec.selection.time)
+                    name_of(query.job)));
+    if (query.selection.time)
         throw RequestError(message("@time(all): and one time point is selected as well"));
-    if (spec.ranks.value_or(1) > 1)
+    if (query.ranks.value_or(1) > 1)
         throw RequestError(message("@ranks: the time points of a film are rendered on one rank"));
 }
 
 class Playing {
  public:
     Playing(Series& series, const std::function<void(Planned&)>& planned, const FrameSink& sink)
-        : series_(series), spec_(series.spec), planned_(planned), sink_(sink) {}
+        : series_(series), query_(series.query), planned_(planned), sink_(sink) {}
 
     void run_all() {
         look();
@@ -70,20 +70,20 @@ class Playing {
 
     /// What the file is and what is to be written, before anything is read or planned.
     void look() {
-        expect_series(spec_);
-        if (spec_.out) outputs_.emplace(*spec_.out);
+        expect_series(query_);
+        if (query_.out) outputs_.emplace(*query_.out);
         writes_ = outputs_ && !outputs_->none();
         const InState unobserved(series_.messages, Listener::State::unobserved);
         file_ = std::make_shared<const Input>(
-            inspected(spec_.input, chosen_selection(at_time(0), outputs_)));
+            inspected(query_.input, chosen_selection(at_time(0), outputs_)));
         const Input& input = *file_;
-        if (spec_.look.depth_colour)
+        if (query_.look.depth_colour)
             throw RequestError(message("@depth_colour: of one time point; name it by @time N"));
         if (input.phantom || input.described || input.pairs)
-            throw RequestError(message("@time(all): {} has no time points", spec_.input));
+            throw RequestError(message("@time(all): {} has no time points", query_.input));
         series_.times = series_.told.frames = input.header.times;
-        Request want = request_of(spec_);
-        const Geometry geometry = take_geometry(want, spec_, input, outputs_);
+        Request want = request_of(query_);
+        const Geometry geometry = take_geometry(want, query_, input, outputs_);
         if (want.frames > 1)
             throw RequestError(
                 message("@time(all): {} time points, and {} views by @turntable or @path: a film "
@@ -91,23 +91,23 @@ class Playing {
                         series_.times, want.frames));
         extent_ = want.output();
         channels_ = want.mode->channels;
-        if (const Message left_out = expect_frames(spec_, outputs_, series_.times);
+        if (const Message left_out = expect_frames(query_, outputs_, series_.times);
             !left_out.empty())
             series_.messages.warning(left_out);
         want.frames = series_.times;
         if (!writes_) return;
-        written_ = written_of(want, spec_, geometry, input, *outputs_, 0, 0);
+        written_ = written_of(want, query_, geometry, input, *outputs_, 0, 0);
         for (const Message& warning : written_.warnings) series_.messages.warning(warning);
     }
 
-    RequestSpec at_time(int time) const {
-        RequestSpec one = spec_;
+    Query at_time(int time) const {
+        Query one = query_;
         one.selection.time = time;
         one.out.reset();
         one.fps.reset();
         one.strict = false;
         // The same for each, whatever the others took: one request, one plan.
-        if (spec_.max_time) one.max_time = *spec_.max_time / series_.times;
+        if (query_.max_time) one.max_time = *query_.max_time / series_.times;
         return one;
     }
 
@@ -119,7 +119,7 @@ class Playing {
             poll();
             const InState unobserved(series_.messages, Listener::State::unobserved);
             const double left =
-                spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
+                query_.max_memory ? *query_.max_memory - resident_now() : free_memory();
             MemoryBudget memory(static_cast<std::size_t>(std::max(0.0, left)));
             Input input = *file_;
             input.selection.time = time;
@@ -128,7 +128,7 @@ class Playing {
             const auto begin = Clock::now();
             read_data(input, &memory);
             series_.read_seconds += since(begin);
-            if (!spec_.remembers) input.identity.reset();
+            if (!query_.remembers) input.identity.reset();
             const Statistics found = known_statistics(input, &memory);
             low_ = std::min(low_, found.low), high_ = std::max(high_, found.high);
             input.data.reset();
@@ -156,12 +156,12 @@ class Playing {
     void open() {
         const Representation what = series_picture(extent_, channels_);
         const double bytes = series_.times * what.bytes();
-        const double left = spec_.max_memory ? *spec_.max_memory - resident_now() : free_memory();
+        const double left = query_.max_memory ? *query_.max_memory - resident_now() : free_memory();
         if (bytes > left)
             throw NoPlan(
                 message("{}: {} pictures take {:.0f} MiB, and {:.0f} MiB are left for them; a "
                         "smaller @size takes less",
-                        spec_.max_memory ? setting("max_memory") : "memory", series_.times,
+                        query_.max_memory ? setting("max_memory") : "memory", series_.times,
                         bytes / 0x1p20, std::max(0.0, left) / 0x1p20));
         memory_ = std::make_unique<MemoryBudget>(static_cast<std::size_t>(2 * bytes) + kWriting);
         for (int time = 0; time < series_.times; ++time) {
@@ -182,7 +182,7 @@ class Playing {
                                        {.errors = ErrorsWanted::never}, series_.told, in);
         if (looked.stored.text() != first.stored.text())
             throw InputError(fmt::format("{}: time point {} is {}, and the first is {}",
-                                         spec_.input, time, looked.stored.text(),
+                                         query_.input, time, looked.stored.text(),
                                          first.stored.text()));
         Planned planned = follow(std::move(looked), *first.answer.plan, series_.told);
         render(planned, time);
@@ -223,8 +223,8 @@ class Playing {
 
     void begin_writing() {
         if (!writes_) return;
-        writer_.emplace(*outputs_, written_, spec_, series_.times, series_.messages.stop());
-        at_once_ = !spec_.strict && are_known(series_.first->planned()->window, written_.tail);
+        writer_.emplace(*outputs_, written_, query_, series_.times, series_.messages.stop());
+        at_once_ = !query_.strict && are_known(series_.first->planned()->window, written_.tail);
     }
 
     void write(int time, const std::optional<Window>& window) {
@@ -247,7 +247,7 @@ class Playing {
 
     void end() {
         judge();
-        if (spec_.strict && series_.measured->kept == false)
+        if (query_.strict && series_.measured->kept == false)
             throw RunError(message("@strict: a budget is broken; nothing is written"));
         if (writer_ && !at_once_) {
             const std::vector<std::shared_ptr<const Data>> all(pictures_.begin(), pictures_.end());
@@ -260,17 +260,17 @@ class Playing {
     void judge() {
         Measured& all = *series_.measured;
         const double took = median(all.seconds);
-        if (!spec_.max_time || took <= *spec_.max_time) return;
+        if (!query_.max_time || took <= *query_.max_time) return;
         all.kept = false;
         series_.messages.warning(
             fmt::format("time: {:.3g} s of all time points is beyond the budget of {:.3g} s", took,
-                        *spec_.max_time));
+                        *query_.max_time));
     }
 
     static constexpr std::size_t kWriting = 16 << 20;  // beside the pictures, for small ones
 
     Series& series_;
-    const RequestSpec& spec_;
+    const Query& query_;
     const std::function<void(Planned&)>& planned_;
     const FrameSink& sink_;
     std::shared_ptr<const Input> file_;  // as any time point is described

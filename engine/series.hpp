@@ -51,10 +51,10 @@ class SeriesListener final : public Listener {
 struct Series {
     /// @param request   of all of them; its selection names no time, and its geometry has one view
     /// @param listener  outlives it
-    Series(RequestSpec request, Engine means, Listener& listener)
-        : spec(std::move(request)), engine(std::move(means)), messages(listener), told(listener) {}
+    Series(Query request, Engine means, Listener& listener)
+        : query(std::move(request)), engine(std::move(means)), messages(listener), told(listener) {}
 
-    const RequestSpec spec;
+    const Query query;
     const Engine engine;
     Listener& messages;
     bool runs = false;  // and is not only planned

@@ -59,7 +59,7 @@ std::string given(const std::optional<double>& value, const std::string& typed, 
 
 std::vector<SettingChange> changes_of(const Relaxed& relaxed, const Planned& planned) {
     std::vector<SettingChange> changes;
-    const RequestSpec& o = planned.spec;
+    const Query& o = planned.query;
     const Notation& as = o.notation;
     const std::string error = o.like_linear
                                   ? "linear"
@@ -159,12 +159,12 @@ WayOut way_out_of(const Planned& planned, Errors errors) {
         for (const Dropped& dropped :
              demands_to_drop(planned.engine.edges(), planned.ask(), planned.sources(),
                              planned.engine.machine(), planned.plan_options, budgets))
-            way_out.demands.push_back(changes_of(dropped, planned.spec.demands));
+            way_out.demands.push_back(changes_of(dropped, planned.query.demands));
     };
     const auto paths = candidates_of(planned);
     Budget budget = planned.want.budget;
     if (errors == Errors::guessed) budget.error.reset();
-    for (const Relaxed& relaxed : relaxed_budgets(*paths, budget, rounding(planned.spec.notation)))
+    for (const Relaxed& relaxed : relaxed_budgets(*paths, budget, rounding(planned.query.notation)))
         way_out.budgets.push_back(changes_of(relaxed, planned));
     if (errors == Errors::guessed) return way_out;
     drop(true);

@@ -188,13 +188,13 @@ bool f32_may_round(Type type, double low, double high) {
 }
 
 /// What becomes of a derivative of unsigned integers.
-std::string sign_text(const Written& written, const Input& input, const RequestSpec& spec) {
+std::string sign_text(const Written& written, const Input& input, const Query& query) {
     const std::string why = fmt::format("a derivative is negative as well, which {} is not",
                                         name_of(input.header.type));
     if (!written.tail.view)
         return fmt::format("{}: it is written as {}", why, name_of(written.header.type));
     return fmt::format("{}: {} holds a view of it, {}", why, written.header.format,
-                       spec.window ? "through the window" : "from its least value to its largest");
+                       query.window ? "through the window" : "from its least value to its largest");
 }
 
 /// Values of a warp in the input's type, where the format cannot hold that in the smallest type
@@ -268,7 +268,7 @@ Array written_samples(const Data& result, const Written& written, const Shades& 
     return finished(result, written.tail, levels, memory);
 }
 
-Written written_of(const Request& want, const RequestSpec& spec, const Geometry& geometry,
+Written written_of(const Request& want, const Query& query, const Geometry& geometry,
                    const Input& input, const Outputs& outputs, double low, double high) {
     Written written;
     written.header = described(want, geometry, input, outputs);
@@ -276,16 +276,16 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     written.header.format = outputs.none() ? "" : outputs.format().name;
     store::Header& header = written.header;
     // A photograph of 8 bits that is drawn upon stays as it is.
-    const bool is_view =
-        !spec.look.empty() && (!want.job->samples || input.header.type != Type::u8 || spec.window ||
-                               spec.look.colours() || !input.header.values.identity());
-    const std::optional<int> bits = is_view ? 8 : spec.bits;
-    const bool slices = outputs.numbered() || (spec.look.montage && !outputs.none());
+    const bool is_view = !query.look.empty() &&
+                         (!want.job->samples || input.header.type != Type::u8 || query.window ||
+                          query.look.colours() || !input.header.values.identity());
+    const std::optional<int> bits = is_view ? 8 : query.bits;
+    const bool slices = outputs.numbered() || (query.look.montage && !outputs.none());
     if (slices && want.frames == 1 && want.job->samples && header.extent.z > 1) {
         written.slices = std::exchange(header.extent.z, 1);
         header.volume = header.volume && outputs.format().volumes;
     }
-    if (!spec.look.empty() && header.extent.z == 1) header.volume = false;
+    if (!query.look.empty() && header.extent.z == 1) header.volume = false;
     const FilterResult meant = filter_result(want, input.header, low, high);
     written.warnings = meant.notes;
     const bool over_background =
@@ -298,25 +298,25 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
         written.tail.over_background = over_background;
         written.tail.background = want.background;
         if (want.job == Job::render && want.mode->over_background)
-            written.tail.exposure = spec.exposure.value_or(1);
+            written.tail.exposure = query.exposure.value_or(1);
         written.tail.radiograph = is_radiograph(want);
         // What was not multiplied on the way in, or not divided on the way out, is as it was.
         const bool as_it_was = want.job->samples && written.tail.alpha == store::Alpha::none &&
                                header.channels == input.header.channels;
         header.alpha = as_it_was ? input.header.alpha : written.tail.alpha;
         if (meant.keeps_sign && !outputs.none())
-            written.warnings.push_back(sign_text(written, input, spec));
+            written.warnings.push_back(sign_text(written, input, query));
         return written;
     };
     if (outputs.none()) {
         written.tail.channels = channels;
         return finish();
     }
-    const Files files{outputs, spec.look.montage ? 1 : want.frames};
+    const Files files{outputs, query.look.montage ? 1 : want.frames};
     if (!bits && want.job->samples) {
         if (take_value_type(written, input, meant, files)) {
             written.tail = values_tail(header, input, want);
-            take_look(written, spec.look, files);
+            take_look(written, query.look, files);
             return finish();
         }
         // A view is of pictures; who asks for a format of values must not get 8 bits.
@@ -344,7 +344,7 @@ Written written_of(const Request& want, const RequestSpec& spec, const Geometry&
     if (!files.fit(header)) refuse(files, header);
     written.tail = view_tail(header.type, header.channels, input, want);
     if (header.channels < channels) written.tail.alpha = store::Alpha::none;
-    take_look(written, spec.look, files);
+    take_look(written, query.look, files);
     return finish();
 }
 

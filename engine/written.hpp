@@ -27,7 +27,7 @@ Array written_samples(const Data& result, const Written& written, const Shades& 
 
 /// @param low,high  of the input's values
 /// @throws RequestError where the format can hold neither values nor a view of this
-Written written_of(const Request& want, const RequestSpec& spec, const Geometry& geometry,
+Written written_of(const Request& want, const Query& query, const Geometry& geometry,
                    const Input& input, const Outputs& outputs, double low, double high);
 
 }  // namespace edgewise

@@ -34,12 +34,12 @@ int main(int count, char** words) {
     using namespace edgewise;
     const std::string balls =
         (std::filesystem::temp_directory_path() / "edgewise_example_balls.nrrd").string();
-    RequestSpec spec;
-    spec.input = count > 1 ? words[1] : balls;  // or an OME-TIFF, a hyperstack of ImageJ
+    Query query;
+    query.input = count > 1 ? words[1] : balls;  // or an OME-TIFF, a hyperstack of ImageJ
     if (count == 1) write_balls(balls);
 
     Listener listener;
-    Merge merge(spec, {{0, store::Colour{0, 1, 0}}, {1, store::Colour{1, 0, 1}}},
+    Merge merge(query, {{0, store::Colour{0, 1, 0}}, {1, store::Colour{1, 0, 1}}},
                 Engine(catalogue(), default_profile()), listener);
     merge.runs = true;
     float brightest[3] = {0, 0, 0};

@@ -45,7 +45,7 @@ std::string bitmap(const Data& picture) {
 /// The picture of a request line such as "GET /30 HTTP/1.1": turned by so many degrees.
 std::string answer(const Prepared& plan, const std::string& request) {
     const double degrees = request.size() > 5 ? std::atof(request.c_str() + 5) : 0;
-    GeometrySpec views = plan.planned().spec.geometry;
+    GeometrySpec views = plan.planned().query.geometry;
     views.steps = {{GeometryStep::Kind::rotate, {0, degrees, 0}}};
     const Prepared turned = plan.with_views(views);
     const std::string body = bitmap(*turned.run({.threads = 1, .keep_frames = true}).frames[0]);

@@ -39,12 +39,12 @@ int main() {
     Listener listener;
     const Profile machine = measured_profile(edges, true, listener);  // about 8 s
 
-    RequestSpec spec;
-    spec.input = "phantom:sphere:64";
-    spec.mode = Mode::xray;
-    spec.geometry.size = OutputSize{.native = true};  // a pixel for each column
+    Query query;
+    query.input = "phantom:sphere:64";
+    query.mode = Mode::xray;
+    query.geometry.size = OutputSize{.native = true};  // a pixel for each column
     const Charted chart = charted(
-        spec, edges, machine, {}, [](double, const auto&) {}, listener);
+        query, edges, machine, {}, [](double, const auto&) {}, listener);
     bool mine = false;
     for (const MeasuredPath& path : chart.paths) {
         std::printf("%-45s %.2e s, error %.1e\n", path_text(path.steps).c_str(), path.typical(),

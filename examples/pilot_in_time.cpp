@@ -8,7 +8,7 @@
 
 int main() {
     using namespace edgewise;
-    RequestSpec query;
+    Query query;
     query.job = Job::warp;
     query.input = "phantom:gaussians:64";
     query.geometry.steps = {{GeometryStep::Kind::rotate, {10, 20, 30}}};

@@ -463,7 +463,7 @@ PyPlan with_views(const PyPlan& self, const py::kwargs& keywords) {
             throw py::type_error("with_views: '" + py::cast<std::string>(key) +
                                  "' is no keyword of views");
     const Query asked = query_of(std::string(name_of(planned.want.job)), keywords);
-    GeometrySpec geometry = planned.spec.geometry;
+    GeometrySpec geometry = planned.query.geometry;
     geometry.steps = asked.geometry.steps;
     const auto take = [](auto& to, const auto& from) {
         if (from) to = from;

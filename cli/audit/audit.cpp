@@ -127,14 +127,14 @@ class Audit {
                 if (!options.machine) options.machine = options_.machine;
                 if (!options.planner) options.planner = options_.planner;
                 const Catalogue edges = catalogue();
-                const RequestSpec spec = spec_of(options, edges);
+                const Query query = spec_of(options, edges);
                 // Each is warned of by itself.
                 Messages messages;
                 configure(messages, options);
                 const OwnLimits restored;
                 AuditedRequest request;
                 static_cast<Audited&>(request) =
-                    audited(spec, edges, chosen_profile(options.machine), settings_, messages);
+                    audited(query, edges, chosen_profile(options.machine), settings_, messages);
                 request.asked = asked;
                 done_.push_back(std::move(request));
             },

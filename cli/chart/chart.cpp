@@ -157,15 +157,15 @@ ChartedRequest charted_request(const JobOptions& options, const ChartSettings& s
                                const Serving& serving, const ChartProgress& progress) {
     Messages messages;
     configure(messages, options);
-    const RequestSpec spec = spec_of(options, serving.edges);
+    const Query query = spec_of(options, serving.edges);
     ChartedRequest request;
     ChartedRuns runs = settings.runs;
     runs.planned = [&](const Planned& planned) {
         request.request = request_json(planned);
-        if (spec.max_memory) request.request["budget"]["bytes"] = *spec.max_memory;
+        if (query.max_memory) request.request["budget"]["bytes"] = *query.max_memory;
     };
     static_cast<Charted&>(request) =
-        charted(spec, serving.edges, serving.profile, runs, progress, messages);
+        charted(query, serving.edges, serving.profile, runs, progress, messages);
     return request;
 }
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 
 namespace edgewise::cli {
 

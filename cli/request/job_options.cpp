@@ -116,28 +116,28 @@ int chosen(const char* option, const std::string& word, std::initializer_list<co
                                    instead_of(word, {words.begin(), words.end()})));
 }
 
-void read_budgets(RequestSpec& spec, const JobOptions& o) {
-    if (o.max_time) spec.max_time = time_budget(*o.max_time);
-    if (o.max_memory) spec.max_memory = memory_budget(*o.max_memory);
+void read_budgets(Query& query, const JobOptions& o) {
+    if (o.max_time) query.max_time = time_budget(*o.max_time);
+    if (o.max_memory) query.max_memory = memory_budget(*o.max_memory);
     if (o.minimize)
-        spec.minimize =
+        query.minimize =
             static_cast<Minimize>(chosen("--minimize", *o.minimize, {"time", "error", "memory"}));
-    spec.like_linear = o.max_error == "linear";
-    if (o.max_error && !spec.like_linear) spec.max_error = error_budget(*o.max_error);
-    spec.notation = {spec.max_error ? *o.max_error : "", o.max_time.value_or(""),
-                     o.max_memory.value_or("")};
-    if (o.range) spec.range = number_of("--range", *o.range);
+    query.like_linear = o.max_error == "linear";
+    if (o.max_error && !query.like_linear) query.max_error = error_budget(*o.max_error);
+    query.notation = {query.max_error ? *o.max_error : "", o.max_time.value_or(""),
+                      o.max_memory.value_or("")};
+    if (o.range) query.range = number_of("--range", *o.range);
     const char* variable = std::getenv("EDGEWISE_THREADS");
     const std::string threads = o.threads ? *o.threads : variable ? variable : "";
     if (!threads.empty())
-        spec.threads = static_cast<int>(
+        query.threads = static_cast<int>(
             whole_of(o.threads ? "--threads" : "EDGEWISE_THREADS", threads, 1, kMostThreads));
-    if (o.ranks) spec.ranks = static_cast<int>(whole_of("--ranks", *o.ranks, 1, kMostRanks));
+    if (o.ranks) query.ranks = static_cast<int>(whole_of("--ranks", *o.ranks, 1, kMostRanks));
     if (o.planner)
-        spec.planner = static_cast<Planner>(
+        query.planner = static_cast<Planner>(
             chosen("--planner", *o.planner, {"estimate", "pilot", "exhaustive"}));
-    if (o.planning_time) spec.planning_time = time_budget(*o.planning_time, "--planning-time");
-    spec.strict = o.strict;
+    if (o.planning_time) query.planning_time = time_budget(*o.planning_time, "--planning-time");
+    query.strict = o.strict;
 }
 
 Light light_of(const std::string& text) {
@@ -180,35 +180,35 @@ Shade shade_of(const std::string& word) {
         fmt::format("--shade: '{}' is not known; {}", word, instead_of(word, known)));
 }
 
-void read_light(RequestSpec& spec, const JobOptions& o) {
-    if (o.shade) spec.shade = shade_of(*o.shade);
+void read_light(Query& query, const JobOptions& o) {
+    if (o.shade) query.shade = shade_of(*o.shade);
     if (o.gradient)
         // Without a scheme the data decide.
         if (const int by = chosen("--gradient", *o.gradient, {"central", "sobel", "auto"}); by < 2)
-            spec.gradient = static_cast<GradientScheme>(by);
-    for (const std::string& text : o.lights) spec.lights.push_back(light_of(text));
-    if (o.material) spec.material = material_of(*o.material);
-    if (o.phase) spec.phase = number_of("--phase", *o.phase);
-    spec.shadows = o.shadows;
-    if (o.occlusion) spec.occlusion = number_of("--ambient-occlusion", *o.occlusion);
-    if (o.cue) spec.cue = cue_of(*o.cue);
+            query.gradient = static_cast<GradientScheme>(by);
+    for (const std::string& text : o.lights) query.lights.push_back(light_of(text));
+    if (o.material) query.material = material_of(*o.material);
+    if (o.phase) query.phase = number_of("--phase", *o.phase);
+    query.shadows = o.shadows;
+    if (o.occlusion) query.occlusion = number_of("--ambient-occlusion", *o.occlusion);
+    if (o.cue) query.cue = cue_of(*o.cue);
 }
 
 /// Composite with light, and with a preset where no transfer function is given.
 constexpr const char* kShaded = "shaded";
 bool is_shaded(const JobOptions& o) { return o.mode && same_word(*o.mode, kShaded); }
 
-void read_transfer(RequestSpec& spec, const JobOptions& o) {
+void read_transfer(Query& query, const JobOptions& o) {
     if (o.transfer && o.preset)
         throw RequestError("--preset: is a transfer function; leave out --transfer, or --preset");
-    spec.suiting_preset = is_shaded(o) && !o.transfer && !o.preset;
+    query.suiting_preset = is_shaded(o) && !o.transfer && !o.preset;
     if (!o.transfer && !o.preset) return;
     const char* option = o.transfer ? "--transfer" : "--preset";
-    if (!spec.mode->takes_transfer)
+    if (!query.mode->takes_transfer)
         // The file does not matter, and the request says so.
-        spec.transfer.emplace().from = option;
+        query.transfer.emplace().from = option;
     else
-        spec.transfer = o.transfer ? load_transfer(*o.transfer) : preset_or_file(*o.preset);
+        query.transfer = o.transfer ? load_transfer(*o.transfer) : preset_or_file(*o.preset);
 }
 
 /// The first mode that light falls on.
@@ -238,29 +238,29 @@ std::vector<std::int64_t> label_list(const std::string& text) {
     return labels;
 }
 
-void read_mode(RequestSpec& spec, const JobOptions& o) {
+void read_mode(Query& query, const JobOptions& o) {
     const bool shaded = is_shaded(o);
-    if (o.mode) spec.mode = shaded ? lit_mode() : typed_mode(*o.mode);
-    if (shaded) spec.shade = Shade::phong;
-    read_light(spec, o);
-    spec.keeps_alpha = o.background && same_word(*o.background, "none");
-    if (o.background && !spec.keeps_alpha) spec.background = background_of(*o.background);
-    if (o.zero) spec.zero = number_of("--zero", *o.zero);
-    if (o.isovalue) spec.isovalue = number_of("--isovalue", *o.isovalue);
-    if (o.outside) spec.outside = number_of("--outside", *o.outside);
-    if (o.window) spec.window = window_of(*o.window);
-    if (o.exposure) spec.exposure = number_of("--exposure", *o.exposure);
+    if (o.mode) query.mode = shaded ? lit_mode() : typed_mode(*o.mode);
+    if (shaded) query.shade = Shade::phong;
+    read_light(query, o);
+    query.keeps_alpha = o.background && same_word(*o.background, "none");
+    if (o.background && !query.keeps_alpha) query.background = background_of(*o.background);
+    if (o.zero) query.zero = number_of("--zero", *o.zero);
+    if (o.isovalue) query.isovalue = number_of("--isovalue", *o.isovalue);
+    if (o.outside) query.outside = number_of("--outside", *o.outside);
+    if (o.window) query.window = window_of(*o.window);
+    if (o.exposure) query.exposure = number_of("--exposure", *o.exposure);
     if (o.reference)
-        spec.reference = static_cast<Field>(
+        query.reference = static_cast<Field>(
             chosen("--reference", *o.reference, {"spline", "linear", "nearest"}));
-    spec.labels = o.labels;
-    if (o.only_labels) spec.only_labels = label_list(*o.only_labels);
+    query.labels = o.labels;
+    if (o.only_labels) query.only_labels = label_list(*o.only_labels);
     const bool isosurface = o.job == Job::mesh && !o.labels;
     if (o.smooth)
-        (isosurface ? spec.finish.smooth : spec.smooth) = number_of("--smooth", *o.smooth);
-    spec.finish.lids = o.lids;
-    spec.finish.largest = o.largest;
-    if (o.decimate) spec.finish.decimate = number_of("--decimate", *o.decimate);
+        (isosurface ? query.finish.smooth : query.smooth) = number_of("--smooth", *o.smooth);
+    query.finish.lids = o.lids;
+    query.finish.largest = o.largest;
+    if (o.decimate) query.finish.decimate = number_of("--decimate", *o.decimate);
 }
 
 void read_look(LookSpec& look, const JobOptions& o) {
@@ -277,16 +277,16 @@ void read_look(LookSpec& look, const JobOptions& o) {
                     static_cast<int>(whole_of("--montage", sides[1], 1, 1000))};
 }
 
-void read_output(RequestSpec& spec, const JobOptions& o) {
-    spec.out = o.out;
-    if (o.verify) spec.verify = verify_count(*o.verify);
-    if (o.seed) spec.seed = static_cast<std::uint64_t>(whole_of("--seed", *o.seed, 0, INT64_MAX));
-    if (o.repeat) spec.repeat = static_cast<int>(whole_of("--repeat", *o.repeat, 1, 1'000'000));
-    if (o.fps) spec.fps = number_of("--fps", *o.fps);
-    if (o.quality) spec.quality = static_cast<int>(whole_of("--quality", *o.quality, 1, 100));
+void read_output(Query& query, const JobOptions& o) {
+    query.out = o.out;
+    if (o.verify) query.verify = verify_count(*o.verify);
+    if (o.seed) query.seed = static_cast<std::uint64_t>(whole_of("--seed", *o.seed, 0, INT64_MAX));
+    if (o.repeat) query.repeat = static_cast<int>(whole_of("--repeat", *o.repeat, 1, 1'000'000));
+    if (o.fps) query.fps = number_of("--fps", *o.fps);
+    if (o.quality) query.quality = static_cast<int>(whole_of("--quality", *o.quality, 1, 100));
     if (o.bits) {
         constexpr int kBits[] = {8, 16, 32};
-        spec.bits = kBits[chosen("--bits", *o.bits, {"8", "16", "32"})];
+        query.bits = kBits[chosen("--bits", *o.bits, {"8", "16", "32"})];
     }
 }
 
@@ -325,31 +325,32 @@ store::Selection selection_of(const SelectionWords& words) {
     return selection;
 }
 
-RequestSpec spec_of(const JobOptions& o, const Catalogue& edges) {
-    RequestSpec spec;
-    spec.job = o.job;
-    spec.input = o.input;
-    read_mode(spec, o);
-    if (o.job == Job::filter) spec.filter = filter_of(o);
-    if (o.job == radon_job()) spec.radon = radon_of(o);
-    read_budgets(spec, o);
-    read_output(spec, o);
-    read_look(spec.look, o);
-    spec.selection = selection_of(o.selection);
+Query spec_of(const JobOptions& o, const Catalogue& edges) {
+    Query query;
+    query.job = o.job;
+    query.input = o.input;
+    read_mode(query, o);
+    if (o.job == Job::filter) query.filter = filter_of(o);
+    if (o.job == radon_job()) query.radon = radon_of(o);
+    read_budgets(query, o);
+    read_output(query, o);
+    read_look(query.look, o);
+    query.selection = selection_of(o.selection);
     if (o.selection.channel && is_channel_name(*o.selection.channel))
-        spec.channel_name = *o.selection.channel;
-    spec.level_by_result = o.selection.level == kLevelByResult;
-    read_transfer(spec, o);
-    for (const std::string& text : o.via) spec.demands.via.push_back(demand_of(text, edges, o.job));
+        query.channel_name = *o.selection.channel;
+    query.level_by_result = o.selection.level == kLevelByResult;
+    read_transfer(query, o);
+    for (const std::string& text : o.via)
+        query.demands.via.push_back(demand_of(text, edges, o.job));
     for (const std::string& text : o.without)
-        spec.demands.without.push_back(demand_of(text, edges, o.job));
-    spec.geometry = geometry_spec(o.geometry);
+        query.demands.without.push_back(demand_of(text, edges, o.job));
+    query.geometry = geometry_spec(o.geometry);
     if (o.job == Job::warp) {
-        if (o.geometry.clip) spec.geometry.crop = numbers_of("--clip", *o.geometry.clip);
+        if (o.geometry.clip) query.geometry.crop = numbers_of("--clip", *o.geometry.clip);
     } else {
-        spec.clip = clip_spec(o.geometry);
+        query.clip = clip_spec(o.geometry);
     }
-    return spec;
+    return query;
 }
 
 }  // namespace edgewise::cli

@@ -37,7 +37,7 @@ struct JobOptions {
 };
 
 /// Reads all texts that say what is asked for. @throws RequestError
-RequestSpec spec_of(const JobOptions& options, const Catalogue& edges);
+Query spec_of(const JobOptions& options, const Catalogue& edges);
 
 /// None, and the rules of light that some mode takes.
 std::vector<Shade> known_shades();

@@ -125,7 +125,7 @@ std::string machine_text(const Planned& planned) {
 /// Whose threads they are.
 std::string threads_text(const Planned& planned) {
     const Request& want = planned.want;
-    const std::string whose = planned.spec.threads         ? "(--threads)"
+    const std::string whose = planned.query.threads        ? "(--threads)"
                               : planned.threads_of_machine ? "(the machine's)"
                                                            : "(of this process)";
     if (want.ranks == 1) return whose;
@@ -251,7 +251,7 @@ std::string explanation_of(const Planned& planned, bool all_refused) {
     std::string text = fmt::format(
         "{} {}: {} view{}, {} thread{} {}, machine {}\nbudget: {}\nplanned in {}: {} vertices, {} "
         "edges; found by {}\n",
-        name_of(want.job), planned.spec.input, want.frames, want.frames > 1 ? "s" : "",
+        name_of(want.job), planned.query.input, want.frames, want.frames > 1 ? "s" : "",
         want.threads, want.threads > 1 ? "s" : "", threads_text(planned), machine_text(planned),
         budget_text(want), seconds_text(answer.seconds), answer.vertices, answer.edges,
         name_of(answer.search));
@@ -331,8 +331,8 @@ std::string result_of(const Planned& planned, const Run& run) {
                                    : files.size() == 1
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
-    const bool sheet = planned.spec.look.montage && !files.empty();
-    const Extent out = sheet ? sheet_extent(planned.spec.look, want.output()) : want.output();
+    const bool sheet = planned.query.look.montage && !files.empty();
+    const Extent out = sheet ? sheet_extent(planned.query.look, want.output()) : want.output();
     if (run.surface)
         parts.push_back(fmt::format("{} triangles, {} vertices, {}", run.surface->triangles,
                                     run.surface->vertices,

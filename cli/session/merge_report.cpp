@@ -79,21 +79,21 @@ Json planning_json(const Merge& merge, double startup_seconds) {
               {"search", spent.search},
               {"pilot", spent.pilot}}},
             {"startup_seconds", startup_seconds},
-            {"planner", name_of(any->spec.planner)},
+            {"planner", name_of(any->query.planner)},
             {"machine", any->engine.machine().name},
             {"vertices", vertices},
             {"edges", edges}};
 }
 
 Json request_of_all(const Merge& merge) {
-    Json json = {{"job", name_of(merge.spec.job)}, {"input", merge.spec.input}};
+    Json json = {{"job", name_of(merge.query.job)}, {"input", merge.query.input}};
     for (const MergedChannel& channel : merge.channels)
         if (channel.request) {
             json = request_json(*channel.request);
             break;
         }
     if (json.contains("budget"))
-        json["budget"]["seconds"] = merge.spec.max_time ? Json(*merge.spec.max_time) : Json();
+        json["budget"]["seconds"] = merge.query.max_time ? Json(*merge.query.max_time) : Json();
     json["frames"] = merge.frames;
     json["channels"] = Json::array();
     for (const ChannelSpec& wanted : merge.wanted) json["channels"].push_back(wanted.channel);
@@ -179,9 +179,10 @@ std::string result_of(const Merge& merge) {
                                    : files.size() == 1
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
-    const bool sheet = merge.spec.look.montage && !files.empty();
-    parts.push_back((merge.frames > 1 && !sheet ? fmt::format("{} of ", merge.frames) : "") +
-                    text_of(sheet ? sheet_extent(merge.spec.look, merge.extent) : merge.extent, 2));
+    const bool sheet = merge.query.look.montage && !files.empty();
+    parts.push_back(
+        (merge.frames > 1 && !sheet ? fmt::format("{} of ", merge.frames) : "") +
+        text_of(sheet ? sheet_extent(merge.query.look, merge.extent) : merge.extent, 2));
     for (const auto& [path, channels] : paths_of(merge))
         parts.push_back(fmt::format("channel{} {} by {}", channels.size() > 1 ? "s" : "",
                                     fmt::join(channels, " and "), path));

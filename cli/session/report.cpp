@@ -159,7 +159,7 @@ void add_answer(Json& report, const Planned* planned, double startup_seconds) {
                             {"search", spent.search},
                             {"pilot", spent.pilot}}},
                           {"startup_seconds", startup_seconds},
-                          {"planner", name_of(planned->spec.planner)},
+                          {"planner", name_of(planned->query.planner)},
                           {"found_by", name_of(answer.search)},
                           {"machine", planned->engine.machine().name},
                           {"vertices", answer.vertices},
@@ -169,7 +169,7 @@ void add_answer(Json& report, const Planned* planned, double startup_seconds) {
 /// @param opened, looked  null: not yet
 Json request_json(const Asked& asked, const Opened* opened, const Looked* looked) {
     const Request& want = asked.want;
-    Json json = {{"job", name_of(want.job)}, {"input", asked.spec.input}};
+    Json json = {{"job", name_of(want.job)}, {"input", asked.query.input}};
     if (want.job == Job::render) json["mode"] = name_of(want.mode);
     if (want.job == Job::warp && opened) json["outside"] = or_null(filled_with(*opened));
     if (looked && looked->preset) {
@@ -201,11 +201,11 @@ Json request_json(const Asked& asked, const Opened* opened, const Looked* looked
                                   : budget.error_yields ? Json("rounding")
                                                         : Json()},
                       {"seconds", or_null(budget.seconds)},
-                      {"bytes", asked.spec.max_memory ? or_null(budget.bytes) : Json()}};
+                      {"bytes", asked.query.max_memory ? or_null(budget.bytes) : Json()}};
     json["minimize"] = name_of(want.minimize);
     json["frames"] = want.frames;
     json["threads"] = want.threads;
-    json["threads_of"] = asked.spec.threads         ? "option"
+    json["threads_of"] = asked.query.threads        ? "option"
                          : asked.threads_of_machine ? "machine"
                                                     : "process";
     json["ranks"] = want.ranks;

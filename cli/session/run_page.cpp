@@ -45,7 +45,7 @@ std::string command_of(const std::vector<std::string>& words) {
 
 std::string title_of(const Planned& planned) {
     const Request& want = planned.want;
-    const std::string& input = planned.spec.input;
+    const std::string& input = planned.query.input;
     const std::filesystem::path path(input.ends_with('/') ? input.substr(0, input.size() - 1)
                                                           : input);
     return fmt::format("edgewise {} of {}{}", name_of(want.job), path.filename().string(),
@@ -111,7 +111,7 @@ std::vector<Fact> request_facts(const Planned& planned, const Run& run) {
     if (planned.preset) facts.emplace_back("colours", preset_text(*planned.preset));
     facts.emplace_back("written to", outputs_text(run));
     Request asked = want;
-    if (!planned.spec.max_memory) asked.budget.bytes.reset();  // what is free is no demand
+    if (!planned.query.max_memory) asked.budget.bytes.reset();  // what is free is no demand
     facts.emplace_back("budget", budget_text(asked));
     facts.emplace_back("errors are against", reference_text(want));
     return facts;
@@ -135,7 +135,7 @@ std::vector<Fact> machine_facts(const Planned& planned, const Run& run) {
         {"threads", fmt::format("{} of {} cores", planned.want.threads, usable_cores())},
         {"planned",
          fmt::format("in {}, by {}: {} vertices, {} edges",
-                     charts::seconds_text(planned.answer.seconds), name_of(planned.spec.planner),
+                     charts::seconds_text(planned.answer.seconds), name_of(planned.query.planner),
                      planned.answer.vertices, planned.answer.edges)},
         {"read, written", fmt::format("{}, {}", charts::seconds_text(planned.input.read_seconds),
                                       charts::seconds_text(measured.write_seconds))},

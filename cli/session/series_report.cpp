@@ -35,7 +35,7 @@ Json series_report(const Series& series, double startup_seconds, bool with_run,
     report["warnings"] = spoken(series.messages.warnings());
     report["request"]["frames"] = series.times;
     report["request"]["time"] = "all";
-    const auto& limit = series.spec.max_time;
+    const auto& limit = series.query.max_time;
     report["request"]["budget"]["seconds"] = limit ? Json(*limit) : Json();
     if (report["plan"].is_object()) {
         take_all(report["plan"]["predicted"], series.times);
@@ -65,8 +65,8 @@ std::string result_of(const Series& series) {
                                        ? files[0]
                                        : fmt::format("{} to {}", files.front(), files.back())};
     const Extent picture = series.first->planned()->want.output();
-    parts.push_back(series.first->planned()->spec.look.montage && !files.empty()
-                        ? text_of(sheet_extent(series.first->planned()->spec.look, picture), 2)
+    parts.push_back(series.first->planned()->query.look.montage && !files.empty()
+                        ? text_of(sheet_extent(series.first->planned()->query.look, picture), 2)
                         : fmt::format("{} time points of {}", series.times, text_of(picture, 2)));
     parts.push_back(fmt::format("{}", fmt::join(series.measured->steps, " > ")));
     parts.push_back(seconds_text(median(series.measured->seconds)));

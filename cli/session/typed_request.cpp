@@ -10,22 +10,22 @@ namespace edgewise::cli {
 namespace {
 
 /// --progressive and --stop-after; null: neither. @throws RequestError
-std::shared_ptr<Refinement> refinement_of(const JobOptions& options, const RequestSpec& spec) {
+std::shared_ptr<Refinement> refinement_of(const JobOptions& options, const Query& query) {
     if (!options.progressive && !options.stop_after) return nullptr;
     const char* option = options.progressive ? "--progressive" : "--stop-after";
-    if (spec.mode->combine != Combine::over)
+    if (query.mode->combine != Combine::over)
         throw RequestError(
             fmt::format("{}: pictures from the front are of --mode composite, not of {}", option,
-                        spec.mode->name));
+                        query.mode->name));
     std::optional<double> limit;
     if (options.stop_after) limit = time_budget(*options.stop_after, "--stop-after");
     return std::make_shared<Refinement>(options.progressive, limit);
 }
 
-Engine engine_with(Catalogue edges, const JobOptions& options, const RequestSpec& spec, bool runs,
+Engine engine_with(Catalogue edges, const JobOptions& options, const Query& query, bool runs,
                    Messages& messages) {
     Profile machine = chosen_profile(options.machine);
-    if (spec.max_time && !options.explain && runs && is_built_in(machine))
+    if (query.max_time && !options.explain && runs && is_built_in(machine))
         messages.notice(
             "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "
             "measures this machine");
@@ -35,11 +35,11 @@ Engine engine_with(Catalogue edges, const JobOptions& options, const RequestSpec
 Asked asked_by(const JobOptions& options, bool runs, Messages& messages) {
     configure(messages, options);
     Catalogue edges = catalogue();
-    RequestSpec spec = spec_of(options, edges);
-    const std::shared_ptr<Refinement> refinement = refinement_of(options, spec);
+    Query query = spec_of(options, edges);
+    const std::shared_ptr<Refinement> refinement = refinement_of(options, query);
     if (refinement) edges = watched(std::move(edges), refinement->watch());
-    const Engine engine = engine_with(std::move(edges), options, spec, runs, messages);
-    return ask(engine, std::move(spec),
+    const Engine engine = engine_with(std::move(edges), options, query, runs, messages);
+    return ask(engine, std::move(query),
                {.runs = runs, .shows = options.report.has_value(), .refinement = refinement});
 }
 
@@ -50,9 +50,8 @@ TypedRequest::TypedRequest(const JobOptions& options, bool runs)
       startup_seconds_(process_seconds()),
       reached_(asked_by(options, runs, messages_)) {}
 
-Engine engine_of(const JobOptions& options, const RequestSpec& spec, bool runs,
-                 Messages& messages) {
-    return engine_with(catalogue(), options, spec, runs, messages);
+Engine engine_of(const JobOptions& options, const Query& query, bool runs, Messages& messages) {
+    return engine_with(catalogue(), options, query, runs, messages);
 }
 
 void configure(Messages& messages, const JobOptions& options) {

@@ -34,6 +34,6 @@ void configure(Messages& messages, const JobOptions& options);
 
 /// The edges, and the machine that the words name. What is guessed of its seconds is said where
 /// they decide, unless the plan is shown with that.
-Engine engine_of(const JobOptions& options, const RequestSpec& spec, bool runs, Messages& messages);
+Engine engine_of(const JobOptions& options, const Query& query, bool runs, Messages& messages);
 
 }  // namespace edgewise::cli

@@ -137,10 +137,10 @@ std::string family_of(const Request& want) {
 void describe(Audited& request, const Planned& planned) {
     const Request& want = planned.want;
     request.family = family_of(want);
-    request.planner = name_of(planned.spec.planner);
+    request.planner = name_of(planned.query.planner);
     request.machine = planned.engine.machine().name;
     request.budget = want.budget;
-    request.bytes_given = planned.spec.max_memory.has_value();
+    request.bytes_given = planned.query.max_memory.has_value();
     request.minimize = want.minimize;
     request.frames = want.frames;
     request.threads = want.threads;
@@ -148,19 +148,19 @@ void describe(Audited& request, const Planned& planned) {
 }
 
 /// @throws what the request ends with
-Planned planned_for_running(const RequestSpec& spec, const Engine& engine, Listener& messages) {
-    Reached reached(ask(engine, spec, {.runs = true}));
+Planned planned_for_running(const Query& query, const Engine& engine, Listener& messages) {
+    Reached reached(ask(engine, query, {.runs = true}));
     reached.prepare({}, messages);
     return reached.plan();
 }
 
 }  // namespace
 
-Audited audited(const RequestSpec& spec, const Catalogue& edges, const Profile& profile,
+Audited audited(const Query& query, const Catalogue& edges, const Profile& profile,
                 const PathSettings& settings, Listener& listener) {
     malloc_trim(0);  // so that earlier requests do not show in what this process holds
     Audited request;
-    const Planned planned = planned_for_running(spec, Engine(edges, profile), listener);
+    const Planned planned = planned_for_running(query, Engine(edges, profile), listener);
     planned.memory->trim();
     const double resident = resident_now() - static_cast<double>(planned.memory->used());
     describe(request, planned);

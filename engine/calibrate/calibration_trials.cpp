@@ -211,24 +211,24 @@ std::vector<Trial> exams() {
             {Job::warp, "phantom:checker:450", Type::f32, {-33}, nullptr}};
 }
 
-RequestSpec spec_of(const Trial& trial) {
+Query spec_of(const Trial& trial) {
     using Kind = GeometryStep::Kind;
-    RequestSpec spec;
-    spec.job = trial.job;
-    spec.input = trial.input;
-    spec.filter = trial.filter;
-    spec.radon = trial.radon;
-    spec.isovalue = trial.isovalue;
-    spec.labels = trial.labels;
-    if (!trial.turn.empty()) spec.geometry.steps = {{Kind::rotate, trial.turn}};
-    if (trial.mode) spec.mode = mode_named(trial.mode);
-    if (trial.job == Job::render) spec.geometry.size = OutputSize{.native = true};
-    if (trial.size) spec.geometry.size = OutputSize{.sides = {trial.size, trial.size}};
-    if (trial.frames) spec.geometry.steps.push_back({Kind::turntable, {double(trial.frames)}});
-    if (trial.lit) spec.shade = Shade::phong;
-    if (trial.perspective > 0) spec.geometry.perspective = trial.perspective;
-    spec.threads = 1;
-    return spec;
+    Query query;
+    query.job = trial.job;
+    query.input = trial.input;
+    query.filter = trial.filter;
+    query.radon = trial.radon;
+    query.isovalue = trial.isovalue;
+    query.labels = trial.labels;
+    if (!trial.turn.empty()) query.geometry.steps = {{Kind::rotate, trial.turn}};
+    if (trial.mode) query.mode = mode_named(trial.mode);
+    if (trial.job == Job::render) query.geometry.size = OutputSize{.native = true};
+    if (trial.size) query.geometry.size = OutputSize{.sides = {trial.size, trial.size}};
+    if (trial.frames) query.geometry.steps.push_back({Kind::turntable, {double(trial.frames)}});
+    if (trial.lit) query.shade = Shade::phong;
+    if (trial.perspective > 0) query.geometry.perspective = trial.perspective;
+    query.threads = 1;
+    return query;
 }
 
 std::shared_ptr<const Data> Phantoms::of(const Trial& trial) {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "graph/data.hpp"
 #include "runtime/runtime.hpp"
 
@@ -39,7 +39,7 @@ std::vector<Trial> trials(bool quick);
 /// Requests unlike the trials. The fit is judged on them.
 std::vector<Trial> exams();
 
-RequestSpec spec_of(const Trial& trial);
+Query spec_of(const Trial& trial);
 
 /// The samples that trials share.
 class Phantoms {

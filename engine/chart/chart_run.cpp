@@ -33,15 +33,15 @@ TriedPaths tried_of(const Planned& planned, const PathSettings& settings,
 }
 
 /// --max-memory would fence the process in; it is shown, not applied.
-RequestSpec without_fences(const RequestSpec& spec) {
-    RequestSpec free = spec;
+Query without_fences(const Query& query) {
+    Query free = query;
     free.max_memory.reset();
     free.strict = false;
     return free;
 }
 
-Planned planned_of(const RequestSpec& spec, const Engine& engine, Listener& messages) {
-    Reached reached(ask(engine, without_fences(spec), {.runs = true}));
+Planned planned_of(const Query& query, const Engine& engine, Listener& messages) {
+    Reached reached(ask(engine, without_fences(query), {.runs = true}));
     reached.open_all(messages);
     reached.look_at({}, messages);
     reached.price_all({}, messages);
@@ -170,9 +170,9 @@ std::string family_of(const std::vector<std::string>& steps) {
     return family.empty() ? "the input itself" : family;
 }
 
-Charting charting_of(const RequestSpec& spec, const Catalogue& edges, const Profile& profile,
+Charting charting_of(const Query& query, const Catalogue& edges, const Profile& profile,
                      const PathSettings& settings, Listener& listener) {
-    const Planned planned = planned_of(spec, Engine(edges, profile), listener);
+    const Planned planned = planned_of(query, Engine(edges, profile), listener);
     const TriedPaths tried = tried_of(planned, settings, {});
     const std::vector<std::string> chosen = chosen_steps(planned);
     Charting charting;
@@ -185,9 +185,9 @@ Charting charting_of(const RequestSpec& spec, const Catalogue& edges, const Prof
     return charting;
 }
 
-Charted charted(const RequestSpec& spec, const Catalogue& edges, const Profile& profile,
+Charted charted(const Query& query, const Catalogue& edges, const Profile& profile,
                 const ChartedRuns& settings, const ChartProgress& progress, Listener& listener) {
-    const Planned planned = planned_of(spec, Engine(edges, profile), listener);
+    const Planned planned = planned_of(query, Engine(edges, profile), listener);
     const TriedPaths tried = tried_of(planned, settings.paths, settings.only);
     planned.memory->trim();
     const double resident = resident_now() - static_cast<double>(planned.memory->used());

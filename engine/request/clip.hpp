@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/request/geometry.hpp"
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "graph/request.hpp"
 
 namespace edgewise {

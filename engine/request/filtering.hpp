@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "graph/data.hpp"
 #include "graph/filtering.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "graph/request.hpp"
 
 namespace edgewise {

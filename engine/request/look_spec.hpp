@@ -6,7 +6,7 @@
 
 namespace edgewise {
 
-struct RequestSpec;
+struct Query;
 
 /// How values become a picture for people, beside the window. All of it makes views of 8 bits.
 struct LookSpec {
@@ -24,6 +24,6 @@ struct LookSpec {
 };
 
 /// @throws RequestError what such a request cannot have
-void expect_look(const RequestSpec& spec);
+void expect_look(const Query& query);
 
 }  // namespace edgewise

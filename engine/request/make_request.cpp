@@ -33,23 +33,23 @@
 namespace edgewise {
 namespace {
 
-void take_budgets(Request& want, const RequestSpec& spec) {
+void take_budgets(Request& want, const Query& query) {
     Budget& budget = want.budget;
-    budget.seconds = spec.max_time;
-    budget.bytes = spec.max_memory;
+    budget.seconds = query.max_time;
+    budget.bytes = query.max_memory;
     // "The best in 50 ms": a time alone asks for the least error within it.
-    const bool best_in_time = spec.max_time && !spec.max_error && !spec.like_linear;
-    want.minimize = spec.minimize.value_or(best_in_time ? Minimize::error : Minimize::time);
-    const bool by_default = !spec.max_error && !spec.max_time && want.minimize != Minimize::error;
-    if (by_default || spec.like_linear)
+    const bool best_in_time = query.max_time && !query.max_error && !query.like_linear;
+    want.minimize = query.minimize.value_or(best_in_time ? Minimize::error : Minimize::time);
+    const bool by_default = !query.max_error && !query.max_time && want.minimize != Minimize::error;
+    if (by_default || query.like_linear)
         budget.like.emplace();  // which one hangs on what the samples are
     else
-        budget.error = spec.max_error;
-    if (spec.range && !(*spec.range > 0))
-        throw RequestError(message("@range: {} is not greater than 0", *spec.range));
-    want.range = spec.range;
-    want.threads = spec.threads.value_or(usable_cores());
-    if (spec.planning_time && spec.planner == Planner::estimate)
+        budget.error = query.max_error;
+    if (query.range && !(*query.range > 0))
+        throw RequestError(message("@range: {} is not greater than 0", *query.range));
+    want.range = query.range;
+    want.threads = query.threads.value_or(usable_cores());
+    if (query.planning_time && query.planner == Planner::estimate)
         throw RequestError(message("@planning_time: of @planner(pilot) and exhaustive only"));
 }
 
@@ -65,8 +65,8 @@ Material filled(Material material, bool shadows) {
     return material;
 }
 
-void take_light(Request& want, const RequestSpec& spec) {
-    want.shading.by = spec.shade.value_or(want.mode->shade);
+void take_light(Request& want, const Query& query) {
+    want.shading.by = query.shade.value_or(want.mode->shade);
     const auto rules_of = [&](auto&& is_one) {
         std::vector<std::string_view> names;
         for (const Shade by : want.mode->shades)
@@ -86,10 +86,10 @@ void take_light(Request& want, const RequestSpec& spec) {
                                        setting(field), want.mode->name));
         throw RequestError(message("{}: of @shade({}) only", setting(field), rules));
     };
-    of_rules("lights", !spec.lights.empty(), want.shading.on(), all);
-    of_rules("material", spec.material.has_value(), want.shading.has_normals(),
+    of_rules("lights", !query.lights.empty(), want.shading.on(), all);
+    of_rules("material", query.material.has_value(), want.shading.has_normals(),
              [](const Shading& by) { return by.has_normals(); });
-    if (spec.phase && want.shading.by != Shade::particles)
+    if (query.phase && want.shading.by != Shade::particles)
         throw RequestError(message("@phase: of @mode(composite) with @shade(particles) only"));
     const auto falls_on_samples = [&](SettingName field, bool given, bool sensible) {
         if (given && (!sensible || !want.mode->takes_transfer))
@@ -98,22 +98,22 @@ void take_light(Request& want, const RequestSpec& spec) {
                                            ? message("@shade(phong), torrance-sparrow or particles")
                                            : message("@shade(phong) or torrance-sparrow")));
     };
-    falls_on_samples("shadows", spec.shadows, want.shading.on());
-    falls_on_samples("occlusion", spec.occlusion.has_value(), want.shading.has_normals());
-    if (spec.shadows && spec.lights.size() > Arriving::kMostLights)
-        throw RequestError(message("@shadows: {} lights; expected at most {}", spec.lights.size(),
+    falls_on_samples("shadows", query.shadows, want.shading.on());
+    falls_on_samples("occlusion", query.occlusion.has_value(), want.shading.has_normals());
+    if (query.shadows && query.lights.size() > Arriving::kMostLights)
+        throw RequestError(message("@shadows: {} lights; expected at most {}", query.lights.size(),
                                    Arriving::kMostLights));
-    want.shading.shadows = spec.shadows;
-    want.shading.occlusion = spec.occlusion.value_or(0);
-    if (spec.phase) want.shading.phase = *spec.phase;
+    want.shading.shadows = query.shadows;
+    want.shading.occlusion = query.occlusion.value_or(0);
+    if (query.phase) want.shading.phase = *query.phase;
     if (!want.shading.on()) return;
-    want.shading.material = spec.material ? *spec.material : filled(kMaterial, spec.shadows);
-    want.shading.lights = spec.lights.empty() ? std::vector<Light>{kKeyLight} : spec.lights;
+    want.shading.material = query.material ? *query.material : filled(kMaterial, query.shadows);
+    want.shading.lights = query.lights.empty() ? std::vector<Light>{kKeyLight} : query.lights;
     for (Light& light : want.shading.lights) light.towards.normalize();
 }
 
-void take_mode(Request& want, const RequestSpec& spec) {
-    want.mode = spec.mode;
+void take_mode(Request& want, const Query& query) {
+    want.mode = query.mode;
     const auto only = [&](const Message& what, bool given, auto takes) {
         const ModeTraits& mode = *want.mode;
         if (!given || std::invoke(takes, mode)) return;
@@ -123,42 +123,43 @@ void take_mode(Request& want, const RequestSpec& spec) {
         throw RequestError(
             message("{}: of @mode({}) only, not of {}", what, fmt::join(names, ", "), mode.name));
     };
-    only(setting("zero"), spec.zero.has_value(), &ModeTraits::takes_zero);
-    only(setting("background"), spec.background || spec.keeps_alpha, &ModeTraits::over_background);
-    if (spec.transfer) only(spec.transfer->from, true, &ModeTraits::takes_transfer);
-    only(setting("preset"), spec.suiting_preset, &ModeTraits::takes_transfer);
-    only(setting("shade"), spec.shade.has_value(), &ModeTraits::takes_light);
-    only(setting("gradient"), spec.gradient.has_value(), &ModeTraits::takes_light);
-    only(setting("cue"), spec.cue.has_value(), &ModeTraits::takes_cue);
-    only(setting("exposure"), spec.exposure.has_value(), &ModeTraits::over_background);
+    only(setting("zero"), query.zero.has_value(), &ModeTraits::takes_zero);
+    only(setting("background"), query.background || query.keeps_alpha,
+         &ModeTraits::over_background);
+    if (query.transfer) only(query.transfer->from, true, &ModeTraits::takes_transfer);
+    only(setting("preset"), query.suiting_preset, &ModeTraits::takes_transfer);
+    only(setting("shade"), query.shade.has_value(), &ModeTraits::takes_light);
+    only(setting("gradient"), query.gradient.has_value(), &ModeTraits::takes_light);
+    only(setting("cue"), query.cue.has_value(), &ModeTraits::takes_cue);
+    only(setting("exposure"), query.exposure.has_value(), &ModeTraits::over_background);
     if (want.job == Job::render) {
-        only(setting("isovalue"), spec.isovalue.has_value(), &ModeTraits::takes_level);
-        const bool of_labels = spec.labels && want.mode->first_hit;
-        if (want.mode->takes_level && !spec.isovalue && !of_labels)
+        only(setting("isovalue"), query.isovalue.has_value(), &ModeTraits::takes_level);
+        const bool of_labels = query.labels && want.mode->first_hit;
+        if (want.mode->takes_level && !query.isovalue && !of_labels)
             throw RequestError(message("@mode({}): at which value? Expected @isovalue V{}",
                                        want.mode->name,
                                        want.mode->first_hit ? message(", or @labels") : ""));
-        if (want.mode->takes_level) want.surface = SurfaceOf{spec.isovalue};
-        want.cue = spec.cue;
+        if (want.mode->takes_level) want.surface = SurfaceOf{query.isovalue};
+        want.cue = query.cue;
     }
-    take_light(want, spec);
-    if (spec.background) want.background = *spec.background;
-    want.keeps_alpha = spec.keeps_alpha;
-    if (spec.gradient) want.gradient = *spec.gradient;
-    if (spec.zero) want.zero = *spec.zero;
-    if (spec.outside) want.outside = *spec.outside;
+    take_light(want, query);
+    if (query.background) want.background = *query.background;
+    want.keeps_alpha = query.keeps_alpha;
+    if (query.gradient) want.gradient = *query.gradient;
+    if (query.zero) want.zero = *query.zero;
+    if (query.outside) want.outside = *query.outside;
 }
 
 /// Surfaces are made of the samples as they are, or not at all.
-void take_surface(Request& want, const RequestSpec& spec) {
+void take_surface(Request& want, const Query& query) {
     if (want.job != Job::mesh) return;
-    if (spec.isovalue.has_value() == spec.labels)
+    if (query.isovalue.has_value() == query.labels)
         throw RequestError(
-            spec.labels
+            query.labels
                 ? message("@labels: surfaces of labels have no @isovalue; leave out one of them")
                 : message("mesh: which surface? Expected @isovalue V, or @labels"));
-    want.surface = SurfaceOf{spec.isovalue};
-    const SurfaceFinish& finish = spec.finish;
+    want.surface = SurfaceOf{query.isovalue};
+    const SurfaceFinish& finish = query.finish;
     for (const auto& [option, share] : {std::pair{setting("decimate"), finish.decimate},
                                         std::pair{setting("smooth"), finish.smooth}})
         if (share && !(*share >= 0 && *share <= 1))
@@ -166,19 +167,19 @@ void take_surface(Request& want, const RequestSpec& spec) {
     if (finish.decimate && !surface::can_decimate())
         throw RequestError(
             message("@decimate: this build was made without meshoptimizer (libmeshoptimizer-dev)"));
-    if (finish.lids && !spec.labels) want.setting = JobSetting::of(surface::MeshSetting{true});
-    want.minimize = spec.minimize.value_or(Minimize::time);
+    if (finish.lids && !query.labels) want.setting = JobSetting::of(surface::MeshSetting{true});
+    want.minimize = query.minimize.value_or(Minimize::time);
     want.budget.like.reset();
     want.budget.error.reset();
     want.budget.copied = true;
 }
 
 /// Equal but for rounding: what f32 makes of a sum of some thousand products.
-void take_filter_budget(Request& want, const RequestSpec& spec) {
-    if (want.job == radon_job() && !spec.radon)
+void take_filter_budget(Request& want, const Query& query) {
+    if (want.job == radon_job() && !query.radon)
         throw RequestError(message("radon: which lines? Expected @angles N"));
     if (want.job != Job::filter && want.job != radon_job()) return;
-    if (want.job == Job::filter && !spec.filter)
+    if (want.job == Job::filter && !query.filter)
         throw RequestError(message("filter: which one? Expected @op OP and @kernel KERNEL"));
     if (!want.budget.like) return;
     constexpr double kRounding = 1e-5;
@@ -224,7 +225,7 @@ void expect_transfer(const TransferSpec& spec) {
 }
 
 /// What the command line cannot say, a program can.
-void expect_sensible(const RequestSpec& spec) {
+void expect_sensible(const Query& query) {
     const auto expect = [](bool sensible, SettingName field, const char* expected) {
         if (!sensible) throw RequestError(message("{}: expected {}", setting(field), expected));
     };
@@ -237,119 +238,119 @@ void expect_sensible(const RequestSpec& spec) {
     const auto is_within = [](const auto& value, auto low, auto high) {
         return !value || (*value >= low && *value <= high);
     };
-    expect(at_least_0(spec.max_error), "max_error", "an NRMSE, at least 0");
-    expect(at_least_0(spec.max_time), "max_time", "seconds, at least 0");
-    expect(at_least_0(spec.max_memory), "max_memory", "bytes, at least 0");
-    expect(at_least_0(spec.planning_time), "planning_time", "seconds, at least 0");
-    expect(finite(spec.isovalue), "isovalue", "a finite number");
-    expect(finite(spec.zero), "zero", "a finite number");
-    expect(finite(spec.outside), "outside", "a finite number");
-    expect(is_within(spec.threads, 1, 1024), "threads", "1 to 1024");
-    expect(is_within(spec.ranks, 1, 1 << 24), "ranks", "1 to 2^24");
-    expect(is_within(spec.quality, 1, 100), "quality", "1 to 100");
-    expect(!spec.bits || *spec.bits == 8 || *spec.bits == 16 || *spec.bits == 32, "bits",
+    expect(at_least_0(query.max_error), "max_error", "an NRMSE, at least 0");
+    expect(at_least_0(query.max_time), "max_time", "seconds, at least 0");
+    expect(at_least_0(query.max_memory), "max_memory", "bytes, at least 0");
+    expect(at_least_0(query.planning_time), "planning_time", "seconds, at least 0");
+    expect(finite(query.isovalue), "isovalue", "a finite number");
+    expect(finite(query.zero), "zero", "a finite number");
+    expect(finite(query.outside), "outside", "a finite number");
+    expect(is_within(query.threads, 1, 1024), "threads", "1 to 1024");
+    expect(is_within(query.ranks, 1, 1 << 24), "ranks", "1 to 2^24");
+    expect(is_within(query.quality, 1, 100), "quality", "1 to 100");
+    expect(!query.bits || *query.bits == 8 || *query.bits == 16 || *query.bits == 32, "bits",
            "8, 16 or 32");
-    expect(spec.repeat >= 1, "repeat", "at least 1");
-    expect(is_within(spec.fps, 0.01, 100.0), "fps", "0.01 to 100 pictures a second");
-    expect(!spec.verify || *spec.verify <= 1'000'000'000, "verify", "at most 10^9 samples");
-    expect(finite(spec.range), "range", "a finite number");
-    for (const double step : spec.geometry.spacing.value_or(std::vector<double>{}))
+    expect(query.repeat >= 1, "repeat", "at least 1");
+    expect(is_within(query.fps, 0.01, 100.0), "fps", "0.01 to 100 pictures a second");
+    expect(!query.verify || *query.verify <= 1'000'000'000, "verify", "at most 10^9 samples");
+    expect(finite(query.range), "range", "a finite number");
+    for (const double step : query.geometry.spacing.value_or(std::vector<double>{}))
         expect(std::isfinite(step), "spacing", "finite numbers");
-    if (spec.transfer && spec.mode->takes_transfer) {
-        expect_transfer(*spec.transfer);
-        expect(!spec.transfer->transfer.table || (!spec.shadows && !spec.occlusion),
-               spec.shadows ? SettingName("shadows") : SettingName("occlusion"),
+    if (query.transfer && query.mode->takes_transfer) {
+        expect_transfer(*query.transfer);
+        expect(!query.transfer->transfer.table || (!query.shadows && !query.occlusion),
+               query.shadows ? SettingName("shadows") : SettingName("occlusion"),
                "opacities by value alone, which the transfer function's table does not have");
     }
-    for (const double part : spec.background.value_or(std::array<double, 3>{}))
+    for (const double part : query.background.value_or(std::array<double, 3>{}))
         expect(part >= 0 && part <= 1, "background", "three numbers from 0 to 1");
-    for (const Light& light : spec.lights)
+    for (const Light& light : query.lights)
         expect(light.towards.allFinite() && light.towards.squaredNorm() > 0 &&
                    light.intensity >= 0 && std::isfinite(light.intensity),
                "lights", "a direction other than 0,0,0 and an intensity of at least 0");
-    if (spec.material) expect_material(setting("material"), *spec.material);
-    expect(!spec.phase || std::abs(*spec.phase) < 1, "phase", "a number between -1 and 1");
-    expect(!spec.occlusion || (*spec.occlusion > 0 && std::isfinite(*spec.occlusion)), "occlusion",
-           "a radius above 0");
-    expect(!spec.cue || (spec.cue->per_length >= 0 && std::isfinite(spec.cue->per_length)), "cue",
-           "K of at least 0");
-    expect(!spec.background || !spec.keeps_alpha, "background", "colours, or none");
-    expect(!spec.exposure || (*spec.exposure > 0 && std::isfinite(*spec.exposure)), "exposure",
+    if (query.material) expect_material(setting("material"), *query.material);
+    expect(!query.phase || std::abs(*query.phase) < 1, "phase", "a number between -1 and 1");
+    expect(!query.occlusion || (*query.occlusion > 0 && std::isfinite(*query.occlusion)),
+           "occlusion", "a radius above 0");
+    expect(!query.cue || (query.cue->per_length >= 0 && std::isfinite(query.cue->per_length)),
+           "cue", "K of at least 0");
+    expect(!query.background || !query.keeps_alpha, "background", "colours, or none");
+    expect(!query.exposure || (*query.exposure > 0 && std::isfinite(*query.exposure)), "exposure",
            "a number above 0");
-    expect(!spec.transfer || !spec.suiting_preset, "preset", "one, or one that suits the data");
-    expect_look(spec);
-    if (!spec.window) return;
-    const WindowEnd &low = spec.window->low, &high = spec.window->high;
+    expect(!query.transfer || !query.suiting_preset, "preset", "one, or one that suits the data");
+    expect_look(query);
+    if (!query.window) return;
+    const WindowEnd &low = query.window->low, &high = query.window->high;
     for (const WindowEnd& end : {low, high})
         expect(end.percentile ? end.at >= 0 && end.at <= 100 : std::isfinite(end.at), "window",
                "finite values, or percentiles from 0 to 100");
     expect(low.percentile != high.percentile || low.at != high.at, "window",
            "two ends that differ; the greater one first inverts");
-    if (spec.window->name.empty() || spec.job != Job::render) return;
-    const ModeTraits& mode = *spec.mode;
+    if (query.window->name.empty() || query.job != Job::render) return;
+    const ModeTraits& mode = *query.mode;
     const bool of_values = mode.extreme != 0 || mode.slices == ModeTraits::Slices::mean ||
-                           (mode.takes_transfer && !spec.transfer);
+                           (mode.takes_transfer && !query.transfer);
     if (!of_values)
         throw RequestError(message(
             "@window({}): is of values in Hounsfield units, which pictures of @mode({}{}) do not "
             "show; expected LO,HI",
-            spec.window->name, mode.name, mode.takes_transfer ? " with a transfer function" : ""));
+            query.window->name, mode.name, mode.takes_transfer ? " with a transfer function" : ""));
 }
 
 }  // namespace
 
-Request request_of(const RequestSpec& spec) {
-    expect_sensible(spec);
+Request request_of(const Query& query) {
+    expect_sensible(query);
     Request want;
-    want.job = spec.job;
-    take_mode(want, spec);
-    take_budgets(want, spec);
-    take_surface(want, spec);
-    take_filter_budget(want, spec);
+    want.job = query.job;
+    take_mode(want, query);
+    take_budgets(want, query);
+    take_surface(want, query);
+    take_filter_budget(want, query);
     return want;
 }
 
-RequestSpec with_smoothing(RequestSpec spec, const Catalogue& edges) {
-    if (!spec.smooth) return spec;
-    const bool pictured = spec.job == Job::render && spec.mode->first_hit && !spec.isovalue;
-    if (!spec.labels || (spec.job != Job::mesh && !pictured))
+Query with_smoothing(Query query, const Catalogue& edges) {
+    if (!query.smooth) return query;
+    const bool pictured = query.job == Job::render && query.mode->first_hit && !query.isovalue;
+    if (!query.labels || (query.job != Job::mesh && !pictured))
         throw RequestError(message("@smooth: of surfaces of labels only (@labels)"));
-    if (!(*spec.smooth >= 0 && *spec.smooth <= 1))
+    if (!(*query.smooth >= 0 && *query.smooth <= 1))
         throw RequestError(message("@smooth: expected a number from 0 to 1"));
     for (const Transition& edge : edges) {
         if (!edge.parameters.contains("smooth")) continue;
         Demand demand;
         demand.name = edge.name;
-        demand.with.set("smooth", *spec.smooth);
-        spec.demands.via.push_back(std::move(demand));
+        demand.with.set("smooth", *query.smooth);
+        query.demands.via.push_back(std::move(demand));
     }
-    return spec;
+    return query;
 }
 
-store::Selection selection_of(const RequestSpec& spec) {
-    store::Selection selection = spec.selection;
-    if (!spec.channel_name.empty())
-        selection.channel = store::channel_named(spec.channel_name, spec.input, selection);
+store::Selection selection_of(const Query& query) {
+    store::Selection selection = query.selection;
+    if (!query.channel_name.empty())
+        selection.channel = store::channel_named(query.channel_name, query.input, selection);
     // Padding of DICOM is no measurement: rays, sums and filters must not take it for one. A warp
     // keeps it as stored.
-    if (spec.job == Job::filter || spec.job == radon_job())
+    if (query.job == Job::filter || query.job == radon_job())
         selection.padding = store::Padding::nothing;
-    if (spec.filter && is_binary(spec.filter->op)) selection.nothing = 0;  // outside a mask
-    if (spec.job == Job::mesh && !spec.labels) selection.padding = store::Padding::smallest;
-    const bool of_labels = spec.labels && spec.mode->first_hit && !spec.isovalue;
-    if (spec.job == Job::render && !of_labels)
-        selection.padding = spec.mode->takes_zero ? store::Padding::nothing
-                            : spec.mode->miss == ModeTraits::Miss::highest
+    if (query.filter && is_binary(query.filter->op)) selection.nothing = 0;  // outside a mask
+    if (query.job == Job::mesh && !query.labels) selection.padding = store::Padding::smallest;
+    const bool of_labels = query.labels && query.mode->first_hit && !query.isovalue;
+    if (query.job == Job::render && !of_labels)
+        selection.padding = query.mode->takes_zero ? store::Padding::nothing
+                            : query.mode->miss == ModeTraits::Miss::highest
                                 ? store::Padding::largest
                                 : store::Padding::smallest;
-    if (spec.zero) selection.nothing = *spec.zero;
+    if (query.zero) selection.nothing = *query.zero;
     return selection;
 }
 
 namespace {
 
 /// The result of a filter lies where its input does.
-Geometry take_filter(Request& want, const RequestSpec& spec, const Input& input) {
+Geometry take_filter(Request& want, const Query& query, const Input& input) {
     const InputGrid grid = grid_of(input);
     const Geometry geometry = geometry_of({}, grid, Job::warp);
     want.axes = grid.axes;
@@ -360,9 +361,9 @@ Geometry take_filter(Request& want, const RequestSpec& spec, const Input& input)
     want.screen = grid.extent;
     want.field = Field::linear;
     want.setting = JobSetting::of(
-        filtering_of(*spec.filter, {.axes = grid.axes,
-                                    .spacing = {grid.spacing[0], grid.spacing[1], grid.spacing[2]},
-                                    .has_unit = !input.header.unit.empty()}));
+        filtering_of(*query.filter, {.axes = grid.axes,
+                                     .spacing = {grid.spacing[0], grid.spacing[1], grid.spacing[2]},
+                                     .has_unit = !input.header.unit.empty()}));
     return geometry;
 }
 
@@ -388,7 +389,7 @@ Vec3 far_offset(const Mat4& place, const Extent& n) {
 }
 
 /// A mesh has one view: from indices to where the file says that samples lie.
-Geometry take_place(Request& want, const RequestSpec& spec, const Input& input) {
+Geometry take_place(Request& want, const Query& query, const Input& input) {
     const InputGrid grid = grid_of(input);
     if (grid.axes == 2)
         throw RequestError(fmt::format(
@@ -414,17 +415,17 @@ Geometry take_place(Request& want, const RequestSpec& spec, const Input& input) 
     want.frames = 1;
     want.views = Placement(place);
     want.screen = {1, 1, 1};
-    want.field = spec.labels ? Field::nearest : Field::linear;
+    want.field = query.labels ? Field::nearest : Field::linear;
     return geometry;
 }
 
 }  // namespace
 
-Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
+Geometry take_geometry(Request& want, const Query& query, const Input& input,
                        const std::optional<Outputs>& outputs) {
-    if (want.job == Job::mesh) return take_place(want, spec, input);
-    if (want.job == Job::filter) return take_filter(want, spec, input);
-    if (want.job == radon_job()) return take_radon(want, *spec.radon, input);
+    if (want.job == Job::mesh) return take_place(want, query, input);
+    if (want.job == Job::filter) return take_filter(want, query, input);
+    if (want.job == radon_job()) return take_radon(want, *query.radon, input);
     const InputGrid grid = grid_of(input);
     if (want.job == Job::render && grid.axes == 2)
         throw RequestError(fmt::format(
@@ -445,7 +446,7 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
         throw RequestError(message(
             "warp: {} has {} channels, from 0, and at most 4 are kept; say which by @channel",
             input.name, input.channels()));
-    GeometrySpec seen = spec.geometry;
+    GeometrySpec seen = query.geometry;
     // A picture of a plane through a grid that leans must not lean.
     seen.upright = outputs && !outputs->none() && !outputs->format().volumes;
     take_usual_size(seen, grid, want.job);
@@ -462,14 +463,14 @@ Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& inpu
         want.pixel = {geometry.grid.spacing.x() / geometry.unit,
                       geometry.grid.spacing.y() / geometry.unit};
     want.eye = geometry.eye;
-    take_clip(want, spec.clip, grid, geometry);
-    if (spec.labels && spec.reference && *spec.reference != Field::nearest)
+    take_clip(want, query.clip, grid, geometry);
+    if (query.labels && query.reference && *query.reference != Field::nearest)
         throw RequestError(message(
             "@labels: of labels the reference is nearest; leave out @reference, or @labels"));
-    if (spec.labels)
+    if (query.labels)
         want.field = Field::nearest;
-    else if (spec.reference)
-        want.field = *spec.reference;
+    else if (query.reference)
+        want.field = *query.reference;
     else if (input.phantom)
         want.field = Field::formula;
     else
@@ -546,19 +547,19 @@ std::optional<double> noise_share(const Data& data, const Statistics& statistics
 }
 
 /// The transfer function that somebody named, or that suits the data, as values of these.
-Remarks take_preset(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+Remarks take_preset(Request& want, std::optional<Window>& window, const Query& query,
                     const Input& input, const Statistics& statistics) {
     const Data& data = *input.data;
     const FileFacts facts = facts_of(input, want.field == Field::nearest);
     const double millimetres = facts.millimetres > 0 ? facts.millimetres : 1;
     const Glance glance = glance_at(data, statistics);
     ChosenTransfer chosen;
-    if (spec.transfer)
-        chosen.spec = *spec.transfer;
+    if (query.transfer)
+        chosen.spec = *query.transfer;
     else
         chosen = suiting(window, data, statistics,
                          look_of(data, statistics, want.spacing, facts, glance));
-    if (!spec.transfer) window.reset();
+    if (!query.transfer) window.reset();
     const auto fitted = [&](const TransferSpec& asked) {
         return suited(asked, data, statistics, want.spacing, millimetres, &glance);
     };
@@ -567,7 +568,7 @@ Remarks take_preset(Request& want, std::optional<Window>& window, const RequestS
         found = fitted(chosen.spec);
     } catch (const RequestError& error) {
         // Where nobody named the preset for labels and they are none that it can show.
-        if (spec.transfer || chosen.spec.values != TransferValues::labels) throw;
+        if (query.transfer || chosen.spec.values != TransferValues::labels) throw;
         chosen.spec = preset_named("general");
         found = fitted(chosen.spec);
         found.warnings.push_back(message("{}; @preset(general) is taken", error.message()));
@@ -584,13 +585,13 @@ Remarks take_preset(Request& want, std::optional<Window>& window, const RequestS
                     input.name));
     want.transfer = std::move(found.transfer);
     std::optional<double> noise;
-    if (!spec.gradient && chosen.kind && is_mr_of_tissue(*chosen.kind, facts) &&
+    if (!query.gradient && chosen.kind && is_mr_of_tissue(*chosen.kind, facts) &&
         want.needs_gradients())
         noise = noise_share(data, statistics, chosen.window.value_or(glance.window));
     const bool smooths = noise && turns_normals(*noise);
     if (smooths) want.gradient = GradientScheme::sobel;
-    if (!spec.material && taken.material)
-        want.shading.material = filled(*taken.material, spec.shadows);
+    if (!query.material && taken.material)
+        want.shading.material = filled(*taken.material, query.shadows);
     const bool named = !taken.preset.empty();
     return {std::move(found.warnings), std::move(found.notices),
             TakenPreset{.name = named ? Message(taken.preset) : taken.from,
@@ -647,14 +648,14 @@ void take_mask(Request& want, const Data& data) {
 
 namespace {
 
-Remarks take_all_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+Remarks take_all_values(Request& want, std::optional<Window>& window, const Query& query,
                         const Input& input, const Statistics& statistics) {
     const Data& data = *input.data;
     want.miss = want.mode->miss == ModeTraits::Miss::lowest    ? statistics.low
                 : want.mode->miss == ModeTraits::Miss::highest ? statistics.high
                                                                : 0;
     want.magnitude = std::max(std::abs(statistics.low), std::abs(statistics.high));
-    if (!spec.zero) want.zero = std::min(0.0, statistics.low);
+    if (!query.zero) want.zero = std::min(0.0, statistics.low);
     take_mask(want, data);
     std::vector<Message> warnings = take_level(want, statistics);
     if (!warnings.empty()) return {warnings};
@@ -671,8 +672,8 @@ Remarks take_all_values(Request& want, std::optional<Window>& window, const Requ
     // Far below the noise of any scanner, far above the rounding of differences.
     constexpr double kNoSurface = 1e-4;
     want.shading.least = kNoSurface * range_between(statistics.low, statistics.high);
-    if (spec.transfer || spec.suiting_preset)
-        return take_preset(want, window, spec, input, statistics);
+    if (query.transfer || query.suiting_preset)
+        return take_preset(want, window, query, input, statistics);
     // Without a transfer function the window is where the grey ramp runs, so it is no view of the
     // result as well.
     double low = statistics.low, high = statistics.high;
@@ -704,7 +705,7 @@ void expect_gradients(const Request& want) {
 
 }  // namespace
 
-Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+Remarks take_values(Request& want, std::optional<Window>& window, const Query& query,
                     const Input& input, const Statistics& statistics) {
     const Data& data = *input.data;
     const store::Header& header = input.header;
@@ -713,8 +714,8 @@ Remarks take_values(Request& want, std::optional<Window>& window, const RequestS
         about_window = take_hounsfield(*window, header, data, statistics);
     else
         window = usual_window(want, header, data, statistics);
-    Remarks remarks = take_all_values(want, window, spec, input, statistics);
-    if (spec.gradient == GradientScheme::sobel) expect_gradients(want);
+    Remarks remarks = take_all_values(want, window, query, input, statistics);
+    if (query.gradient == GradientScheme::sobel) expect_gradients(want);
     if (!about_window.empty()) remarks.warnings.push_back(about_window);
     return remarks;
 }

@@ -7,7 +7,7 @@
 #include "engine/request/geometry.hpp"
 #include "engine/request/input.hpp"
 #include "engine/request/outputs.hpp"
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "engine/transfer/robust_window.hpp"
 #include "graph/errors.hpp"
 #include "graph/transition.hpp"
@@ -22,18 +22,18 @@ struct ColoursToMerge : RequestError {
 
 /// What the graph needs to know of a request before its input is looked at: job, mode, budgets.
 /// @throws RequestError
-Request request_of(const RequestSpec& spec);
+Request request_of(const Query& query);
 
 /// What of the file is read, and what stands where nothing was measured.
-store::Selection selection_of(const RequestSpec& spec);
+store::Selection selection_of(const Query& query);
 
 /// How far surfaces of labels are smoothed is a parameter of the edge that makes them.
 /// @throws RequestError where there are none
-RequestSpec with_smoothing(RequestSpec spec, const Catalogue& edges);
+Query with_smoothing(Query query, const Catalogue& edges);
 
 /// Puts the geometry into the request. @throws RequestError, NoPlan
 /// @throws ColoursToMerge  a volume of colours, which `Merge` renders
-Geometry take_geometry(Request& want, const RequestSpec& spec, const Input& input,
+Geometry take_geometry(Request& want, const Query& query, const Input& input,
                        const std::optional<Outputs>& outputs);
 
 /// The transfer function that is taken: of a preset, or of a file.
@@ -57,7 +57,7 @@ struct Remarks {
 /// @param window  is taken away where the transfer function runs over it
 /// @param input   with its samples
 /// @throws RequestError
-Remarks take_values(Request& want, std::optional<Window>& window, const RequestSpec& spec,
+Remarks take_values(Request& want, std::optional<Window>& window, const Query& query,
                     const Input& input, const Statistics& statistics);
 
 /// The same as of another request of one kind.

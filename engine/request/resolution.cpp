@@ -13,10 +13,10 @@ namespace edgewise {
 namespace {
 
 /// What is given and counts samples of the input; "": nothing does.
-Message counts_samples(const RequestSpec& spec) {
-    const GeometrySpec& geometry = spec.geometry;
-    if (spec.clip.box || !spec.clip.planes.empty() || !spec.clip.balls.empty())
-        return spec.clip.settings();
+Message counts_samples(const Query& query) {
+    const GeometrySpec& geometry = query.geometry;
+    if (query.clip.box || !query.clip.planes.empty() || !query.clip.balls.empty())
+        return query.clip.settings();
     if (geometry.crop) return setting("crop");
     if (geometry.about) return setting("about");
     if (geometry.eye) return setting("eye");
@@ -45,23 +45,23 @@ int level_as_fine(const store::Header& header, const ScreenGrid& grid, Job job) 
     return coarsest;
 }
 
-store::Selection chosen_selection(const RequestSpec& spec, const std::optional<Outputs>& outputs) {
-    store::Selection selection = selection_of(spec);
-    if (!spec.level_by_result) return selection;
-    if (spec.job != Job::render && spec.job != Job::warp)
+store::Selection chosen_selection(const Query& query, const std::optional<Outputs>& outputs) {
+    store::Selection selection = selection_of(query);
+    if (!query.level_by_result) return selection;
+    if (query.job != Job::render && query.job != Job::warp)
         throw RequestError(message(
             "@level(auto): only pictures and warps have samples to choose one by; name a number"));
-    if (const Message found = counts_samples(spec); !found.empty())
+    if (const Message found = counts_samples(query); !found.empty())
         throw RequestError(message(
             "@level(auto): {} counts samples of the resolution that is read; name its number",
             found));
-    const Input input = inspected(spec.input, selection);
+    const Input input = inspected(query.input, selection);
     if (input.header.levels.size() < 2) return selection;
-    GeometrySpec seen = spec.geometry;
+    GeometrySpec seen = query.geometry;
     seen.upright = outputs && !outputs->none() && !outputs->format().volumes;
-    take_usual_size(seen, grid_of(input), spec.job);
-    const Geometry geometry = geometry_of(seen, grid_of(input), spec.job);
-    selection.level = level_as_fine(input.header, geometry.grid, spec.job);
+    take_usual_size(seen, grid_of(input), query.job);
+    const Geometry geometry = geometry_of(seen, grid_of(input), query.job);
+    selection.level = level_as_fine(input.header, geometry.grid, query.job);
     return selection;
 }
 

@@ -4,7 +4,7 @@
 
 #include "engine/request/geometry.hpp"
 #include "engine/request/outputs.hpp"
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "io/store.hpp"
 
 namespace edgewise {
@@ -16,9 +16,9 @@ namespace edgewise {
 int level_as_fine(const store::Header& header, const ScreenGrid& grid, Job job);
 
 /// What a request takes of its file: selection_of(), with that resolution where it asks for it
-/// (RequestSpec::level_by_result) and the file holds several.
+/// (Query::level_by_result) and the file holds several.
 /// @throws RequestError  not of a picture or a warp; options that count samples of the input, whose
 ///                       resolution nobody knows then
-store::Selection chosen_selection(const RequestSpec& spec, const std::optional<Outputs>& outputs);
+store::Selection chosen_selection(const Query& query, const std::optional<Outputs>& outputs);
 
 }  // namespace edgewise

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "graph/data.hpp"
 #include "io/labels.hpp"
 #include "io/store.hpp"

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 #include "graph/data.hpp"
 #include "graph/request.hpp"
 #include "io/store.hpp"

@@ -65,7 +65,7 @@ class Names(unittest.TestCase):
         self.assertGreaterEqual(len(modes), 6)
         # Statistics have a mean too, and a filter is called so; a request's default is a mode.
         allowed = ["graph/modes/", "graph/request.hpp", "cli/request/request_options.cpp", "cli/request/filter_words.cpp", "cli/info.cpp",
-                   "engine/facts_json.cpp", "cli/session/report.cpp", "engine/request/spec.hpp", *MEASURING]
+                   "engine/facts_json.cpp", "cli/session/report.cpp", "engine/request/query.hpp", *MEASURING]
         names = "|".join(modes)
         self.assertEqual(found(rf"\"({names})\"|\bMode::({names})\b", allowed), [])
 

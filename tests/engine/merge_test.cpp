@@ -55,24 +55,24 @@ class Volume {
     std::string path_;
 };
 
-RequestSpec turned(const Volume& volume, const char* mode, int frames = 1) {
-    RequestSpec spec;
-    spec.input = volume.path();
-    spec.mode = mode_named(mode);
-    spec.geometry.steps = {{Step::rotate, {20, 10, 0}}};
-    spec.geometry.size = OutputSize{false, {37, 23}};
-    if (frames > 1) spec.geometry.steps.push_back({Step::turntable, {double(frames)}});
-    spec.remembers = false;
-    return spec;
+Query turned(const Volume& volume, const char* mode, int frames = 1) {
+    Query query;
+    query.input = volume.path();
+    query.mode = mode_named(mode);
+    query.geometry.steps = {{Step::rotate, {20, 10, 0}}};
+    query.geometry.size = OutputSize{false, {37, 23}};
+    if (frames > 1) query.geometry.steps.push_back({Step::turntable, {double(frames)}});
+    query.remembers = false;
+    return query;
 }
 
 std::vector<ChannelSpec> all_three() {
     return {{0, kColours[0]}, {1, kColours[1]}, {2, kColours[2]}};
 }
 
-std::vector<Picture> merged(const RequestSpec& spec, std::vector<ChannelSpec> channels) {
+std::vector<Picture> merged(const Query& query, std::vector<ChannelSpec> channels) {
     Listener listener;
-    Merge merge(spec, std::move(channels), Engine(catalogue(), default_profile()), listener);
+    Merge merge(query, std::move(channels), Engine(catalogue(), default_profile()), listener);
     merge.runs = true;
     std::vector<Picture> pictures;
     perform(merge, {}, [&](int frame, const Data& picture) {
@@ -85,10 +85,10 @@ std::vector<Picture> merged(const RequestSpec& spec, std::vector<ChannelSpec> ch
 }
 
 /// One channel by a request of its own: a value a pixel.
-std::vector<Picture> alone(RequestSpec spec, int channel) {
-    spec.selection.channel = channel;
+std::vector<Picture> alone(Query query, int channel) {
+    query.selection.channel = channel;
     Listener listener;
-    Reached reached(ask(Engine(catalogue(), default_profile()), spec, {.runs = true}));
+    Reached reached(ask(Engine(catalogue(), default_profile()), query, {.runs = true}));
     reached.prepare({}, listener);
     std::vector<Picture> pictures(static_cast<std::size_t>(reached.planned()->want.frames));
     const auto take = [&](int frame, const Data& picture) {
@@ -101,10 +101,10 @@ std::vector<Picture> alone(RequestSpec spec, int channel) {
 }
 
 /// @param window  null: the range of each channel
-std::vector<std::vector<double>> expected(const RequestSpec& spec, const double* window = nullptr) {
+std::vector<std::vector<double>> expected(const Query& query, const double* window = nullptr) {
     std::vector<std::vector<double>> sums;
     for (int c = 0; c < 3; ++c) {
-        const std::vector<Picture> frames = alone(spec, c);
+        const std::vector<Picture> frames = alone(query, c);
         double low = INFINITY, high = -INFINITY;
         for (const Picture& frame : frames)
             for (const float value : frame)
@@ -142,32 +142,32 @@ TEST(Merge, IsTheSumOfChannelsRenderedAlone) {
     const Volume volume({19, 14, 9});
     for (const Mode mode : modes()) {
         if (mode->light_left) continue;  // a negative, by the logarithm: no sum of shares
-        RequestSpec spec = turned(volume, std::string(mode->name).c_str());
-        if (mode->takes_level) spec.isovalue = 0.2;
+        Query query = turned(volume, std::string(mode->name).c_str());
+        if (mode->takes_level) query.isovalue = 0.2;
         // Light is shown as it is.
         constexpr double kLight[] = {0, 1};
-        const auto got = merged(spec, all_three());
-        expect_near(got, expected(spec, mode->over_background ? kLight : nullptr));
+        const auto got = merged(query, all_three());
+        expect_near(got, expected(query, mode->over_background ? kLight : nullptr));
         EXPECT_GT(*std::max_element(got[0].begin(), got[0].end()), 0.3) << mode->name;
     }
 }
 
 TEST(Merge, OneWindowOverAllFrames) {
     const Volume volume({19, 14, 9});
-    RequestSpec spec = turned(volume, "mip", 5);
-    expect_near(merged(spec, all_three()), expected(spec));
-    spec.window = Window{{0, false}, {1.5, false}};
+    Query query = turned(volume, "mip", 5);
+    expect_near(merged(query, all_three()), expected(query));
+    query.window = Window{{0, false}, {1.5, false}};
     const double ends[] = {0, 1.5};
-    expect_near(merged(spec, all_three()), expected(spec, ends));
+    expect_near(merged(query, all_three()), expected(query, ends));
 }
 
 TEST(Merge, AnyNumberOfThreadsGivesTheSameBytes) {
     const Volume volume({19, 14, 9});
-    RequestSpec spec = turned(volume, "mean", 3);
+    Query query = turned(volume, "mean", 3);
     std::vector<std::vector<Picture>> all;
     for (const int threads : {1, 2, 7}) {
-        spec.threads = threads;
-        all.push_back(merged(spec, all_three()));
+        query.threads = threads;
+        all.push_back(merged(query, all_three()));
     }
     EXPECT_EQ(all[0], all[1]);
     EXPECT_EQ(all[0], all[2]);
@@ -176,42 +176,42 @@ TEST(Merge, AnyNumberOfThreadsGivesTheSameBytes) {
 TEST(Merge, OneSliceAndOneVoxel) {
     for (const Extent extent : {Extent{17, 11, 1}, Extent{1, 1, 1}}) {
         const Volume volume(extent);
-        const RequestSpec spec = turned(volume, "mip");
-        expect_near(merged(spec, all_three()), expected(spec));
+        const Query query = turned(volume, "mip");
+        expect_near(merged(query, all_three()), expected(query));
     }
 }
 
 TEST(Merge, WhatIsNotFiniteAddsNothing) {
     const Volume volume({19, 14, 9}, std::numeric_limits<double>::quiet_NaN());
-    const RequestSpec spec = turned(volume, "mip");
-    const auto got = merged(spec, all_three());
+    const Query query = turned(volume, "mip");
+    const auto got = merged(query, all_three());
     for (const float value : got[0]) EXPECT_TRUE(value >= 0 && value <= 1);
-    expect_near(got, expected(spec));
+    expect_near(got, expected(query));
 }
 
 TEST(Merge, ColoursByNumberWhereTheFileSaysNone) {
     const Volume volume({9, 8, 7});
-    const RequestSpec spec = turned(volume, "mip");
-    EXPECT_EQ(merged(spec, {}), merged(spec, {{0, store::Colour{1, 0, 0}},
-                                              {1, store::Colour{0, 1, 0}},
-                                              {2, store::Colour{0, 0, 1}}}));
-    EXPECT_EQ(merged(spec, {{2, {}}}), merged(spec, {{2, store::Colour{0, 0, 1}}}));
+    const Query query = turned(volume, "mip");
+    EXPECT_EQ(merged(query, {}), merged(query, {{0, store::Colour{1, 0, 0}},
+                                                {1, store::Colour{0, 1, 0}},
+                                                {2, store::Colour{0, 0, 1}}}));
+    EXPECT_EQ(merged(query, {{2, {}}}), merged(query, {{2, store::Colour{0, 0, 1}}}));
 }
 
 TEST(Merge, SecondsAreSharedAndAddedUp) {
     const Volume volume({19, 14, 9});
-    RequestSpec spec = turned(volume, "mip");
-    spec.max_time = 30;
-    spec.minimize = Minimize::time;
+    Query query = turned(volume, "mip");
+    query.max_time = 30;
+    query.minimize = Minimize::time;
     Listener listener;
-    Merge merge(spec, all_three(), Engine(catalogue(), default_profile()), listener);
+    Merge merge(query, all_three(), Engine(catalogue(), default_profile()), listener);
     merge.runs = true;
     int told = 0;
     perform(merge, [&](MergedChannel& channel) {
         // A third; then half of what the first is not predicted to take; then the rest.
         const double left = 30 - (predicted_of(merge).seconds -
                                   channel.request->planned()->answer.plan->predicted.seconds);
-        EXPECT_NEAR(*channel.request->planned()->spec.max_time, left / (3 - told), 1e-9);
+        EXPECT_NEAR(*channel.request->planned()->query.max_time, left / (3 - told), 1e-9);
         ++told;
     });
     EXPECT_EQ(told, 3);
@@ -220,44 +220,44 @@ TEST(Merge, SecondsAreSharedAndAddedUp) {
         seconds += channel.request->run->measured.seconds.at(0);
     EXPECT_DOUBLE_EQ(merge.measured->seconds.at(0), seconds);
     EXPECT_EQ(merge.measured->kept, true);
-    spec.max_time = 1e-9;
-    Merge none(spec, all_three(), Engine(catalogue(), default_profile()), listener);
+    query.max_time = 1e-9;
+    Merge none(query, all_three(), Engine(catalogue(), default_profile()), listener);
     EXPECT_THROW(perform(none), NoPlan);
 }
 
 TEST(Merge, RefusesWhatHasNoColoursOfItsOwnToTake) {
     const Volume volume({9, 8, 7});
-    const auto why = [&](RequestSpec spec, std::vector<ChannelSpec> channels) -> std::string {
+    const auto why = [&](Query query, std::vector<ChannelSpec> channels) -> std::string {
         try {
-            merged(spec, std::move(channels));
+            merged(query, std::move(channels));
         } catch (const RequestError& error) {
             return error.what();
         }
         return "";
     };
-    const RequestSpec plain = turned(volume, "mip");
+    const Query plain = turned(volume, "mip");
     EXPECT_NE(why(plain, {{3, {}}}).find("3 channels"), std::string::npos);
     EXPECT_NE(why(plain, {{-1, {}}}).find("3 channels"), std::string::npos);
     EXPECT_NE(why(plain, {{1, {}}, {1, {}}}).find("twice"), std::string::npos);
     EXPECT_NE(why(plain, {{1, store::Colour{0, 2, 0}}}).find("0 to 1"), std::string::npos);
-    RequestSpec spec = plain;
-    spec.selection.channel = 1;
-    EXPECT_NE(why(spec, {}).find("channel: several"), std::string::npos);
-    spec = plain;
-    spec.job = Job::warp;
-    EXPECT_NE(why(spec, {}).find("warp"), std::string::npos);
-    spec = turned(volume, "composite");
-    spec.transfer.emplace();
-    EXPECT_NE(why(spec, {}).find("transfer: "), std::string::npos);
-    spec = turned(volume, "composite");
-    spec.background = {1, 1, 1};
-    EXPECT_NE(why(spec, {}).find("background: "), std::string::npos);
-    spec = turned(volume, "composite");
-    spec.keeps_alpha = true;
-    EXPECT_NE(why(spec, {}).find("alpha"), std::string::npos);
-    spec = plain;
-    spec.max_memory = 1 << 20;
-    EXPECT_THROW(merged(spec, {}), NoPlan);
+    Query query = plain;
+    query.selection.channel = 1;
+    EXPECT_NE(why(query, {}).find("channel: several"), std::string::npos);
+    query = plain;
+    query.job = Job::warp;
+    EXPECT_NE(why(query, {}).find("warp"), std::string::npos);
+    query = turned(volume, "composite");
+    query.transfer.emplace();
+    EXPECT_NE(why(query, {}).find("transfer: "), std::string::npos);
+    query = turned(volume, "composite");
+    query.background = {1, 1, 1};
+    EXPECT_NE(why(query, {}).find("background: "), std::string::npos);
+    query = turned(volume, "composite");
+    query.keeps_alpha = true;
+    EXPECT_NE(why(query, {}).find("alpha"), std::string::npos);
+    query = plain;
+    query.max_memory = 1 << 20;
+    EXPECT_THROW(merged(query, {}), NoPlan);
 }
 
 }  // namespace

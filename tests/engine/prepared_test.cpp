@@ -23,8 +23,8 @@ const Engine& engine() {
     return engine;
 }
 
-RequestSpec mip(double angle, int frames = 1) {
-    RequestSpec query;
+Query mip(double angle, int frames = 1) {
+    Query query;
     query.geometry.steps = {{Kind::rotate, {20, angle, 0}}};
     if (frames > 1) query.geometry.steps.push_back({Kind::turntable, {double(frames)}});
     query.geometry.size = OutputSize{.native = true};
@@ -64,7 +64,7 @@ Pixels pixels_of(const Prepared& prepared, const RunWith& how = {}) {
 }
 
 /// The same by a request of its own that goes by the same path.
-Pixels alone(RequestSpec query, const std::shared_ptr<const Data>& samples, const Prepared& like) {
+Pixels alone(Query query, const std::shared_ptr<const Data>& samples, const Prepared& like) {
     query.max_error.reset();
     for (const Step& step : like.plan().steps)
         query.demands.via.push_back({step.by->name, step.offer.with});
@@ -106,7 +106,7 @@ TEST(Prepared, IsSeenFromElsewhere) {
     const Prepared prepared = prepare(engine(), mip(10), samples);
     const Pixels here = pixels_of(prepared);
     for (int i = 1; i <= 100; ++i) {
-        const RequestSpec query = mip(10 + 3.5 * i);
+        const Query query = mip(10 + 3.5 * i);
         const Prepared other = prepared.with_views(query.geometry);
         ASSERT_EQ(pixels_of(other), alone(query, samples, other)) << i;
     }
@@ -117,7 +117,7 @@ TEST(Prepared, IsSeenFromElsewhere) {
 }
 
 TEST(Prepared, SaysWhereThePathHadToChange) {
-    RequestSpec query = mip(0);
+    Query query = mip(0);
     query.max_error = 0.5;  // the fastest path, which takes no perspective
     const Prepared prepared = prepare(engine(), query, block(3));
     ASSERT_EQ(prepared.plan().steps.back().by->name, "project.shear_warp");
@@ -187,7 +187,7 @@ TEST(Prepared, EndsAtAnyMomentAndRunsAfterwards) {
 /// What the program holds is its own affair.
 TEST(Prepared, CountsWhatItTakesItself) {
     const std::vector<char> held(std::size_t{300} << 20, 1);
-    RequestSpec query = mip(10);
+    Query query = mip(10);
     query.max_memory = 150 << 20;
     const Prepared prepared = prepare(engine(), query, block(1));
     EXPECT_LT(prepared.plan().predicted.bytes, 150 << 20);
@@ -198,7 +198,7 @@ TEST(Prepared, CountsWhatItTakesItself) {
 }
 
 TEST(Prepared, SharesWhatAllRunsNeed) {
-    RequestSpec query = mip(10);
+    Query query = mip(10);
     query.max_error.reset();
     query.demands.via = {{.name = "filter.prefilter"}};
     const Prepared prepared = prepare(engine(), query, block(4, 32, true));
@@ -229,7 +229,7 @@ class Refusing final : public MemoryBudget {
 
 /// Out of memory at each allocation in turn: an error, nothing lost, and the plan runs afterwards.
 TEST(Prepared, RunsOutOfMemoryCleanly) {
-    RequestSpec query = mip(10, 2);
+    Query query = mip(10, 2);
     query.demands.via = {{.name = "filter.prefilter"}};
     const Prepared there = prepare(engine(), query, block(1, 32, true));
     const Pixels right = pixels_of(there);

@@ -70,16 +70,16 @@ TEST(Refinement, GoesOnWhileNobodyTakesPictures) {
 
 /// A composite of a phantom, content with what is there after some seconds.
 std::vector<float> picture_after(double seconds, std::optional<Refined>& refined) {
-    RequestSpec spec;
-    spec.input = "phantom:gaussians:24";
-    spec.mode = mode_named("composite");
-    spec.geometry.size = OutputSize{.native = true};
-    spec.threads = 1;
-    spec.max_error = 9;
+    Query query;
+    query.input = "phantom:gaussians:24";
+    query.mode = mode_named("composite");
+    query.geometry.size = OutputSize{.native = true};
+    query.threads = 1;
+    query.max_error = 9;
     const auto refinement = std::make_shared<Refinement>(false, seconds);
     Listener listener;
     const Engine engine(watched(catalogue(), refinement->watch()), default_profile());
-    Reached reached(ask(engine, spec, {.runs = true, .refinement = refinement}));
+    Reached reached(ask(engine, query, {.runs = true, .refinement = refinement}));
     reached.prepare({}, listener);
     std::vector<float> picture;
     const auto take = [&](int, const Data& result) {

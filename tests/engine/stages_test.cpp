@@ -19,14 +19,14 @@ namespace {
 using Kind = GeometryStep::Kind;
 using Frames = std::map<int, std::vector<float>>;
 
-RequestSpec turned(const std::string& input, int frames = 1) {
-    RequestSpec spec;
-    spec.input = input;
-    spec.geometry.steps = {{Kind::rotate, {20, 10, 0}}};
-    if (frames > 1) spec.geometry.steps.push_back({Kind::turntable, {double(frames)}});
-    spec.geometry.size = OutputSize{.native = true};
-    spec.max_error = 0.05;
-    return spec;
+Query turned(const std::string& input, int frames = 1) {
+    Query query;
+    query.input = input;
+    query.geometry.steps = {{Kind::rotate, {20, 10, 0}}};
+    if (frames > 1) query.geometry.steps.push_back({Kind::turntable, {double(frames)}});
+    query.geometry.size = OutputSize{.native = true};
+    query.max_error = 0.05;
+    return query;
 }
 
 const Engine& engine() {
@@ -46,12 +46,12 @@ Frames frames_of(Reached& reached) {
     return frames;
 }
 
-Reached asked(const RequestSpec& spec, std::shared_ptr<const Data> given = nullptr) {
-    return Reached(ask(engine(), spec, {.runs = true, .given = std::move(given)}));
+Reached asked(const Query& query, std::shared_ptr<const Data> given = nullptr) {
+    return Reached(ask(engine(), query, {.runs = true, .given = std::move(given)}));
 }
 
-Frames frames_of(const RequestSpec& spec, std::shared_ptr<const Data> given = nullptr) {
-    Reached reached = asked(spec, std::move(given));
+Frames frames_of(const Query& query, std::shared_ptr<const Data> given = nullptr) {
+    Reached reached = asked(query, std::move(given));
     return frames_of(reached);
 }
 
@@ -66,7 +66,7 @@ TEST(Stages, HandsOverEachFrameOnce) {
 TEST(Stages, TakesSamplesOfTheProgram) {
     MemoryBudget memory(std::size_t{64} << 20);
     auto samples = std::make_shared<const Data>(make_phantom("gaussians", 32, &memory));
-    RequestSpec named = turned("phantom:gaussians:32"), unnamed = turned("");
+    Query named = turned("phantom:gaussians:32"), unnamed = turned("");
     named.reference = Field::spline;  // of the samples, as nobody knows their formula
     EXPECT_EQ(frames_of(unnamed, samples), frames_of(named));
 }
@@ -74,15 +74,15 @@ TEST(Stages, TakesSamplesOfTheProgram) {
 TEST(Stages, SpacingOfSamplesInMemoryIsTheSpecs) {
     MemoryBudget memory(std::size_t{64} << 20);
     auto samples = std::make_shared<const Data>(make_phantom("gaussians", 32, &memory));
-    RequestSpec spec = turned("");
-    spec.geometry.steps.clear();
-    spec.selection.spacing = {1, 1, 2};
-    spec.geometry.view = "y";
-    Reached reached = asked(spec, samples);
+    Query query = turned("");
+    query.geometry.steps.clear();
+    query.selection.spacing = {1, 1, 2};
+    query.geometry.view = "y";
+    Reached reached = asked(query, samples);
     frames_of(reached);
     EXPECT_EQ(reached.planned()->want.screen.y, 64) << "32 slices, 2 apart, seen from the side";
-    spec.selection.spacing = {1, 2};
-    EXPECT_THROW(frames_of(spec, samples), RequestError);
+    query.selection.spacing = {1, 2};
+    EXPECT_THROW(frames_of(query, samples), RequestError);
 }
 
 TEST(Stages, RefusesSamplesThatAreNotWhatTheySay) {
@@ -98,7 +98,7 @@ TEST(Stages, RefusesSamplesThatAreNotWhatTheySay) {
     EXPECT_THROW(frames_of(turned(""), larger), RequestError);
     flat->what.axes = 2;
     EXPECT_THROW(frames_of(turned(""), flat), RequestError);
-    RequestSpec channel = turned("");
+    Query channel = turned("");
     channel.selection.channel = 0;
     EXPECT_THROW(frames_of(channel, phantom(16)), RequestError);
 }
@@ -108,9 +108,9 @@ TEST(Stages, IsNotBlamedForWhatTheProgramOnceHeld) {
         std::vector<char> held(std::size_t{400} << 20, 1);
         EXPECT_EQ(held[held.size() / 2], 1);
     }
-    RequestSpec spec = turned("phantom:gaussians:32");
-    spec.max_memory = 300 << 20;
-    Reached reached = asked(spec);
+    Query query = turned("phantom:gaussians:32");
+    query.max_memory = 300 << 20;
+    Reached reached = asked(query);
     frames_of(reached);
     EXPECT_LT(reached.run->measured.bytes, 300 << 20);
     EXPECT_EQ(reached.run->measured.kept, true);
@@ -123,14 +123,14 @@ TEST(Stages, RemembersNothingWhereItIsToldSo) {
     const std::optional<std::string> kept =
         before ? std::optional<std::string>(before) : std::nullopt;
     setenv("XDG_CACHE_HOME", home.c_str(), 1);
-    RequestSpec spec = turned("phantom:gaussians:24");
-    spec.planner = Planner::pilot;
-    spec.planning_time = 0.2;
-    spec.remembers = false;
-    frames_of(spec);
+    Query query = turned("phantom:gaussians:24");
+    query.planner = Planner::pilot;
+    query.planning_time = 0.2;
+    query.remembers = false;
+    frames_of(query);
     EXPECT_FALSE(std::filesystem::exists(home));
-    spec.remembers = true;
-    frames_of(spec);
+    query.remembers = true;
+    frames_of(query);
     EXPECT_TRUE(std::filesystem::exists(home));
     if (kept)
         setenv("XDG_CACHE_HOME", kept->c_str(), 1);
@@ -144,57 +144,57 @@ TEST(Stages, RunsAPlanOnly) {
     described.prepare({}, listener);
     EXPECT_THROW(described.run_all({}, listener), RequestError);
     // Written results take the place of the samples: a second run says so.
-    RequestSpec spec = turned("phantom:gaussians:16");
-    spec.out = testing::TempDir() + "edgewise_stages.png";
-    Reached written = asked(spec);
+    Query query = turned("phantom:gaussians:16");
+    query.out = testing::TempDir() + "edgewise_stages.png";
+    Reached written = asked(query);
     frames_of(written);
     EXPECT_THROW(written.run_all({}, listener), RequestError);
 }
 
 TEST(Stages, SaysWhatWouldMakeAPlan) {
-    RequestSpec spec = turned("phantom:shepp-logan:32");
-    spec.max_error = 1e-9;
-    Reached reached = asked(spec);
+    Query query = turned("phantom:shepp-logan:32");
+    query.max_error = 1e-9;
+    Reached reached = asked(query);
     EXPECT_THROW(frames_of(reached), Infeasible);
     ASSERT_TRUE(reached.way_out);
     ASSERT_FALSE(reached.way_out->budgets.empty());
-    spec.max_error = std::stod(reached.way_out->budgets[0][0].value.value());
-    EXPECT_FALSE(frames_of(spec).empty()) << "what it says works";
+    query.max_error = std::stod(reached.way_out->budgets[0][0].value.value());
+    EXPECT_FALSE(frames_of(query).empty()) << "what it says works";
 }
 
 TEST(Stages, RefusesValuesThatNoCommandLineLetsThrough) {
     const auto refused = [](auto change) {
-        RequestSpec spec = turned("phantom:cube:16");
-        change(spec);
-        EXPECT_THROW(frames_of(spec), RequestError);
+        Query query = turned("phantom:cube:16");
+        change(query);
+        EXPECT_THROW(frames_of(query), RequestError);
     };
-    refused([](RequestSpec& spec) { spec.range = 0; });
-    refused([](RequestSpec& spec) { spec.geometry.steps[0].numbers = {1, 2}; });
-    refused([](RequestSpec& spec) { spec.geometry.steps[0].numbers = {1, NAN, 2}; });
-    refused([](RequestSpec& spec) { spec.geometry.steps.push_back({Kind::shear, {0, 0, 1}}); });
-    refused([](RequestSpec& spec) { spec.geometry.steps.push_back({Kind::shear, {0, 1}}); });
-    refused([](RequestSpec& spec) { spec.geometry.steps.push_back({Kind::turntable, {2.5}}); });
-    refused([](RequestSpec& spec) { spec.geometry.size = OutputSize{.fit = false, .sides = {0}}; });
-    refused([](RequestSpec& spec) { spec.geometry.zoom = -1; });
-    refused([](RequestSpec& spec) { spec.geometry.perspective = 180; });
-    refused([](RequestSpec& spec) { spec.geometry.view = "behind"; });
-    refused([](RequestSpec& spec) { spec.zero = 1; });  // of X-rays
-    refused([](RequestSpec& spec) { spec.planning_time = 1; });
-    refused([](RequestSpec& spec) { spec.max_error = NAN; });
-    refused([](RequestSpec& spec) { spec.max_memory = -1; });
-    refused([](RequestSpec& spec) { spec.threads = 0; });
-    refused([](RequestSpec& spec) { spec.repeat = 0; });
-    refused([](RequestSpec& spec) { spec.bits = 7; });
-    refused([](RequestSpec& spec) { spec.window = Window{{.at = 2}, {.at = 2}}; });
-    refused([](RequestSpec& spec) { spec.window = Window{{.at = NAN}, {.at = 1}}; });
-    refused([](RequestSpec& spec) { spec.range = INFINITY; });
-    refused([](RequestSpec& spec) { spec.geometry.spacing = {{INFINITY, 1}}; });
-    refused([](RequestSpec& spec) { spec.demands.without = {{.name = "project.ray_kast"}}; });
-    refused([](RequestSpec& spec) {
-        spec.mode = mode_named("composite");
-        spec.transfer.emplace();  // without points
+    refused([](Query& query) { query.range = 0; });
+    refused([](Query& query) { query.geometry.steps[0].numbers = {1, 2}; });
+    refused([](Query& query) { query.geometry.steps[0].numbers = {1, NAN, 2}; });
+    refused([](Query& query) { query.geometry.steps.push_back({Kind::shear, {0, 0, 1}}); });
+    refused([](Query& query) { query.geometry.steps.push_back({Kind::shear, {0, 1}}); });
+    refused([](Query& query) { query.geometry.steps.push_back({Kind::turntable, {2.5}}); });
+    refused([](Query& query) { query.geometry.size = OutputSize{.fit = false, .sides = {0}}; });
+    refused([](Query& query) { query.geometry.zoom = -1; });
+    refused([](Query& query) { query.geometry.perspective = 180; });
+    refused([](Query& query) { query.geometry.view = "behind"; });
+    refused([](Query& query) { query.zero = 1; });  // of X-rays
+    refused([](Query& query) { query.planning_time = 1; });
+    refused([](Query& query) { query.max_error = NAN; });
+    refused([](Query& query) { query.max_memory = -1; });
+    refused([](Query& query) { query.threads = 0; });
+    refused([](Query& query) { query.repeat = 0; });
+    refused([](Query& query) { query.bits = 7; });
+    refused([](Query& query) { query.window = Window{{.at = 2}, {.at = 2}}; });
+    refused([](Query& query) { query.window = Window{{.at = NAN}, {.at = 1}}; });
+    refused([](Query& query) { query.range = INFINITY; });
+    refused([](Query& query) { query.geometry.spacing = {{INFINITY, 1}}; });
+    refused([](Query& query) { query.demands.without = {{.name = "project.ray_kast"}}; });
+    refused([](Query& query) {
+        query.mode = mode_named("composite");
+        query.transfer.emplace();  // without points
     });
-    refused([](RequestSpec& spec) { spec.input = "phantom:none:16"; });
+    refused([](Query& query) { query.input = "phantom:none:16"; });
 }
 
 TEST(Stages, EndsWhenItsListenerSaysSo) {
@@ -211,8 +211,8 @@ TEST(Stages, EndsWhenItsListenerSaysSo) {
 }
 
 TEST(Stages, TwoThreadsServeTwoRequestsAtOnce) {
-    const RequestSpec mip = turned("phantom:gaussians:48", 3);
-    RequestSpec warp = turned("phantom:gaussians:40");
+    const Query mip = turned("phantom:gaussians:48", 3);
+    Query warp = turned("phantom:gaussians:40");
     warp.job = Job::warp;
     warp.geometry.size.reset();
     const Frames mip_alone = frames_of(mip), warp_alone = frames_of(warp);

@@ -132,9 +132,9 @@ struct Notation {
     std::string error, seconds, bytes;
 };
 
-/// A request as somebody makes it: which file, how it is seen, how good, how fast. What is absent
+/// What somebody asks for: which file, how it is seen, how good, how fast. What is absent
 /// is worked out from the data. Errors call a member by its name (graph/settings.hpp).
-struct RequestSpec {
+struct Query {
     Job job = Job::render;
     std::string input;  // file, folder, phantom:NAME:N, raw:..., or, for plans, describe:...
     store::Selection selection;

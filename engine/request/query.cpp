@@ -1,4 +1,4 @@
-#include "engine/request/spec.hpp"
+#include "engine/request/query.hpp"
 
 #include <fmt/format.h>
 
