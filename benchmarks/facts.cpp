@@ -13,8 +13,8 @@
 #include <string>
 #include <tbb/parallel_for.h>
 
-#include "engine/facts_json.hpp"
-#include "engine/known_facts.hpp"
+#include "engine/facts/facts_json.hpp"
+#include "engine/facts/folder_facts.hpp"
 #include "engine/request/input.hpp"
 #include "graph/hash.hpp"
 
@@ -69,18 +69,17 @@ void measure(const std::string& file) {
     RadialPower power;
     print("spectrum",
           least([&] { power = measure_radial_power(data, statistics.occupied, memory); }), reading);
-    const KnownFacts known(input.identity);
-    if (known.keep("spectrum", json_of(power))) {
-        print("keeping a spectrum", least([&] { known.keep("spectrum", json_of(power)); }),
-              reading);
-        print("finding a spectrum",
-              least([&] { read(KnownFacts(identity_of(input)).find("spectrum").value(), power); }),
-              reading);
-        known.keep("statistics", json_of(statistics));
-        print("finding statistics", least([&] {
-                  read(KnownFacts(identity_of(input)).find("statistics").value(), statistics);
-              }),
-              reading);
+    FolderFacts facts("/tmp/edgewise_facts");
+    const FactKey spectrum{"spectrum", file, file, "1"}, numbers{"statistics", file, file, "1"};
+    const auto keep_spectrum = [&] { return facts.keep(spectrum, json_of(power).dump()); };
+    const auto found = [&](const FactKey& key) {
+        return nlohmann::json::parse(facts.find(key).value());
+    };
+    if (keep_spectrum()) {
+        print("keeping a spectrum", least(keep_spectrum), reading);
+        print("finding a spectrum", least([&] { read(found(spectrum), power); }), reading);
+        facts.keep(numbers, json_of(statistics).dump());
+        print("finding statistics", least([&] { read(found(numbers), statistics); }), reading);
     }
     volatile std::uint64_t keep = 0;
     print("hashing all samples", least([&] {

@@ -12,9 +12,10 @@
 #include "cli/request/request_options.hpp"
 #include "cli/request/selection_words.hpp"
 #include "cli/request/spoken.hpp"
+#include "cli/request/user_folders.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/known_scene.hpp"
+#include "engine/facts/known_scene.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/input.hpp"
 #include "engine/request/outputs.hpp"
@@ -289,9 +290,10 @@ Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     facts.warnings = read_data(facts.input, &memory);
     facts.warnings.insert(facts.warnings.end(), unreadable.begin(), unreadable.end());
     OfSamples& measured = facts.measured.emplace();
-    measured.statistics = known_statistics(facts.input, &memory);
-    measured.histogram = known_histogram(facts.input, measured.statistics);
-    measured.spectrum = known_spectrum(facts.input, measured.statistics, &memory);
+    const std::shared_ptr<FactStore> store = user_facts();
+    measured.statistics = known_statistics(store.get(), facts.input, &memory);
+    measured.histogram = known_histogram(store.get(), facts.input, measured.statistics);
+    measured.spectrum = known_spectrum(store.get(), facts.input, measured.statistics, &memory);
     measured.dynamic_range = dynamic_range_of(measured, facts.input.data->what);
     return facts;
 }

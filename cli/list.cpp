@@ -8,6 +8,7 @@
 #include "cli/request/errors.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/request/spoken.hpp"
+#include "cli/request/user_folders.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/measure/machine.hpp"

@@ -2,12 +2,15 @@
 
 #include <utility>
 
+#include "engine/facts/memory_facts.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/input.hpp"
 
 namespace edgewise {
 
-Engine default_engine() { return {catalogue(), chosen_profile({})}; }
+Engine default_engine(const std::string& folder) {
+    return {catalogue(), profile_in(folder), std::make_shared<MemoryFacts>()};
+}
 
 Prepared prepare(const Engine& engine, Query query, const Volume& volume, Listener& messages) {
     query.input = volume.input().name;

@@ -23,9 +23,11 @@
 
 namespace edgewise {
 
-/// All edges, and the profile that `edgewise calibrate` left for this processor, else the built-in
-/// one. @throws InputError
-Engine default_engine();
+/// All edges, the profile that `edgewise calibrate` left in a folder for this processor, else the
+/// built-in one, and facts of data that are kept for as long as the engine lives.
+/// @param folder  ~/.config/edgewise, unless somebody has moved it; "": none. Nothing else is read.
+/// @throws InputError for a profile that is broken
+Engine default_engine(const std::string& folder = {});
 
 /// Plans a query for a volume and keeps its samples for the runs. Query::input and selection are
 /// the volume's.

@@ -1,8 +1,11 @@
 #include "edgewise/volume.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "engine/request/input.hpp"
 #include "graph/errors.hpp"
@@ -64,6 +67,25 @@ Volume Volume::around(const void* first, const Extent& extent, int axes, int cha
     volume.input_ = std::make_shared<const Input>(std::move(input));
     volume.data_ = std::move(data);
     return volume;
+}
+
+Volume Volume::copied(const void* first, const std::array<std::ptrdiff_t, 3>& strides,
+                      const Extent& extent, int axes, int channels, Type type, const Grid& grid) {
+    const std::size_t sample = bytes_of(type) * static_cast<std::size_t>(std::max(channels, 1));
+    Representation what;
+    what.extent = extent;
+    // What is no extent is refused as that of other samples is.
+    if (extent.x < 1 || extent.y < 1 || extent.z < 1)
+        return around(first, extent, axes, channels, type, nullptr, grid);
+    const auto copy =
+        std::make_shared<std::vector<std::byte>>(sample * static_cast<std::size_t>(what.samples()));
+    std::byte* to = copy->data();
+    const auto* const from = static_cast<const std::byte*>(first);
+    for (std::int64_t z = 0; z < extent.z; ++z)
+        for (std::int64_t y = 0; y < extent.y; ++y)
+            for (std::int64_t x = 0; x < extent.x; ++x, to += sample)
+                std::memcpy(to, from + x * strides[0] + y * strides[1] + z * strides[2], sample);
+    return around(copy->data(), extent, axes, channels, type, copy, grid);
 }
 
 std::shared_ptr<const Data> Volume::samples() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -35,6 +36,14 @@ class Volume {
     /// @throws RequestError
     static Volume around(const void* first, const Extent& extent, int axes, int channels, Type type,
                          std::shared_ptr<const void> owner, const Grid& grid = {});
+
+    /// The same of samples that do not lie side by side: every second row, a box of a larger
+    /// volume, an array that runs backwards. Kernels read rows without gaps, so that the samples
+    /// are copied once, now; the caller's memory is not needed afterwards.
+    /// @param strides  from a sample to the next along x, y and z [byte]; channels lie side by side
+    static Volume copied(const void* first, const std::array<std::ptrdiff_t, 3>& strides,
+                         const Extent& extent, int axes, int channels, Type type,
+                         const Grid& grid = {});
 
     /// As a request sees it: its name, what the header says, what of it is selected.
     const Input& input() const noexcept { return *input_; }

@@ -15,8 +15,8 @@ void Listener::warning(const Message& text) {
     if (counts(text)) on_warning(text);
 }
 
-void Listener::known_warning(const Message& text) {
-    if (counts(text)) on_known_warning(text);
+void Listener::file_warnings(const Input&, const std::vector<Message>& found) {
+    for (const Message& text : found) warning(text);
 }
 
 }  // namespace edgewise

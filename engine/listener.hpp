@@ -8,7 +8,9 @@
 
 namespace edgewise {
 
-/// Whom a session tells what it does, and who may end it. By default nobody is told anything.
+struct Input;
+
+/// Whom a request tells what it does, and who may end it. By default nobody is told anything.
 /// All but the flag is used by one thread at a time.
 class Listener {
  public:
@@ -19,11 +21,10 @@ class Listener {
 
     /// What is wrong with the result or may be; the same words count once.
     void warning(const Message& text);
-    /// The same of what a file has, when an earlier run has told it: it counts, and is not said.
-    void known_warning(const Message& text);
+    /// What is wrong with a file: what its reader found, not what the request makes of it. Each
+    /// request finds it again, so a listener may leave out what it has said before.
+    virtual void file_warnings(const Input& file, const std::vector<Message>& found);
     const std::vector<Message>& warnings() const noexcept { return warnings_; }
-    /// Whether what is wrong with a file need not be told again by every run.
-    virtual bool tells_once() const noexcept { return false; }
 
     /// Worth knowing, and nothing is wrong with the result.
     virtual void notice(const Message&) {}
@@ -52,12 +53,10 @@ class Listener {
 
  protected:
     virtual void on_warning(const Message&) {}
-    virtual void on_known_warning(const Message&) {}
-
- private:
-    /// @return whether it is new
+    /// Counts a warning that is not said. @return whether it is new
     bool counts(const Message& text);
 
+ private:
     std::vector<Message> warnings_;
     std::atomic<bool> stop_ = false;
 };

@@ -5,9 +5,8 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "engine/file_warnings.hpp"
+#include "engine/facts/known_scene.hpp"
 #include "engine/guesses.hpp"
-#include "engine/known_scene.hpp"
 #include "engine/measure/since.hpp"
 #include "engine/only_labels.hpp"
 #include "engine/planned.hpp"
@@ -104,15 +103,12 @@ double lost_in_reading(const Looked& looked) {
 void take_statistics(Looked& looked, const std::optional<InSeries>& series, Listener& messages) {
     Input& input = looked.input;
     auto begin = Clock::now();
-    looked.statistics = looked.as.given ? statistics_of(*input.data, looked.memory.get())
-                                        : known_statistics(input, looked.memory.get());
+    looked.statistics = known_statistics(looked.engine.facts().get(), input, looked.memory.get());
     looked.spent.statistics += since(begin);
     const Statistics& statistics = looked.statistics;
     if (statistics.non_finite > 0)
-        tell_of_file(
-            looked, input,
-            {fmt::format("{}: {} values are not finite", input.name, statistics.non_finite)},
-            messages);
+        messages.file_warnings(input, {fmt::format("{}: {} values are not finite", input.name,
+                                                   statistics.non_finite)});
     begin = Clock::now();
     if (input.table) looked.want.outside = place_in(*input.table, input.outside);
     take_transfer(looked, statistics, series, &messages);
@@ -151,20 +147,18 @@ std::vector<Source> Looked::sources() const {
     return {{on_disk}, {what, Label{.peak = bytes, .held = bytes}}};
 }
 
-void look_at_data(Looked& looked, bool draw) {
+void look_at_data(Looked& looked, int times) {
     const auto begin = Clock::now();
     const Demands asked = untried(looked.query.demands, looked.engine.edges());
     const Input& input = looked.input;
     const Statistics& statistics = looked.statistics;
     std::pmr::memory_resource* memory = looked.memory.get();
-    looked.drawn = 1;
-    if (draw) {
-        looked.scene =
-            known_scene(looked.engine.edges(), input, statistics, looked.want, memory, 1, asked);
-    } else if (auto kept = kept_scene(input, statistics, looked.want, asked)) {
-        looked.scene = std::move(*kept);
+    looked.drawn = times;
+    if (times > 0) {
+        looked.scene = known_scene(
+            {looked.engine, input, statistics, looked.want, asked, looked.query.max_memory, memory},
+            times);
     } else {
-        looked.drawn = 0;
         looked.scene = unseen_scene(statistics);
         count_scene(looked.engine.edges(), *input.data, looked.want, looked.scene, memory);
     }
@@ -195,13 +189,16 @@ Input read(const Opened& opened, Listener& messages) {
         input.data = opened.as.given;
     else
         found = read_data(input, opened.memory.get());
-    tell_of_file(opened, input, found, messages);
+    messages.file_warnings(input, found);
     if (!opened.query.only_labels.empty())
         if (const Message missing = keep_labels(input, opened.query.only_labels,
                                                 opened.want.outside, opened.memory.get());
             !missing.empty())
             messages.warning(missing);
-    if (!opened.query.remembers) input.identity.reset();
+    if (!opened.query.remembers || !opened.engine.facts())
+        input.identity.reset();
+    else if (opened.as.given)
+        input.identity = identity_of_samples(input);
     return input;
 }
 
@@ -221,7 +218,7 @@ Looked look(const Opened& opened, Input input, const Effort& effort, Listener& m
     const Statistics& statistics = looked.statistics;
     const LabelTable* table = looked.input.table.get();
     if (!table) take_written(looked, statistics.low, statistics.high);
-    look_at_data(looked, draws_at_once(looked, effort));
+    look_at_data(looked, draws_at_once(looked, effort) ? 1 : 0);
     if (table)
         take_written(looked, table->values.front(), table->values.back());
     else

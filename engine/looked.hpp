@@ -68,8 +68,8 @@ Looked look(const Opened& opened, Input input, const Effort& effort, Listener& m
             const std::optional<InSeries>& series = {});
 
 /// Measures what errors and ray casts depend on.
-/// @param draw  a preview too; without one, errors are guesses unless an earlier run kept them
-void look_at_data(Looked& looked, bool draw);
+/// @param times  so many times the usual draws of a preview; 0: none, errors are guesses
+void look_at_data(Looked& looked, int times);
 
 /// A description in place of samples that are too many.
 Looked described(const Opened& opened);

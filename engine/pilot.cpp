@@ -58,20 +58,21 @@ Request with_few_frames(const Request& want, int frames) {
 
 class Pilot {
  public:
-    Pilot(Planned& planned, Listener& messages, bool all, double limit, double most)
+    Pilot(const Planned& planned, Listener& messages, bool all, double limit, double most)
         : planned_(planned),
+          answer_(planned.answer),
           messages_(messages),
           all_(all),
           limit_(limit),
           most_seconds_(most),
           want_(with_few_frames(planned.want, kFrames)),
           key_(wisdom_key(planned)),
-          wisdom_(planned.query.remembers ? Wisdom::load() : Wisdom()) {
+          wisdom_(planned.query.remembers ? Wisdom::load(planned.engine.wisdom()) : Wisdom()) {
         if (!wisdom_.problem().empty()) messages.warning(wisdom_.problem());
         collect();
     }
 
-    void run_all() {
+    Answer run_all() {
         for (Contender& each : contenders_) {
             if (each.failed || !each.seconds.empty()) continue;
             const bool late = since(begin_) - referring() > kTrying * limit_ || out_of_time();
@@ -86,6 +87,7 @@ class Pilot {
             if (!run_round(round)) break;
         keep();
         choose();
+        return std::move(answer_);
     }
 
  private:
@@ -368,17 +370,16 @@ class Pilot {
     /// The best measured path, with what is believed after its runs instead of what was predicted.
     void choose() {
         messages_.end_progress();
-        Answer& answer = planned_.answer;
         const Contender* chosen = best();
         for (const Contender& each : contenders_)
             if (each.is_default && chosen && std::isfinite(cost(each)) &&
                 cost(each) <= kTie * cost(*chosen))
                 chosen = &each;
         if (!chosen) return nothing_keeps();
-        answer.plan = measured_plan(*chosen);
-        answer.problem.clear();
-        answer.nearest.clear();
-        answer.warnings.clear();
+        answer_.plan = measured_plan(*chosen);
+        answer_.problem.clear();
+        answer_.nearest.clear();
+        answer_.warnings.clear();
     }
 
     Plan measured_plan(const Contender& chosen) const {
@@ -399,7 +400,6 @@ class Pilot {
 
     /// A likeness is a wish: the most accurate measured path. A demand is not met.
     void nothing_keeps() {
-        Answer& answer = planned_.answer;
         const Contender* accurate = nullptr;
         for (const Contender& each : contenders_)
             if (each.known && !each.failed && !each.seconds.empty() &&
@@ -407,15 +407,16 @@ class Pilot {
                 accurate = &each;
         if (!accurate) return;  // out of time before anything was known: as the models have it
         if (planned_.want.budget.like) {
-            answer.plan = measured_plan(*accurate);
+            answer_.plan = measured_plan(*accurate);
             return;
         }
-        answer.plan.reset();
-        answer.nearest = {measured_plan(*accurate)};
-        answer.problem = "no measured plan keeps the budgets";
+        answer_.plan.reset();
+        answer_.nearest = {measured_plan(*accurate)};
+        answer_.problem = "no measured plan keeps the budgets";
     }
 
-    Planned& planned_;
+    const Planned& planned_;
+    Answer answer_;
     Listener& messages_;
     bool all_;
     double limit_;
@@ -434,9 +435,11 @@ class Pilot {
 
 }  // namespace
 
-void measure_contenders(Planned& planned, Listener& messages, bool all, double limit, double most) {
-    Pilot(planned, messages, all, limit, most).run_all();
+Answer measured_answer(const Planned& planned, Listener& messages, bool all, double limit,
+                       double most) {
+    Answer answer = Pilot(planned, messages, all, limit, most).run_all();
     malloc_trim(0);  // what verifying took is no part of the run
+    return answer;
 }
 
 }  // namespace edgewise

@@ -2,10 +2,11 @@
 
 namespace edgewise {
 
+struct Answer;
 class Listener;
 struct Planned;
 
-/// Measures the paths that could still win, and puts the best of them into the answer.
+/// Measures the paths that could still win. @return the answer with the best of them
 ///
 /// The path that predictions choose comes first, then the others, fastest predicted first. A path
 /// is left out if even the low end of its predicted seconds is beyond the best measured ones, or if
@@ -21,6 +22,7 @@ struct Planned;
 /// @param limit  [s] after which the best path so far is chosen
 /// @param most   [s] that the limit grows to, at most, where errors are open and references need a
 ///               good part of it
-void measure_contenders(Planned& planned, Listener& messages, bool all, double limit, double most);
+Answer measured_answer(const Planned& planned, Listener& messages, bool all, double limit,
+                       double most);
 
 }  // namespace edgewise

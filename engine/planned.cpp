@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
+#include "engine/ask_planner.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/since.hpp"
 #include "engine/pilot.hpp"
-#include "engine/refined_scene.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
 #include "planner/cost.hpp"
@@ -88,8 +88,8 @@ double verifying_bytes(const Planned& planned) {
                           planned.want.threads);
 }
 
-/// @throws RequestError where there are no samples
-void run_pilot(Planned& planned, Listener& messages) {
+/// The answer of a pilot. @throws RequestError where there are no samples
+Answer piloted(const Planned& planned, Listener& messages) {
     if (!planned.input.data->samples.data())
         throw RequestError(
             message("@planner: without samples nothing can be measured; only estimate"));
@@ -99,14 +99,13 @@ void run_pilot(Planned& planned, Listener& messages) {
     const double guess = answer.plan ? answer.plan->predicted.seconds : kMost / kRuns;
     const std::optional<double> given = planned.query.planning_time;
     const double limit = given.value_or(std::clamp(kRuns * guess, kLeast, kMost));
-    const auto begin = Clock::now();
     try {
-        measure_contenders(planned, messages, planned.query.planner == Planner::exhaustive, limit,
-                           given.value_or(kMost));
+        return measured_answer(planned, messages, planned.query.planner == Planner::exhaustive,
+                               limit, given.value_or(kMost));
     } catch (const std::bad_alloc&) {
         messages.warning(message("@planner: no memory left to measure with; models decide"));
+        return answer;
     }
-    planned.spent.pilot += since(begin);
 }
 
 /// Why an edge that was asked for cannot serve, or "".
@@ -241,9 +240,13 @@ Planned price(Looked looked, const Effort& effort, Listener& messages) {
     planned.spent.search += since(begin);
     {
         const InState unobserved(messages, Listener::State::unobserved);
-        ask_planner(planned);
+        planned = ask_planner(std::move(planned));
     }
-    if (planned.query.planner != Planner::estimate) run_pilot(planned, messages);
+    if (planned.query.planner != Planner::estimate) {
+        const auto begun = Clock::now();
+        planned.answer = piloted(planned, messages);
+        planned.spent.pilot += since(begun);
+    }
     count_writing(planned);
     planned.answer.seconds = planned.spent.all();
     messages.ends(Listener::State::planning);
@@ -270,7 +273,7 @@ Planned follow(Looked looked, const Plan& path, Listener& messages) {
         return planned;
     }
     const std::vector<Refusal> refused = planned.answer.refused;
-    if (planned.drawn == 0) look_at_data(planned, true);
+    if (planned.drawn == 0) look_at_data(planned, 1);
     Planned other = price(std::move(planned), {.front = false}, messages);
     expect_plan(other);
     for (const Demand& step : computing)

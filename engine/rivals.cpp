@@ -31,7 +31,7 @@ Candidates::Known known_of(const Planned& planned) {
     if (planned.query.planner == Planner::estimate || planned.input.described ||
         !planned.query.remembers)
         return known;
-    const Wisdom wisdom = Wisdom::load();
+    const Wisdom wisdom = Wisdom::load(planned.engine.wisdom());
     const Wisdom::Paths* paths = wisdom.find(wisdom_key(planned));
     if (!paths) return known;
     for (const auto& [path, learned] : *paths) {

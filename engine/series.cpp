@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "engine/known_scene.hpp"
+#include "engine/facts/known_scene.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/measure/quantiles.hpp"
 #include "engine/measure/since.hpp"
@@ -129,7 +129,7 @@ class Playing {
             read_data(input, &memory);
             series_.read_seconds += since(begin);
             if (!query_.remembers) input.identity.reset();
-            const Statistics found = known_statistics(input, &memory);
+            const Statistics found = known_statistics(series_.engine.facts().get(), input, &memory);
             low_ = std::min(low_, found.low), high_ = std::max(high_, found.high);
             input.data.reset();
         }

@@ -28,14 +28,16 @@ class SeriesListener final : public Listener {
     }
     void step_begun(const std::string& step) override { to_.step_begun(step); }
     const std::atomic<bool>& stop() const noexcept override { return to_.stop(); }
-    bool tells_once() const noexcept override { return to_.tells_once(); }
+    void file_warnings(const Input& file, const std::vector<Message>& found) override {
+        for (const Message& text : found) counts(text);
+        to_.file_warnings(file, found);
+    }
     void memory_opened(double bytes) override { to_.memory_opened(bytes); }
     void begins(State state) override { to_.begins(state); }
     void ends(State state) override { to_.ends(state); }
 
  protected:
     void on_warning(const Message& text) override { to_.warning(text); }
-    void on_known_warning(const Message& text) override { to_.known_warning(text); }
 
  private:
     Listener& to_;

@@ -7,13 +7,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "engine/facts/code_version.hpp"
 #include "engine/looked.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/outputs.hpp"
-#include "engine/request/request_text.hpp"
 #include "graph/errors.hpp"
-#include "graph/hash.hpp"
-#include "graph/version.hpp"
+#include "graph/request_fields.hpp"
 
 namespace edgewise {
 namespace {
@@ -22,11 +21,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr std::size_t kMostRequests = 500;  // the oldest are forgotten
-
-std::string cache_file() {
-    const std::string folder = cache_folder();
-    return folder.empty() ? folder : folder + "/wisdom.json";
-}
 
 /// The file's content, or an empty one. @throws InputError where it is broken
 Json read_file(const std::string& file) {
@@ -82,10 +76,11 @@ void forget_oldest(Json& requests) {
 
 }  // namespace
 
-Wisdom Wisdom::load() {
+Wisdom Wisdom::load(const std::string& file) {
     Wisdom wisdom;
+    wisdom.file_ = file;
     try {
-        const Json json = read_file(cache_file());
+        const Json json = read_file(file);
         for (const auto& [key, request] : json["requests"].items()) {
             if (!request.is_object() || !request.contains("paths")) continue;
             for (const auto& [path, learned] : request["paths"].items())
@@ -104,17 +99,16 @@ const Wisdom::Paths* Wisdom::find(const std::string& request) const {
 
 void Wisdom::keep(const std::string& request, const std::string& about,
                   const Paths& learned) const {
-    const std::string file = cache_file();
-    if (file.empty() || !problem_.empty() || learned.empty()) return;
+    if (file_.empty() || request.empty() || !problem_.empty() || learned.empty()) return;
     try {
-        fs::create_directories(fs::path(file).parent_path());
-        Json json = read_file(file);
+        fs::create_directories(fs::path(file_).parent_path());
+        Json json = read_file(file_);
         Json& entry = json["requests"][request];
         entry["about"] = about;
         entry["when"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
         for (const auto& [path, each] : learned) entry["paths"][path] = json_of(each);
         forget_oldest(json["requests"]);
-        write_text(file, json.dump(1) + "\n");
+        write_text(file_, json.dump(1) + "\n");
     } catch (const std::exception&) {
         return;  // a cache that cannot be written is none
     }
@@ -122,13 +116,15 @@ void Wisdom::keep(const std::string& request, const std::string& about,
 
 std::string wisdom_key(const Looked& looked) {
     const Data& data = *looked.input.data;
-    const std::string text = fmt::format("{}|{}|{}|{}|{:a} {:a}|{}", version(), cpu_name(),
-                                         usable_cores(), data.what.text(), data.what.values.slope,
-                                         data.what.values.offset, request_text(looked.want));
-    Hash hash;
-    hash.add(text.data(), text.size());
-    hash.add(data.samples.data(), static_cast<std::size_t>(data.what.bytes()));
-    return fmt::format("{:016x}", hash.value());
+    Request want = looked.want;
+    want.budget = {};
+    want.minimize = {};
+    want.threads = want.ranks = 1;
+    Fingerprint of;
+    add_build(of);
+    of.add(usable_cores()).add(data.what.text()).add(data.what.values).add(want);
+    of.bytes(data.samples.data(), static_cast<std::size_t>(data.what.bytes()));
+    return of.certain() ? of.text() : "";
 }
 
 }  // namespace edgewise

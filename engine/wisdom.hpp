@@ -19,7 +19,7 @@ struct Learned {
     double bytes = 0;                     // peak, as counted
 };
 
-/// What pilots measured, kept from run to run in the user's cache folder: by request, then by path
+/// What pilots measured, kept from run to run in a file (Engine::wisdom): by request, then by path
 /// ("STEP > STEP"). The file is readable and can be merged: two writers lose nothing but the older
 /// of two measurements of one path. A home that cannot be written is no error.
 class Wisdom {
@@ -27,7 +27,8 @@ class Wisdom {
     using Paths = std::map<std::string, Learned>;
 
     /// Reads the file; one that is broken is left alone, and said in `problem`.
-    static Wisdom load();
+    /// @param file  "": nothing is known, and nothing is kept
+    static Wisdom load(const std::string& file);
 
     const Paths* find(const std::string& request) const;
     /// Joins what was learned to the file as it is now.
@@ -36,12 +37,13 @@ class Wisdom {
     const std::string& problem() const noexcept { return problem_; }
 
  private:
-    std::string problem_;
+    std::string file_, problem_;
     std::map<std::string, Paths> requests_;
 };
 
 /// What a measurement depends on: machine, build, processors, the samples themselves, and all of
-/// the request except its budgets, its threads and where results go. 16 hexadecimal digits.
+/// the request except its budgets, its threads and where results go. 32 hexadecimal digits; ""
+/// where the request has what cannot be told from other things (Fingerprint).
 std::string wisdom_key(const Looked& looked);
 
 }  // namespace edgewise

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "graph/fingerprint.hpp"
 #include "graph/message.hpp"
 #include "graph/samples.hpp"
 
@@ -140,5 +141,19 @@ struct Filtering {
     /// What a user may not expect.
     std::vector<Message> notes = {};
 };
+
+template <Either<Stencil> T, class F>
+void visit_fields(T& stencil, F&& f) {
+    auto& [extent, weights, shape, size, name] = stencil;
+    f("extent", extent), f("weights", weights), f("shape", shape), f("size", size), f("name", name);
+}
+
+template <Either<Filtering> T, class F>
+void visit_fields(T& filtering, F&& f) {
+    auto& [op, stencil, border, derivatives, inside, notes] = filtering;
+    f("op", op), f("stencil", stencil), f("border", border), f("derivatives", derivatives);
+    f("inside", inside);
+    static_cast<void>(notes);  // for people
+}
 
 }  // namespace edgewise

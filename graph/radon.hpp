@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "graph/fingerprint.hpp"
 #include "graph/job.hpp"
 #include "graph/representation.hpp"
 
@@ -30,6 +31,13 @@ struct RadonSetting {
     /// Cosine and sine of row k.
     std::array<double, 2> direction(int k) const noexcept;
 };
+
+template <Either<RadonSetting> T, class F>
+void visit_fields(T& setting, F&& f) {
+    auto& [angles, to, threshold, degrees, size] = setting;
+    f("angles", angles), f("to", to), f("threshold", threshold), f("degrees", degrees);
+    f("size", size);
+}
 
 /// Integrals along lines, or votes for them. Its target is Hough space: lines by angle and offset.
 const Job& radon_job() noexcept;

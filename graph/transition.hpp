@@ -85,6 +85,9 @@ enum class Law {
 struct Transition {
     std::string name = {};    // "family.edge"
     std::string source = {};  // where algorithm and counts come from
+    /// What its numbers depend on beside its code and all that it declares here: tables that it was
+    /// made with, say. Facts that were kept for another version are not used.
+    std::string version = {};
     /// Kinds that it goes between ("object/scalar", "object/scalar+minmax"), without a request. The
     /// planner asks for an offer only where the first fits: data may have more facets, of which the
     /// edge then sees nothing.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <memory_resource>
 #include <string>
 #include <utility>
 
@@ -67,8 +69,23 @@ const void* pixels_of(const OIIO::ImageBuf& image) {
     const void* const pixels = image.localpixels();
     if (image.has_error()) refuse(image.geterror());
     if (!pixels) refuse("its pixels are in a cache; read it with force = true");
-    if (!is_contiguous(image)) refuse("its pixels are not contiguous");
     return pixels;
+}
+
+/// Pixels that do not lie side by side, row by row, or not at addresses of their type.
+Array copied(const OIIO::ImageBuf& image, const Representation& what) {
+    Array copy(static_cast<std::size_t>(what.bytes()), std::pmr::new_delete_resource());
+    const auto pixel = static_cast<std::size_t>(image.spec().pixel_bytes());
+    const auto* const from = static_cast<const char*>(image.localpixels());
+    auto* to = static_cast<char*>(copy.data());
+    for (std::int64_t z = 0; z < what.extent.z; ++z)
+        for (std::int64_t y = 0; y < what.extent.y; ++y)
+            for (std::int64_t x = 0; x < what.extent.x; ++x, to += pixel)
+                std::memcpy(to,
+                            from + x * image.pixel_stride() + y * image.scanline_stride() +
+                                z * image.z_stride(),
+                            pixel);
+    return copy;
 }
 
 /// A buffer and what it wraps: they live and go together.
@@ -115,8 +132,11 @@ std::shared_ptr<const Data> data_of(std::shared_ptr<const OIIO::ImageBuf> image)
     what.extent = {spec.width, spec.height, std::max(spec.depth, 1)};
     what.axes = what.extent.z > 1 ? 3 : 2;
     what.channels = spec.nchannels;
-    if (reinterpret_cast<std::uintptr_t>(pixels) % bytes_of(what.type) != 0)
-        refuse("its pixels are not aligned to their type");
+    const bool aligned = reinterpret_cast<std::uintptr_t>(pixels) % bytes_of(what.type) == 0;
+    if (!is_contiguous(*image) || !aligned) {
+        data->samples = copied(*image, what);
+        return data;
+    }
     const auto bytes = static_cast<std::size_t>(what.bytes());
     // Nobody writes samples that are const.
     data->samples = Array::around(const_cast<void*>(pixels), bytes, std::move(image));

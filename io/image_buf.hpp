@@ -15,12 +15,14 @@ namespace edgewise::store {
 // which is what a filter needs, and whoever made a buffer of straight alpha multiplies first
 // (OIIO::ImageBufAlgo::premult).
 
-/// The pixels of a buffer as data in object space. Sample (0, 0, 0) is the first of the buffer's
+/// The pixels of a buffer as data in object space. Pixels with gaps between them, in another order
+/// than row by row from the top, or not aligned to their type are copied: the data then have an
+/// address of their own. Sample (0, 0, 0) is the first of the buffer's
 /// data window, whatever its display window. The buffer lives as long as the data, and must not be
 /// written, reset or moved from meanwhile. No memory budget counts the samples: they belong in
 /// PlanOptions::pinned.
-/// @throws InputError why it cannot be shared: deep, not in memory of its own (in a cache), not
-///     contiguous, of another type than u8, i8, u16, i16 and f32, or with more than 4 channels
+/// @throws InputError why it cannot be shared: deep, not in memory of its own (in a cache), of
+///     another type than u8, i8, u16, i16 and f32, or with more than 4 channels
 std::shared_ptr<const Data> data_of(std::shared_ptr<const OIIO::ImageBuf> image);
 
 /// Samples as a buffer that wraps them and keeps the data alive; its copies wrap the same samples

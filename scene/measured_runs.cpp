@@ -675,9 +675,7 @@ std::map<std::string, Demand> edges_to_measure(const Catalogue& catalogue, const
 void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& input,
                   const Statistics& statistics, const Request& want, const Phantom* formula,
                   Scene& scene, std::pmr::memory_resource* memory) {
-    if (std::all_of(catalogue.begin(), catalogue.end(),
-                    [](const Transition& edge) { return bool(edge.error); }))
-        return;
+    if (!has_silent_edges(catalogue)) return;
     const std::map<std::string, Demand> edges =
         edges_to_measure(catalogue, {want, scene}, input.what, asked);
     if (edges.empty()) return;

@@ -41,7 +41,12 @@ void count_scene(const Catalogue& catalogue, const Data& input, const Request& w
             edge.count(whole, want, scene.facts, memory);
 }
 
-Scene measure_scene(const Catalogue& catalogue, const Data& given, const Statistics& statistics,
+bool has_silent_edges(const Catalogue& catalogue) {
+    return std::any_of(catalogue.begin(), catalogue.end(),
+                       [](const Transition& edge) { return !edge.error; });
+}
+
+Scene preview_scene(const Catalogue& catalogue, const Data& given, const Statistics& statistics,
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
                     int times, const Demands& asked) {
     const Data input = with_slack(given, memory);
@@ -50,7 +55,6 @@ Scene measure_scene(const Catalogue& catalogue, const Data& given, const Statist
         measure_results(catalogue, asked, input, statistics, want, scene, memory);
         return scene;
     }
-
     const ReferenceField field(input, want.field, formula);
     const auto see = want.job->of_points() ? preview_points : preview_rays;
     Preview preview = see(catalogue, asked, want, field, statistics, memory, times);
@@ -59,7 +63,23 @@ Scene measure_scene(const Catalogue& catalogue, const Data& given, const Statist
     scene.draws = preview.draws;
     scene.exhausted = preview.exhausted;
     scene.range = range_of(want, preview.low, preview.high);
-    measure_runs(catalogue, asked, input, statistics, want, formula, scene, memory);
+    return scene;
+}
+
+void run_scene(const Catalogue& catalogue, const Data& given, const Statistics& statistics,
+               const Request& want, const Phantom* formula, Scene& scene,
+               std::pmr::memory_resource* memory, const Demands& asked) {
+    if (want.job->values == JobTraits::Values::other) return;
+    measure_runs(catalogue, asked, with_slack(given, memory), statistics, want, formula, scene,
+                 memory);
+}
+
+Scene measure_scene(const Catalogue& catalogue, const Data& given, const Statistics& statistics,
+                    const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
+                    int times, const Demands& asked) {
+    const Data input = with_slack(given, memory);
+    Scene scene = preview_scene(catalogue, input, statistics, want, formula, memory, times, asked);
+    run_scene(catalogue, input, statistics, want, formula, scene, memory, asked);
     return scene;
 }
 

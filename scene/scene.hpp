@@ -29,6 +29,21 @@ Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statist
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
                     int times = 1, const Demands& asked = {});
 
+/// The first part of that: the preview, without running edges. Of jobs whose results are neither
+/// points nor rays, whose errors are measured by running alone, all of it.
+Scene preview_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
+                    const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
+                    int times = 1, const Demands& asked = {});
+
+/// The second part: runs the edges without an answer about their errors that are of use to the
+/// request, within its limits, and adds what that gave.
+void run_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
+               const Request& want, const Phantom* formula, Scene& scene,
+               std::pmr::memory_resource* memory, const Demands& asked = {});
+
+/// Whether a catalogue has such edges.
+bool has_silent_edges(const Catalogue& catalogue);
+
 /// Adds what the counts of a catalogue's edges ask of the data (Transition::count).
 void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,
                  std::pmr::memory_resource* memory);

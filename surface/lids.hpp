@@ -3,6 +3,7 @@
 #include <memory_resource>
 
 #include "graph/data.hpp"
+#include "graph/fingerprint.hpp"
 
 namespace edgewise::surface {
 
@@ -10,6 +11,12 @@ namespace edgewise::surface {
 struct MeshSetting {
     bool lids = false;  // an isosurface is closed at the volume's faces
 };
+
+template <Either<MeshSetting> T, class F>
+void visit_fields(T& setting, F&& f) {
+    auto& [lids] = setting;
+    f("lids", lids);
+}
 
 /// Samples within a frame of one sample that lies below every isovalue. A surface of them is closed
 /// by flat lids in the outermost samples' planes, as good as the numbers' rounding: the frame is so

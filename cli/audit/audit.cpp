@@ -13,6 +13,7 @@
 #include "cli/request/job_options.hpp"
 #include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
+#include "cli/request/user_folders.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/typed_request.hpp"
 #include "cli/signals/signals.hpp"
@@ -134,7 +135,8 @@ class Audit {
                 const OwnLimits restored;
                 AuditedRequest request;
                 static_cast<Audited&>(request) =
-                    audited(query, edges, chosen_profile(options.machine), settings_, messages);
+                    audited(query, user_engine(edges, chosen_profile(options.machine)), settings_,
+                            messages);
                 request.asked = asked;
                 done_.push_back(std::move(request));
             },

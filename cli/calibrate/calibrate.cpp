@@ -7,6 +7,7 @@
 #include "cli/request/errors.hpp"
 #include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
+#include "cli/request/user_folders.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/calibrate/calibration.hpp"

@@ -18,6 +18,7 @@
 #include "cli/request/job_options.hpp"
 #include "cli/request/messages.hpp"
 #include "cli/request/request_options.hpp"
+#include "cli/request/user_folders.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/typed_request.hpp"
 #include "cli/signals/signals.hpp"
@@ -146,32 +147,24 @@ class Progress {
     std::string what_;
     Clock::time_point begin_ = Clock::now(), began_ = begin_;
 };
-
-/// What each request of a chart is served with.
-struct Serving {
-    Catalogue edges = catalogue();
-    Profile profile;
-};
-
 ChartedRequest charted_request(const JobOptions& options, const ChartSettings& settings,
-                               const Serving& serving, const ChartProgress& progress) {
+                               const Engine& engine, const ChartProgress& progress) {
     Messages messages;
     configure(messages, options);
-    const Query query = spec_of(options, serving.edges);
+    const Query query = spec_of(options, engine.edges());
     ChartedRequest request;
     ChartedRuns runs = settings.runs;
     runs.planned = [&](const Planned& planned) {
         request.request = request_json(planned);
         if (query.max_memory) request.request["budget"]["bytes"] = *query.max_memory;
     };
-    static_cast<Charted&>(request) =
-        charted(query, serving.edges, serving.profile, runs, progress, messages);
+    static_cast<Charted&>(request) = charted(query, engine, runs, progress, messages);
     return request;
 }
 
 /// The paths of all values of a sweep that are most often worth having, and whatever was chosen.
 std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
-                                  const PathSettings& settings, const Serving& serving) {
+                                  const PathSettings& settings, const Engine& engine) {
     std::map<std::string, std::pair<int, int>> votes;  // wanted, there
     std::vector<std::string> order;
     std::set<std::string> paths;
@@ -183,8 +176,8 @@ std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
     for (const double value : sweep.values) {
         Messages messages;
         configure(messages, request);
-        const Charting charting = charting_of(spec_of(sweep.at(request, value), serving.edges),
-                                              serving.edges, serving.profile, settings, messages);
+        const Charting charting = charting_of(spec_of(sweep.at(request, value), engine.edges()),
+                                              engine, settings, messages);
         for (const std::string& path : charting.paths) vote(path, 0, 1);
         for (const std::string& path : charting.wanted) vote(path, 1, 0);
         if (!charting.chosen.empty()) paths.insert(charting.chosen);
@@ -198,10 +191,10 @@ std::set<std::string> swept_paths(const Sweep& sweep, const JobOptions& request,
 }
 
 std::vector<ChartedRequest> run_sweep(const Sweep& sweep, const JobOptions& request,
-                                      ChartSettings settings, const Serving& serving,
+                                      ChartSettings settings, const Engine& engine,
                                       Messages& messages) {
     messages.progress(0, "planning every value");
-    settings.runs.only = swept_paths(sweep, request, settings.runs.paths, serving);
+    settings.runs.only = swept_paths(sweep, request, settings.runs.paths, engine);
     Progress progress(messages, sweep.values.size());
     std::vector<ChartedRequest> all;
     const InState collecting(messages, Listener::State::collecting);
@@ -209,7 +202,7 @@ std::vector<ChartedRequest> run_sweep(const Sweep& sweep, const JobOptions& requ
         if (stop_flag()) break;
         progress.next(fmt::format("{}={:.6g} ", sweep.option, value));
         all.push_back(
-            charted_request(sweep.at(request, value), settings, serving, std::ref(progress)));
+            charted_request(sweep.at(request, value), settings, engine, std::ref(progress)));
         all.back().at = value;
         progress.done();
     }
@@ -264,18 +257,18 @@ int do_chart(const ChartOptions& options, const std::string& title) {
         check_outputs(options);
         const ChartSettings settings = settings_of(options, title);
         const JobOptions request = request_of(job);
-        const Serving serving{.profile = chosen_profile(job.machine)};
+        const Engine engine = user_engine(catalogue(), chosen_profile(job.machine));
         std::vector<ChartedRequest> requests;
         std::string swept;
         if (options.sweep) {
             const Sweep sweep = sweep_of(*options.sweep);
             expect_swept(options, sweep);
             swept = sweep.option;
-            requests = run_sweep(sweep, request, settings, serving, messages);
+            requests = run_sweep(sweep, request, settings, engine, messages);
         } else {
             Progress progress(messages, 1);
             progress.next("");
-            requests.push_back(charted_request(request, settings, serving, std::ref(progress)));
+            requests.push_back(charted_request(request, settings, engine, std::ref(progress)));
             progress.done();
         }
         messages.end_progress();

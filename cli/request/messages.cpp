@@ -7,6 +7,8 @@
 #include <unistd.h>
 
 #include "cli/request/spoken.hpp"
+#include "cli/request/told_once.hpp"
+#include "cli/request/user_folders.hpp"
 #include "cli/signals/signals.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
@@ -43,6 +45,18 @@ void Messages::say(const char* kind, const std::string& text) {
 
 void Messages::on_warning(const Message& text) {
     if (log_ >= Log::warning) say("warning: ", spoken(text));
+}
+
+void Messages::file_warnings(const Input& file, const std::vector<Message>& found) {
+    if (log_ != Log::warning) return Listener::file_warnings(file, found);
+    if (found.empty()) return;
+    const std::string folder = cache_folder();
+    const auto sorted = ToldOnce(folder.empty() ? folder : folder + "/told").sort(file, found);
+    for (const Message& text : sorted.told) counts(text);
+    for (const Message& text : sorted.untold) warning(text);
+    if (sorted.first)
+        notice(message("later commands leave out what is said of {}; `@command(info)` lists it",
+                       file.name));
 }
 
 bool Messages::shows_bar() const noexcept {

@@ -32,8 +32,9 @@ class Messages : public Listener {
     /// Takes the bar away.
     void end_progress() override;
     const std::atomic<bool>& stop() const noexcept override;
-    /// --log info and debug tell all, and who is told nothing by --quiet has not been told.
-    bool tells_once() const noexcept override { return log_ == Log::warning; }
+    /// What earlier commands have told of a file is left out. But --log info and debug tell all,
+    /// and who is told nothing by --quiet has not been told.
+    void file_warnings(const Input& file, const std::vector<Message>& found) override;
     /// Libraries get std::bad_alloc where they would break a memory budget.
     void memory_opened(double bytes) override;
     /// That it plans is said where that takes long.

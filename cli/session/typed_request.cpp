@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/request/user_folders.hpp"
 #include "engine/measure/machine.hpp"
 #include "engine/request/quantities.hpp"
 #include "transitions/catalogue.hpp"
@@ -29,7 +30,7 @@ Engine engine_with(Catalogue edges, const JobOptions& options, const Query& quer
         messages.notice(
             "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "
             "measures this machine");
-    return {std::move(edges), std::move(machine)};
+    return user_engine(std::move(edges), std::move(machine));
 }
 
 Asked asked_by(const JobOptions& options, bool runs, Messages& messages) {

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "engine/engine.hpp"
 #include "engine/listener.hpp"
 #include "engine/path_runs.hpp"
 #include "engine/request/query.hpp"
 #include "graph/request.hpp"
-#include "planner/profile.hpp"
 
 namespace edgewise {
 
@@ -49,7 +49,7 @@ Verdict judge(const Audited& request);
 
 /// Plans a request and runs its paths, interleaved.
 /// @throws RequestError, InputError, NoPlan, Cancelled; RunError where the chosen path fails
-Audited audited(const Query& query, const Catalogue& edges, const Profile& profile,
-                const PathSettings& settings, Listener& listener);
+Audited audited(const Query& query, const Engine& engine, const PathSettings& settings,
+                Listener& listener);
 
 }  // namespace edgewise

@@ -156,11 +156,11 @@ Planned planned_for_running(const Query& query, const Engine& engine, Listener& 
 
 }  // namespace
 
-Audited audited(const Query& query, const Catalogue& edges, const Profile& profile,
-                const PathSettings& settings, Listener& listener) {
+Audited audited(const Query& query, const Engine& engine, const PathSettings& settings,
+                Listener& listener) {
     malloc_trim(0);  // so that earlier requests do not show in what this process holds
     Audited request;
-    const Planned planned = planned_for_running(query, Engine(edges, profile), listener);
+    const Planned planned = planned_for_running(query, engine, listener);
     planned.memory->trim();
     const double resident = resident_now() - static_cast<double>(planned.memory->used());
     describe(request, planned);

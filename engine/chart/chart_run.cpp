@@ -170,9 +170,9 @@ std::string family_of(const std::vector<std::string>& steps) {
     return family.empty() ? "the input itself" : family;
 }
 
-Charting charting_of(const Query& query, const Catalogue& edges, const Profile& profile,
-                     const PathSettings& settings, Listener& listener) {
-    const Planned planned = planned_of(query, Engine(edges, profile), listener);
+Charting charting_of(const Query& query, const Engine& engine, const PathSettings& settings,
+                     Listener& listener) {
+    const Planned planned = planned_of(query, engine, listener);
     const TriedPaths tried = tried_of(planned, settings, {});
     const std::vector<std::string> chosen = chosen_steps(planned);
     Charting charting;
@@ -185,9 +185,9 @@ Charting charting_of(const Query& query, const Catalogue& edges, const Profile& 
     return charting;
 }
 
-Charted charted(const Query& query, const Catalogue& edges, const Profile& profile,
-                const ChartedRuns& settings, const ChartProgress& progress, Listener& listener) {
-    const Planned planned = planned_of(query, Engine(edges, profile), listener);
+Charted charted(const Query& query, const Engine& engine, const ChartedRuns& settings,
+                const ChartProgress& progress, Listener& listener) {
+    const Planned planned = planned_of(query, engine, listener);
     const TriedPaths tried = tried_of(planned, settings.paths, settings.only);
     planned.memory->trim();
     const double resident = resident_now() - static_cast<double>(planned.memory->used());

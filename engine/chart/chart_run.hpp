@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "charts/pictures.hpp"
+#include "engine/engine.hpp"
 #include "engine/path_runs.hpp"
 #include "engine/request/query.hpp"
-#include "planner/profile.hpp"
 
 namespace edgewise {
 
@@ -51,13 +51,13 @@ struct Charting {
     std::string chosen;                      // empty: none
 };
 /// What a chart of a request would run; nothing is run. @throws what the request would end with
-Charting charting_of(const Query& query, const Catalogue& edges, const Profile& profile,
-                     const PathSettings& settings, Listener& listener);
+Charting charting_of(const Query& query, const Engine& engine, const PathSettings& settings,
+                     Listener& listener);
 
 /// Plans a request without its budget of memory and runs its paths, interleaved. What stops the
 /// listener ends the runs, not the chart.
 /// @throws what the request would end with
-Charted charted(const Query& query, const Catalogue& edges, const Profile& profile,
-                const ChartedRuns& settings, const ChartProgress& progress, Listener& listener);
+Charted charted(const Query& query, const Engine& engine, const ChartedRuns& settings,
+                const ChartProgress& progress, Listener& listener);
 
 }  // namespace edgewise

@@ -180,19 +180,6 @@ std::string cpu_name() {
     return colon == std::string::npos ? "" : field.substr(colon + 2);
 }
 
-namespace {
-
-/// The folder that a variable names, else that one in the home.
-std::string home_folder(const char* variable, const char* in_home) {
-    if (const char* folder = std::getenv(variable); folder && *folder)
-        return std::string(folder) + "/edgewise";
-    if (const char* home = std::getenv("HOME"); home && *home)
-        return std::string(home) + in_home + "/edgewise";
-    return {};
-}
-
-}  // namespace
-
 std::optional<std::int64_t> cache_bytes([[maybe_unused]] int level) {
     long bytes = 0;
 #ifdef _SC_LEVEL1_DCACHE_SIZE
@@ -203,15 +190,12 @@ std::optional<std::int64_t> cache_bytes([[maybe_unused]] int level) {
     return bytes > 0 ? std::optional<std::int64_t>(bytes) : std::nullopt;
 }
 
-std::string config_folder() { return home_folder("XDG_CONFIG_HOME", "/.config"); }
-std::string cache_folder() { return home_folder("XDG_CACHE_HOME", "/.cache"); }
+Profile profile_in(const std::string& folder) {
+    return calibrated(folder).value_or(default_profile());
+}
 
-Profile chosen_profile(const std::optional<std::string>& machine) {
-    const char* variable = std::getenv("EDGEWISE_MACHINE");
-    const std::string name = machine ? *machine : variable ? variable : "";
-    const std::string folder = config_folder();
+Profile profile_named(const std::string& name, const std::string& folder) {
     if (name == "default") return default_profile();
-    if (name.empty()) return calibrated(folder).value_or(default_profile());
     std::error_code none;
     if (fs::is_regular_file(name, none)) return load_profile(name);
     if (!folder.empty() && fs::exists(folder + "/" + name + ".json", none))

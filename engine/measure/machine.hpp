@@ -26,16 +26,13 @@ std::string cpu_name();
 /// [byte] of the first, second or third cache for data; nothing where the system does not tell.
 std::optional<std::int64_t> cache_bytes(int level);
 
-/// $XDG_CONFIG_HOME/edgewise, ~/.config/edgewise, or "" where there is no home.
-std::string config_folder();
-/// Where what was learned is kept from run to run: $XDG_CACHE_HOME/edgewise, ~/.cache/edgewise, or
-/// "" where there is no home.
-std::string cache_folder();
-
-/// --machine FILE|NAME, else EDGEWISE_MACHINE, else the profile that `calibrate` left for this
-/// processor, else the built-in one.
+/// The profile that `calibrate` left in a folder for this processor, else the built-in one.
+/// @param folder  "": none
+/// @throws InputError where it is broken
+Profile profile_in(const std::string& folder);
+/// The profile of a file, of `folder`/NAME.json, or of those that come with the library.
 /// @throws InputError for a file, RequestError for a name that is not there
-Profile chosen_profile(const std::optional<std::string>& machine);
+Profile profile_named(const std::string& name, const std::string& folder);
 
 /// Whether a profile is the built-in one: nobody measured this machine.
 bool is_built_in(const Profile& profile);

@@ -5,9 +5,8 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include "engine/measure/machine.hpp"
 #include "engine/request/input.hpp"
-#include "graph/version.hpp"
+#include "graph/fingerprint.hpp"
 
 namespace edgewise {
 namespace {
@@ -23,16 +22,6 @@ std::optional<struct stat> status_of(const std::string& path) {
 std::string text_of(const struct stat& s) {
     return fmt::format("{} {} {} {}.{:09} {}.{:09}", s.st_dev, s.st_ino, s.st_size,
                        s.st_mtim.tv_sec, s.st_mtim.tv_nsec, s.st_ctim.tv_sec, s.st_ctim.tv_nsec);
-}
-
-/// Facts are as good as what measured them: another build may measure otherwise, and another kind
-/// of processor may round otherwise.
-const std::string& measured_by() {
-    static const std::string text = [] {
-        const auto self = status_of("/proc/self/exe");
-        return fmt::format("{}|{}|{}", version(), self ? text_of(*self) : "", cpu_name());
-    }();
-    return text;
 }
 
 std::string absolute(const std::string& path) {
@@ -63,11 +52,11 @@ std::string selection_text(const store::Selection& pick) {
 
 std::optional<InputIdentity> identity_of_files(const Input& input) {
     if (input.described) return std::nullopt;
-    if (input.phantom) return InputIdentity{input.name, input.name + "|" + measured_by()};
+    if (input.phantom) return InputIdentity{input.name, input.name};
     const auto files = store::files_of(input.pairs ? *input.pairs : input.header);
     if (!files) return std::nullopt;
     // "raw:..." is no path, but says more than one.
-    InputIdentity identity{absolute(input.header.file), measured_by()};
+    InputIdentity identity{absolute(input.header.file), {}};
     const auto newest = std::chrono::system_clock::to_time_t(input.inspected_at - kCoarsestClock);
     for (const std::string& file : *files) {
         const auto status = status_of(file);
@@ -84,6 +73,14 @@ std::optional<InputIdentity> identity_of(const Input& input) {
     identity->where += selection_text(input.selection);
     identity->what += "|" + decoding_of(input);
     return identity;
+}
+
+InputIdentity identity_of_samples(const Input& input) {
+    const Data& data = *input.data;
+    Fingerprint samples;
+    samples.bytes(data.samples.data(), static_cast<std::size_t>(data.what.bytes()));
+    const std::string what = data.what.text() + "|" + samples.text();
+    return {what, what + "|" + decoding_of(input)};
 }
 
 }  // namespace edgewise

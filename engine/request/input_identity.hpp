@@ -16,13 +16,15 @@ struct InputIdentity {
 };
 
 /// Phantoms are told by their names, files by device, number, size and times (of the last write and
-/// of the last change of anything, which no program can set back) of all that samples come from;
-/// both with this build of the command and the kind of processor. Absent of descriptions; of what a
+/// of the last change of anything, which no program can set back) of all that samples come from.
+/// Absent of descriptions; of what a
 /// library reads that does not tell its files; and of files that were changed when they were
 /// inspected or up to two seconds earlier: clocks of file systems are coarse, and another change
 /// would leave the same times.
 std::optional<InputIdentity> identity_of(const Input& input);
 /// The same whatever is selected and however it is read.
 std::optional<InputIdentity> identity_of_files(const Input& input);
+/// By the samples themselves, which are in memory: each is read once.
+InputIdentity identity_of_samples(const Input& input);
 
 }  // namespace edgewise

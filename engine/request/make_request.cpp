@@ -113,7 +113,8 @@ void take_light(Request& want, const Query& query) {
 }
 
 void take_mode(Request& want, const Query& query) {
-    want.mode = query.mode;
+    // Of what has no rays the mode means nothing, and no edge looks at what belongs to it.
+    if (want.job->of_rays()) want.mode = query.mode;
     const auto only = [&](const Message& what, bool given, auto takes) {
         const ModeTraits& mode = *want.mode;
         if (!given || std::invoke(takes, mode)) return;

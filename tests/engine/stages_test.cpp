@@ -1,5 +1,4 @@
 // A program's way through the library: a request in values, planned and run without a command line.
-#include <cstdlib>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <map>
@@ -7,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "engine/facts/folder_facts.hpp"
 #include "engine/prepared.hpp"
 #include "engine/reached.hpp"
 #include "graph/errors.hpp"
@@ -16,14 +16,14 @@
 namespace edgewise {
 namespace {
 
-using Kind = GeometryStep::Kind;
 using Frames = std::map<int, std::vector<float>>;
 
 Query turned(const std::string& input, int frames = 1) {
     Query query;
     query.input = input;
-    query.geometry.steps = {{Kind::rotate, {20, 10, 0}}};
-    if (frames > 1) query.geometry.steps.push_back({Kind::turntable, {double(frames)}});
+    query.geometry.steps = {{GeometryStep::Kind::rotate, {20, 10, 0}}};
+    if (frames > 1)
+        query.geometry.steps.push_back({GeometryStep::Kind::turntable, {double(frames)}});
     query.geometry.size = OutputSize{.native = true};
     query.max_error = 0.05;
     return query;
@@ -119,23 +119,20 @@ TEST(Stages, IsNotBlamedForWhatTheProgramOnceHeld) {
 TEST(Stages, RemembersNothingWhereItIsToldSo) {
     const std::string home = testing::TempDir() + "edgewise_remembers";
     std::filesystem::remove_all(home);
-    const char* const before = std::getenv("XDG_CACHE_HOME");
-    const std::optional<std::string> kept =
-        before ? std::optional<std::string>(before) : std::nullopt;
-    setenv("XDG_CACHE_HOME", home.c_str(), 1);
+    const Engine remembering(catalogue(), default_profile(),
+                             std::make_shared<FolderFacts>(home + "/facts"), home + "/wisdom.json");
     Query query = turned("phantom:gaussians:24");
     query.planner = Planner::pilot;
     query.planning_time = 0.2;
     query.remembers = false;
-    frames_of(query);
+    Reached first(ask(remembering, query, {.runs = true}));
+    frames_of(first);
     EXPECT_FALSE(std::filesystem::exists(home));
     query.remembers = true;
-    frames_of(query);
-    EXPECT_TRUE(std::filesystem::exists(home));
-    if (kept)
-        setenv("XDG_CACHE_HOME", kept->c_str(), 1);
-    else
-        unsetenv("XDG_CACHE_HOME");
+    Reached second(ask(remembering, query, {.runs = true}));
+    frames_of(second);
+    EXPECT_TRUE(std::filesystem::exists(home + "/facts"));
+    EXPECT_TRUE(std::filesystem::exists(home + "/wisdom.json"));
 }
 
 TEST(Stages, RunsAPlanOnly) {
@@ -171,9 +168,15 @@ TEST(Stages, RefusesValuesThatNoCommandLineLetsThrough) {
     refused([](Query& query) { query.range = 0; });
     refused([](Query& query) { query.geometry.steps[0].numbers = {1, 2}; });
     refused([](Query& query) { query.geometry.steps[0].numbers = {1, NAN, 2}; });
-    refused([](Query& query) { query.geometry.steps.push_back({Kind::shear, {0, 0, 1}}); });
-    refused([](Query& query) { query.geometry.steps.push_back({Kind::shear, {0, 1}}); });
-    refused([](Query& query) { query.geometry.steps.push_back({Kind::turntable, {2.5}}); });
+    refused([](Query& query) {
+        query.geometry.steps.push_back({GeometryStep::Kind::shear, {0, 0, 1}});
+    });
+    refused([](Query& query) {
+        query.geometry.steps.push_back({GeometryStep::Kind::shear, {0, 1}});
+    });
+    refused([](Query& query) {
+        query.geometry.steps.push_back({GeometryStep::Kind::turntable, {2.5}});
+    });
     refused([](Query& query) { query.geometry.size = OutputSize{.fit = false, .sides = {0}}; });
     refused([](Query& query) { query.geometry.zoom = -1; });
     refused([](Query& query) { query.geometry.perspective = 180; });

@@ -1,5 +1,3 @@
-#include "engine/known_facts.hpp"
-
 #include <atomic>
 #include <bit>
 #include <cmath>
@@ -12,7 +10,9 @@
 #include <random>
 #include <thread>
 
-#include "engine/facts_json.hpp"
+#include "engine/facts/facts_json.hpp"
+#include "engine/facts/folder_facts.hpp"
+#include "engine/facts/memory_facts.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -29,8 +29,24 @@ class Known : public testing::Test {
     }
     ~Known() override { fs::remove_all(folder_); }
 
-    KnownFacts of(const std::string& where, const std::string& what) const {
-        return KnownFacts(InputIdentity{where, what}, folder_);
+    /// Facts of one input at one place, as JSON.
+    struct Of {
+        FolderFacts store;
+        std::string where, what;
+
+        FactKey key(const std::string& kind, const std::string& on) const {
+            return {kind, where, where + "|" + on, what + "|" + on};
+        }
+        std::optional<Json> find(const std::string& kind, const std::string& on = "") const {
+            const auto text = store.find(key(kind, on));
+            return text ? std::optional(Json::parse(*text)) : std::nullopt;
+        }
+        bool keep(const std::string& kind, const Json& fact, const std::string& on = "") {
+            return store.keep(key(kind, on), fact.dump());
+        }
+    };
+    Of of(const std::string& where, const std::string& what) const {
+        return {FolderFacts(folder_), where, what};
     }
     std::vector<fs::path> files() const {
         std::vector<fs::path> all;
@@ -107,13 +123,6 @@ TEST_F(Known, FactsAreOfTheDataAndTheRequestThatTheyWereMeasuredOf) {
     EXPECT_EQ(files().size(), 2u);
 }
 
-TEST_F(Known, DataThatCannotBeToldFromOthersHaveNoFacts) {
-    const KnownFacts none(std::nullopt, folder_);
-    EXPECT_FALSE(none.keep("view", 1));
-    EXPECT_FALSE(none.find("view"));
-    EXPECT_TRUE(files().empty());
-}
-
 TEST_F(Known, BrokenFilesCountAsNoneAndAreReplaced) {
     ASSERT_TRUE(of("a", "1").keep("view", 1));
     const fs::path file = files().at(0);
@@ -121,8 +130,8 @@ TEST_F(Known, BrokenFilesCountAsNoneAndAreReplaced) {
     std::getline(std::ifstream(file), whole, '\0');
     for (const std::string& text :
          {std::string(), std::string("{"), whole.substr(0, whole.size() / 2), std::string("[1]"),
-          std::string("{\"schema\": 2}"), std::string("{\"schema\": 1, \"of\": 3, \"fact\": 1}"),
-          std::string(KnownFacts::kMostBytes + 100, ' ') + whole}) {
+          std::string("{\"schema\": 2}"), std::string("{\"schema\": 2, \"of\": 3, \"fact\": 1}"),
+          std::string(FolderFacts::kMostBytes + 100, ' ') + whole}) {
         std::ofstream(file, std::ios::trunc) << text;
         EXPECT_FALSE(of("a", "1").find("view")) << text.substr(0, 60);
         EXPECT_TRUE(of("a", "1").keep("view", 2));
@@ -136,18 +145,18 @@ TEST_F(Known, BrokenFilesCountAsNoneAndAreReplaced) {
 TEST_F(Known, AFolderThatCannotBeWrittenIsNoError) {
     const std::string file = folder_ + "/file";
     std::ofstream(file) << "not a folder";
-    const KnownFacts nowhere(InputIdentity{"a", "1"}, file + "/below");
+    Of nowhere{FolderFacts(file + "/below"), "a", "1"};
     EXPECT_FALSE(nowhere.keep("view", 1));
     EXPECT_FALSE(nowhere.find("view"));
-    EXPECT_FALSE(of("a", "1").keep("view", std::string(KnownFacts::kMostBytes, 'x')));
+    EXPECT_FALSE(of("a", "1").keep("view", std::string(FolderFacts::kMostBytes, 'x')));
 }
 
 TEST_F(Known, TheOldestGoFirst) {
-    for (std::size_t i = 0; i < KnownFacts::kMostFiles; ++i) {
+    for (std::size_t i = 0; i < FolderFacts::kMostFiles; ++i) {
         const std::string where = std::to_string(i);
         ASSERT_TRUE(of(where, "1").keep("view", i));
     }
-    EXPECT_EQ(files().size(), KnownFacts::kMostFiles);
+    EXPECT_EQ(files().size(), FolderFacts::kMostFiles);
     // Times of writing as if a second had passed between any two.
     const auto now = fs::file_time_type::clock::now();
     for (const fs::path& file : files()) {
@@ -155,10 +164,10 @@ TEST_F(Known, TheOldestGoFirst) {
         fs::last_write_time(file, now - std::chrono::seconds(2000 - json["fact"].get<int>()));
     }
     ASSERT_TRUE(of("newest", "1").keep("view", 1));
-    EXPECT_LE(files().size(), KnownFacts::kMostFiles);
+    EXPECT_LE(files().size(), FolderFacts::kMostFiles);
     EXPECT_TRUE(of("newest", "1").find("view"));
     EXPECT_FALSE(of("0", "1").find("view"));
-    EXPECT_TRUE(of(std::to_string(KnownFacts::kMostFiles - 1), "1").find("view"));
+    EXPECT_TRUE(of(std::to_string(FolderFacts::kMostFiles - 1), "1").find("view"));
 }
 
 TEST_F(Known, WritersAndReadersAtOnceSeeWholeFactsOnly) {
@@ -178,6 +187,25 @@ TEST_F(Known, WritersAndReadersAtOnceSeeWholeFactsOnly) {
     EXPECT_EQ(of("a", "1").find("own", "1").value(), 99);
     EXPECT_EQ(of("a", "1").find("own", "2").value(), 99);
     EXPECT_EQ(files().size(), 3u);
+}
+
+TEST(MemoryFacts, KeepsTheNewestOfEachPlace) {
+    MemoryFacts store;
+    const auto key = [](const std::string& place, const std::string& of) {
+        return FactKey{"view", "name", place, of};
+    };
+    EXPECT_FALSE(store.find(key("a", "1")));
+    EXPECT_TRUE(store.keep(key("a", "1"), "[1]"));
+    EXPECT_EQ(store.find(key("a", "1")), "[1]");
+    EXPECT_FALSE(store.find(key("a", "2")));
+    EXPECT_FALSE(store.find(key("b", "1")));
+    EXPECT_FALSE(store.find({"runs", "name", "a", "1"}));
+    EXPECT_TRUE(store.keep(key("a", "2"), "[2]"));
+    EXPECT_FALSE(store.find(key("a", "1")));
+    for (std::size_t i = 0; i < MemoryFacts::kMostFacts; ++i)
+        EXPECT_TRUE(store.keep(key(std::to_string(i), "1"), "[]"));
+    EXPECT_FALSE(store.find(key("a", "2"))) << "the oldest goes first";
+    EXPECT_TRUE(store.find(key("0", "1")));
 }
 
 }  // namespace

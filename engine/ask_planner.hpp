@@ -4,8 +4,8 @@ namespace edgewise {
 
 struct Planned;
 
-/// Plans. Draws a preview only where it can pay, and draws more of it where the choice depends on
-/// chance of the draw.
+/// Plans: chooses by what is known, judges whether a preview, or a larger one, can pay, and draws
+/// it; until the answer stays.
 ///
 /// With the default budget (Budget::like) and nobody asking for errors, no preview is drawn if the
 /// fastest path is as good whatever a preview would show. Nor is it drawn if the fastest path saves
@@ -26,8 +26,9 @@ struct Planned;
 /// budget. The chance that an error above the budget passes is 0.13 % for one preview (3 standard
 /// errors, light tails), thus at most 0.4 % for three.
 ///
-/// A pilot measures errors itself, and scenes without draws are left as they are. Afterwards
-/// `answer`, `scene` and `drawn` are those of the last preview.
-void ask_planner(Planned& planned);
+/// A pilot measures errors itself, and scenes without draws are left as they are.
+/// @param planned  without an answer
+/// @return the same with it, and with the scene of the last preview
+Planned ask_planner(Planned planned);
 
 }  // namespace edgewise

@@ -1,4 +1,4 @@
-#include "engine/facts_json.hpp"
+#include "engine/facts/facts_json.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,0 +1,18 @@
+#include "engine/engine.hpp"
+
+#include "engine/facts/code_version.hpp"
+
+namespace edgewise {
+
+Engine::Engine(Catalogue edges, Profile machine, std::shared_ptr<FactStore> facts,
+               std::string wisdom) {
+    Fingerprint code;
+    if (facts) {
+        add_build(code);
+        add_code(code, edges);
+    }
+    means_ = std::make_shared<const Means>(Means{std::move(edges), std::move(machine),
+                                                 std::move(facts), std::move(wisdom), code.text()});
+}
+
+}  // namespace edgewise
