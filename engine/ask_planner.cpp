@@ -35,83 +35,105 @@ double preview_seconds(const Planned& planned) {
     return machine.counted(work).seconds / machine.processors;
 }
 
-/// Whether a plan is as good as asked for, whatever a preview would show: its errors are those of
-/// the plain path, say, or none.
-bool is_sure(const Plan& plan, const Planned& planned) {
-    const Budget& budget = planned.want.budget;
-    return plan.predicted.likeness == Likeness::alike && feasible(plan.predicted, budget) &&
-           alike_unseen(plan, planned.engine.edges(), planned.ask(), planned.sources(),
-                        *budget.like);
-}
-
-/// The fastest plan that is surely as good as asked for.
-/// @param want,answer  as choice_without_preview() has them
-std::optional<Plan> fastest_sure(const Planned& planned, const Request& want,
-                                 const Answer& answer) {
-    PlanOptions options = planned.plan_options;
-    options.front = true;
-    for (Plan& plan : answer_by(planned, want, planned.scene, options).front)  // fastest first
-        if (is_sure(plan, planned)) return std::move(plan);
-    if (!answer.plain || !planned.query.demands.via.empty()) return std::nullopt;
-    options.front = planned.plan_options.front;
-    options.demands.via = {demand_of(answer.plain->step, planned.engine.edges())};
-    Answer plain = answer_by(planned, want, planned.scene, options);
-    if (!plain.plan || !is_sure(*plain.plan, planned)) return std::nullopt;
-    return std::move(plain.plan);
-}
-
-/// An answer by costs and guesses alone; nothing where a preview has to decide. It has not to where
-/// the fastest path is surely as good as asked for, or would save less over the runs than the
-/// preview costs.
-std::optional<Answer> choice_without_preview(const Planned& planned) {
-    Request want = planned.want;
-    // No budget of any error.
-    if (!want.budget.like) return answer_by(planned, want, planned.scene, planned.plan_options);
-    want.budget.like->times = std::numeric_limits<double>::infinity();
-    Answer answer = answer_by(planned, want, planned.scene, planned.plan_options);
-    if (!answer.plan) return std::nullopt;
-    if (!is_sure(*answer.plan, planned)) {
-        if (want.minimize != Minimize::time) return std::nullopt;
-        std::optional<Plan> sure = fastest_sure(planned, want, answer);
-        if (!sure) return std::nullopt;
-        const double saved = sure->predicted.seconds - answer.plan->predicted.seconds;
-        if (planned.query.repeat * saved > preview_seconds(planned)) return std::nullopt;
-        answer.plan = std::move(sure);
+/// The choice between paths of which nobody has seen a result.
+class Unseen {
+ public:
+    explicit Unseen(const Planned& planned)
+        : planned_(planned), want_(planned.want), sources_(planned.sources()) {
+        if (want_.budget.like) want_.budget.like->times = std::numeric_limits<double>::infinity();
     }
-    answer.plain.reset();  // its error is a guess
-    return answer;
+
+    /// By costs and guesses alone; nothing where a preview has to decide. It has not to where the
+    /// fastest path is surely as good as asked for, or would save less over the runs than the
+    /// preview costs.
+    std::optional<Answer> answer() const {
+        Answer answer = by(planned_.plan_options);
+        if (!want_.budget.like) return answer;  // no budget of any error
+        if (!answer.plan) return std::nullopt;
+        if (!is_sure(*answer.plan)) {
+            if (want_.minimize != Minimize::time) return std::nullopt;
+            std::optional<Plan> sure = fastest_sure(answer);
+            if (!sure) return std::nullopt;
+            const double saved = sure->predicted.seconds - answer.plan->predicted.seconds;
+            if (planned_.query.repeat * saved > preview_seconds(planned_)) return std::nullopt;
+            answer.plan = std::move(sure);
+        }
+        answer.plain.reset();  // its error is a guess
+        return answer;
+    }
+
+ private:
+    Answer by(const PlanOptions& options) const {
+        return answer_by(planned_, want_, planned_.guessed, options);
+    }
+
+    /// Whether a plan is as good as asked for, whatever a preview would show: its errors are those
+    /// of the plain path, say, or none.
+    bool is_sure(const Plan& plan) const {
+        return plan.predicted.likeness == Likeness::alike &&
+               feasible(plan.predicted, planned_.want.budget) &&
+               alike_unseen(plan, planned_.engine.edges(), {planned_.want, planned_.guessed},
+                            sources_, *planned_.want.budget.like);
+    }
+
+    std::optional<Plan> fastest_sure(const Answer& answer) const {
+        PlanOptions options = planned_.plan_options;
+        options.front = true;
+        for (Plan& plan : by(options).front)  // fastest first
+            if (is_sure(plan)) return std::move(plan);
+        if (!answer.plain || !planned_.query.demands.via.empty()) return std::nullopt;
+        options.front = planned_.plan_options.front;
+        options.demands.via = {demand_of(answer.plain->step, planned_.engine.edges())};
+        Answer plain = by(options);
+        if (!plain.plan || !is_sure(*plain.plan)) return std::nullopt;
+        return std::move(plain.plan);
+    }
+
+    const Planned& planned_;
+    Request want_;  // whatever the likeness
+    std::vector<Source> sources_;
+};
+
+/// What somebody gets who does not ask for errors: of a result that is to be as good as linear
+/// interpolation where a preview cannot pay, or equal but for rounding. Nothing where a preview
+/// decides.
+std::optional<Answer> answer_unseen(const Planned& planned) {
+    const Budget& budget = planned.want.budget;
+    if (budget.error_yields && planned.drawn > 0)
+        return answer_by(planned, planned.want, planned.guessed, planned.plan_options);
+    if (planned.errors == ErrorsWanted::for_choice || budget.like) return Unseen(planned).answer();
+    return std::nullopt;
 }
 
-/// That a result is equal but for rounding is nobody's demand, and nothing is looked at for its
-/// sake. Where errors were measured all the same, to be shown, the path is that of who did not
-/// look; its predictions are of what was measured.
-void take_path_of_guesses(const Planned& planned, Answer& answer) {
-    Scene unseen = planned.scene;
-    std::erase_if(unseen.facts, [](const auto& fact) {
-        return fact.first.starts_with("run/") || fact.first.starts_with("result/") ||
-               fact.first == "written";
-    });
-    unseen.range = unseen_scene(planned.statistics).range;
-    Answer chosen = answer_by(planned, planned.want, unseen, planned.plan_options);
-    if (!chosen.plan) return;
+/// Takes the path of another answer: what is measured to be shown changes no choice.
+/// @return the plan that was chosen by what was measured, where it is another
+std::optional<Plan> take_path(const Planned& planned, Answer& answer, const Answer& of) {
+    if (!of.plan) return std::nullopt;
     PlanOptions options = planned.plan_options;
     options.demands.via.clear();
-    for (const Step& step : chosen.plan->steps)
+    for (const Step& step : of.plan->steps)
         options.demands.via.push_back({step.by->name, step.offer.with});
-    Answer measured = answer_by(planned, planned.want, planned.scene, options);
-    if (!measured.plan) return;
-    answer.plan = std::move(measured.plan);
-    answer.warnings = std::move(chosen.warnings);
+    Request want = planned.want;
+    if (want.budget.like) want.budget.like->times = std::numeric_limits<double>::infinity();
+    Answer measured = answer_by(planned, want, planned.scene, options);
+    if (!measured.plan) return std::nullopt;
+    std::swap(answer.plan, measured.plan);
+    answer.warnings = of.warnings;
+    const bool other = measured.plan && measured.plan->texts() != answer.plan->texts();
+    return other ? std::move(measured.plan) : std::nullopt;
 }
 
-/// The answer by what is known so far; nothing where that is too little.
-std::optional<Answer> chosen(const Planned& planned) {
-    if (planned.drawn == 0 && planned.errors == ErrorsWanted::for_choice)
-        return choice_without_preview(planned);
-    Answer answer = answer_by(planned, planned.want, planned.scene, planned.plan_options);
-    if (planned.want.budget.error_yields && planned.drawn > 0)
-        take_path_of_guesses(planned, answer);
-    return answer;
+/// Answers by what is known so far. @return whether that is enough
+bool choose(Planned& planned) {
+    const std::optional<Answer> unseen = answer_unseen(planned);
+    if (planned.drawn == 0 && planned.errors == ErrorsWanted::for_choice) {
+        if (unseen) planned.answer = *unseen;
+        return unseen.has_value();
+    }
+    planned.answer = answer_by(planned, planned.want, planned.scene, planned.plan_options);
+    if (unseen && planned.query.planner == Planner::estimate)
+        planned.seen_better = take_path(planned, planned.answer, *unseen);
+    return true;
 }
 
 /// Whether no path is faster by so much, whatever its error. Then more draws can gain nothing.
@@ -159,11 +181,9 @@ Planned drawn(Planned planned, int times) {
 Planned ask_planner(Planned planned) {
     const auto begin = std::chrono::steady_clock::now();
     const double looked = planned.spent.preview;
-    std::optional<Answer> answer = chosen(planned);
-    if (answer) planned.answer = *std::move(answer);
-    for (bool is_chosen = answer.has_value(); const int times = next_draws(planned, is_chosen);) {
+    for (bool is_chosen = choose(planned); const int times = next_draws(planned, is_chosen);) {
         Planned next = drawn(planned, times);
-        next.answer = chosen(next).value();
+        choose(next);
         planned.spent = next.spent;
         // There was a plan, or nothing would have been worth the draws.
         if (is_chosen && !next.answer.plan) {

@@ -85,7 +85,7 @@ void take_description(Looked& looked, const std::optional<InSeries>& series, Lis
     const Statistics statistics = described_statistics(*input.described, input.header);
     take_transfer(looked, statistics, series, messages);
     take_step(looked, statistics);
-    looked.scene = described_scene(*input.described, input.header);
+    looked.scene = looked.guessed = described_scene(*input.described, input.header);
     take_written(looked, statistics.low, statistics.high);
 }
 
@@ -154,14 +154,12 @@ void look_at_data(Looked& looked, int times) {
     const Statistics& statistics = looked.statistics;
     std::pmr::memory_resource* memory = looked.memory.get();
     looked.drawn = times;
-    if (times > 0) {
-        looked.scene = known_scene(
-            {looked.engine, input, statistics, looked.want, asked, looked.query.max_memory, memory},
-            times);
-    } else {
-        looked.scene = unseen_scene(statistics);
-        count_scene(looked.engine.edges(), *input.data, looked.want, looked.scene, memory);
-    }
+    looked.guessed = unseen_scene(statistics);
+    count_scene(looked.engine.edges(), *input.data, looked.want, looked.guessed, memory);
+    looked.scene = times == 0 ? looked.guessed
+                              : known_scene({looked.engine, input, statistics, looked.guessed,
+                                             looked.want, asked, looked.query.max_memory, memory},
+                                            times);
     looked.spent.preview += since(begin);
 }
 

@@ -20,6 +20,10 @@ struct Planned : Looked {
     PlanOptions plan_options;
     ErrorsWanted errors = ErrorsWanted::asked;
     Answer answer;
+    /// A plan that the preview shows to be better than the answer's. It is not taken, since the
+    /// preview takes longer than it saves: who does not ask for errors draws none, and gets the
+    /// answer's. Who asks gets the same.
+    std::optional<Plan> seen_better;
     std::optional<Margin> margin;   // of its plan, where somebody asked for it
     std::optional<WayOut> way_out;  // where it has none
 

@@ -54,8 +54,9 @@ std::unique_ptr<Candidates> candidates_of(const Planned& planned) {
 }
 
 void weigh(Planned& planned) {
-    // What another path would have to be is not known where errors were not measured.
-    if (planned.answer.plan && planned.errors == ErrorsWanted::asked)
+    // What another path would have to be is not known where errors were not measured, or decided
+    // nothing.
+    if (planned.answer.plan && planned.errors == ErrorsWanted::asked && !planned.seen_better)
         planned.margin = margin_of(*candidates_of(planned), *planned.answer.plan);
 }
 

@@ -243,6 +243,17 @@ std::string comparison_text(const Planned& planned) {
     return text + "\nthat is likely; errors of steps and paths below are upper estimates\n";
 }
 
+/// Why a path is not taken although the preview shows it to be better.
+std::string seen_better_text(const Planned& planned) {
+    const Plan& better = *planned.seen_better;
+    return fmt::format(
+        "\n{} would do as well and takes {} less. Only a preview shows that, which takes longer "
+        "than "
+        "it saves: without --explain none is drawn here. Over more runs (--repeat) one is.\n",
+        plan_text(better),
+        seconds_text(planned.answer.plan->predicted.seconds - better.predicted.seconds));
+}
+
 }  // namespace
 
 std::string explanation_of(const Planned& planned, bool all_refused) {
@@ -282,6 +293,7 @@ std::string explanation_of(const Planned& planned, bool all_refused) {
     } else {
         text += "\nno plan: " + answer.problem + "\n";
     }
+    if (planned.seen_better) text += seen_better_text(planned);
     text += margin_text(planned);
     const std::vector<Plan> plans = paths_of(planned);
     text += fmt::format("\npaths ({}{}; > chosen, * on the front)\n", plans.size(),
@@ -294,6 +306,7 @@ std::string explanation_of(const Planned& planned, bool all_refused) {
         if (answer.plain && plan.predicted.likeness == Likeness::worse && plan.predicted.known)
             if (const auto likely = likely_error(plan, planned.ask(), planned.sources()))
                 why += fmt::format(": likely {:.3g}", *likely);
+        if (planned.seen_better && why == kNoBetter) return std::string("faster, as a preview shows");
         const auto its = on_all.find(path);
         if (why != kNoBetter || its == on_all.end() || want.minimize != Minimize::time) return why;
         const auto mine = on_all.find(plan_text(*answer.plan));

@@ -112,24 +112,12 @@ std::optional<FactKey> key_of_scene(const Measuring& of, const char* kind, const
     return key_of(of.input, kind, on);
 }
 
-Scene scene_of(const Statistics& statistics, const Seen& seen) {
-    Scene scene = unseen_scene(statistics);
-    scene.range = seen.range;
-    scene.facts = seen.facts;
-    scene.likely = seen.likely;
-    scene.draws = seen.draws;
-    scene.exhausted = seen.exhausted;
-    return scene;
-}
-
 const Phantom* formula_of(const Input& input) { return input.phantom ? &*input.phantom : nullptr; }
 
 Seen previewed(const Measuring& of, const Request& want, int times,
                std::pmr::memory_resource* memory) {
-    const Catalogue& edges = of.engine.edges();
-    Scene scene = preview_scene(edges, *of.input.data, of.statistics, want, formula_of(of.input),
-                                memory, times, of.asked);
-    count_scene(edges, *of.input.data, want, scene, memory);
+    Scene scene = preview_scene(of.engine.edges(), *of.input.data, of.statistics, want,
+                                formula_of(of.input), memory, times, of.asked);
     return {scene.range, std::move(scene.facts), std::move(scene.likely), scene.draws,
             scene.exhausted};
 }
@@ -172,10 +160,14 @@ RadialPower known_spectrum(FactStore* store, const Input& input, const Statistic
 Scene known_scene(const Measuring& of, int times) {
     FactStore* const store = of.engine.facts().get();
     const Request seen = without_limits(of.want);
-    Scene scene =
-        scene_of(of.statistics,
-                 known<Seen>(store, key_of_scene(of, "view", seen, times), of.memory,
-                             [&](auto* memory) { return previewed(of, seen, times, memory); }));
+    Seen preview = known<Seen>(store, key_of_scene(of, "view", seen, times), of.memory,
+                               [&](auto* memory) { return previewed(of, seen, times, memory); });
+    Scene scene = of.counted;
+    scene.range = preview.range;
+    scene.draws = preview.draws;
+    scene.exhausted = preview.exhausted;
+    scene.facts.merge(std::move(preview.facts));
+    scene.likely = std::move(preview.likely);
     if (!has_silent_edges(of.engine.edges())) return scene;
     const Request run = without_haste(of.want, of.most_bytes);
     Seen found = known<Seen>(store, key_of_scene(of, "runs", run, times), of.memory,

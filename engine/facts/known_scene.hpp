@@ -30,14 +30,15 @@ struct Measuring {
     const Engine& engine;
     const Input& input;
     const Statistics& statistics;  // of its samples
+    const Scene& counted;          // by these, and by what counts of edges ask of the data
     const Request& want;
     const Demands& asked;  // whose parameters are measured beside those that a planner tries
     std::optional<double> most_bytes;  // that somebody allows the process
     std::pmr::memory_resource* memory;
 };
 
-/// Statistics, preview, what counts of edges ask of the data, and what running edges gave that say
-/// nothing of their errors (scene/scene.hpp).
+/// What is counted, with a preview, and with what running edges gave that say nothing of their
+/// errors (scene/scene.hpp).
 /// @param times  so many times the usual draws of a preview
 Scene known_scene(const Measuring& of, int times = 1);
 

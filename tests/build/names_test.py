@@ -63,9 +63,9 @@ class Names(unittest.TestCase):
     def test_modes_are_named_in_their_own_files(self):
         modes = [name for name, _ in names_in("graph/modes", r"\.name\s*=\s*\"([a-z]+)\"")]
         self.assertGreaterEqual(len(modes), 6)
-        # Statistics have a mean too, and a filter is called so; a request's default is a mode.
+        # Statistics have a mean too, a filter is called so, and a request has a surface; its default is a mode.
         allowed = ["graph/modes/", "graph/request.hpp", "cli/request/request_options.cpp", "cli/request/filter_words.cpp", "cli/info.cpp",
-                   "engine/facts_json.cpp", "cli/session/report.cpp", "engine/request/query.hpp", *MEASURING]
+                   "engine/facts/facts_json.cpp", "graph/request_fields.hpp", "cli/session/report.cpp", "engine/request/query.hpp", *MEASURING]
         names = "|".join(modes)
         self.assertEqual(found(rf"\"({names})\"|\bMode::({names})\b", allowed), [])
 

@@ -45,9 +45,9 @@ Engine engine_with(std::shared_ptr<FactStore> facts, Catalogue edges = catalogue
     return {std::move(edges), default_profile(), std::move(facts)};
 }
 
-std::shared_ptr<const Data> volume_of(std::uint32_t seed) {
+std::shared_ptr<const Data> volume_of(std::uint32_t seed, int side = 12) {
     static MemoryBudget memory(std::size_t{64} << 20);
-    auto data = std::make_shared<Data>(make_phantom("gaussians", 12, &memory));
+    auto data = std::make_shared<Data>(make_phantom("gaussians", side, &memory));
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> noise(0, 0.2f);
     for (std::int64_t i = 0; i < data->what.samples(); ++i) data->as<float>()[i] += noise(random);
@@ -273,6 +273,31 @@ TEST(Facts, AFactIsUsedOnlyWhereTheResultIsTheSame) {
     EXPECT_GT(served, 3 * refused);
     EXPECT_GT(store->hits, 200);  // or nothing was tested
     EXPECT_GT(store->kept, 200);
+}
+
+/// Levels of resolution are measured only where a limit of the error may want them, and where the
+/// request has work enough that they can pay.
+TEST(Facts, WhatALimitDecidesToMeasureIsNotTakenForAnother) {
+    const auto store = std::make_shared<Counted>();
+    const Engine keeps = engine_with(store), forgets = engine_with(nullptr);
+    const auto samples = volume_of(2, 32);
+    Query query;
+    query.geometry.size = OutputSize{.sides = {64}};
+    query.geometry.steps = {{GeometryStep::Kind::turntable, {300}}};
+    Query limited = query, best = query;
+    limited.max_error = 0.1;
+    best.minimize = Minimize::error;
+    std::set<std::string> different;
+    for (const Query& each : {query, limited, best, limited, query}) {
+        const std::string anew = bits_of(scene_of(forgets, each, samples));
+        EXPECT_EQ(bits_of(scene_of(keeps, each, samples)), anew);
+        different.insert(anew);
+    }
+    EXPECT_GT(different.size(), 1u) << "or nothing was tested";
+    limited.max_error = 0.2;
+    const int before = store->hits;
+    scene_of(keeps, limited, samples);
+    EXPECT_GT(store->hits, before) << "a preview holds whatever the limit is";
 }
 
 TEST(Facts, OtherSamplesOfTheSameShapeHaveFactsOfTheirOwn) {
