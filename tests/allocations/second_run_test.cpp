@@ -120,6 +120,8 @@ std::vector<Case> cases() {
             {"mip of a caller's samples", seen(Mode::mip, 1, kCast), held_by_caller(volume)},
             {"mip, five frames", seen(Mode::mip, 5, kCast), volume},
             {"mip of a spline", seen(Mode::mip, 1, "filter.prefilter"), volume},
+            {"mip of warped samples", seen(Mode::mip, 1, "project.combine"), volume},
+            {"mip by shears", seen(Mode::mip, 2, "project.shear_warp"), volume},
             {"mean", seen(Mode::mean, 1, kCast), volume},
             {"xray", seen(Mode::xray, 3, kCast), volume},
             {"warp of a volume", warped({20, 10, 0}), volume},
