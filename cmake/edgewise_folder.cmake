@@ -26,7 +26,7 @@ function(edgewise_folder name)
     set(edgewise_${name}_sources ${sources} CACHE INTERNAL "")
 
     set(target edgewise_${name})
-    edgewise_joined(joined ${name} SOURCES ${FOLDER_SOURCES} ALONE ${EDGEWISE_REPLACED})
+    edgewise_joined(joined ${name} SOURCES ${FOLDER_SOURCES} ALONE ${EDGEWISE_REPLACED} ${EDGEWISE_REPLACED_ENGINE})
     add_library(${target} STATIC ${joined})
     add_library(edgewise::${name} ALIAS ${target})
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})

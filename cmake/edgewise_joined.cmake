@@ -13,11 +13,13 @@ endif()
 
 # Sources that tests compile once more, under a sanitizer, and link in place of those of the libraries: an
 # object of a library must define nothing beside them.
-set(EDGEWISE_REPLACED graph/data.cpp graph/job.cpp graph/modes/modes.cpp
+set(EDGEWISE_REPLACED graph/data.cpp graph/job.cpp graph/modes/modes.cpp graph/small_objects.cpp
     runtime/flow.cpp runtime/kept_arena.cpp runtime/memory_budget.cpp runtime/one_thread_a_core.cpp
+    runtime/program.cpp
     transitions/filters/filters.cpp transitions/kernels/fourier.cpp transitions/kernels/kaiser_bessel.cpp
     transitions/kernels/spectrum_slice.cpp transitions/kernels/tap_polynomials.cpp
     transitions/project/parallel_product.cpp)
+set(EDGEWISE_REPLACED_ENGINE engine/prepared.cpp)
 
 function(edgewise_joined result name)
     cmake_parse_arguments(JOINED "" "MOST" "SOURCES;ALONE" ${ARGN})

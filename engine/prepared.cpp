@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cstring>
 #include <fmt/format.h>
+#include <functional>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "engine/reached.hpp"
 #include "graph/errors.hpp"
+#include "runtime/program.hpp"
 
 namespace edgewise {
 namespace {
@@ -33,7 +36,7 @@ Plan part_of(const Plan& plan, std::size_t begin, std::size_t end) {
     return part;
 }
 
-/// A result that outlives the plan, with the memory that counts its bytes.
+/// A result that outlives the plan, with the memory that its bytes go back to.
 std::shared_ptr<const Data> kept(std::shared_ptr<const Data> made,
                                  std::shared_ptr<MemoryBudget> memory) {
     struct Held {
@@ -44,25 +47,41 @@ std::shared_ptr<const Data> kept(std::shared_ptr<const Data> made,
     return {held, held->data.get()};
 }
 
+/// What a plan's edges read: of a caller's samples the last rows once more. A plan without a step
+/// gives the samples back as they are.
+std::shared_ptr<const Data> as_read(const std::shared_ptr<const Data>& samples, const Plan& plan,
+                                    MemoryBudget& memory) {
+    if (plan.steps.empty() || samples->samples.bytes() == 0 || samples->samples.has_slack())
+        return samples;
+    return std::make_shared<const Data>(with_slack(*samples, &memory));
+}
+
 }  // namespace
 
 /// What the runs of one plan share.
 struct Prepared::Shared {
     std::size_t steps = 0;  // of the plan, whose result it is
-    Plan rest;              // of the plan
+    Program rest;           // of the plan
+    std::size_t bytes = 0;  // of a frame
+    std::shared_ptr<const std::vector<std::string>> texts;
     std::mutex mutex;
-    std::shared_ptr<const Data> made;  // null: not yet
+    std::shared_ptr<const Data> made;  // what the rest reads; null: not yet
+
+    explicit Shared(const Planned& planned)
+        : steps(steps_of_input(*planned.answer.plan)),
+          rest(part_of(*planned.answer.plan, steps, planned.answer.plan->steps.size()),
+               planned.ask()),
+          texts(std::make_shared<const std::vector<std::string>>(planned.answer.plan->texts())) {}
 };
 
 Prepared::Prepared(Planned planned) : Prepared(std::move(planned), {}) {}
 
 Prepared::Prepared(Planned planned, std::vector<Message> warnings)
     : planned_(std::make_shared<const Planned>(std::move(planned))),
-      shared_(std::make_shared<Shared>()),
       warnings_(std::move(warnings)) {
     expect_plan(*planned_);
-    shared_->steps = steps_of_input(plan());
-    shared_->rest = part_of(plan(), shared_->steps, plan().steps.size());
+    shared_ = std::make_shared<Shared>(*planned_);
+    shared_->bytes = static_cast<std::size_t>(result().bytes());
 }
 
 Representation Prepared::result() const {
@@ -71,7 +90,7 @@ Representation Prepared::result() const {
 
 Prepared::Result Prepared::run(const RunWith& with) const {
     const Planned& planned = *planned_;
-    const std::size_t each = static_cast<std::size_t>(result().bytes());
+    const std::size_t each = shared_->bytes;
     if (!with.into.empty() && with.into.size() != each * static_cast<std::size_t>(frames()))
         throw RequestError(fmt::format("run: {} bytes are given for {} frames of {} bytes",
                                        with.into.size(), frames(), each));
@@ -79,37 +98,44 @@ Prepared::Result Prepared::run(const RunWith& with) const {
     options.threads = with.threads > 0 ? with.threads : planned.want.threads;
     options.memory = planned.memory.get();
     options.stop = with.stop;
-    options.progress = with.on_progress;
-    const Ask ask = planned.ask();
+    options.records = false;
+    if (with.on_progress) options.progress = std::cref(with.on_progress);
     const std::shared_ptr<const Data> source = shared_input(options);
     Result result;
     if (with.keep_frames) result.frames.resize(static_cast<std::size_t>(frames()));
-    const Deliver deliver = [&](int frame, std::shared_ptr<const Data> made) {
+    const auto take = [&](int frame, std::shared_ptr<const Data> made) {
         const auto at = static_cast<std::size_t>(frame);
         if (!with.into.empty())
             std::memcpy(with.into.data() + each * at, made->samples.data(), each);
         if (with.on_frame) with.on_frame({frame, *made});
         if (with.keep_frames) result.frames[at] = kept(std::move(made), planned.memory);
     };
-    Outcome outcome = edgewise::run(shared_->rest, ask, source, deliver, options);
-    result.steps = plan().texts();
+    const Deliver deliver = std::cref(take);  // a reference, for which a function allocates nothing
+    Outcome outcome = shared_->rest.run(source, deliver, options);
+    for (const auto& frame : result.frames)
+        if (frame->samples.has_slack() && frame->samples.data() != source->samples.data())
+            planned.memory->give_away(frame->samples.data(), frame->samples.bytes() + kArraySlack);
+    result.steps = shared_->texts;
     result.warnings = std::move(outcome.warnings);
     result.seconds = outcome.seconds;
     return result;
 }
 
 std::shared_ptr<const Data> Prepared::shared_input(const RunOptions& options) const {
-    const std::shared_ptr<const Data>& samples = planned_->input.data;
-    if (shared_->steps == 0) return samples;
     const std::lock_guard lock(shared_->mutex);
     if (shared_->made) return shared_->made;
-    Request once = planned_->want;
-    once.frames = 1;
-    const Plan first = part_of(plan(), 0, shared_->steps);
-    const Deliver take = [&](int, std::shared_ptr<const Data> made) {
-        shared_->made = std::move(made);
-    };
-    edgewise::run(first, {once, planned_->scene}, samples, take, options);
+    std::shared_ptr<const Data> samples = as_read(planned_->input.data, plan(), *planned_->memory);
+    if (shared_->steps > 0) {
+        Request once = planned_->want;
+        once.frames = 1;
+        const Plan first = part_of(plan(), 0, shared_->steps);
+        const std::shared_ptr<const Data> all = std::move(samples);
+        const Deliver take = [&](int, std::shared_ptr<const Data> made) {
+            samples = std::move(made);
+        };
+        edgewise::run(first, {once, planned_->scene}, all, take, options);
+    }
+    shared_->made = std::move(samples);
     return shared_->made;
 }
 

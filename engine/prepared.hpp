@@ -28,18 +28,21 @@ struct RunWith {
     std::function<void(double share, const std::string& step)> on_progress = {};
     /// Samples of all frames, one after another, in the result's type; empty: nowhere.
     std::span<std::byte> into = {};
-    bool keep_frames = false;  // in Prepared::Result::frames
+    /// In Prepared::Result::frames. While the run is on they count against the memory of the plan,
+    /// then they are the caller's.
+    bool keep_frames = false;
 };
 
 /// A request with a plan that can run: a value that never changes. It runs again and again, from
 /// any number of threads at once; what all its runs share is made by the first of them and kept.
-/// Copies share it too.
+/// Copies share it too. On one thread a run that is like one before it allocates nothing, unless it
+/// keeps its frames; on several, only oneTBB does.
 class Prepared {
  public:
     struct Result {
-        std::vector<std::shared_ptr<const Data>> frames;  // where they are kept
-        std::vector<std::string> steps;                   // that ran
-        std::vector<Message> warnings;                    // a step that failed, and what ran then
+        std::vector<std::shared_ptr<const Data>> frames;        // where they are kept
+        std::shared_ptr<const std::vector<std::string>> steps;  // that ran
+        std::vector<Message> warnings;  // a step that failed, and what ran then
         double seconds = 0;
     };
 

@@ -4,10 +4,18 @@
 #include <cstring>
 #include <utility>
 
+#include "graph/small_objects.hpp"
+
 namespace edgewise {
 namespace {
 constexpr std::size_t kAlignment = 64;  // a cache line, and the widest vector
+
+template <class T>
+std::pmr::polymorphic_allocator<T> small() {
+    return small_objects();
 }
+
+}  // namespace
 
 Array::Block::Block(std::size_t size, std::pmr::memory_resource* resource)
     : data(resource->allocate(size + kArraySlack, kAlignment)), bytes(size), from(resource) {}
@@ -20,36 +28,24 @@ Array::Block::~Block() {
 }
 
 Array::Array(std::size_t bytes, std::pmr::memory_resource* from)
-    : block_(std::make_shared<Block>(bytes, from)) {}
+    : block_(std::allocate_shared<Block>(small<Block>(), bytes, from)) {}
 
 Array Array::around(void* data, std::size_t bytes, std::shared_ptr<const void> owner) {
-    return Array(std::make_shared<Block>(data, bytes, std::move(owner)));
+    return Array(std::allocate_shared<Block>(small<Block>(), data, bytes, std::move(owner)));
 }
 
 Data Data::sharing(const Data& other, const Representation& what) {
-    Data data;
-    data.what = what;
-    data.box = other.box;
-    data.samples = other.samples.shared();
-    data.tail = other.tail.shared();
-    data.other = other.other;
-    data.facets = other.facets;
-    return data;
+    return {what,        other.samples.shared(), other.box, other.tail.shared(), other.other,
+            other.facets};
 }
 
 Data Data::make(const Representation& what, std::pmr::memory_resource* from) {
-    Data data;
-    data.what = what;
-    data.samples = Array(static_cast<std::size_t>(what.bytes()), from);
-    return data;
+    return make(what, {}, from);
 }
 
 Data Data::make(const Representation& what, const Region& box, std::pmr::memory_resource* from) {
-    Data data;
-    data.what = what;
-    data.box = box;
-    data.samples = Array(static_cast<std::size_t>(what.bytes(box)), from);
-    return data;
+    const double bytes = box.empty() ? what.bytes() : what.bytes(box);
+    return {what, Array(static_cast<std::size_t>(bytes), from), box, {}, {}, {}};
 }
 
 Data with_slack(const Data& data, std::pmr::memory_resource* from) {

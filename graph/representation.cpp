@@ -1,6 +1,7 @@
 #include "graph/representation.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <fmt/format.h>
 #include <map>
 
@@ -27,8 +28,16 @@ const char* name_of(Layout layout) {
 
 }  // namespace
 
-Placement::Placement(const Transform& map)
-    : state_(std::make_shared<const State>(State{{map}, {}, {0}})) {}
+Placement::Placement(const Transform& map) {
+    // Most samples are where they were, and one placement says so for all of them. To the bit: a
+    // map with a zero of the other sign is another.
+    static const Mat4 kIdentity = Mat4::Identity();
+    static const auto& in_place = *new std::shared_ptr<const State>(  // outlives static objects
+        std::make_shared<const State>(State{{Transform(kIdentity)}, {}, {0}}));
+    const Mat4* matrix = map.as_matrix();
+    const bool stays = matrix && std::memcmp(matrix->data(), kIdentity.data(), sizeof(Mat4)) == 0;
+    state_ = stays ? in_place : std::make_shared<const State>(State{{map}, {}, {0}});
+}
 
 Placement Placement::each(std::vector<Transform> maps) {
     auto state = std::make_shared<State>();

@@ -1,12 +1,15 @@
 #include "runtime/memory_budget.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
-#include <deque>
 #include <iterator>
 #include <mutex>
 #include <new>
+#include <set>
 #include <sys/mman.h>
+#include <vector>
 
 namespace edgewise {
 namespace {
@@ -16,6 +19,29 @@ namespace {
 constexpr std::size_t kMapped = std::size_t{1} << 16;
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
 constexpr std::size_t kPage = 4096;
+
+/// Bytes of small blocks that are kept. None under AddressSanitizer, which would not see that one
+/// was used after it was given back.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr std::size_t kSmallKept = 0;
+#else
+constexpr std::size_t kSmallKept = std::size_t{1} << 20;
+#endif
+constexpr std::size_t kSmallAlignment = 64;
+
+/// What small blocks are rounded up to: four sizes from one power of two to the next.
+struct SmallSize {
+    std::size_t index, bytes;
+
+    static SmallSize of(std::size_t bytes) noexcept {
+        constexpr std::size_t kLeast = 64, kFirst = 6;  // 2^6
+        const std::size_t least = std::max(bytes, kLeast);
+        const auto power = static_cast<std::size_t>(std::bit_width(least - 1));
+        const std::size_t unit = std::size_t{1} << (power - 3), units = (least + unit - 1) / unit;
+        return {4 * (power - kFirst) + units - 5, units * unit};
+    }
+};
+constexpr std::size_t kSmallSizes = 4 * (16 - 6) + 4;  // up to kMapped, 2^16
 
 std::size_t mapped_size(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
 
@@ -44,9 +70,15 @@ struct MemoryBudget::State {
         std::size_t bytes;
         void* block;
     };
+    /// A small block that waits for reuse holds the next one of its size.
+    struct Small {
+        Small* next;
+    };
     std::mutex mutex;
-    std::size_t limit = 0, used = 0, kept = 0, peak = 0;
-    std::deque<Spare> spare;  // mapped blocks that wait for reuse; the last released is last
+    std::size_t limit = 0, used = 0, kept = 0, peak = 0, small_kept = 0;
+    std::vector<Spare> spare;  // mapped blocks that wait for reuse; the last released is last
+    std::array<Small*, kSmallSizes> small{};
+    std::set<const void*> given;  // away, and not yet back
 
     void drop_spare() {
         while (!spare.empty()) drop_one();
@@ -56,7 +88,40 @@ struct MemoryBudget::State {
     void drop_one() {
         munmap(spare.front().block, spare.front().bytes);
         kept -= spare.front().bytes;
-        spare.pop_front();
+        spare.erase(spare.begin());
+    }
+    void drop_small() {
+        for (Small*& first : small)
+            while (first) {
+                Small* const gone = first;
+                first = gone->next;
+                ::operator delete(gone, std::align_val_t(kSmallAlignment));
+            }
+        small_kept = 0;
+    }
+    /// The caller has counted it.
+    void* make_small(std::size_t bytes, std::size_t alignment) {
+        const SmallSize size = SmallSize::of(bytes);
+        const bool keeps = alignment <= kSmallAlignment;
+        if (keeps && small[size.index]) {
+            Small* const first = small[size.index];
+            small[size.index] = first->next;
+            small_kept -= size.bytes;
+            return first;
+        }
+        return keeps ? ::operator new(size.bytes, std::align_val_t(kSmallAlignment), std::nothrow)
+                     : ::operator new(bytes, std::align_val_t(alignment), std::nothrow);
+    }
+    void end_small(void* block, std::size_t bytes, std::size_t alignment) {
+        const SmallSize size = SmallSize::of(bytes);
+        if (alignment > kSmallAlignment)
+            ::operator delete(block, std::align_val_t(alignment));
+        else if (small_kept + size.bytes > kSmallKept)
+            ::operator delete(block, std::align_val_t(kSmallAlignment));
+        else {
+            small[size.index] = new (block) Small{small[size.index]};
+            small_kept += size.bytes;
+        }
     }
     /// @return a block of just these bytes, or null
     void* take_spare(std::size_t bytes) {
@@ -78,13 +143,14 @@ struct MemoryBudget::State {
         peak = std::max(peak, used);
         const std::size_t most = std::min(limit, peak + peak / 32);
         while (!spare.empty() && used + kept > most) drop_one();
+        if (small_kept > 0 && used + kept + small_kept > limit) drop_small();
     }
 };
 
 MemoryBudget::MemoryBudget(std::size_t limit) : state_(std::make_unique<State>()) {
     state_->limit = limit;
 }
-MemoryBudget::~MemoryBudget() { state_->drop_spare(); }
+MemoryBudget::~MemoryBudget() { trim(); }
 
 std::size_t MemoryBudget::used() const noexcept {
     const std::lock_guard lock(state_->mutex);
@@ -103,13 +169,20 @@ std::size_t MemoryBudget::limit() const noexcept { return state_->limit; }
 void MemoryBudget::trim() noexcept {
     const std::lock_guard lock(state_->mutex);
     state_->drop_spare();
+    state_->drop_small();
+}
+
+void MemoryBudget::give_away(const void* block, std::size_t bytes) {
+    const std::lock_guard lock(state_->mutex);
+    if (state_->given.insert(block).second)
+        state_->used -= bytes < kMapped ? bytes : mapped_size(bytes);
 }
 
 void* MemoryBudget::do_allocate(std::size_t bytes, std::size_t alignment) {
     const std::lock_guard lock(state_->mutex);
     if (bytes < kMapped) {
         state_->count(bytes);
-        void* block = ::operator new(bytes, std::align_val_t(alignment), std::nothrow);
+        void* block = state_->make_small(bytes, alignment);
         if (!block) {
             state_->used -= bytes;
             throw std::bad_alloc();
@@ -129,12 +202,17 @@ void* MemoryBudget::do_allocate(std::size_t bytes, std::size_t alignment) {
 
 void MemoryBudget::do_deallocate(void* block, std::size_t bytes, std::size_t alignment) {
     const std::lock_guard lock(state_->mutex);
+    const bool counted = state_->given.erase(block) == 0;
     if (bytes < kMapped) {
-        state_->used -= bytes;
-        ::operator delete(block, std::align_val_t(alignment));
+        if (counted) state_->used -= bytes;
+        state_->end_small(block, bytes, alignment);
         return;
     }
     const std::size_t size = mapped_size(bytes);
+    if (!counted) {
+        munmap(block, size);  // it was not counted, so there may be no room to keep it
+        return;
+    }
     state_->used -= size;
     state_->kept += size;
     state_->spare.push_back({size, block});

@@ -70,8 +70,7 @@ class FlowDrawing {
         line(2, "subgraph cluster_t{}r{} {{", at, r);
         line(3, "style=dashed; label=\"box {} of {}\";", r + 1, task.regions.size());
         for (int step = task.first; step <= task.step; ++step) region(3, at, r, step);
-        const std::vector<Region> boxes =
-            boxes_read(plan_, ask_, task.first, task.regions[r], task.view);
+        const std::vector<Region>& boxes = task.boxes[r];
         for (int step = task.first; step < task.step; ++step)
             line(3, "{} -> {} [label=\"{}\"];", node(at, r, step), node(at, r, step + 1),
                  text_of(boxes[step - task.first].extent(), plan_.steps[step].offer.to.axes));

@@ -24,6 +24,7 @@ struct RunOptions {
     const std::atomic<bool>* stop = nullptr;  // set by whoever wants it to end
     /// Share of all nodes that are done, 0..1, and the step that just ended.
     std::function<void(double share, const std::string& step)> progress = {};
+    bool records = true;  // seconds, names and nodes of steps in the outcome
     /// Asked after a step failed: a plan for the rest without that edge, from the given whole
     /// representations (sources), or none. @param failed the edge, as `--without` takes it
     std::function<std::optional<Plan>(const std::string& failed, const std::string& why,
@@ -35,10 +36,11 @@ struct RunOptions {
 
 struct Outcome {
     double seconds = 0;
+    std::size_t peak = 0;           // bytes of the budget used at most
+    std::vector<Message> warnings;  // a failed step, and what was done instead
+    // Where the options ask for records:
     std::vector<double> step_seconds;  // wall time of the plan's steps: wall_seconds(trace)
-    std::size_t peak = 0;              // bytes of the budget used at most
     std::vector<Ran> trace;
-    std::vector<Message> warnings;   // a failed step, and what was done instead
     std::vector<std::string> steps;  // that really ran
 };
 
@@ -47,7 +49,8 @@ struct Outcome {
 /// mends.
 using Deliver = std::function<void(int frame, std::shared_ptr<const Data> result)>;
 
-/// Runs a plan as a flow graph in lanes: the set-up is one, every frame is one.
+/// Runs a plan in lanes: the set-up is one, every frame is one. A Program (runtime/program.hpp) is
+/// for plans that run more than once.
 /// @throws Cancelled where stopped; the first failure where no other plan exists
 Outcome run(const Plan& plan, const Ask& ask, std::shared_ptr<const Data> source,
             const Deliver& deliver, const RunOptions& options);

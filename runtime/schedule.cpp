@@ -27,10 +27,8 @@ std::vector<int> grouped(const Plan& plan, std::vector<int> frames) {
 }
 
 /// Bytes of the boxes that a region is made from, while it is made.
-double bytes_in_boxes(const Plan& plan, const Ask& ask, const Task& task, const Region& region) {
+double bytes_in_boxes(const Plan& plan, const Task& task, const std::vector<Region>& boxes) {
     double most = 0;
-    if (task.first == task.step) return most;
-    const std::vector<Region> boxes = boxes_read(plan, ask, task.first, region, task.view);
     for (int step = task.first; step < task.step; ++step) {
         const auto bytes = [&](int of) {
             return of < task.step ? plan.steps[of].offer.to.bytes(boxes[of - task.first]) + kAround
@@ -55,8 +53,8 @@ void count_bytes(Schedule& schedule, const Plan& plan, const Ask& ask) {
             double scratch = 0, boxes = 0;
             for (int of = task.first; of <= task.step; ++of)
                 scratch = std::max(scratch, plan.steps[of].scratch);
-            for (const Region& region : task.regions)
-                boxes = std::max(boxes, bytes_in_boxes(plan, ask, task, region));
+            for (const std::vector<Region>& of : task.boxes)
+                boxes = std::max(boxes, bytes_in_boxes(plan, task, of));
             // As many are made at once as there are threads.
             boxes *= std::min<double>(ask.want.threads, static_cast<double>(task.regions.size()));
             const double beside =
@@ -99,10 +97,14 @@ Schedule schedule(const Plan& plan, const Ask& ask, const std::vector<int>& fram
                     lane = static_cast<int>(result.lanes.size());
                     result.lanes.emplace_back();
                 }
-                Task task{step, begin, variant, frame, once ? 0 : lane, input, 0, {}, {}, false};
+                Task task{step, begin, variant, frame, once ? 0 : lane, input, 0,
+                          {},   {},    {},      false};
                 const Step& by = plan.steps[step];
                 task.regions = begin < step ? boxes_of(by.offer.to.extent, plan.boxes)
                                             : regions_of(by.by->parts(by.offer, ask), by.offer);
+                for (const Region& region : task.regions)
+                    if (begin < step)
+                        task.boxes.push_back(boxes_read(plan, ask, begin, region, frame));
                 result.lanes[task.lane].tasks.push_back(found->second);
                 if (input >= 0) {
                     Task& from = result.tasks[input];

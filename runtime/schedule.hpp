@@ -17,6 +17,8 @@ struct Task {
     int readers = 0;          // tasks and frames that read what it makes
     std::vector<int> frames;  // delivered when it is done (tasks of the last step)
     std::vector<Region> regions;
+    /// Box by box: for each region what its steps make, see boxes_read(). Else none.
+    std::vector<std::vector<Region>> boxes;
     bool shared = false;  // tasks of other lanes read what it makes
 };
 

@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <optional>
 #include <random>
 #include <thread>
 
@@ -214,18 +216,27 @@ TEST(Prepared, SharesWhatAllRunsNeed) {
     EXPECT_EQ(pixels_of(prepared), pixels_of(prepared));
 }
 
-/// Refuses one allocation.
+/// Refuses one allocation, and counts them.
 class Refusing final : public MemoryBudget {
  public:
-    Refusing() : MemoryBudget(std::size_t{1} << 30) {}
+    explicit Refusing(std::size_t limit = std::size_t{1} << 30) : MemoryBudget(limit) {}
     std::atomic<int> left = -1;  // allocations before the one that is refused; less than 0: none
+    std::atomic<int> asked = 0;
 
  private:
     void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+        ++asked;
         if (left.fetch_sub(1) == 0) throw std::bad_alloc();
         return MemoryBudget::do_allocate(bytes, alignment);
     }
 };
+
+/// The same plan with other memory.
+Prepared with_memory(const Prepared& there, std::shared_ptr<MemoryBudget> memory) {
+    Planned planned = there.planned();
+    planned.memory = std::move(memory);
+    return Prepared(std::move(planned));
+}
 
 /// Out of memory at each allocation in turn: an error, nothing lost, and the plan runs afterwards.
 TEST(Prepared, RunsOutOfMemoryCleanly) {
@@ -250,6 +261,103 @@ TEST(Prepared, RunsOutOfMemoryCleanly) {
     }
     EXPECT_GT(refused, 2);
     EXPECT_EQ(memory->used(), 0u);
+}
+
+/// Of a caller's samples the last rows are copied: by the first run, for all.
+TEST(Prepared, CopiesACallersLastRowsOnce) {
+    const auto own = block(1, 40, true);
+    Data around;
+    around.what = own->what;
+    around.samples = Array::around(const_cast<float*>(own->as<float>()), own->samples.bytes(), own);
+    const auto callers = std::make_shared<const Data>(std::move(around));
+    Query query = mip(10);
+    query.max_error.reset();
+    query.demands.via = {{.name = "project.ray_cast"}};
+    const auto counts = [&](const std::shared_ptr<const Data>& samples, std::size_t& held) {
+        const auto memory = std::make_shared<Refusing>();
+        const Prepared prepared = with_memory(prepare(engine(), query, samples), memory);
+        std::array<int, 3> asked{};
+        for (int& each : asked) {
+            memory->asked = 0;
+            EXPECT_GT(pixels_of(prepared).size(), 0u);
+            each = memory->asked;
+        }
+        held = memory->used();
+        return asked;
+    };
+    std::size_t held = 0;
+    const std::array<int, 3> once = counts(callers, held);
+    EXPECT_EQ(once[0], once[1] + 1);
+    EXPECT_EQ(once[1], once[2]);
+    EXPECT_EQ(held, 40 * sizeof(float) + kArraySlack) << "a row";
+    const std::array<int, 3> none = counts(own, held);
+    EXPECT_EQ(none[0], none[1]);
+    EXPECT_EQ(held, 0u);
+    EXPECT_EQ(pixels_of(prepare(engine(), query, callers)),
+              pixels_of(prepare(engine(), query, own)));
+}
+
+/// Frames that are kept count while the run is on. Afterwards they are the caller's.
+TEST(Prepared, KeptFramesAreTheCallers) {
+    const Prepared there = prepare(engine(), mip(10, 4), block(1));
+    const std::size_t each = static_cast<std::size_t>(there.result().bytes());
+    const auto memory = std::make_shared<Refusing>(std::size_t{2} << 20);
+    std::optional<Prepared> prepared = with_memory(there, memory);
+    pixels_of(*prepared);
+    const std::size_t before = memory->used();
+    std::size_t most = 0;
+    std::vector<std::shared_ptr<const Data>> frames;
+    const std::size_t runs = 3 * memory->limit() / (4 * each);  // three times what it may hold
+    ASSERT_GT(runs, 10u);
+    for (std::size_t i = 0; i < runs; ++i) {
+        RunWith with;
+        with.keep_frames = true;
+        with.on_frame = [&](const Frame&) { most = std::max(most, memory->used()); };
+        for (auto& frame : prepared->run(with).frames) frames.push_back(std::move(frame));
+        ASSERT_EQ(memory->used(), before) << i;
+    }
+    EXPECT_GE(most, before + 4 * each);
+    const Pixels right = pixels_of(there);
+    prepared.reset();
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        ASSERT_EQ(
+            0, std::memcmp(frames[i]->samples.data(), &right[i % 4 * each / sizeof(float)], each));
+    frames.clear();
+    EXPECT_EQ(memory->used(), 0u);
+}
+
+/// Bytes of memory that the process has.
+std::size_t resident() {
+    std::size_t all = 0, pages = 0;
+    std::ifstream("/proc/self/statm") >> all >> pages;
+    return pages * 4096;
+}
+
+TEST(Prepared, KeepsNothingOfTenThousandRuns) {
+    Query query = mip(10, 2);
+    query.geometry.size = OutputSize{.sides = {12, 12}};
+    query.max_error.reset();
+    query.demands.via = {{.name = "project.ray_cast"}};
+    for (const int threads : {1, 2}) {
+        const Prepared prepared = prepare(engine(), query, block(1, 12));
+        Pixels pixels(12 * 12 * 2);
+        RunWith with;
+        with.threads = threads;
+        with.into = std::as_writable_bytes(std::span(pixels));
+        for (int i = 0; i < 1000; ++i) prepared.run(with);
+        const Pixels right = pixels;
+        const std::size_t used = prepared.planned().memory->used();
+        [[maybe_unused]] const std::size_t before = resident();
+        const int more = threads == 1 ? 9000 : 2000;
+        for (int i = 0; i < more; ++i) prepared.run(with);
+        EXPECT_EQ(pixels, right);
+        EXPECT_EQ(prepared.planned().memory->used(), used);
+        // Sanitizers keep what was given back. A byte a run would be 9 kB; what is left is the
+        // system's own, a few pages for stacks and heaps of threads.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+        EXPECT_LT(resident(), before + (std::size_t{256} << 10));
+#endif
+    }
 }
 
 }  // namespace

@@ -115,6 +115,83 @@ TEST(MemoryBudget, SmallBlocksOfThisPathStayAndLargeOnesOfAnotherGo) {
     EXPECT_EQ(memory.peak(), 30 * kMiB);
 }
 
+/// Under AddressSanitizer small blocks go at once.
+#if !defined(__SANITIZE_ADDRESS__)
+TEST(MemoryBudget, SmallBlocksAreReused) {
+    MemoryBudget memory(kMiB);
+    for (const std::size_t bytes : {1u, 64u, 65u, 100u, 4096u, 40000u, 65535u}) {
+        void* first = memory.allocate(bytes, 64);
+        std::memset(first, 1, bytes);
+        EXPECT_EQ(memory.used(), bytes) << "what was asked for is counted";
+        memory.deallocate(first, bytes, 64);
+        EXPECT_EQ(memory.used(), 0u);
+        void* again = memory.allocate(bytes, 16);
+        EXPECT_EQ(again, first) << bytes;
+        memory.deallocate(again, bytes, 16);
+    }
+    void* wide = memory.allocate(100, 256);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(wide) % 256, 0u);
+    memory.deallocate(wide, 100, 256);
+    EXPECT_EQ(memory.peak(), 65535u);
+}
+#endif
+
+TEST(MemoryBudget, SmallBlocksOfAllSizesKeepApart) {
+    MemoryBudget memory(64 * kMiB);
+    std::mt19937 random(5);
+    struct Held {
+        unsigned char* block;
+        std::size_t bytes;
+        unsigned char value;
+    };
+    std::vector<Held> held;
+    std::size_t used = 0;
+    for (int i = 0; i < 20000; ++i) {
+        if (held.size() < 100 || random() % 2) {
+            const std::size_t bytes = 1 + random() % (random() % 4 ? 3000 : 66000);
+            auto* block = static_cast<unsigned char*>(memory.allocate(bytes, 64));
+            const auto value = static_cast<unsigned char>(random());
+            std::memset(block, value, bytes);
+            held.push_back({block, bytes, value});
+            used += bytes < 65536 ? bytes : (bytes + 4095) / 4096 * 4096;
+        } else {
+            std::swap(held[random() % held.size()], held.back());
+            const Held gone = held.back();
+            held.pop_back();
+            ASSERT_EQ(gone.block[0], gone.value);
+            ASSERT_EQ(gone.block[gone.bytes / 2], gone.value);
+            ASSERT_EQ(gone.block[gone.bytes - 1], gone.value);
+            used -= gone.bytes < 65536 ? gone.bytes : (gone.bytes + 4095) / 4096 * 4096;
+            memory.deallocate(gone.block, gone.bytes, 64);
+        }
+        ASSERT_EQ(memory.used(), used);
+    }
+    for (const Held& each : held) memory.deallocate(each.block, each.bytes, 64);
+    EXPECT_EQ(memory.used(), 0u);
+}
+
+TEST(MemoryBudget, WhatIsGivenAwayCountsNoMore) {
+    MemoryBudget memory(kMiB);
+    for (const std::size_t bytes : {std::size_t{1000}, kMiB - 5000}) {
+        void* block = memory.allocate(bytes, 64);
+        void* other = memory.allocate(2000, 64);
+        EXPECT_GE(memory.used(), bytes + 2000);
+        memory.give_away(block, bytes);
+        memory.give_away(block, bytes);  // nothing more
+        EXPECT_EQ(memory.used(), 2000u);
+        // There is room for as much again.
+        void* more = memory.allocate(bytes, 64);
+        std::memset(block, 1, bytes);
+        std::memset(more, 2, bytes);
+        EXPECT_EQ(static_cast<char*>(block)[bytes - 1], 1);
+        memory.deallocate(block, bytes, 64);
+        EXPECT_GE(memory.used(), bytes + 2000) << "it is not taken off twice";
+        memory.deallocate(more, bytes, 64);
+        memory.deallocate(other, 2000, 64);
+        EXPECT_EQ(memory.used(), 0u);
+    }
+}
+
 TEST(MemoryBudget, NeverExceedsItsLimitUnderManyThreads) {
     MemoryBudget memory(8 * kMiB);
     std::vector<std::thread> threads;

@@ -5,10 +5,11 @@
 
 namespace edgewise {
 
-std::unique_ptr<kernels::Bricks> bricks_of(const kernels::Grid& volume, const kernels::LevelsOf& of,
+std::shared_ptr<kernels::Bricks> bricks_of(const kernels::Grid& volume, const kernels::LevelsOf& of,
                                            std::pmr::memory_resource* memory,
                                            const std::function<bool()>& stopped) {
-    auto bricks = std::make_unique<kernels::Bricks>(volume.extent, memory);
+    const std::pmr::polymorphic_allocator<kernels::Bricks> from_memory(memory);
+    auto bricks = std::allocate_shared<kernels::Bricks>(from_memory, volume.extent, memory);
     if (of.ranges()) bricks->least.resize(bricks->level.size());
     const auto in_parallel = [&](std::int64_t count, std::int64_t at_once, const auto& make) {
         tbb::parallel_for(std::int64_t{0}, (count + at_once - 1) / at_once, [&](std::int64_t i) {

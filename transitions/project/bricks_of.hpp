@@ -8,8 +8,9 @@
 namespace edgewise {
 
 /// Levels of all bricks, made in parallel.
+/// @param memory   lives longer than they do
 /// @param stopped  asked now and then: levels stay unfinished where it says so; null: never
-std::unique_ptr<kernels::Bricks> bricks_of(const kernels::Grid& volume, const kernels::LevelsOf& of,
+std::shared_ptr<kernels::Bricks> bricks_of(const kernels::Grid& volume, const kernels::LevelsOf& of,
                                            std::pmr::memory_resource* memory,
                                            const std::function<bool()>& stopped);
 

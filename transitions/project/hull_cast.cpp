@@ -60,7 +60,7 @@ Partition parts_in_hull(const Offer& offer, const Ask&) {
 kernels::SlabHull hull_of_seen(const kernels::RayCast& cast, const Filter& filter,
                                Context& context) {
     const bool over = cast.rule == Combine::over;
-    std::unique_ptr<kernels::Bricks> own;
+    std::shared_ptr<const kernels::Bricks> own;
     if (!cast.bricks) {
         own = bricks_of(cast.volume,
                         {.optics = over && !cast.table ? cast.optics : nullptr,

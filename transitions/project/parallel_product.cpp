@@ -159,8 +159,8 @@ bool met(const Region& box, const float* low, const float* high) {
     return false;
 }
 
-void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Region& region,
-         Context& context) {
+void run_product(const Offer& offer, const Ask& ask, const Data& in, Data& out,
+                 const Region& region, Context& context) {
     const Request& want = ask.want;
     const Representation screen = screen_scalar(offer.from, want);
     const kernels::Grid object = kernels::grid_of(in);
@@ -228,7 +228,7 @@ Transition parallel_product() {
     edge.work = work;
     edge.error = error;
     edge.parts = parts;
-    edge.run = run;
+    edge.run = run_product;
     return edge;
 }
 

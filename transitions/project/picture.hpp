@@ -84,6 +84,12 @@ Error combined_error(const Ask& ask);
 /// Tiles of a region of a picture, in parallel. Polls before each. @throws Cancelled
 void for_tiles(const Region& region, std::int64_t width, std::int64_t height,
                const Context& context, const std::function<void(const Region&)>& body);
+/// The same. The body is not copied, so that nothing is allocated for it.
+template <class Body>
+void for_tiles(const Region& region, std::int64_t width, std::int64_t height,
+               const Context& context, const Body& body) {
+    for_tiles(region, width, height, context, std::function<void(const Region&)>(std::cref(body)));
+}
 
 /// What lights the samples of a view of `from`; nothing where light falls on none.
 std::optional<kernels::RayLight> light_of(const Representation& from, const Request& want,

@@ -434,7 +434,7 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
         arriving->fill(opaque.get(), context);
         cast.arriving = &arriving->lanes();
     }
-    std::unique_ptr<kernels::Bricks> bricks;
+    std::shared_ptr<const kernels::Bricks> bricks;
     if (cast.volume.whole() && with_bricks(offer, ask, context.view)) {
         kernels::LevelsOf levels = levels_of(offer, ask, optics, cast.table);
         if (by.beyond) levels.overshoot = by.beyond(levels.overshoot);

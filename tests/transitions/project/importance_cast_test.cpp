@@ -120,7 +120,7 @@ class Counting {
 
  private:
     kernels::Optics optics_;
-    std::unique_ptr<kernels::Bricks> bricks_;
+    std::shared_ptr<const kernels::Bricks> bricks_;
     kernels::Taken taken_;
     kernels::RayCast cast_;
 };
