@@ -69,9 +69,7 @@ class Fingerprint {
     /// 32 hexadecimal digits.
     std::string text() const;
 
-    void bytes(const void* first, std::size_t count) noexcept {
-        first_.add(first, count), second_.add(first, count);
-    }
+    void bytes(const void* first, std::size_t count) noexcept;
     Fingerprint& add(std::string_view text) noexcept {
         bytes(text.data(), text.size());
         return *this;

@@ -22,6 +22,8 @@ class Hash {
         mix(rest ^ (std::uint64_t{bytes} << 56));
     }
     std::uint64_t value() const noexcept { return state_; }
+    /// Eight bytes.
+    void word(std::uint64_t word) noexcept { mix(word); }
 
  private:
     void mix(std::uint64_t word) noexcept {
