@@ -7,7 +7,11 @@
 
 namespace edgewise {
 
-Engine default_engine() { return {catalogue(), chosen_profile({})}; }
+Engine default_engine() {
+    Catalogue edges = catalogue();
+    Profile machine = chosen_profile({}, edges);
+    return {std::move(edges), std::move(machine)};
+}
 
 Prepared prepare(const Engine& engine, Query query, const Volume& volume, Listener& messages) {
     query.input = volume.input().name;

@@ -109,10 +109,7 @@ bool chooses_unseen(Planned& planned) {
 /// sake. Where errors were measured all the same, to be shown, the same path is taken.
 void choose_unseen(Planned& planned) {
     Scene unseen = planned.scene;
-    std::erase_if(unseen.facts, [](const auto& fact) {
-        return fact.first.starts_with("run/") || fact.first.starts_with("result/") ||
-               fact.first == "written";
-    });
+    std::erase_if(unseen.facts, [](const auto& fact) { return is_of_results(fact.first); });
     unseen.range = unseen_scene(planned.statistics).range;
     Answer chosen = answer_to(planned, unseen);
     if (!chosen.plan) return;

@@ -29,6 +29,8 @@ struct RadonSetting {
 
     /// Cosine and sine of row k.
     std::array<double, 2> direction(int k) const noexcept;
+
+    friend bool operator==(const RadonSetting&, const RadonSetting&) = default;
 };
 
 /// Integrals along lines, or votes for them. Its target is Hough space: lines by angle and offset.

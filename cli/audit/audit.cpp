@@ -133,8 +133,8 @@ class Audit {
                 configure(messages, options);
                 const OwnLimits restored;
                 AuditedRequest request;
-                static_cast<Audited&>(request) =
-                    audited(query, edges, chosen_profile(options.machine), settings_, messages);
+                static_cast<Audited&>(request) = audited(
+                    query, edges, chosen_profile(options.machine, edges), settings_, messages);
                 request.asked = asked;
                 done_.push_back(std::move(request));
             },

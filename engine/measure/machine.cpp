@@ -147,7 +147,7 @@ double process_seconds() {
 }
 
 bool is_built_in(const Profile& profile) {
-    return profile.cpu.empty() && profile.name == default_profile().name;
+    return profile.cpu.empty() && profile.name == Profile{}.name;
 }
 
 bool is_of_another(const Profile& profile) {
@@ -206,12 +206,12 @@ std::optional<std::int64_t> cache_bytes([[maybe_unused]] int level) {
 std::string config_folder() { return home_folder("XDG_CONFIG_HOME", "/.config"); }
 std::string cache_folder() { return home_folder("XDG_CACHE_HOME", "/.cache"); }
 
-Profile chosen_profile(const std::optional<std::string>& machine) {
+Profile chosen_profile(const std::optional<std::string>& machine, const Catalogue& edges) {
     const char* variable = std::getenv("EDGEWISE_MACHINE");
     const std::string name = machine ? *machine : variable ? variable : "";
     const std::string folder = config_folder();
-    if (name == "default") return default_profile();
-    if (name.empty()) return calibrated(folder).value_or(default_profile());
+    if (name == "default") return default_profile(edges);
+    if (name.empty()) return calibrated(folder).value_or(default_profile(edges));
     std::error_code none;
     if (fs::is_regular_file(name, none)) return load_profile(name);
     if (!folder.empty() && fs::exists(folder + "/" + name + ".json", none))

@@ -33,9 +33,9 @@ std::string config_folder();
 std::string cache_folder();
 
 /// --machine FILE|NAME, else EDGEWISE_MACHINE, else the profile that `calibrate` left for this
-/// processor, else the built-in one.
+/// processor, else the built-in one with what these edges say of it.
 /// @throws InputError for a file, RequestError for a name that is not there
-Profile chosen_profile(const std::optional<std::string>& machine);
+Profile chosen_profile(const std::optional<std::string>& machine, const Catalogue& edges);
 
 /// Whether a profile is the built-in one: nobody measured this machine.
 bool is_built_in(const Profile& profile);

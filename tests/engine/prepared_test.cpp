@@ -19,7 +19,7 @@ using Kind = GeometryStep::Kind;
 using Pixels = std::vector<float>;
 
 const Engine& engine() {
-    static const Engine engine(catalogue(), default_profile());
+    static const Engine engine(catalogue(), default_profile(catalogue()));
     return engine;
 }
 

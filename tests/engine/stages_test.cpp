@@ -30,7 +30,7 @@ Query turned(const std::string& input, int frames = 1) {
 }
 
 const Engine& engine() {
-    static const Engine engine(catalogue(), default_profile());
+    static const Engine engine(catalogue(), default_profile(catalogue()));
     return engine;
 }
 
