@@ -14,6 +14,7 @@
 #include "engine/request/outputs.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
+#include "graph/kinds.hpp"
 #include "graph/version.hpp"
 #include "planner/advise.hpp"
 
@@ -134,16 +135,18 @@ std::vector<JobOptions> usual_requests() {
         options.geometry.steps = {{"rotate", rotate}};
         return options;
     };
-    for (const char* mode : {"mip", "xray", "mean", "composite"}) {
-        add(Job::render, "describe:256x256x256:u8", "20,30,0").mode = mode;
-        JobOptions& table = add(Job::render, "describe:128x128x128:u16", "10,0,0");
+    const Job render = job_to("screen/picture"), warp = job_to("screen/scalar");
+    for (const Combine loop : {Combine::max, Combine::sum, Combine::mean, Combine::over}) {
+        const std::string mode(name_of(mode_by(loop)));
+        add(render, "describe:256x256x256:u8", "20,30,0").mode = mode;
+        JobOptions& table = add(render, "describe:128x128x128:u16", "10,0,0");
         table.mode = mode;
         table.geometry.steps.emplace_back("turntable", "36");
     }
-    add(Job::warp, "describe:256x256x256:u16", "10,20,30");
-    add(Job::warp, "describe:128x128x128:f32", "60,5,0");
-    add(Job::warp, "describe:2048x2048:u8", "15");
-    add(Job::warp, "describe:1024x1024:f32", "70");
+    add(warp, "describe:256x256x256:u16", "10,20,30");
+    add(warp, "describe:128x128x128:f32", "60,5,0");
+    add(warp, "describe:2048x2048:u8", "15");
+    add(warp, "describe:1024x1024:f32", "70");
     return all;
 }
 
@@ -192,7 +195,8 @@ Verb add_advise(CLI::App& main) {
     add_text(*app, "--json", *json, "report")->type_name("FILE|-");
     app->require_subcommand(0, 1);
     std::vector<std::shared_ptr<AdviseOptions>> all;
-    for (const Job job : {Job::warp, Job::render, Job::filter}) {
+    for (const Job job : jobs()) {
+        if (!is_charted(job)) continue;
         const std::string name(name_of(job));
         const auto options = std::make_shared<AdviseOptions>();
         options->app = app->add_subcommand(name, "for a " + name);

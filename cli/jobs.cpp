@@ -22,6 +22,7 @@
 #include "engine/request/outputs.hpp"
 #include "engine/rivals.hpp"
 #include "graph/errors.hpp"
+#include "graph/kinds.hpp"
 #include "runtime/runtime.hpp"
 
 namespace edgewise::cli {
@@ -29,7 +30,7 @@ namespace edgewise::cli {
 void check_outputs(const JobOptions& o) {
     if (o.out)
         Outputs checked(*o.out,
-                        o.job == Job::mesh ? Outputs::Holds::surface : Outputs::Holds::samples);
+                        makes_surface(o.job) ? Outputs::Holds::surface : Outputs::Holds::samples);
     if (o.report && !o.report->ends_with(".html"))
         throw RequestError(
             fmt::format("--report {}: expected a name that ends in .html", *o.report));
@@ -147,9 +148,9 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
                 options->words = typed_words(*app);
                 order_geometry(*app, *options);
                 if (options->mpr) return do_planes(*options, runs);
-                if (job == Job::render && names_all_times(options->selection))
+                if (job->of_rays() && names_all_times(options->selection))
                     return do_series(*options, runs);
-                if (job == Job::render && names_colours(options->selection))
+                if (job->of_rays() && names_colours(options->selection))
                     return do_merge(*options, runs);
                 if (job == Job::filter && names_all_times(options->selection)) {
                     if (runs) return do_filter_series(*options);

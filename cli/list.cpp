@@ -140,7 +140,7 @@ Json machines() {
                         {"provenance", profile.provenance},
                         {"spreads", profile.spreads}});
     };
-    add(default_profile(), "");
+    add(default_profile({}), "");
     for (const std::string& name : bundled_machines()) add(*bundled_profile(name), "");
     std::vector<std::string> files;
     std::error_code none;

@@ -9,7 +9,9 @@
 namespace edgewise {
 
 Engine default_engine(const std::string& folder) {
-    return {catalogue(), profile_in(folder), std::make_shared<MemoryFacts>()};
+    Catalogue edges = catalogue();
+    Profile machine = profile_in(folder, edges);
+    return {std::move(edges), std::move(machine), std::make_shared<MemoryFacts>()};
 }
 
 Prepared prepare(const Engine& engine, Query query, const Volume& volume, Listener& messages) {

@@ -15,7 +15,7 @@ constexpr int kRows = 8;  // of the reference, between two checks whether to go 
 
 int result_channels(const Looked& looked) {
     const Request& want = looked.want;
-    if (want.job == Job::render) return want.mode->channels;
+    if (want.job->of_rays()) return want.mode->channels;
     return looked.input.channels();
 }
 
@@ -47,7 +47,7 @@ std::vector<OutputSample> PictureTaker::pixels() const {
 /// Colours as they would be shown: a composite over its background, others without their alpha.
 void PictureTaker::put(const double* values, int channels, float* out) const {
     const Request& want = looked_.want;
-    const bool composite = want.job == Job::render && want.mode->over_background;
+    const bool composite = want.job->of_rays() && want.mode->over_background;
     for (int c = 0; c < channels_; ++c) {
         const double under =
             composite ? (1 - values[3]) * want.background[static_cast<std::size_t>(c)] : 0;
@@ -101,7 +101,7 @@ void PictureTaker::set_window(charts::Pictures& pictures) const {
     const store::Header& header = looked_.input.header;
     const Request& want = looked_.want;
     const double exposure = looked_.query.exposure.value_or(1);
-    if (want.job == Job::render && want.mode->over_background) {
+    if (want.job->of_rays() && want.mode->over_background) {
         pictures.black = 0;
         pictures.white = 1 / exposure;
     } else if (!header.volume && (header.type == Type::u8 || !is_integer(header.type))) {

@@ -11,6 +11,7 @@
 #include "engine/looked.hpp"
 #include "engine/transfer/air.hpp"
 #include "engine/transfer/robust_window.hpp"
+#include "graph/kinds.hpp"
 #include "graph/words.hpp"
 
 namespace edgewise {
@@ -63,7 +64,7 @@ std::vector<Vec3> ends_of(const Extent& out, int axes) {
 /// a body with straight edges: all of it is inside where its corners are.
 bool reaches_beyond(const Opened& opened) {
     const Request& want = opened.want;
-    if (want.job != Job::warp || want.deformed()) return false;
+    if (!want.job->of_points() || want.deformed()) return false;
     constexpr double kRounding = 1e-6;  // sample
     for (int view = 0; view < want.frames; ++view) {
         const Mat4 back = want.views.at(view).matrix().inverse();
@@ -96,9 +97,8 @@ bool is_ct_in_units(const Looked& opened) {
 void say_where_front_is(const Opened& opened, Listener& messages) {
     const std::optional<std::string>& view = opened.query.geometry.view;
     const Input& input = opened.input;
-    const Job job = opened.want.job;
     if (!view || is_own_axis(*view) || input.header.anatomical || !is_of_file(opened) ||
-        (job != Job::render && job != Job::warp))
+        !has_screen(opened.want.job))
         return;
     messages.warning(
         message("@view({}): {} does not say how it lies in the body; x is taken to point to the "
@@ -107,19 +107,19 @@ void say_where_front_is(const Opened& opened, Listener& messages) {
 }
 
 bool looks_along_z(const Opened& opened) {
-    return opened.want.job == Job::render && !opened.query.geometry.view &&
+    return opened.want.job->of_rays() && !opened.query.geometry.view &&
            !opened.query.geometry.look_at && !opened.input.header.anatomical;
 }
 
 void say_what_is_reduced(const Opened& opened, Listener& messages) {
     const Request& want = opened.want;
-    if ((want.job != Job::render && want.job != Job::warp) || !is_of_file(opened)) return;
+    if (!has_screen(want.job) || !is_of_file(opened)) return;
     constexpr double kSeen = 1.5;
     const std::array<double, 3> apart = reductions(opened);
     const double most = *std::max_element(apart.begin(), apart.end());
     if (!(most > kSeen * (1 + 1e-9))) return;
     const std::string where = fmt::format("{} of the output lie {:.3g} samples of the input apart",
-                                          want.job == Job::render ? "rays" : "samples", most);
+                                          want.job->of_rays() ? "rays" : "samples", most);
     if (want.field == Field::nearest) {
         messages.warning(where + ": labels that lie between them are left out");
         return;

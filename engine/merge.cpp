@@ -50,7 +50,7 @@ std::vector<ChannelSpec> parts_of_colour() {
 
 /// Why channels of such a request cannot be merged is its own error, told at once.
 void expect_mergeable(const Query& query) {
-    if (query.job != Job::render)
+    if (!query.job->of_rays())
         throw RequestError(
             message("@channel: {} merges no channels; name one", name_of(query.job)));
     if (query.selection.channel)

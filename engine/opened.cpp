@@ -11,6 +11,8 @@
 #include "engine/request/resolution.hpp"
 #include "engine/result_writer.hpp"
 #include "graph/errors.hpp"
+#include "graph/filtering.hpp"
+#include "graph/kinds.hpp"
 #include "graph/label_surface.hpp"
 #include "graph/transform_graph.hpp"
 #include "graph/version.hpp"
@@ -107,7 +109,7 @@ void take_exactness(Opened& opened) {
     const Query& o = opened.query;
     if (o.labels) input.header.labels = true;
     if (input.described || input.phantom || input.pairs || opened.as.given) return;
-    if ((want.job == Job::mesh && o.labels) || shows_labels(want)) {
+    if ((makes_surface(want.job) && o.labels) || shows_labels(want)) {
         input.outside = want.outside;
         take_keep(input, Keep::labels);
     }
@@ -120,7 +122,7 @@ void take_exactness(Opened& opened) {
             take_keep(input, Keep::values);
         return;
     }
-    if (want.job != Job::warp) return;
+    if (!want.job->of_points()) return;
     const Representation stored = stored_as(input);
     const bool labels = want.field == Field::nearest;
     if (o.labels && o.outside && is_integer(stored.type) &&
@@ -201,7 +203,7 @@ bool is_elsewhere(const Asked& asked) {
 void take_written(Opened& opened, double low, double high) {
     Request& want = opened.want;
     const Input& input = opened.input;
-    if (!opened.outputs || want.job == Job::mesh) {
+    if (!opened.outputs || makes_surface(want.job)) {
         opened.written.tail.table = input.table;
         return;
     }
@@ -213,7 +215,7 @@ void take_written(Opened& opened, double low, double high) {
     const WrittenAs written{tail.type, tail.values, tail.alpha == store::Alpha::straight,
                             tail.alpha_unit};
     // What filters sum in f64 a file in f32 rounds, and what is moved with all its digits.
-    const bool wide = want.job == Job::filter || input.keep == Keep::bits;
+    const bool wide = want.setting.as<Filtering>() || input.keep == Keep::bits;
     const bool rounds = written.rounds() || (wide && written.type == Type::f32);
     // Places in a table are whole numbers, and none is written.
     if (rounds && !tail.table) want.written = written;
@@ -240,8 +242,8 @@ Opened open(Asked asked, Listener& messages) {
     Opened opened(std::move(asked));
     const Query& o = opened.query;
     if (o.out)
-        opened.outputs.emplace(*o.out, opened.want.job == Job::mesh ? Outputs::Holds::surface
-                                                                    : Outputs::Holds::samples);
+        opened.outputs.emplace(*o.out, makes_surface(opened.want.job) ? Outputs::Holds::surface
+                                                                      : Outputs::Holds::samples);
     expect_one_rank(opened);
     say_whose_machine(opened, messages);
     open_memory(opened, messages);

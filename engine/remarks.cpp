@@ -8,6 +8,7 @@
 
 #include "engine/guesses.hpp"
 #include "engine/request/resolution.hpp"
+#include "graph/kinds.hpp"
 #include "io/surface_file.hpp"
 
 namespace edgewise {
@@ -41,7 +42,7 @@ bool is_out_of_view(const Request& want, int view) {
 void say_what_is_cut_off(const Opened& opened, Listener& messages) {
     const Geometry& geometry = opened.geometry;
     constexpr double kSeen = 0.5;  // sample
-    if (opened.want.job != Job::warp || geometry.cut <= kSeen) return;
+    if (!opened.want.job->of_points() || geometry.cut <= kSeen) return;
     messages.warning(
         message("depth: the moved volume is {:.4g} samples deep, the output {}, so up to {:.4g} at "
                 "an end are cut off; @size(fit) keeps all",
@@ -52,7 +53,7 @@ void say_what_is_cut_off(const Opened& opened, Listener& messages) {
 void say_what_is_squeezed(const Opened& opened, Listener& messages) {
     const Vec3& spacing = opened.geometry.grid.spacing;
     constexpr double kSeen = 1e-3;  // a pixel in a thousand
-    if (opened.want.job != Job::warp || opened.want.axes != 3 || !opened.outputs ||
+    if (!opened.want.job->of_points() || opened.want.axes != 3 || !opened.outputs ||
         opened.outputs->none() || opened.outputs->format().volumes ||
         std::abs(spacing.x() / spacing.y() - 1) <= kSeen)
         return;
@@ -78,7 +79,7 @@ void say_what_is_not_seen(const Opened& opened, Listener& messages) {
 void say_what_is_finer(const Opened& opened, Listener& messages) {
     const store::Header& header = opened.input.header;
     const Job job = opened.want.job;
-    if (header.levels.size() < 2 || (job != Job::render && job != Job::warp)) return;
+    if (header.levels.size() < 2 || !has_screen(job)) return;
     const Extent& here = header.extent;
     const int coarsest = level_as_fine(header, opened.geometry.grid, job);
     if (coarsest == header.level) return;
@@ -95,7 +96,7 @@ void say_what_is_finer(const Opened& opened, Listener& messages) {
 bool say_what_is_missed(const Opened& opened, Listener& messages) {
     const Request& want = opened.want;
     const bool keeps_one = want.mode->extreme != 0 || want.mode->sampled_every > 0;
-    if (want.job != Job::render || !keeps_one) return false;
+    if (!want.job->of_rays() || !keeps_one) return false;
     // A sample that is interpolated linearly reaches one sample each way: closer rays meet all.
     constexpr double kSeen = 2 - 1e-6;  // [sample]
     double apart = 0;
@@ -124,7 +125,7 @@ bool say_what_is_missed(const Opened& opened, Listener& messages) {
 /// A surface that is far from the origin, in a format of 32 bits.
 void say_what_is_shifted(const Opened& opened, Listener& messages) {
     const Vec3& offset = opened.geometry.offset;
-    if (opened.want.job != Job::mesh || !opened.outputs || opened.outputs->none() ||
+    if (!makes_surface(opened.want.job) || !opened.outputs || opened.outputs->none() ||
         offset == Vec3::Zero())
         return;
     const store::SurfaceFormat* format = store::surface_format_of(opened.outputs->file(0));

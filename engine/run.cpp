@@ -20,6 +20,7 @@
 #include "engine/shown.hpp"
 #include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
+#include "graph/kinds.hpp"
 #include "io/surface_file.hpp"
 #include "surface/finish.hpp"
 #include "surface/mesh.hpp"
@@ -195,7 +196,7 @@ class Running {
         if (!last_) return;
         if (sink_) sink_(frame, *result);
         if (!planned_.writes_at_once()) {
-            if (writes_ || verifier_ || (shown_ && frame == 0) || want_.job == Job::mesh)
+            if (writes_ || verifier_ || (shown_ && frame == 0) || makes_surface(want_.job))
                 frames_[static_cast<std::size_t>(frame)] = std::move(result);
             return;
         }
@@ -231,7 +232,7 @@ class Running {
         if (!writer_)
             writer_.emplace(*planned_.outputs, planned_.written, planned_.query, want_.frames,
                             messages_.stop());
-        if (want_.job == Job::render) writer_->surround(want_.mode->light_left ? 1 : want_.miss);
+        if (want_.job->of_rays()) writer_->surround(want_.mode->light_left ? 1 : want_.miss);
         if (shows_depth()) writer_->explain_depth(scene_depth() * planned_.geometry.unit);
         for (std::string& file : writer_->write(frame, samples.data(), levels))
             run_.files.push_back(std::move(file));
@@ -255,7 +256,7 @@ class Running {
         if (planned_.query.strict && !keeps_budgets())
             throw RunError(message("@strict: a budget is broken; nothing is written"));
         const bool waited = !planned_.writes_at_once();
-        if (want_.job == Job::mesh) {
+        if (makes_surface(want_.job)) {
             end_mesh();
             return;
         }

@@ -31,7 +31,7 @@ Representation series_picture(const Extent& extent, int channels) {
 
 /// @throws RequestError what has no film over time
 void expect_series(const Query& query) {
-    if (query.job != Job::render)
+    if (!query.job->of_rays())
         throw RequestError(
             message("@time(all): of `@command(render)`, not of {}; name one time point",
                     name_of(query.job)));

@@ -147,7 +147,7 @@ std::string ShownResult::difference_text(const charts::Raster& reference,
     const double range = own_range ? *own_range : range_of(want, low, high);
     const double rms = std::sqrt(squares / double(count));
     const std::size_t pixels = count / static_cast<std::size_t>(reference.channels);
-    if (want.job == Job::warp && want.field == Field::nearest)
+    if (want.job->of_points() && want.field == Field::nearest)
         return text +
                fmt::format("{:.3g} % of its {} pixels that see the input have another label.",
                            100 * double(differ) / double(count), pixels);

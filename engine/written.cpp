@@ -120,7 +120,7 @@ Type plain_type(const store::Header& header, double low, double high) {
 
 /// A composite without a background.
 bool keeps_alpha(const Request& want) {
-    return want.job == Job::render && want.mode->over_background && want.keeps_alpha;
+    return want.job->of_rays() && want.mode->over_background && want.keeps_alpha;
 }
 
 Tail values_tail(const store::Header& header, const Input& input, const Request& want) {
@@ -289,7 +289,7 @@ Written written_of(const Request& want, const Query& query, const Geometry& geom
     const FilterResult meant = filter_result(want, input.header, low, high);
     written.warnings = meant.notes;
     const bool over_background =
-        want.job == Job::render && want.mode->over_background && !keeps_alpha(want);
+        want.job->of_rays() && want.mode->over_background && !keeps_alpha(want);
     const int channels = over_background      ? 3
                          : keeps_alpha(want)  ? 4
                          : !want.job->samples ? 1
@@ -297,7 +297,7 @@ Written written_of(const Request& want, const Query& query, const Geometry& geom
     const auto finish = [&]() -> Written& {
         written.tail.over_background = over_background;
         written.tail.background = want.background;
-        if (want.job == Job::render && want.mode->over_background)
+        if (want.job->of_rays() && want.mode->over_background)
             written.tail.exposure = query.exposure.value_or(1);
         written.tail.radiograph = is_radiograph(want);
         // What was not multiplied on the way in, or not divided on the way out, is as it was.

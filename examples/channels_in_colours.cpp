@@ -40,7 +40,7 @@ int main(int count, char** words) {
 
     Listener listener;
     Merge merge(query, {{0, store::Colour{0, 1, 0}}, {1, store::Colour{1, 0, 1}}},
-                Engine(catalogue(), default_profile()), listener);
+                Engine(catalogue(), default_profile(catalogue())), listener);
     merge.runs = true;
     float brightest[3] = {0, 0, 0};
     perform(merge, {}, [&](int, const Data& picture) {  // f32: red, green, blue from 0 to 1

@@ -18,7 +18,7 @@ int main() {
     query.verify = 2048;      // samples of the result that are compared with the reference
 
     Listener messages;
-    Reached request(ask(Engine(catalogue(), default_profile()), query, {.runs = true}));
+    Reached request(ask(Engine(catalogue(), default_profile(catalogue())), query, {.runs = true}));
     request.prepare({}, messages);
     request.run_all({}, messages);
 

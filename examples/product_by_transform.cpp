@@ -44,7 +44,8 @@ bool is_as_stated(int n, double shorter) {
         Request want;
         want.job = Job(kMultiply);
         want.budget.error = within;
-        return plan(edges, {want, scene}, {{factors->what, {}}}, default_profile(), options).plan;
+        return plan(edges, {want, scene}, {{factors->what, {}}}, default_profile(edges), options)
+            .plan;
     };
     const auto any = planned("matrix.fourier", INFINITY), free = planned("", 4 * n * kUnit);
     const bool fits = planned("matrix.fourier", 4 * n * kUnit).has_value();

@@ -26,7 +26,7 @@ int main() {
     for (const char* via : {"", "spectrum.slice"}) {
         PlanOptions options;
         if (*via) options.demands.via = {demand_of(via, edges)};
-        const Answer answer = plan(edges, ask, {{sphere->what}}, default_profile(), options);
+        const Answer answer = plan(edges, ask, {{sphere->what}}, default_profile(edges), options);
         if (!answer.plan) return std::puts(answer.problem.c_str()), 1;
         float centre = 0;
         run(*answer.plan, ask, sphere,

@@ -30,6 +30,8 @@ struct RadonSetting {
 
     /// Cosine and sine of row k.
     std::array<double, 2> direction(int k) const noexcept;
+
+    friend bool operator==(const RadonSetting&, const RadonSetting&) = default;
 };
 
 template <Either<RadonSetting> T, class F>

@@ -6,9 +6,16 @@
 #include <optional>
 #include <string>
 
+#include "graph/fact.hpp"
 #include "graph/samples.hpp"
 
 namespace edgewise {
+
+/// RMS change of the reference by writing it (Request::written).
+inline constexpr Fact kWritten{"written"};
+/// Of a job's results: their root mean square; and, as a number, the type of the samples that its
+/// edges were run on.
+inline constexpr Fact kResultRms{"result/rms"}, kResultType{"result/type"};
 
 /// What was measured of one data set for one request, so that cost and error models need not guess.
 struct Scene {
@@ -21,8 +28,8 @@ struct Scene {
 
     /// Facts by name, as edges ask for them: errors that models measured on a preview against the
     /// reference (Transition::model; absolute, in values of the result), what running an edge gave
-    /// (fact_of_runs), and what counts ask of the data (Transition::count). Each edge's headers
-    /// list its own. "written": RMS change of the reference by writing it (Request::written).
+    /// (fact_of_runs), and what counts ask of the data (Transition::count). Each is declared where
+    /// it is measured, and read by that name.
     std::map<std::string, double> facts{};
     /// Errors among the facts are upper estimates. What the draws themselves say of them, without
     /// standard errors.
@@ -33,9 +40,14 @@ struct Scene {
     /// such scenes does not depend on them.
     std::optional<std::uint64_t> supposed = {};
 
-    std::optional<double> fact(const std::string& name) const {
-        if (const auto found = facts.find(name); found != facts.end()) return found->second;
-        return supposed ? std::optional(made_up(name)) : std::nullopt;
+    std::optional<double> fact(const FactName& name) const {
+        if (const auto found = facts.find(name.text()); found != facts.end()) return found->second;
+        return supposed ? std::optional(made_up(name.text())) : std::nullopt;
+    }
+    /// The same without made-up facts.
+    std::optional<double> measured(const FactName& name) const {
+        const auto found = facts.find(name.text());
+        return found == facts.end() ? std::nullopt : std::optional(found->second);
     }
     /// Whether f32 holds every stored number of samples that were read.
     bool fits_f32(Type type, const ValueMap& values) const noexcept {

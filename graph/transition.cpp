@@ -3,14 +3,31 @@
 #include <fmt/format.h>
 
 namespace edgewise {
+namespace {
+
+constexpr FactFamily kRun{"run"}, kGain{"gain"}, kResult{"result"};
+
+}  // namespace
 
 Error exact(const Offer&, const Ask&) { return {}; }
 
-std::string fact_of_runs(const Transition& edge, const Parameters& with) {
-    return "run/" + edge.name + with.text();
+FactName fact_of_runs(const Transition& edge, const Parameters& with) {
+    return fact_of_runs(edge.name, with);
 }
 
-std::string gain_of_runs(const std::string& fact_of_runs) { return "gain/" + fact_of_runs; }
+FactName fact_of_runs(const std::string& edge, const Parameters& with) {
+    return kRun(edge + with.text());
+}
+
+FactName fact_of_runs(const std::string& edge, const Parameters& with, Type made) {
+    return kRun(fmt::format("{}{} of {}", edge, with.text(), name_of(made)));
+}
+
+FactName gain_of_runs(const FactName& fact_of_runs) { return kGain(fact_of_runs.text()); }
+
+bool is_of_results(std::string_view fact) {
+    return kRun.has(fact) || kResult.has(fact) || fact == kWritten.name;
+}
 
 std::string Transition::views_refused(const Request& want) const {
     if (any_transform || attaches) return {};
@@ -22,7 +39,7 @@ std::string Transition::views_refused(const Request& want) const {
 
 Error Transition::error_of(const Offer& made, const Ask& ask) const {
     if (error) return error(made, ask);
-    const std::string fact = fact_of_runs(*this, made.with);
+    const FactName fact = fact_of_runs(*this, made.with);
     const std::optional<double> measured = ask.scene.fact(fact);
     if (!measured) return Error::unknown();
     const double gain = ask.scene.fact(gain_of_runs(fact)).value_or(1);

@@ -18,6 +18,7 @@
 #include "graph/parameters.hpp"
 #include "graph/request.hpp"
 #include "graph/scene.hpp"
+#include "graph/trial.hpp"
 
 namespace edgewise {
 
@@ -81,6 +82,10 @@ enum class Law {
     bijection,     // every sample of the input is sent to exactly one place
 };
 
+/// Adds facts to a scene (Scene::facts): what it counts of the data for a request.
+using CountFacts = void (*)(const Data& input, const Request&, std::map<std::string, double>& facts,
+                            std::pmr::memory_resource*);
+
 /// An edge: a name, what it declares, and five answers. A value: no base class, no registration.
 struct Transition {
     std::string name = {};    // "family.edge"
@@ -120,6 +125,9 @@ struct Transition {
     std::function<void(const Data& input, const Request&, std::map<std::string, double>& facts,
                        std::pmr::memory_resource*)>
         count = {};
+    /// The same of facts that several edges read. Each names the function that counts them, so that
+    /// a catalogue with any of these edges has the facts; a scene calls each function once.
+    std::vector<CountFacts> shared_counts = {};
     /// How single output samples of it are worked out in f64, so that a preview can measure its
     /// errors; null where it has nothing to say of a request. Absent: `error` needs no facts, or is
     /// measured.
@@ -135,6 +143,14 @@ struct Transition {
                        Context&)>
         run = {};
 
+    /// Requests that `edgewise calibrate` times it on. Absent: it is timed where the trials of
+    /// other edges pass it.
+    std::function<std::vector<Trial>()> trials = {};
+    /// Measured over counted seconds of its loops on the built-in machine, where its counts miss
+    /// something: by parameters and variant as timing_name() writes them behind the edge's name
+    /// ("/filter=foh"), "" of all others. The longest that fits counts; absent: 1.
+    std::map<std::string, double> factors = {};
+
     std::string family() const { return name.substr(0, name.find('.')); }
     /// Why it cannot be asked about a request's views; empty: it can.
     std::string views_refused(const Request& want) const;
@@ -145,9 +161,14 @@ struct Transition {
 /// The error of an edge that adds none.
 Error exact(const Offer& offer, const Ask& ask);
 /// The fact that tells what running an edge gave.
-std::string fact_of_runs(const Transition& edge, const Parameters& with);
+FactName fact_of_runs(const Transition& edge, const Parameters& with);
+FactName fact_of_runs(const std::string& edge, const Parameters& with);
+/// The same where samples were first made another type: the error is that of both steps.
+FactName fact_of_runs(const std::string& edge, const Parameters& with, Type made);
 /// The fact that holds, for the same runs, the gain of errors of the input.
-std::string gain_of_runs(const std::string& fact_of_runs);
+FactName gain_of_runs(const FactName& fact_of_runs);
+/// Whether a fact was measured by making results: of runs, of the results, of writing them.
+bool is_of_results(std::string_view fact);
 
 /// Regions of a step; cut from extents and leaf alone, so that bytes never depend on threads.
 std::vector<Region> regions_of(const Partition& parts, const Offer& offer);

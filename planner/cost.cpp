@@ -150,12 +150,12 @@ double rounding_of(const Ask& ask) {
     const std::optional<WrittenAs>& written = ask.want.written;
     if (!written) return 0;
     // For f32 the measured error is an upper bound: most results are f32 already.
-    if (!written->rounds()) return ask.scene.fact("written").value_or(0);
+    if (!written->rounds()) return ask.scene.fact(kWritten).value_or(0);
     // Bennett, Spectra of quantized signals, Bell Syst. Tech. J. 27, 1948: step^2 / 12.
     const double largest = std::max(std::abs(ask.scene.low), std::abs(ask.scene.high));
     const double guess = is_integer(written->type) ? written->step() / std::sqrt(12.0)
                                                    : largest * 0x1p-10 / std::sqrt(12.0);
-    return ask.scene.fact("written").value_or(guess);
+    return ask.scene.fact(kWritten).value_or(guess);
 }
 
 void randomise(StepCost& cost, const Transition& edge, const Offer& offer, std::uint64_t seed) {

@@ -8,9 +8,6 @@
 
 namespace edgewise {
 
-/// What is known of no machine in particular (planner/built_in.json): factors of edges.
-const char* built_in_profile();
-
 /// Names of the profiles that come with the library (planner/machines/NAME.json): the machines of
 /// [W93], fitted to a part of its tables by benchmarks/fit_thesis_machines.py, and a cluster that
 /// nobody has built.

@@ -8,19 +8,19 @@
 #include <thread>
 
 #include "graph/errors.hpp"
+#include "graph/transition.hpp"
 #include "planner/json_fields.hpp"
-#include "planner/machines.hpp"
 
 namespace edgewise {
 namespace {
 
-struct Field {
+struct NumberField {
     const char* name;
     double Profile::*member;
     double low, high;
 };
 
-constexpr Field kFields[] = {
+constexpr NumberField kFields[] = {
     {"operation", &Profile::operation, 0, 1}, {"streamed", &Profile::streamed, 0, 1},
     {"gather", &Profile::gather, 0, 1},       {"local", &Profile::local, 0, 1},
     {"global", &Profile::global, 0, 1},       {"start", &Profile::start, 0, 1},
@@ -31,7 +31,7 @@ constexpr Field kFields[] = {
 
 /// Spread where an edge was not timed on this machine: over the requests of
 /// benchmarks/predictions.py predictions of the built-in profile were off by 21 % in the median,
-/// with factors before those of built_in.json.
+/// with factors before those that edges have now.
 constexpr double kUncalibrated = 0.35;
 
 /// A mistyped field would leave the built-in number in its place without a word.
@@ -94,9 +94,10 @@ Seconds Profile::seconds(const std::string& edge, const Work& work, int threads,
             std::max(spread, kUncalibrated)};
 }
 
-Profile default_profile() {
-    static const Profile built_in = parse_profile(built_in_profile(), "the built-in profile");
-    Profile profile = built_in;
+Profile default_profile(const Catalogue& edges) {
+    Profile profile;
+    for (const Transition& edge : edges)
+        for (const auto& [with, factor] : edge.factors) profile.factors[edge.name + with] = factor;
     profile.processors = std::max(1u, std::thread::hardware_concurrency());
     return profile;
 }
@@ -128,7 +129,7 @@ Profile parse_profile(const std::string& text, const std::string& file) {
     profile.cpu = word("cpu");
     profile.build = word("build");
     profile.when = word("when");
-    for (const Field& field : kFields)
+    for (const NumberField& field : kFields)
         if (json.contains(field.name))
             profile.*field.member =
                 fields.number(json[field.name], field.name, field.low, field.high);
@@ -167,7 +168,7 @@ nlohmann::json to_json(const Profile& profile) {
                            {"rates", to_json(profile.rates)},
                            {"provenance", profile.provenance},
                            {"spreads", profile.spreads}};
-    for (const Field& field : kFields) json[field.name] = profile.*field.member;
+    for (const NumberField& field : kFields) json[field.name] = profile.*field.member;
     return json;
 }
 

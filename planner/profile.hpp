@@ -11,6 +11,8 @@
 
 namespace edgewise {
 
+class Catalogue;  // graph/transition.hpp
+
 /// Predicted seconds, and how far the truth may be from them: standard deviation of the log.
 struct Seconds {
     double seconds = 0, spread = 0;
@@ -60,9 +62,9 @@ struct Profile {
     double factor(const std::string& edge) const;
 };
 
-/// The profile that is used where no machine was measured; its numbers come from one core of a
-/// server.
-Profile default_profile();
+/// The profile that is used where no machine was measured: numbers of one core of a server with
+/// AVX-512, and the factors that edges have there (Transition::factors).
+Profile default_profile(const Catalogue& edges);
 /// @throws InputError naming the file and the field
 Profile load_profile(const std::string& file);
 /// The same of a text. @param file  what messages call it

@@ -50,16 +50,16 @@ std::map<std::string, Way> ways_to_results(const Catalogue& catalogue, const Ask
         for (const auto arc : boost::make_iterator_range(boost::edges(graph))) {
             if (!graph[boost::target(arc, graph)].target) continue;
             const Arc& step = graph[arc];
-            const std::string fact =
-                fact_of_runs(catalogue[static_cast<std::size_t>(step.edge)], step.offer.with);
+            const std::string& name = catalogue[static_cast<std::size_t>(step.edge)].name;
+            const Parameters& with = step.offer.with;
             const auto begin = boost::source(arc, graph);
             if (graph[begin].source >= 0) {
-                ways.try_emplace(fact, Way{{}, demand_of_arc(step)});
+                ways.try_emplace(fact_of_runs(name, with), Way{{}, demand_of_arc(step)});
                 continue;
             }
             for (const auto first : boost::make_iterator_range(boost::in_edges(begin, graph)))
                 if (graph[boost::source(first, graph)].source >= 0)
-                    ways.try_emplace(fmt::format("{} of {}", fact, name_of(step.offer.from.type)),
+                    ways.try_emplace(fact_of_runs(name, with, step.offer.from.type),
                                      Way{demand_of_arc(graph[first]), demand_of_arc(step)});
         }
     };
@@ -245,10 +245,11 @@ class FilteredParts {
             scene.likely[fact] = error.likely;
         }
         // Of what writing adds the labels of paths know by themselves.
-        if (!want_.written || !scene.likely.contains("written")) return;
-        const double once = scene.likely["written"];
+        if (!want_.written || !scene.likely.contains(kWritten)) return;
+        const double once = scene.likely[kWritten];
         for (const auto& [fact, sums] : sums_) {
-            if (fact == "written" || fact == kRms || !scene.facts.contains(fact)) continue;
+            if (fact == kWritten.name || fact == kResultRms.name || !scene.facts.contains(fact))
+                continue;
             double &upper = scene.facts[fact], &likely = scene.likely[fact];
             const double times = likely > 0 ? upper / likely : 1;
             likely = std::sqrt(std::max(0.0, likely * likely - once * once));
@@ -257,8 +258,6 @@ class FilteredParts {
     }
 
  private:
-    static constexpr const char* kRms = "result/rms";
-
     double operations(const Transition& edge, const Parameters& with, const Representation& what,
                       const Request& request) const {
         const Ask ask{request, scene_};
@@ -388,8 +387,8 @@ class FilteredParts {
             }
             written.count += 1;
         });
-        sums_[kRms].push_back(rms);
-        if (want_.written) sums_["written"].push_back(written);
+        sums_[kResultRms].push_back(rms);
+        if (want_.written) sums_[kWritten].push_back(written);
     }
 
     PartSums compared(const Data& got, const Data& right, const Region& box, bool certain) const {
@@ -480,8 +479,8 @@ class DrawnResults {
         }
         if (count == 0) return;
         if (want_.written)
-            scene.facts["written"] = scene.likely["written"] = std::sqrt(changed / count);
-        scene.facts["result/rms"] = scene.likely["result/rms"] = std::sqrt(square / count);
+            scene.facts[kWritten] = scene.likely[kWritten] = std::sqrt(changed / count);
+        scene.facts[kResultRms] = scene.likely[kResultRms] = std::sqrt(square / count);
         // Errors are told in units of the scene's range, whatever the results are.
         double scale = 1;
         if (const std::optional<double> own = reference_->range())
@@ -578,7 +577,7 @@ void measure_results(const Catalogue& catalogue, const Demands& asked, const Dat
                          return may_err(error) || (want.written && !error.copies);
                      });
     if (!any) return;
-    scene.facts["result/type"] = static_cast<double>(input.what.type);
+    scene.facts[kResultType] = static_cast<double>(input.what.type);
     const Scene before = scene;
     try {
         if (filtering) {

@@ -19,9 +19,9 @@ namespace edgewise {
 /// f64, where there is one, else some drawn ones against the reference. What an edge takes is
 /// bounded by its counted operations; one that would take more is left out.
 ///
-/// Adds facts as fact_of_runs() names them, in values of the result, "written", and sets the range.
-/// Of samples that were first made another type, "result/type" tells which they had, the name ends
-/// with " of TYPE", and the error is that of both steps. Adds "result/rms" of results: their root
+/// Adds facts as fact_of_runs() names them, in values of the result, kWritten, and sets the range.
+/// Of samples that were first made another type, kResultType tells which they had, the name ends
+/// with " of TYPE", and the error is that of both steps. Adds kResultRms of results: their root
 /// mean square. Edges that cannot err are not run.
 /// @param asked  edges that are offered on demand alone are measured where these name them
 void measure_results(const Catalogue& catalogue, const Demands& asked, const Data& input,

@@ -711,7 +711,8 @@ void measure_runs(const Catalogue& catalogue, const Demands& asked, const Data& 
         }
     }
     for (const auto& [fact, gain] : gains)
-        scene.facts[gain_of_runs(fact)] = scene.likely[gain_of_runs(fact)] = gain;
+        scene.facts[gain_of_runs(FactName(fact))] = scene.likely[gain_of_runs(FactName(fact))] =
+            gain;
     for (const auto& [fact, found] : measured) {
         const bool all = tiles.are_all && found.size() == tiles.drawn.size();
         const ErrorEstimate error = estimate_on(found, all && pictures);

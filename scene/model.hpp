@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "graph/fact.hpp"
 #include "graph/transform_graph.hpp"
 #include "graph/transition.hpp"
 #include "reference/answer.hpp"
@@ -37,7 +38,7 @@ struct FactMaps {
 
 /// What a model measures.
 struct ModelFact {
-    std::string name;
+    FactName name;
     /// The look whose squares go best with these (kCasts: none does); of warps 0 for what goes with
     /// nearest samples, 1 with linear ones.
     RayLook::Cast like = RayLook::kCasts;

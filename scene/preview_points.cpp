@@ -258,7 +258,7 @@ struct PointSetting {
         : want(want_), models(std::move(models_)) {
         for (const auto& model : models)
             facts.insert(facts.end(), model->facts().begin(), model->facts().end());
-        if (want.written) facts.push_back({.name = "written"});
+        if (want.written) facts.push_back({.name = kWritten});
     }
 };
 

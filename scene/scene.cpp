@@ -36,9 +36,16 @@ double preview_operations(const Request& want) noexcept {
 void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,
                  std::pmr::memory_resource* memory) {
     const Data whole = with_slack(input, memory);
-    for (const Transition& edge : catalogue)
-        if (edge.count && edge.views_refused(want).empty())
-            edge.count(whole, want, scene.facts, memory);
+    std::vector<CountFacts> called;
+    for (const Transition& edge : catalogue) {
+        if (!edge.views_refused(want).empty()) continue;
+        if (edge.count) edge.count(whole, want, scene.facts, memory);
+        for (const CountFacts count : edge.shared_counts) {
+            if (std::find(called.begin(), called.end(), count) != called.end()) continue;
+            count(whole, want, scene.facts, memory);
+            called.push_back(count);
+        }
+    }
 }
 
 bool has_silent_edges(const Catalogue& catalogue) {

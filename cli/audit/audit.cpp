@@ -135,8 +135,8 @@ class Audit {
                 const OwnLimits restored;
                 AuditedRequest request;
                 static_cast<Audited&>(request) =
-                    audited(query, user_engine(edges, chosen_profile(options.machine)), settings_,
-                            messages);
+                    audited(query, user_engine(edges, chosen_profile(options.machine, edges)),
+                            settings_, messages);
                 request.asked = asked;
                 done_.push_back(std::move(request));
             },

@@ -2,13 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/request/request_options.hpp"
 #include "graph/errors.hpp"
+#include "graph/kinds.hpp"
 #include "graph/words.hpp"
 
 namespace edgewise::cli {
@@ -86,9 +86,8 @@ std::vector<AuditRequest> load_audit_requests(const std::string& file) {
 JobOptions job_options_of(const AuditRequest& request) {
     JobOptions options;
     const std::string& verb = request.args[0];
-    const std::array jobs{Job::warp, Job::render, Job::filter};
-    const auto job = std::ranges::find(jobs, verb, [](Job each) { return name_of(each); });
-    if (job == jobs.end())
+    const auto job = std::ranges::find_if(jobs(), [&](Job each) { return name_of(each) == verb; });
+    if (job == jobs().end() || !is_charted(*job))
         throw RequestError(fmt::format("args[0]: '{}' is no warp, render or filter", verb));
     options.job = *job;
     CLI::App app("", verb);

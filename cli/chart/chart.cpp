@@ -29,6 +29,7 @@
 #include "engine/request/outputs.hpp"
 #include "engine/request/quantities.hpp"
 #include "graph/errors.hpp"
+#include "graph/kinds.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {
@@ -257,7 +258,8 @@ int do_chart(const ChartOptions& options, const std::string& title) {
         check_outputs(options);
         const ChartSettings settings = settings_of(options, title);
         const JobOptions request = request_of(job);
-        const Engine engine = user_engine(catalogue(), chosen_profile(job.machine));
+        const Catalogue edges = catalogue();
+        const Engine engine = user_engine(edges, chosen_profile(job.machine, edges));
         std::vector<ChartedRequest> requests;
         std::string swept;
         if (options.sweep) {
@@ -339,8 +341,8 @@ Verb add_chart(CLI::App& main) {
         main.add_subcommand("chart", "every path of a request, run and drawn: speed against error");
     app->require_subcommand(1);
     std::vector<Verb> all;
-    for (const Job job : {Job::warp, Job::render, Job::filter})
-        all.push_back(add_chart_of(*app, job));
+    for (const Job job : jobs())
+        if (is_charted(job)) all.push_back(add_chart_of(*app, job));
     return {app, [all] {
                 return std::ranges::find_if(all,
                                             [](const Verb& verb) { return verb.app->parsed(); })

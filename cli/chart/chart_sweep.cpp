@@ -91,13 +91,13 @@ std::size_t axes_of(const JobOptions& options) {
 std::string whole_text(const JobOptions& options, const std::string& name,
                        const std::string& value) {
     if (name != "size") return value;
-    const bool cube = options.job == Job::warp && axes_of(options) == 3;
+    const bool cube = options.job->of_points() && axes_of(options) == 3;
     return cube ? fmt::format("{0}x{0}x{0}", value) : fmt::format("{0}x{0}", value);
 }
 
 std::string part_text(const JobOptions& options, const std::string& name, std::size_t axis,
                       const std::string& value) {
-    const bool picture = name == "size" && options.job == Job::render;
+    const bool picture = name == "size" && options.job->of_rays();
     const std::size_t axes = picture ? 2 : axes_of(options);
     if (name == "rotate" && axes == 2 && axis == 2) return value;
     if (axis >= axes || (name == "rotate" && axes == 2))

@@ -28,10 +28,11 @@ std::string in_cache(const char* name) {
 std::string config_folder() { return home_folder("XDG_CONFIG_HOME", "/.config"); }
 std::string cache_folder() { return home_folder("XDG_CACHE_HOME", "/.cache"); }
 
-Profile chosen_profile(const std::optional<std::string>& machine) {
+Profile chosen_profile(const std::optional<std::string>& machine, const Catalogue& edges) {
     const char* variable = std::getenv("EDGEWISE_MACHINE");
     const std::string name = machine ? *machine : variable ? variable : "";
-    return name.empty() ? profile_in(config_folder()) : profile_named(name, config_folder());
+    return name.empty() ? profile_in(config_folder(), edges)
+                        : profile_named(name, config_folder(), edges);
 }
 
 std::shared_ptr<FactStore> user_facts() {

@@ -14,9 +14,9 @@ std::string config_folder();
 std::string cache_folder();
 
 /// --machine FILE|NAME, else EDGEWISE_MACHINE, else the profile that `calibrate` left for this
-/// processor, else the built-in one.
+/// processor, else the built-in one with what these edges say of it.
 /// @throws InputError for a file, RequestError for a name that is not there
-Profile chosen_profile(const std::optional<std::string>& machine);
+Profile chosen_profile(const std::optional<std::string>& machine, const Catalogue& edges);
 
 /// Where facts of data are kept.
 std::shared_ptr<FactStore> user_facts();

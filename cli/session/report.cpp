@@ -8,6 +8,7 @@
 #include "engine/guesses.hpp"
 #include "engine/reached.hpp"
 #include "graph/filtering.hpp"
+#include "graph/picture_facts.hpp"
 #include "graph/radon.hpp"
 #include "graph/version.hpp"
 
@@ -88,10 +89,10 @@ Json scene_json(const Looked& looked) {
     const auto corner = [&](const std::array<std::int64_t, 3>& at) {
         return std::vector<std::int64_t>(at.begin(), at.begin() + looked.want.axes);
     };
-    const std::optional<double> ended = scene.fact("picture/ended");
-    const Json rays = {{"samples", or_null(scene.fact("cast/all"))},
-                       {"taken", or_null(scene.fact("cast/taken"))},
-                       {"taken_with_bricks", or_null(scene.fact("cast/bricks"))},
+    const std::optional<double> ended = scene.fact(kEnded);
+    const Json rays = {{"samples", or_null(scene.fact(kCastAll))},
+                       {"taken", or_null(scene.fact(kCastTaken))},
+                       {"taken_with_bricks", or_null(scene.fact(kCastBricks))},
                        {"opaque", ended ? Json(*ended * *ended) : Json()}};
     return {{"values", {scene.low, scene.high}},
             {"mean", scene.mean},
@@ -170,8 +171,8 @@ void add_answer(Json& report, const Planned* planned, double startup_seconds) {
 Json request_json(const Asked& asked, const Opened* opened, const Looked* looked) {
     const Request& want = asked.want;
     Json json = {{"job", name_of(want.job)}, {"input", asked.query.input}};
-    if (want.job == Job::render) json["mode"] = name_of(want.mode);
-    if (want.job == Job::warp && opened) json["outside"] = or_null(filled_with(*opened));
+    if (want.job->of_rays()) json["mode"] = name_of(want.mode);
+    if (want.job->of_points() && opened) json["outside"] = or_null(filled_with(*opened));
     if (looked && looked->preset) {
         const auto& preset = looked->preset;
         json["preset"] = spoken(preset->name);

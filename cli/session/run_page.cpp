@@ -18,6 +18,7 @@
 #include "engine/paths.hpp"
 #include "engine/request/quantities.hpp"
 #include "graph/errors.hpp"
+#include "graph/filtering.hpp"
 #include "graph/version.hpp"
 #include "planner/cost.hpp"
 
@@ -49,7 +50,7 @@ std::string title_of(const Planned& planned) {
     const std::filesystem::path path(input.ends_with('/') ? input.substr(0, input.size() - 1)
                                                           : input);
     return fmt::format("edgewise {} of {}{}", name_of(want.job), path.filename().string(),
-                       want.job == Job::render ? fmt::format(", {}", name_of(want.mode)) : "");
+                       want.job->of_rays() ? fmt::format(", {}", name_of(want.mode)) : "");
 }
 
 std::string numbers(const Vec3& values, int axes, const std::string& unit) {
@@ -75,7 +76,7 @@ std::vector<Fact> input_facts(const Planned& planned) {
 }
 
 const char* reference_text(const Request& want) {
-    if (want.job == Job::filter) return "the kernel written out, place by place, in f64";
+    if (want.setting.as<Filtering>()) return "the kernel written out, place by place, in f64";
     if (const auto* lines = want.setting.as<RadonSetting>())
         return lines->to == RadonSetting::To::image
                    ? "filtered backprojection, offset by offset, in f64"

@@ -25,7 +25,7 @@ std::shared_ptr<Refinement> refinement_of(const JobOptions& options, const Query
 
 Engine engine_with(Catalogue edges, const JobOptions& options, const Query& query, bool runs,
                    Messages& messages) {
-    Profile machine = chosen_profile(options.machine);
+    Profile machine = chosen_profile(options.machine, edges);
     if (query.max_time && !options.explain && runs && is_built_in(machine))
         messages.notice(
             "--max-time: seconds are guesses of the built-in profile; `edgewise calibrate` "

@@ -128,7 +128,7 @@ class Rounds {
 };
 
 std::string family_of(const Request& want) {
-    const std::string family = want.job == Job::render
+    const std::string family = want.job->of_rays()
                                    ? fmt::format("render {}", name_of(want.mode))
                                    : fmt::format("{} {}D", name_of(want.job), want.axes);
     return want.frames > 1 ? family + ", several views" : family;

@@ -32,17 +32,18 @@ class Calibration {
  public:
     Calibration(const Catalogue& edges, bool quick, Listener& listener)
         : edges_(edges), listener_(listener), quick_(quick), limit_(quick ? 6 : 45) {
-        profile_ = default_profile();
+        profile_ = default_profile(edges);
         profile_.processors = usable_cores();
         probe_machine(profile_, quick, listener.stop());  // first: rates refer to it
     }
 
     Profile measure() {
-        const std::vector<Trial> all = trials(quick_);
+        const std::vector<EdgeTrial> all =
+            trials_of(edges_, quick_ ? Trial::Part::quick : Trial::Part::full);
         begin_ = Clock::now();
         std::vector<Case> cases(all.size());
         for (std::size_t i = 0; i < all.size(); ++i) {
-            show(all[i]);
+            show(all[i].trial);
             // What a trial leaves of its time goes to those that follow.
             const double left = kFirstRound * limit_ - since(begin_);
             end_ = since(begin_) + left / static_cast<double>(all.size() - i);
@@ -56,7 +57,7 @@ class Calibration {
             for (std::size_t i = 0; i < all.size(); ++i) {
                 if (is_enough(cases[i])) continue;
                 lacking = true;
-                show(all[i]);
+                show(all[i].trial);
                 repeat_case(cases[i], round);
             }
         }
@@ -91,15 +92,15 @@ class Calibration {
     };
 
     struct Case {
-        const char* edge = nullptr;  // of the trial, or null
+        std::string edge;  // of the trial, or ""
         std::unique_ptr<PreparedTrial> prepared;
         std::vector<TimedPath> paths;  // the cheap ones first
     };
 
     void show(const Trial& trial) const {
-        listener_.progress(
-            since(begin_) / limit_,
-            fmt::format("{} {} {}", name_of(trial.job), trial.mode ? trial.mode : "", trial.input));
+        listener_.progress(since(begin_) / limit_,
+                           fmt::format("{} {} {}", name_of(trial.job),
+                                       trial.mode ? name_of(*trial.mode) : "", trial.input));
     }
 
     std::string name(const Case& of, const Step& step) const {
@@ -116,7 +117,7 @@ class Calibration {
     /// What reads what another step just wrote takes longer than what reads the input: of paths
     /// that are timed for one edge others tell nothing, and no rates are of steps behind a copy.
     static bool counts(const Case& of, const Plan& plan, std::size_t k) {
-        if (of.edge) return plan.steps[k].by->name == of.edge;
+        if (!of.edge.empty()) return plan.steps[k].by->name == of.edge;
         return k == 0 || !plan.steps[k - 1].by->name.starts_with("store.");
     }
 
@@ -132,29 +133,29 @@ class Calibration {
                            [&](const Step& step) { return step.by->name == edge; });
     }
 
-    void begin_case(Case& one, const Trial& trial) {
-        one.prepared = std::make_unique<PreparedTrial>(trial, phantoms_, edges_, listener_);
-        one.edge = trial.edge;
-        std::vector<Plan> plans = one.prepared->paths(default_profile());
+    void begin_case(Case& one, const EdgeTrial& timed) {
+        one.prepared = std::make_unique<PreparedTrial>(timed.trial, phantoms_, edges_, listener_);
+        one.edge = timed.edge;
+        std::vector<Plan> plans = one.prepared->paths(default_profile(edges_));
         // The expensive ones may find their steps already timed.
         std::stable_sort(plans.begin(), plans.end(), [](const Plan& a, const Plan& b) {
             return a.predicted.seconds < b.predicted.seconds;
         });
         // Elsewhere such rates go along those of whole steps.
-        if (!trial.fine) std::erase_if(plans, has_fine_steps);
-        if (trial.edge) {
-            std::erase_if(plans, [&](const Plan& plan) { return !passes(plan, trial.edge); });
+        if (!timed.trial.fine) std::erase_if(plans, has_fine_steps);
+        if (timed.trial.alone) {
+            std::erase_if(plans, [&](const Plan& plan) { return !passes(plan, one.edge); });
             plans.resize(std::min<std::size_t>(1, plans.size()));
         }
         const double cheapest = plans.empty() ? 0 : plans.front().predicted.seconds;
-        std::size_t timed = 0;
+        std::size_t paths = 0;
         for (Plan& plan : plans) {
             std::set<What> brought;
             for (std::size_t k = 0; k < plan.steps.size(); ++k)
                 if (counts(one, plan, k)) brought.insert(what(one, plan.steps[k]));
             if (std::includes(seen_.begin(), seen_.end(), brought.begin(), brought.end())) continue;
             // The cheapest few are timed even where the time is used up.
-            if (since(begin_) > end_ && timed >= 4) break;
+            if (since(begin_) > end_ && paths >= 4) break;
             TimedPath path{.plan = std::move(plan), .alone = {}, .together = {}};
             path.dear = path.plan.predicted.seconds > kDear * cheapest;
             for (Runs* runs : {&path.alone, &path.together}) runs->resize(path.plan.steps.size());
@@ -164,7 +165,7 @@ class Calibration {
                 continue;
             }
             seen_.merge(brought);
-            ++timed;
+            ++paths;
         }
         if (profile_.processors > 1)
             for (TimedPath& path : one.paths) time(one, path, 1);

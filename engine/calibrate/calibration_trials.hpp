@@ -9,35 +9,23 @@
 
 #include "engine/request/query.hpp"
 #include "graph/data.hpp"
+#include "graph/transition.hpp"
+#include "graph/trial.hpp"
 #include "runtime/runtime.hpp"
 
 namespace edgewise {
 
-/// What is timed: a request, with the phantom's samples in another type.
-struct Trial {
-    Job job;
-    std::string input;
-    Type type;
-    std::vector<double> turn = {};           // [degree]; empty: none
-    const char* mode = nullptr;              // null: no picture
-    std::int64_t size = 0;                   // of the screen; 0: the input's
-    int frames = 0;                          // of a turntable; 0: one view
-    const char* edge = nullptr;              // null: all paths; else the cheapest by this edge
-    double perspective = 0;                  // [degree] of the view; 0: parallel rays
-    bool empty_around = false;               // the phantom fills only the middle of its box
-    bool fine = false;                       // also rays with several samples a voxel
-    bool lit = false;                        // light falls on the samples
-    std::optional<FilterSpec> filter = {};   // of filter jobs
-    std::optional<RadonSetting> radon = {};  // of radon jobs
-    std::optional<double> isovalue = {};     // of surfaces
-    bool labels = false;                     // stored numbers are labels
+/// What is timed: a trial, by all paths, or the cheapest path by an edge.
+struct EdgeTrial {
+    Trial trial;
+    std::string edge;  // "": all paths
+
+    friend bool operator==(const EdgeTrial&, const EdgeTrial&) = default;
 };
 
-/// Sizes within the caches and beyond; volumes that are full or mostly empty, seen along different
-/// axes. What most requests resemble comes first, since time may run out.
-std::vector<Trial> trials(bool quick);
-/// Requests unlike the trials. The fit is judged on them.
-std::vector<Trial> exams();
+/// The trials of a catalogue's edges that belong to one part of calibrating, each once, in the
+/// order in which they run.
+std::vector<EdgeTrial> trials_of(const Catalogue& edges, Trial::Part part);
 
 Query spec_of(const Trial& trial);
 

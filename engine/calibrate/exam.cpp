@@ -33,8 +33,8 @@ std::vector<double> missed_in_exams(const Profile& profile, Phantoms& phantoms,
                                     const Catalogue& edges, Listener& listener) {
     constexpr double kMost = 0.03;
     std::vector<double> missed;
-    for (const Trial& exam : exams()) {
-        const PreparedTrial trial(exam, phantoms, edges, listener);
+    for (const EdgeTrial& exam : trials_of(edges, Trial::Part::exam)) {
+        const PreparedTrial trial(exam.trial, phantoms, edges, listener);
         for (const Plan& plan : trial.paths(profile)) {
             const double predicted = predicted_seconds(plan, trial.looked.want, profile);
             if (predicted > kMost) continue;

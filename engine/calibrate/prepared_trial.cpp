@@ -5,9 +5,9 @@ namespace {
 
 Looked looked_at(const Trial& trial, Phantoms& phantoms, const Catalogue& edges,
                  Listener& messages) {
-    const Opened opened =
-        open(ask(Engine(edges, default_profile()), spec_of(trial), {.given = phantoms.of(trial)}),
-             messages);
+    const Opened opened = open(
+        ask(Engine(edges, default_profile(edges)), spec_of(trial), {.given = phantoms.of(trial)}),
+        messages);
     return look(opened, read(opened, messages), {.errors = ErrorsWanted::never}, messages);
 }
 

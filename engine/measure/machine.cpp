@@ -147,7 +147,7 @@ double process_seconds() {
 }
 
 bool is_built_in(const Profile& profile) {
-    return profile.cpu.empty() && profile.name == default_profile().name;
+    return profile.cpu.empty() && profile.name == Profile{}.name;
 }
 
 bool is_of_another(const Profile& profile) {
@@ -190,12 +190,12 @@ std::optional<std::int64_t> cache_bytes([[maybe_unused]] int level) {
     return bytes > 0 ? std::optional<std::int64_t>(bytes) : std::nullopt;
 }
 
-Profile profile_in(const std::string& folder) {
-    return calibrated(folder).value_or(default_profile());
+Profile profile_in(const std::string& folder, const Catalogue& edges) {
+    return calibrated(folder).value_or(default_profile(edges));
 }
 
-Profile profile_named(const std::string& name, const std::string& folder) {
-    if (name == "default") return default_profile();
+Profile profile_named(const std::string& name, const std::string& folder, const Catalogue& edges) {
+    if (name == "default") return default_profile(edges);
     std::error_code none;
     if (fs::is_regular_file(name, none)) return load_profile(name);
     if (!folder.empty() && fs::exists(folder + "/" + name + ".json", none))

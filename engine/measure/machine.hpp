@@ -26,13 +26,14 @@ std::string cpu_name();
 /// [byte] of the first, second or third cache for data; nothing where the system does not tell.
 std::optional<std::int64_t> cache_bytes(int level);
 
-/// The profile that `calibrate` left in a folder for this processor, else the built-in one.
+/// The profile that `calibrate` left in a folder for this processor, else the built-in one
+/// with what these edges say of it.
 /// @param folder  "": none
 /// @throws InputError where it is broken
-Profile profile_in(const std::string& folder);
+Profile profile_in(const std::string& folder, const Catalogue& edges);
 /// The profile of a file, of `folder`/NAME.json, or of those that come with the library.
 /// @throws InputError for a file, RequestError for a name that is not there
-Profile profile_named(const std::string& name, const std::string& folder);
+Profile profile_named(const std::string& name, const std::string& folder, const Catalogue& edges);
 
 /// Whether a profile is the built-in one: nobody measured this machine.
 bool is_built_in(const Profile& profile);

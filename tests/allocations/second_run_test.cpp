@@ -57,7 +57,7 @@ namespace {
 using Bytes = std::vector<std::byte>;
 
 const Engine& engine() {
-    static const Engine engine(catalogue(), default_profile());
+    static const Engine engine(catalogue(), default_profile(catalogue()));
     return engine;
 }
 

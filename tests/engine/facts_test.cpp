@@ -42,7 +42,8 @@ class Counted final : public FactStore {
 };
 
 Engine engine_with(std::shared_ptr<FactStore> facts, Catalogue edges = catalogue()) {
-    return {std::move(edges), default_profile(), std::move(facts)};
+    const Profile machine = default_profile(edges);
+    return {std::move(edges), machine, std::move(facts)};
 }
 
 std::shared_ptr<const Data> volume_of(std::uint32_t seed, int side = 12) {

@@ -72,7 +72,8 @@ std::vector<ChannelSpec> all_three() {
 
 std::vector<Picture> merged(const Query& query, std::vector<ChannelSpec> channels) {
     Listener listener;
-    Merge merge(query, std::move(channels), Engine(catalogue(), default_profile()), listener);
+    Merge merge(query, std::move(channels), Engine(catalogue(), default_profile(catalogue())),
+                listener);
     merge.runs = true;
     std::vector<Picture> pictures;
     perform(merge, {}, [&](int frame, const Data& picture) {
@@ -88,7 +89,7 @@ std::vector<Picture> merged(const Query& query, std::vector<ChannelSpec> channel
 std::vector<Picture> alone(Query query, int channel) {
     query.selection.channel = channel;
     Listener listener;
-    Reached reached(ask(Engine(catalogue(), default_profile()), query, {.runs = true}));
+    Reached reached(ask(Engine(catalogue(), default_profile(catalogue())), query, {.runs = true}));
     reached.prepare({}, listener);
     std::vector<Picture> pictures(static_cast<std::size_t>(reached.planned()->want.frames));
     const auto take = [&](int frame, const Data& picture) {
@@ -204,7 +205,7 @@ TEST(Merge, SecondsAreSharedAndAddedUp) {
     query.max_time = 30;
     query.minimize = Minimize::time;
     Listener listener;
-    Merge merge(query, all_three(), Engine(catalogue(), default_profile()), listener);
+    Merge merge(query, all_three(), Engine(catalogue(), default_profile(catalogue())), listener);
     merge.runs = true;
     int told = 0;
     perform(merge, [&](MergedChannel& channel) {
@@ -221,7 +222,7 @@ TEST(Merge, SecondsAreSharedAndAddedUp) {
     EXPECT_DOUBLE_EQ(merge.measured->seconds.at(0), seconds);
     EXPECT_EQ(merge.measured->kept, true);
     query.max_time = 1e-9;
-    Merge none(query, all_three(), Engine(catalogue(), default_profile()), listener);
+    Merge none(query, all_three(), Engine(catalogue(), default_profile(catalogue())), listener);
     EXPECT_THROW(perform(none), NoPlan);
 }
 

@@ -20,7 +20,7 @@ namespace {
 using Pixels = std::vector<float>;
 
 const Engine& engine() {
-    static const Engine engine(catalogue(), default_profile());
+    static const Engine engine(catalogue(), default_profile(catalogue()));
     return engine;
 }
 

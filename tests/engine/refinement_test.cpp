@@ -78,7 +78,7 @@ std::vector<float> picture_after(double seconds, std::optional<Refined>& refined
     query.max_error = 9;
     const auto refinement = std::make_shared<Refinement>(false, seconds);
     Listener listener;
-    const Engine engine(watched(catalogue(), refinement->watch()), default_profile());
+    const Engine engine(watched(catalogue(), refinement->watch()), default_profile(catalogue()));
     Reached reached(ask(engine, query, {.runs = true, .refinement = refinement}));
     reached.prepare({}, listener);
     std::vector<float> picture;

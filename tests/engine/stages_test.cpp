@@ -30,7 +30,7 @@ Query turned(const std::string& input, int frames = 1) {
 }
 
 const Engine& engine() {
-    static const Engine engine(catalogue(), default_profile());
+    static const Engine engine(catalogue(), default_profile(catalogue()));
     return engine;
 }
 
@@ -119,7 +119,7 @@ TEST(Stages, IsNotBlamedForWhatTheProgramOnceHeld) {
 TEST(Stages, RemembersNothingWhereItIsToldSo) {
     const std::string home = testing::TempDir() + "edgewise_remembers";
     std::filesystem::remove_all(home);
-    const Engine remembering(catalogue(), default_profile(),
+    const Engine remembering(catalogue(), default_profile(catalogue()),
                              std::make_shared<FolderFacts>(home + "/facts"), home + "/wisdom.json");
     Query query = turned("phantom:gaussians:24");
     query.planner = Planner::pilot;

@@ -49,8 +49,9 @@ Number by_filter(std::map<std::string, double> numbers) {
 }
 
 Number fact(const std::string& name, double factor = 1) {
-    return
-        [=](const Offer&, const Ask& ask) { return factor * ask.scene.fact(name).value_or(0.5); };
+    return [=, fact = FactName(name)](const Offer&, const Ask& ask) {
+        return factor * ask.scene.fact(fact).value_or(0.5);
+    };
 }
 
 /// The plain way of these tests: nearest samples take 1 s and err by 1, linear ones 4 s and by 2.

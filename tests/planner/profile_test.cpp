@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "graph/errors.hpp"
+#include "graph/transition.hpp"
 
 namespace edgewise {
 namespace {
@@ -38,8 +39,19 @@ std::string rejection(const std::string& text) {
 }
 
 TEST(Profile, BuiltInIsCalledDefault) {
-    EXPECT_EQ(default_profile().name, "default");
-    EXPECT_TRUE(default_profile().cpu.empty());
+    EXPECT_EQ(default_profile({}).name, "default");
+    EXPECT_TRUE(default_profile({}).cpu.empty());
+}
+
+TEST(Profile, BuiltInHasTheFactorsThatEdgesHaveThere) {
+    Transition first{.name = "toy.first"}, second{.name = "toy.second"};
+    first.factors = {{"", 2}, {"/filter=foh", 0.5}};
+    const Profile profile = default_profile({first, second});
+    EXPECT_EQ(profile.factors,
+              (std::map<std::string, double>{{"toy.first", 2}, {"toy.first/filter=foh", 0.5}}));
+    EXPECT_EQ(profile.factor("toy.first/filter=foh/step=1 xray u8"), 0.5);
+    EXPECT_EQ(profile.factor("toy.first/filter=zoh 2d f32"), 2);
+    EXPECT_EQ(profile.factor("toy.second/filter=foh 2d f32"), 1);
 }
 
 TEST(Profile, SavesAndLoads) {

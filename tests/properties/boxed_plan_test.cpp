@@ -28,7 +28,8 @@ struct Rendered {
             options.demands.via.push_back(demand_of(step, edges));
     }
     Answer answer() const {
-        return plan(catalogue(), {want, scene}, {{data->what}}, default_profile(), options);
+        return plan(catalogue(), {want, scene}, {{data->what}}, default_profile(catalogue()),
+                    options);
     }
 };
 

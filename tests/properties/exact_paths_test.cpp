@@ -140,7 +140,7 @@ void expect_copies(const Data& samples, std::shared_ptr<const Data> input, const
         EXPECT_LE(worst, splines ? kLargest * range : 0);
     }
     const std::vector<Source> sources{{input->what}};
-    const Answer answer = plan(edges, ask, sources, default_profile());
+    const Answer answer = plan(edges, ask, sources, default_profile(edges));
     ASSERT_TRUE(answer.plan);
     EXPECT_EQ(values_of(*results_of(*answer.plan, ask, input, 2, memory)[0]), expected)
         << move.name << ", chosen: " << fmt::format("{}", fmt::join(answer.plan->texts(), " "));

@@ -27,7 +27,7 @@ class MeshJob : public testing::Test {
         scene_ =
             measure_scene(edges_, data, statistics_of(data, &memory_), want, nullptr, &memory_);
         count_scene(edges_, data, want, scene_, &memory_);
-        return plan(edges_, {want, scene_}, {{data.what}}, default_profile());
+        return plan(edges_, {want, scene_}, {{data.what}}, default_profile(edges_));
     }
 
     MemoryBudget memory_{std::size_t{1} << 30};

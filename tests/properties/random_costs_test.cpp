@@ -30,7 +30,7 @@ TEST(RandomCosts, ChooseManyPathsAllOfWhichKeepTheirWord) {
     for (int seed = 1; seed <= kSeeds; ++seed) {
         PlanOptions options;
         options.random_costs = static_cast<std::uint64_t>(seed);
-        const Answer answer = plan(edges, ask, {{input->what}}, default_profile(), options);
+        const Answer answer = plan(edges, ask, {{input->what}}, default_profile(edges), options);
         ASSERT_TRUE(answer.plan);
         const std::vector<std::string> texts = answer.plan->texts();
         if (!chosen.insert(texts).second) continue;

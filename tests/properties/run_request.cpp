@@ -101,7 +101,7 @@ std::vector<std::shared_ptr<const Data>> results_of(const Plan& plan, const Ask&
 std::vector<Plan> paths_of(const Catalogue& catalogue, const Ask& ask, const Representation& input,
                            std::size_t limit, const Demands& demands) {
     const PlanOptions options{.demands = demands};
-    const PricedGraph graph(catalogue, ask, {{input}}, default_profile(), options);
+    const PricedGraph graph(catalogue, ask, {{input}}, default_profile(catalogue), options);
     return all_paths(graph.real(), catalogue, ask, options, limit);
 }
 

@@ -136,8 +136,8 @@ TEST(ToyDeformation, EdgesThatNeedAMatrixSaySo) {
     const Scene scene =
         measure_scene(catalogue(), *swirled.data, statistics_of(*swirled.data, &swirled.memory),
                       swirled.want, nullptr, &swirled.memory);
-    const Answer answer =
-        plan(catalogue(), {swirled.want, scene}, {{swirled.data->what}}, default_profile());
+    const Answer answer = plan(catalogue(), {swirled.want, scene}, {{swirled.data->what}},
+                               default_profile(catalogue()));
     EXPECT_FALSE(answer.plan);
     for (const char* name : {"warp.backward", "warp.shear", "warp.permutation"}) {
         const auto refusal = std::find_if(answer.refused.begin(), answer.refused.end(),
@@ -157,7 +157,7 @@ TEST(ToyDeformation, IsPlannedWithTheErrorThatItHas) {
         const Scene scene =
             measure_scene(edges, *swirled.data, statistics, swirled.want, nullptr, &swirled.memory);
         const Ask ask{swirled.want, scene};
-        const Answer answer = plan(edges, ask, {{swirled.data->what}}, default_profile());
+        const Answer answer = plan(edges, ask, {{swirled.data->what}}, default_profile(edges));
         ASSERT_TRUE(answer.plan) << answer.problem;
         EXPECT_EQ(answer.plan->texts(), std::vector<std::string>{"warp.toy_gather"});
         ASSERT_TRUE(answer.plan->predicted.known);

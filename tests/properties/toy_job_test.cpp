@@ -61,7 +61,7 @@ TEST(ToyJob, IsPlannedAndRun) {
     const Scene scene =
         measure_scene(edges, *data, statistics_of(*data, &memory), want, nullptr, &memory);
     const Ask ask{want, scene};
-    const Answer answer = plan(edges, ask, {{data->what}}, default_profile());
+    const Answer answer = plan(edges, ask, {{data->what}}, default_profile(edges));
     ASSERT_TRUE(answer.plan) << answer.problem;
     EXPECT_EQ(answer.plan->texts(), std::vector<std::string>{"toy.histogram"});
     for (const int threads : {1, 2}) {
@@ -73,7 +73,7 @@ TEST(ToyJob, IsPlannedAndRun) {
     }
     EXPECT_THROW(ViewGeometry{want}, RequestError);
     // No edge that comes with the library leads there.
-    EXPECT_FALSE(plan(catalogue(), ask, {{data->what}}, default_profile()).plan);
+    EXPECT_FALSE(plan(catalogue(), ask, {{data->what}}, default_profile(catalogue())).plan);
 }
 
 TEST(ToyJob, ThoseOfTheLibraryHaveNamesOfTheirOwn) {

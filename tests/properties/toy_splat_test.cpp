@@ -94,7 +94,7 @@ TEST(ToySplat, IsPlannedWithTheErrorThatItHas) {
             PlanOptions options;
             options.demands.via = {demand_of("toy_splat", edges)};
             const Answer answer =
-                plan(edges, {want, scene}, {{data->what}}, default_profile(), options);
+                plan(edges, {want, scene}, {{data->what}}, default_profile(edges), options);
             ASSERT_TRUE(answer.plan) << kind << answer.problem;
             const Predicted& predicted = answer.plan->predicted;
             ASSERT_TRUE(predicted.known) << kind;
@@ -107,7 +107,7 @@ TEST(ToySplat, IsPlannedWithTheErrorThatItHas) {
             // What it cannot keep is not promised.
             want.budget.error = error / 3.1;
             const Answer none =
-                plan(edges, {want, scene}, {{data->what}}, default_profile(), options);
+                plan(edges, {want, scene}, {{data->what}}, default_profile(edges), options);
             EXPECT_FALSE(none.plan) << kind;
         }
 }
@@ -125,11 +125,12 @@ TEST(ToySplat, NothingIsKnownWhereNothingCouldBeDrawn) {
         measure_scene(edges, *data, statistics_of(*data, &memory), want, nullptr, &memory);
     PlanOptions options;
     options.demands.via = {demand_of("toy_splat", edges)};
-    const Answer answer = plan(edges, {want, scene}, {{data->what}}, default_profile(), options);
+    const Answer answer =
+        plan(edges, {want, scene}, {{data->what}}, default_profile(edges), options);
     ASSERT_TRUE(answer.plan);
     EXPECT_FALSE(answer.plan->predicted.known);
     want.budget.error = 1;
-    EXPECT_FALSE(plan(edges, {want, scene}, {{data->what}}, default_profile(), options).plan);
+    EXPECT_FALSE(plan(edges, {want, scene}, {{data->what}}, default_profile(edges), options).plan);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ Got got(const Asked& asked, std::shared_ptr<const Data> input, int threads, Memo
     PlanOptions options;
     if (!asked.via.empty()) options.demands.via.push_back(demand_of(asked.via, edges));
     const Ask ask{want, scene};
-    const Answer answer = plan(edges, ask, {{input->what}}, default_profile(), options);
+    const Answer answer = plan(edges, ask, {{input->what}}, default_profile(edges), options);
     if (!answer.plan) throw std::logic_error(answer.problem);
     Got all{answer.plan->texts(), {}};
     for (const auto& frame : results_of(*answer.plan, ask, std::move(input), threads, memory)) {
@@ -71,8 +71,6 @@ TEST_P(TwoAtOnce, GiveTheBytesThatEachGivesAlone) {
     std::optional<tbb::global_control> no_workers;
     if (kMostThreads == 1)
         no_workers.emplace(tbb::global_control::max_allowed_parallelism, std::size_t{1});
-    // The guard of this one static is in a source that is not compiled with the sanitizer.
-    if (kMostThreads == 1) default_profile();
     MemoryBudget memory(std::size_t{1} << 30);
     const auto input = std::make_shared<const Data>(make_phantom("gaussians", 20, &memory));
     const Asked* const asked[2] = {&all_asked()[GetParam().first], &all_asked()[GetParam().second]};

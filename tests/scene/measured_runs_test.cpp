@@ -92,8 +92,8 @@ TEST(MeasuredRuns, PromiseWhatPicturesFromAnEyeKeep) {
             const Request want = seen_from(mode, n, {turn(degrees, {1, 2, 0.3})}, 38, screen);
             const Scene scene = scene_of(in, want, {edge.name});
             for (const char* filter : {"foh", "zoh"}) {
-                const std::string fact = fact_of_runs(edge, by(filter));
-                ASSERT_TRUE(scene.fact(fact)) << fact;
+                const FactName fact = fact_of_runs(edge, by(filter));
+                ASSERT_TRUE(scene.fact(fact)) << fact.text();
                 const double promise = *scene.fact(fact) / scene.range;
                 const Verified error = error_of(edge, in, want, by(filter), 1024);
                 EXPECT_LE(error.low, promise) << mode->name << ' ' << filter << ' ' << degrees;
@@ -168,7 +168,7 @@ TEST(MeasuredRuns, TellHowAnEdgePassesTheRoundingOfSamples) {
         {trapezoid_cast(), {{"filter", "foh"}, {"step", 1.0}}}};
     for (const auto& [edge, with] : measured) {
         const Scene scene = scene_of(in, want, {edge.name});
-        const std::string fact = fact_of_runs(edge, with);
+        const FactName fact = fact_of_runs(edge, with);
         ASSERT_TRUE(scene.fact(gain_of_runs(fact))) << edge.name;
         // 3,000 pixels that share samples: some hundred independent ones, 5 % a standard error.
         EXPECT_NEAR(*scene.fact(gain_of_runs(fact)) / change_by_noise(edge, in, want, with, step),

@@ -29,7 +29,7 @@ std::map<std::string, ModelFact> facts_of(Job job, Mode mode, const Demands& ask
     std::map<std::string, ModelFact> facts;
     for (const auto& model : models_of(catalogue(), what, asked, setting))
         for (const ModelFact& fact : model->facts()) {
-            EXPECT_FALSE(facts.contains(fact.name)) << fact.name << " is measured twice";
+            EXPECT_FALSE(facts.contains(fact.name)) << fact.name.text() << " is measured twice";
             facts[fact.name] = fact;
         }
     return facts;

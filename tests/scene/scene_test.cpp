@@ -225,10 +225,10 @@ TEST_P(Scenes, PredictErrorsFromAbove) {
             const Interval error = measured(want, truth, held, step, range);
             const std::string fact =
                 job == Job::warp ? "field/" + hold : "picture/" + hold + "/" + text;
-            ASSERT_TRUE(scene.fact(fact)) << fact;
+            ASSERT_TRUE(scene.fact(FactName(fact))) << fact;
             // Values: the samples here and there see different parts of the range.
-            EXPECT_GE(*scene.fact(fact), error.low) << fact;
-            EXPECT_LE(*scene.fact(fact), 3 * error.high) << fact;
+            EXPECT_GE(*scene.fact(FactName(fact)), error.low) << fact;
+            EXPECT_LE(*scene.fact(FactName(fact)), 3 * error.high) << fact;
             if (job == Job::warp) break;
         }
     }
@@ -287,7 +287,7 @@ TEST_P(Scenes, AreSurerWithMoreDraws) {
         const std::size_t samples = mode == Mode::composite ? 20'000 : 6'000;
         const double error = measured(want, truth, held, 0.5, range, samples).high;
         EXPECT_NEAR(more.likely.at(fact) / error, 1, 0.1) << fact;
-        EXPECT_EQ(more.as_likely().fact(fact), more.likely.at(fact));
+        EXPECT_EQ(more.as_likely().fact(FactName(fact)), more.likely.at(fact));
     }
 }
 
@@ -309,7 +309,7 @@ TEST(Scene, OfAWarpThatCopiesIsExact) {
     want.input = want.screen = data.what.extent;
     const Scene scene = scene_of(data, want);
     for (const char* fact : {"field/zoh", "field/foh", "field/bspline3", "field/me"})
-        EXPECT_EQ(scene.fact(fact), 0.0);
+        EXPECT_EQ(scene.fact(FactName(fact)), 0.0);
 }
 
 TEST(Scene, OfLabelsCountsThoseThatDiffer) {
@@ -318,9 +318,9 @@ TEST(Scene, OfLabelsCountsThoseThatDiffer) {
     want.field = Field::nearest;
     const Scene scene = scene_of(data, want);
     EXPECT_EQ(scene.range, 1);
-    EXPECT_EQ(scene.fact("field/zoh"), 0.0);
-    EXPECT_GT(*scene.fact("field/foh"), 0.2);
-    EXPECT_LE(*scene.fact("field/foh"), 1);
+    EXPECT_EQ(scene.fact(FactName("field/zoh")), 0.0);
+    EXPECT_GT(*scene.fact(FactName("field/foh")), 0.2);
+    EXPECT_LE(*scene.fact(FactName("field/foh")), 1);
 }
 
 TEST(Scene, TakesOneVoxelOnePlaneAndConstants) {

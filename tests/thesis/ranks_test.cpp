@@ -16,7 +16,7 @@ Work counted(const std::string& edge, const char* turn, int side) {
     Request want = turned(Job::warp, side, turn, 0);
     want.ranks = 64;
     const Answer answer =
-        planned(want, Scene{}, default_profile(), {"net.spread/layout=columns", edge});
+        planned(want, Scene{}, default_profile(catalogue()), {"net.spread/layout=columns", edge});
     EXPECT_TRUE(answer.plan) << answer.problem;
     Work work = answer.plan->steps.at(1).work;
     const auto samples = static_cast<double>(want.screen.samples());
@@ -49,7 +49,7 @@ TEST(OverRanks, PicturesAreJoinedInLogarithmicallyManyMessages) {
         Request want = turned(Job::render, 64, "xyz", 20);
         want.ranks = ranks;
         const Answer answer =
-            planned(want, Scene{}, default_profile(),
+            planned(want, Scene{}, default_profile(catalogue()),
                     {"net.spread/layout=slice-and-dice", "warp.permutation", "project.combine"});
         ASSERT_TRUE(answer.plan) << answer.problem;
         // 2, 4, 8 boxes along a ray.

@@ -339,8 +339,8 @@ TEST(CountedWork, CompositesCorrectTheOpacitiesThatPacketsNeed) {
         voxels[i] = z >= 8 && z < 24 ? 255 : 0;
     }
     measure_casting(data, of.want, of.scene.facts, std::pmr::get_default_resource());
-    EXPECT_EQ(of.scene.fact("cast/corrected/ends"), 0);
-    EXPECT_NEAR(of.scene.fact("cast/corrected").value(), 0.5, 1e-6);
+    EXPECT_EQ(of.scene.fact(FactName("cast/corrected/ends")), 0);
+    EXPECT_NEAR(of.scene.fact(FactName("cast/corrected")).value(), 0.5, 1e-6);
     const Ask ask{of.want, of.scene};
     const auto operations = [&](double step) {
         const Transition edge = ray_cast();

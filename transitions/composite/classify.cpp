@@ -92,6 +92,7 @@ Transition classify() {
     edge.error = error;
     edge.parts = parts;
     edge.run = run;
+    edge.factors = {{"", 1.4}};  // a guess: as project.combine, whose loop it shares
     return edge;
 }
 

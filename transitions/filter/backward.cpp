@@ -140,6 +140,8 @@ Transition filter_backward() {
             [](const PassRun& run, Type type) {
                 with_type(type, [&](auto sample) { run_backward<decltype(sample)>(run); });
             },
+        .trials = sum_and_extreme_trials,
+        .factors = {{"", 0.82}, {"/rows", 0.41}},
     });
 }
 

@@ -7,10 +7,12 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "graph/kinds.hpp"
 #include "graph/with_type.hpp"
 #include "transitions/filter/adjoint.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/scalar_load.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -215,21 +217,20 @@ double rounding_noise(const PassAsk& ask) {
         return unit * (largest + highest);
     }
     const double scale = std::abs(pass.scale), all = scale * pass.sum_of_magnitudes();
-    const auto rms = ask.scene.facts.find("result/rms");
-    const bool is_measured = rms != ask.scene.facts.end();
+    const std::optional<double> rms = ask.scene.measured(kResultRms);
     if (exact_in_f32(pass, ask.from, ask.scene)) {
         // A sum of equal weights is scaled in the end, and rounded once.
         if (pass.scale == 1) return 0;
-        return is_measured ? kRounded * unit * rms->second : unit * all * largest;
+        return rms ? kRounded * unit * *rms : unit * all * largest;
     }
-    if (!is_measured) return unit * all * largest;
+    if (!rms) return unit * all * largest;
     double square = 0;
     for (const double weight : pass.weights)
         if (pass.counts(weight)) square += weight * weight;
     // Partial sums rise to the result, or walk as far as weights of random signs take them; each is
     // rounded as its size is. A product that is rounded by itself adds half as much again.
     const double walk = scale * std::sqrt(square) * largest;
-    const double sums = std::hypot(rms->second, walk);
+    const double sums = std::hypot(*rms, walk);
     return 1.5 * kRounded * unit * sums * std::sqrt(double(pass.places()) / 2);
 }
 
@@ -244,14 +245,13 @@ bool only_copies(const std::vector<Neighbourhood>& passes, const Filtering& filt
 /// What running the edge gave (scene/measured_results.hpp).
 std::optional<Error> measured_error(const FilterAlgorithm& algorithm, const Offer& offer,
                                     const Scene& scene) {
-    const auto fact = [&](const std::string& name) -> std::optional<double> {
-        const auto found = scene.facts.find(name);
-        return found == scene.facts.end() ? std::nullopt : std::optional(found->second);
-    };
-    const std::string run = "run/" + algorithm.name + offer.with.text();
-    if (fact("result/type") == static_cast<double>(offer.from.type)) {
-        if (const auto noise = fact(run)) return Error{.noise = *noise};
-    } else if (const auto noise = fact(fmt::format("{} of {}", run, name_of(offer.from.type)))) {
+    const std::string& name = algorithm.name;
+    const Parameters& with = offer.with;
+    const Type type = offer.from.type;
+    if (scene.measured(kResultType) == static_cast<double>(type)) {
+        if (const auto noise = scene.measured(fact_of_runs(name, with)))
+            return Error{.noise = *noise};
+    } else if (const auto noise = scene.measured(fact_of_runs(name, with, type))) {
         // It was measured from the samples on.
         return Error{.gain = 0, .noise_gain = 0, .noise = *noise};
     }
@@ -403,7 +403,52 @@ Transition filtering_edge(const FilterAlgorithm& algorithm) {
     edge.run = [algorithm](const Offer& made, const Ask& ask, const Data& in, Data& out,
                            const Region& /*all*/,
                            Context& context) { run(algorithm, made, ask, in, out, context); };
+    edge.trials = algorithm.trials;
+    edge.factors = algorithm.factors;
     return edge;
+}
+
+namespace {
+
+std::vector<Trial> trials_of(const Trial::Neighbourhood& of) {
+    std::vector<Trial> all;
+    for (const char* input : {"phantom:zone-plate:900", "phantom:gaussians:80"})
+        for (const Type type : {Type::u8, Type::f32})
+            all.push_back({.job = job_to("object/filtered"),
+                           .input = input,
+                           .type = type,
+                           .filter = of,
+                           .order = kFilterTrials});
+    return all;
+}
+
+std::vector<Trial> trials_of(std::initializer_list<Trial::Neighbourhood> several) {
+    std::vector<Trial> all;
+    for (const Trial::Neighbourhood& of : several) join(all, trials_of(of));
+    return all;
+}
+
+}  // namespace
+
+std::vector<Trial> sum_trials() {
+    return trials_of({{FilterOp::convolve, Stencil::Shape::gauss, 1},
+                      {FilterOp::convolve, Stencil::Shape::ball, 4},
+                      {FilterOp::convolve, Stencil::Shape::box, 3}});
+}
+
+std::vector<Trial> extreme_trials() {
+    return trials_of(
+        {{FilterOp::dilate, Stencil::Shape::ball, 4}, {FilterOp::dilate, Stencil::Shape::box, 4}});
+}
+
+std::vector<Trial> median_trials() {
+    return trials_of({{FilterOp::median, Stencil::Shape::ball, 2}});
+}
+
+std::vector<Trial> sum_and_extreme_trials() {
+    std::vector<Trial> all = sum_trials();
+    join(all, extreme_trials());
+    return all;
 }
 
 }  // namespace edgewise

@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "graph/transition.hpp"
 #include "transitions/filter/neighbourhood.hpp"
@@ -54,6 +55,8 @@ struct FilterAlgorithm {
     /// What it adds to rounding, which filtering_edge() knows; absent: nothing.
     std::function<Error(const PassAsk&)> error = {};
     std::function<void(const PassRun&, Type)> run = {};
+    std::function<std::vector<Trial>()> trials = {};  // see Transition
+    std::map<std::string, double> factors = {};       // likewise
 };
 
 /// An edge that works off the passes of a filter by an algorithm.
@@ -67,5 +70,12 @@ struct FilterAlgorithm {
 ///         (f64: 2^-53) of the sum of the magnitudes of the weights times the largest value; where
 ///         results were drawn what a random walk comes to
 Transition filtering_edge(const FilterAlgorithm& algorithm);
+
+/// Small and large sums, extremes and medians of an image and of a volume (Transition::trials).
+std::vector<Trial> sum_trials();
+std::vector<Trial> extreme_trials();
+std::vector<Trial> median_trials();
+/// Those of sums and of extremes.
+std::vector<Trial> sum_and_extreme_trials();
 
 }  // namespace edgewise

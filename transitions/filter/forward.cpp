@@ -256,6 +256,8 @@ Transition filter_forward() {
             [](const PassRun& run, Type type) {
                 with_type(type, [&](auto sample) { run_forward<decltype(sample)>(run); });
             },
+        .trials = sum_trials,
+        .factors = {{"", 3.5}},
     });
 }
 

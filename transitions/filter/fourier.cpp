@@ -94,6 +94,8 @@ Transition filter_fourier() {
                 else
                     run_fourier<float>(run);
             },
+        .trials = sum_trials,
+        .factors = {{"", 2.3}, {"/volume", 4}},
     });
 }
 

@@ -118,6 +118,7 @@ Transition filter_fourier_levels() {
                     if constexpr (std::is_integral_v<T>) run_levels<T>(run);
                 });
             },
+        .trials = extreme_trials,
     });
 }
 

@@ -169,6 +169,8 @@ Transition filter_median() {
             [](const PassRun& run, Type type) {
                 with_type(type, [&](auto sample) { run_selection<decltype(sample)>(run); });
             },
+        .trials = median_trials,
+        .factors = {{"", 1.3}},
     });
 }
 
@@ -202,6 +204,8 @@ Transition filter_median_histogram() {
                 else
                     run_histogram<std::uint8_t>(run);
             },
+        .trials = median_trials,
+        .factors = {{"", 0.64}},
     });
 }
 

@@ -9,6 +9,7 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 #include "transitions/kernels/spline_prefilter.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -88,6 +89,12 @@ Transition spline_prefilter_edge() {
     edge.work = work;
     edge.error = error;
     edge.run = run;
+    edge.trials = [] {
+        std::vector<Trial> all = picture_trials();
+        join(all, warp_trials());
+        return all;
+    };
+    edge.factors = {{"", 1.1}};
     return edge;
 }
 

@@ -180,6 +180,8 @@ Transition filter_recursive() {
                 else
                     run_recursive<float>(run);
             },
+        .trials = sum_trials,
+        .factors = {{"", 1.3}},
     });
 }
 

@@ -110,6 +110,7 @@ Transition filter_running() {
                 else
                     run_running<float>(run);
             },
+        .trials = sum_trials,
     });
 }
 

@@ -294,6 +294,8 @@ Transition filter_runs() {
                         run_shape<decltype(sample)>(run);
                 });
             },
+        .trials = sum_and_extreme_trials,
+        .factors = {{"", 1.1}},
     });
 }
 

@@ -146,6 +146,8 @@ Transition filter_separable() {
                 else
                     run_separable<float>(run);
             },
+        .trials = sum_and_extreme_trials,
+        .factors = {{"", 0.9}},
     });
 }
 

@@ -144,6 +144,8 @@ Transition filter_van_herk() {
             [](const PassRun& run, Type type) {
                 with_type(type, [&](auto sample) { run_van_herk<decltype(sample)>(run); });
             },
+        .trials = extreme_trials,
+        .factors = {{"", 0.57}},
     });
 }
 

@@ -21,6 +21,7 @@
 #include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/ray_cast.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -177,8 +178,8 @@ class Casts {
 constexpr int kFirstBound = 3, kLastBound = 14;
 constexpr int kSquares = 128;  // drawn
 
-std::string cast_fact(int bound) { return fmt::format("adaptive/cast/{}", bound); }
-std::string error_fact(int bound) { return fmt::format("adaptive/error/{}", bound); }
+constexpr Fact kSpread{"adaptive/spread"};
+constexpr FactFamily kShareCast{"adaptive/cast"}, kErrorOf{"adaptive/error"};
 
 /// Between which two of the bounds a tolerance lies, and how far from the first, which is larger.
 struct BoundsAround {
@@ -197,17 +198,16 @@ struct BoundsAround {
 
 /// [value]. By the range of the drawn pixels, which are drawn for every request.
 double tolerance_of(const Offer& offer, const Ask& ask) {
-    return offer.with.number("tolerance") *
-           ask.scene.fact("adaptive/spread").value_or(ask.scene.range);
+    return offer.with.number("tolerance") * ask.scene.fact(kSpread).value_or(ask.scene.range);
 }
 
 /// The share of rays that are cast for themselves, by their lengths.
 std::optional<double> share_cast(double tolerance, const Scene& scene) {
-    const auto spread = scene.fact("adaptive/spread");
+    const auto spread = scene.fact(kSpread);
     if (!spread) return {};
     const BoundsAround bounds(tolerance, *spread);
-    const double few = scene.fact(cast_fact(bounds.larger)).value_or(1),
-                 many = scene.fact(cast_fact(bounds.smaller)).value_or(1);
+    const double few = scene.fact(kShareCast(bounds.larger)).value_or(1),
+                 many = scene.fact(kShareCast(bounds.smaller)).value_or(1);
     return std::clamp(few + bounds.part * (many - few), 0.0, 1.0);
 }
 
@@ -262,13 +262,13 @@ Work work_adaptive(const Offer& offer, const Ask& ask, int view) {
 Error error_adaptive(const Offer& offer, const Ask& ask) {
     Error error = plain_cast().error(offer, ask);
     const double tolerance = tolerance_of(offer, ask);
-    const auto spread = ask.scene.fact("adaptive/spread");
+    const auto spread = ask.scene.fact(kSpread);
     if (!spread) return Error::unknown();
     // Of the larger bound: more squares are interpolated. What is rarer than three of the squares
     // that were drawn may have been missed; it is taken to err by twice the tolerance.
     const int bound = BoundsAround(tolerance, *spread).larger;
     const double missed = 2 * tolerance * std::sqrt(3.0 / kSquares);
-    error.bias += std::hypot(ask.scene.fact(error_fact(bound)).value_or(tolerance), missed);
+    error.bias += std::hypot(ask.scene.fact(kErrorOf(bound)).value_or(tolerance), missed);
     return error;
 }
 
@@ -362,14 +362,14 @@ void count_adaptive(const Data& input, const Request& want, std::map<std::string
         high = std::max(high, each.high);
     }
     if (!(high > low) || !std::isfinite(high - low)) return;
-    facts["adaptive/spread"] = high - low;
+    facts[kSpread] = high - low;
     for (int bound = kFirstBound; bound <= kLastBound; ++bound) {
         const double most = std::ldexp(high - low, -bound);
         double cast = 0;
         for (const Drawn& each : drawn)
             if (!(each.difference < most)) cast += each.length;
-        facts[cast_fact(bound)] = cast / length;
-        facts[error_fact(bound)] = error_of_drawn(drawn, most, want.mode->threshold != nullptr);
+        facts[kShareCast(bound)] = cast / length;
+        facts[kErrorOf(bound)] = error_of_drawn(drawn, most, want.mode->threshold != nullptr);
     }
 }
 
@@ -466,6 +466,8 @@ Transition adaptive_cast() {
                          .leaf = {offer.to.extent.x, offer.to.extent.y, 1}};
     };
     edge.run = run_adaptive;
+    edge.trials = [] { return picture_trials(Combine::over); };
+    edge.factors = {{"", 0.53}};  // a guess: as project.ray_cast, whose samples it shares
     return edge;
 }
 

@@ -4,10 +4,12 @@
 #include <optional>
 #include <tbb/parallel_for.h>
 
+#include "graph/picture_facts.hpp"
 #include "graph/spread.hpp"
 #include "transitions/filters/field_filter.hpp"
 #include "transitions/kernels/adaptive_quadrature.hpp"
 #include "transitions/kernels/ray_cast.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/ray_cast.hpp"
 
@@ -42,7 +44,7 @@ Work work_quadrature(const Offer& offer, const Ask& ask, int view) {
     // Ranges read two samples a sample, one by one. A ray takes 200, a node 60, a cell 300. A
     // vector of others holds eight: operations are counted as if in vectors.
     constexpr double kLanes = 8, kRange = 6, kRay = 200, kNode = 60, kCell = 300;
-    const auto taken = ask.scene.fact("cast/bricks"), all = ask.scene.fact("cast/all");
+    const auto taken = ask.scene.fact(kCastBricks), all = ask.scene.fact(kCastAll);
     const double share = taken && all && *all > 0 ? std::clamp(*taken / *all, 0.0, 1.0)
                                                   : std::min(1.0, 2 * ask.scene.occupied_fraction);
     const double pixels = static_cast<double>(offer.to.samples());
@@ -106,6 +108,7 @@ Transition adaptive_quadrature() {
     edge.on_demand = true;  // its error is measured by runs
     edge.offer = offer_quadrature;
     edge.work = work_quadrature;
+    edge.shared_counts = {measure_casting};
     edge.parts = parts_quadrature;
     edge.run = run_quadrature;
     return edge;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "graph/picture_facts.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 #include "transitions/kernels/ray_path.hpp"
@@ -43,7 +44,9 @@ void count(kernels::RayCast cast, const kernels::Bricks& bricks, std::int64_t x,
 void measure_casting(const Data& input, const Request& want, std::map<std::string, double>& facts,
                      std::pmr::memory_resource* memory) {
     const ModeTraits::Levels levels = want.mode->skips;
-    if (!want.job->of_rays() || levels == ModeTraits::Levels::none || want.axes != 3) return;
+    if (!want.job->of_rays() || want.deformed() || levels == ModeTraits::Levels::none ||
+        want.axes != 3)
+        return;
     const kernels::Optics optics = optics_of(want, input.what.values);
     kernels::Optics counting = optics;
     // So that opacities of whole cells are corrected too.
@@ -80,12 +83,12 @@ void measure_casting(const Data& input, const Request& want, std::map<std::strin
     const auto share = [](std::int64_t part, double whole) {
         return whole > 0 ? static_cast<double>(part) / whole : 0;
     };
-    facts["cast/all"] = sum.all / pixels;
-    facts["cast/taken"] = share(sum.plain.samples, pixels);
-    facts["cast/bricks"] = share(sum.bricks.samples, pixels);
+    facts[kCastAll] = sum.all / pixels;
+    facts[kCastTaken] = share(sum.plain.samples, pixels);
+    facts[kCastBricks] = share(sum.bricks.samples, pixels);
     if (!want.mode->takes_transfer) return;
-    facts["cast/corrected"] = share(sum.plain.corrected, sum.all);
-    facts["cast/corrected/ends"] =
+    facts[kCastCorrected] = share(sum.plain.corrected, sum.all);
+    facts[kCastCorrectedEnds] =
         share(sum.plain.corrected_ends, static_cast<double>(sum.plain.ends));
 }
 

@@ -11,6 +11,7 @@
 #include "transitions/project/parallel_product.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/pixel_spans.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -122,6 +123,8 @@ Transition combine() {
     edge.model = combine_model;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = [] { return picture_trials(); };
+    edge.factors = {{"", 1.4}};
     return edge;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "graph/picture_facts.hpp"
 #include "transitions/filters/field_filter.hpp"
 #include "transitions/project/picture.hpp"
 
@@ -77,7 +78,7 @@ class CombineModel final : public Model {
  public:
     explicit CombineModel(const ModelSetting& setting) : setting_(setting) {
         for (const auto& [name, warp] : setting.warps)
-            facts_.push_back({.name = "picture/screen/" + name,
+            facts_.push_back({.name = kScreenError(name),
                               .like = warp->takes_samples() ? RayLook::kZoh1 : RayLook::kFoh1});
     }
     std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample&) const override {
@@ -92,17 +93,14 @@ class CombineModel final : public Model {
     /// Combining adds its error on exact samples (on the best ones, of a formula), which is
     /// independent of the errors of the samples. The rest of each picture's error is
     /// theirs. As errors may count more or less in a picture than their RMS tells (a blur hardly
-    /// changes an integral, a random displacement averages out), "combined/..." is the error that,
+    /// changes an integral, a random displacement averages out), kCombinedError is the error that,
     /// times the gain of linear interpolation, gives the picture's.
     void split(std::map<std::string, double>& facts) const {
-        const auto picture = [&](const std::string& warp) {
-            return facts.at("picture/screen/" + warp);
-        };
+        const auto picture = [&](const std::string& warp) { return facts.at(kScreenError(warp)); };
         const std::string& nearest = field_filter(Field::nearest).name;
         const std::string& linear = field_filter(Field::linear).name;
         // Where no sample is finite there is no field.
-        if (!facts.contains("picture/screen/" + nearest) || !facts.contains("field/" + linear))
-            return;
+        if (!facts.contains(kScreenError(nearest)) || !facts.contains(kFieldError(linear))) return;
         const Field field = setting_.field.kind();
         double added = picture(field_filter(field).name);
         if (field == Field::formula)
@@ -110,19 +108,20 @@ class CombineModel final : public Model {
         const auto rest = [&](const std::string& warp) {
             return std::sqrt(std::max(0.0, picture(warp) * picture(warp) - added * added));
         };
-        const double blur = facts.at("field/" + linear);
+        const double blur = facts.at(kFieldError(linear));
         const double gain = blur > 0 && rest(linear) > 0 ? rest(linear) / blur : 1;
         for (const auto& [name, warp] : setting_.warps)
-            facts["combined/" + name] = rest(name) / gain;
+            facts[kCombinedError(name)] = rest(name) / gain;
         // The real rule of an assignment repeats, and so does what it displaces: a pattern of it
         // need not average out as random displacements do, but not worse than noise of two samples
         // alike.
-        const auto noise = facts.find("gain/noise/" + nearest), moved = facts.find("combined/me");
+        const auto noise = facts.find(kNoiseGain(nearest)),
+                   moved = facts.find(kCombinedError("me"));
         if (noise != facts.end() && moved != facts.end())
-            moved->second = std::max(
-                moved->second, std::numbers::sqrt2 * noise->second * facts.at("field/me") / gain);
-        facts["gain/blur"] = gain;
-        facts["picture/combined"] = added;
+            moved->second = std::max(moved->second, std::numbers::sqrt2 * noise->second *
+                                                        facts.at(kFieldError("me")) / gain);
+        facts[kBlurGain] = gain;
+        facts[kCombiningError] = added;
     }
 
     const ModelSetting& setting_;

@@ -20,10 +20,13 @@ inline CombinedSpan combined_span(double low, double high) noexcept {
             std::nextafter(static_cast<float>(high - kInwards), -kFar)};
 }
 
-/// Pictures combined of the samples that warps make: facts "picture/screen/WARP". From these follow
-///  - "picture/combined": what combining adds to samples without error;
-///  - "combined/WARP": the error of its samples as far as a picture shows it;
-///  - "gain/blur": error of a picture over that of its samples ("combined/...").
+/// The error of a picture that is combined of the samples of a warp.
+inline constexpr FactFamily kScreenError{"picture/screen"};
+/// What combining adds to samples without error.
+inline constexpr Fact kCombiningError{"picture/combined"};
+
+/// Pictures combined of the samples that warps make: facts kScreenError(WARP), from which
+/// kCombiningError, kCombinedError(WARP) and kBlurGain follow.
 std::shared_ptr<const Model> combine_model(const ModelSetting& setting);
 
 }  // namespace edgewise

@@ -143,6 +143,8 @@ void run_light(const Offer& offer, const Ask& ask, const Data& in, Data& out, co
 Transition depth_cast() {
     Transition edge = ray_cast();
     edge.name = "project.depth";
+    edge.trials = {};
+    edge.factors.clear();
     edge.source = "Wittenbrink 1993, 4.1.2; Gordon, Reynolds 1985";
     edge.joins = {{"object/scalar", "screen/depth"}, {"object/coefficients", "screen/depth"}};
     // Between the nearest samples nothing is told of a slope.
@@ -154,7 +156,6 @@ Transition depth_cast() {
     edge.work = work_cast;
     edge.error = [](const Offer&, const Ask&) -> Error { return {}; };
     edge.model = {};
-    edge.count = {};
     edge.parts = parts_cast;
     edge.run = run_cast;
     return edge;

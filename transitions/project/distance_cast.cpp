@@ -6,9 +6,11 @@
 #include <tbb/parallel_for.h>
 #include <vector>
 
+#include "graph/picture_facts.hpp"
 #include "transitions/filters/field_filter.hpp"
 #include "transitions/kernels/sorted_mip.hpp"
 #include "transitions/project/bricks_of.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/stretches.hpp"
 
@@ -30,7 +32,7 @@ double bytes_of_bricks(const Representation& from) {
 
 Work work_leaps(const Offer& offer, const Ask& ask, int view) {
     constexpr double kCellsALook = 12, kBrick = 64, kPasses = 30;
-    const auto taken = ask.scene.fact("cast/bricks"), all = ask.scene.fact("cast/all");
+    const auto taken = ask.scene.fact(kCastBricks), all = ask.scene.fact(kCastAll);
     const double share = taken && all && *all > 0 ? std::clamp(*taken / *all, 0.0, 1.0)
                                                   : std::min(1.0, 2 * ask.scene.occupied_fraction);
     Work work = work_of_stretches(offer, ask, view, share, kCellsALook);
@@ -91,6 +93,7 @@ Transition distance_cast() {
     edge.on_demand = true;  // min-max bricks and whole packets of rays take less
     edge.offer = offer_leaps;
     edge.work = work_leaps;
+    edge.shared_counts = {measure_casting};
     edge.error = error_leaps;
     edge.parts = parts_of_stretches;
     edge.run = run_leaps;

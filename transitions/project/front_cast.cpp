@@ -180,6 +180,8 @@ Error error_of_fronts(const Offer& offer, const Ask& ask) {
 Transition front_cast(FrontWatch watch) {
     Transition edge = ray_cast();
     edge.name = "project.front_cast";
+    edge.trials = {};
+    edge.factors.clear();
     edge.source = "Wittenbrink 1993, Appendix B, 2.5";
     edge.parameters["slabs"] =
         number(1, kMostSlabs, {kUsualSlabs}, "pictures, each of a slab more");
@@ -198,7 +200,6 @@ Transition front_cast(FrontWatch watch) {
     edge.work = work_of_fronts;
     edge.error = error_of_fronts;
     edge.model = {};
-    edge.count = {};
     edge.parts = [](const Offer&, const Ask&) { return Partition{}; };  // one depth for all rays
     edge.run = [watch = std::move(watch)](const Offer& offer, const Ask& ask, const Data& in,
                                           Data& out, const Region& region, Context& context) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <memory>
 
+#include "graph/picture_facts.hpp"
 #include "graph/ray_rule.hpp"
 #include "graph/spread.hpp"
 #include "transitions/filters/filter.hpp"
@@ -33,7 +34,7 @@ Work work_in_hull(const Offer& offer, const Ask& ask, int view) {
     const auto voxels = static_cast<double>(offer.from.samples());
     // A hull holds more samples than its bricks and fewer than the volume. Nobody has counted, so
     // the mean of both is a guess. Where the cast asks bricks as well, the hull saves nothing more.
-    const auto bricks = ask.scene.fact("cast/bricks"), all = ask.scene.fact("cast/taken");
+    const auto bricks = ask.scene.fact(kCastBricks), all = ask.scene.fact(kCastTaken);
     const double step = offer.with.number("step");
     const double taken =
         samples_taken(offer, ask, view) * step / static_cast<double>(offer.to.samples());
@@ -113,6 +114,8 @@ void run_in_hull(const Offer& offer, const Ask& ask, const Data& in, Data& out,
 Transition hull_cast() {
     Transition edge = ray_cast();
     edge.name = "project.hull_cast";
+    edge.trials = {};
+    edge.factors.clear();
     edge.source = "Avila, Sobierajski, Kaufman 1992; Kay, Kajiya 1986; Klosowski and others 1998";
     edge.on_demand = true;  // bricks leave out more where they are asked
     edge.laws.clear();
@@ -122,7 +125,6 @@ Transition hull_cast() {
     edge.parts = parts_in_hull;
     edge.run = run_in_hull;
     edge.model = {};
-    edge.count = {};
     return edge;
 }
 

@@ -8,6 +8,7 @@
 #include "transitions/kernels/importance_cast.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
 #include "transitions/project/bricks_of.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/ray_cast.hpp"
 
@@ -93,6 +94,7 @@ Transition importance_cast() {
     edge.on_demand = true;  // its error is measured by runs
     edge.offer = offer;
     edge.work = work;
+    edge.shared_counts = {measure_casting};
     edge.parts = parts;
     edge.run = run;
     return edge;

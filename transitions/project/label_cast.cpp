@@ -14,12 +14,12 @@
 #include "graph/with_type.hpp"
 #include "transitions/project/no_rays.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
 
-constexpr const char* kPassed = "label_cast/passed";
-constexpr const char* kLit = "label_cast/lit";
+constexpr Fact kPassed{"label_cast/passed"}, kLit{"label_cast/lit"};
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Vec3 vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
@@ -289,6 +289,11 @@ Transition label_cast() {
         return {.kind = Partition::output, .leaf = {offer.to.extent.x, offer.to.extent.y, 1}};
     };
     edge.run = run_labels;
+    edge.trials = []() -> std::vector<Trial> {
+        return {of_labels(surface_trial("phantom:shepp-logan:64")),
+                of_labels(surface_trial("phantom:shepp-logan:124"))};
+    };
+    edge.factors = {{"", 2.4}};
     return edge;
 }
 

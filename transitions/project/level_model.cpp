@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "graph/picture_facts.hpp"
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/scalar_load.hpp"
 #include "transitions/project/picture.hpp"
@@ -187,8 +188,8 @@ bool pays(const ModelSetting& setting) {
 
 }  // namespace
 
-std::string level_fact(int level, const Filter& filter, double step) {
-    return fmt::format("picture/{}/{}/{}", level_space(level), filter.name, step);
+FactName level_fact(int level, const Filter& filter, double step) {
+    return kPictureError(level_space(level), filter.name, step);
 }
 
 std::shared_ptr<const Model> level_model(const ModelSetting& setting) {

@@ -8,7 +8,7 @@
 namespace edgewise {
 
 /// Error of a cast through a level of detail, steps in the input's smallest spacing.
-std::string level_fact(int level, const Filter& filter, double step);
+FactName level_fact(int level, const Filter& filter, double step);
 
 /// How casts through levels 1 and 2, and through those that are asked for, are measured without
 /// making them: the cells that a ray needs are averaged when it meets them. Nothing where the

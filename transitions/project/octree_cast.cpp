@@ -6,8 +6,10 @@
 #include <tbb/parallel_for.h>
 #include <vector>
 
+#include "graph/picture_facts.hpp"
 #include "graph/range.hpp"
 #include "transitions/filters/field_filter.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/stretches.hpp"
 #include "transitions/store/octree.hpp"
@@ -24,7 +26,7 @@ Offer offer_through_octree(const Representation& from, const Ask& ask, const Par
 /// Cells outside of leaves; of an octree without a tolerance, what differs from the commonest value
 /// and a finest node around it.
 double share_of_samples(const Ask& ask) {
-    const auto taken = ask.scene.fact("cast/bricks"), all = ask.scene.fact("cast/all");
+    const auto taken = ask.scene.fact(kCastBricks), all = ask.scene.fact(kCastAll);
     if (taken && all && *all > 0) return std::clamp(*taken / *all, 0.0, 1.0);
     return std::min(1.0, 2 * ask.scene.occupied_fraction);
 }
@@ -118,6 +120,7 @@ Transition octree_cast() {
         {"step", number(0.01, 4, {1}, "distance of samples, in the smallest spacing")}};
     edge.offer = offer_through_octree;
     edge.work = work_through_octree;
+    edge.shared_counts = {measure_casting};
     edge.error = error_through_octree;
     edge.parts = parts_of_stretches;
     edge.run = run_through_octree;

@@ -17,6 +17,7 @@
 #include "transitions/project/counts.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/pixel_spans.hpp"
+#include "transitions/trials/trials.hpp"
 #include "transitions/warp/equiareal.hpp"
 #include "transitions/warp/outside.hpp"
 #include "transitions/warp/permutation.hpp"
@@ -229,6 +230,8 @@ Transition parallel_product() {
     edge.error = error;
     edge.parts = parts;
     edge.run = run_product;
+    edge.trials = [] { return picture_trials(); };
+    edge.factors = {{"", 2.9}, {"/filter=foh", 2.6}};  // a guess: as warp.permutation
     return edge;
 }
 

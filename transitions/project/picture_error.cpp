@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include "graph/label_surface.hpp"
+#include "graph/picture_facts.hpp"
 #include "graph/range.hpp"
 #include "transitions/filters/field_filter.hpp"
+#include "transitions/project/combine_model.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/project/shear_warp_model.hpp"
 
 namespace edgewise {
 namespace {
@@ -19,7 +22,7 @@ double guess(const Filter& filter, Mode mode) {
 }
 
 double measured(const Filter& filter, double step, const Ask& ask) {
-    return ask.scene.fact(fmt::format("picture/{}/{}", filter.name, step))
+    return ask.scene.fact(kPictureError(filter.name, step))
         .value_or(guess(filter, ask.want.mode) * std::max(1.0, step) * ask.scene.range);
 }
 
@@ -42,16 +45,17 @@ double guessed_gain(bool noise, const Ask& ask) {
 /// What rays that end early leave out, of the brightest light there is: 1 in each channel.
 double terminated(const Ask& ask) {
     if (!ask.want.mode->left) return 0;
-    return kTerminated * ask.scene.fact("picture/ended").value_or(1);
+    return kTerminated * ask.scene.fact(kEnded).value_or(1);
 }
 
 /// How errors of samples pass that a filter reads between. The noise of samples that a spline runs
 /// through passes as that of linear interpolation does.
 Error gains(const Filter& filter, const Ask& ask) {
     const Field like = filter.taps == 1 ? Field::nearest : Field::linear;
-    return {.gain = ask.scene.fact("gain/blur").value_or(guessed_gain(false, ask)),
-            .noise_gain = ask.scene.fact("gain/noise/" + field_filter(like).name)
-                              .value_or(guessed_gain(true, ask))};
+    return {
+        .gain = ask.scene.fact(kBlurGain).value_or(guessed_gain(false, ask)),
+        .noise_gain =
+            ask.scene.fact(kNoiseGain(field_filter(like).name)).value_or(guessed_gain(true, ask))};
 }
 
 /// RMS rounding over the range of the picture, of samples that are read by a filter on the way.
@@ -91,9 +95,9 @@ Error sheared_error(const Filter& filter, double step, const Ask& ask) {
     // Unmeasured: two reconstructions within a slice, none along z, against one along each axis.
     constexpr double kTwice = 1.4;
     Error error = gains(filter, ask);
-    error.bias = ask.scene.fact("picture/shear_warp/" + filter.name)
-                     .value_or(kTwice * at_step(filter, step, ask)) +
-                 terminated(ask);
+    error.bias =
+        ask.scene.fact(kShearWarpError(filter.name)).value_or(kTwice * at_step(filter, step, ask)) +
+        terminated(ask);
     error.noise = rounding(filter, ask) * ask.scene.range;
     return error;
 }
@@ -106,7 +110,7 @@ Error combined_error(const Ask& ask) {
     // What reads the samples rounds by itself; sums round here.
     const Filter& exact = field_filter(ask.want.field);
     error.noise = std::hypot(rounding(field_filter(Field::spline), ask) * ask.scene.range,
-                             ask.scene.fact("picture/combined").value_or(at_step(exact, 1, ask)));
+                             ask.scene.fact(kCombiningError).value_or(at_step(exact, 1, ask)));
     return error;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "graph/picture_facts.hpp"
 #include "transitions/kernels/transfer_integrals.hpp"
 #include "transitions/project/picture.hpp"
 
@@ -130,8 +131,8 @@ class PreintegratedModel final : public Model {
 
 }  // namespace
 
-std::string integrated_fact(const Filter& filter, double step) {
-    return fmt::format("picture/integrated/{}/{}", filter.name, step);
+FactName integrated_fact(const Filter& filter, double step) {
+    return kPictureError("integrated", filter.name, step);
 }
 
 std::shared_ptr<const Model> preintegrated_model(const ModelSetting& setting) {

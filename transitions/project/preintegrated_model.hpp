@@ -10,6 +10,6 @@ namespace edgewise {
 std::shared_ptr<const Model> preintegrated_model(const ModelSetting& setting);
 
 /// The name of its error's fact.
-std::string integrated_fact(const Filter& filter, double step);
+FactName integrated_fact(const Filter& filter, double step);
 
 }  // namespace edgewise

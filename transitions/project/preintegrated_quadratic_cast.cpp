@@ -41,6 +41,8 @@ void run_quadratic(const Offer& offer, const Ask& ask, const Data& in, Data& out
 Transition preintegrated_quadratic_cast() {
     Transition edge = preintegrated_cast();
     edge.name = "project.preintegrated_quadratic_cast";
+    edge.trials = {};
+    edge.factors.clear();
     edge.source = "El Hajjar and others 2008; Wittenbrink 1993, EQ 62 and 63";
     edge.on_demand = true;  // its error is measured by runs
     edge.work = work_quadratic;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "graph/lines_touched.hpp"
+#include "graph/picture_facts.hpp"
 #include "graph/spread.hpp"
 #include "transitions/filters/read_by.hpp"
 #include "transitions/kernels/grid_of.hpp"
@@ -24,6 +25,7 @@
 #include "transitions/project/ray_cast_model.hpp"
 #include "transitions/shade/gradient.hpp"
 #include "transitions/store/reduce.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -116,7 +118,7 @@ double combining(const Ask& ask, const kernels::Optics& optics) {
 /// Cropped data hold less that can be left out, so counts are a pixel's, not shares.
 double counted_of(const Offer& offer, const Ask& ask, double samples, bool bricks) {
     const auto pixels = static_cast<double>(offer.to.samples());
-    if (const auto counted = ask.scene.fact(bricks ? "cast/bricks" : "cast/taken"))
+    if (const auto counted = ask.scene.fact(bricks ? kCastBricks : kCastTaken))
         return std::min(samples, *counted * pixels / offer.with.number("step"));
     if (!bricks) return samples;
     // Measured on CT and MR: a MIP's bricks leave out about half of the samples.
@@ -203,18 +205,18 @@ double whole_cell_operations(double power) {
 double correction_operations(const Offer& offer, const Ask& ask, const kernels::Optics& optics,
                              double samples, double ends) {
     if (!ask.want.mode->takes_transfer) return 0;
-    const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
-    return kCorrectionOperations * share("cast/corrected/ends") * ends +
-           whole_cell_operations(offer.with.number("step") / optics.unit) *
-               share("cast/corrected") * samples;
+    const auto share = [&](const Fact& fact) { return ask.scene.fact(fact).value_or(1); };
+    return kCorrectionOperations * share(kCastCorrectedEnds) * ends +
+           whole_cell_operations(offer.with.number("step") / optics.unit) * share(kCastCorrected) *
+               samples;
 }
 
 /// Samples that light is worked out for: those that a packet needs, as counted.
 double lit_of(const Offer& offer, const Ask& ask, double samples, double ends) {
     if (!ask.want.shading.on() && !ask.want.needs_gradients()) return 0;
     if (ask.want.mode->first_hit) return 2 * static_cast<double>(offer.to.samples());
-    const auto share = [&](const char* fact) { return ask.scene.fact(fact).value_or(1); };
-    return share("cast/corrected/ends") * ends + share("cast/corrected") * samples;
+    const auto share = [&](const Fact& fact) { return ask.scene.fact(fact).value_or(1); };
+    return share(kCastCorrectedEnds) * ends + share(kCastCorrected) * samples;
 }
 
 /// @param beside  gradients lie beside the samples
@@ -495,7 +497,7 @@ Work work_integrated(const Offer& offer, const Ask& ask, int view) {
 
 Error error_integrated(const Offer& offer, const Ask& ask) {
     Error of_samples = error(offer, ask);
-    const std::string fact = integrated_fact(filter_of(offer.with), offer.with.number("step"));
+    const FactName fact = integrated_fact(filter_of(offer.with), offer.with.number("step"));
     if (const auto seen = ask.scene.fact(fact)) {
         // What rays are cut short by is in both.
         of_samples.bias = *seen + kTerminated;
@@ -504,7 +506,7 @@ Error error_integrated(const Offer& offer, const Ask& ask) {
     return Error::unknown();
 }
 
-std::string fact_of_level(const Representation& from, const Parameters& with) {
+FactName fact_of_level(const Representation& from, const Parameters& with) {
     return level_fact(level_of(from.space), filter_of(with), with.number("step"));
 }
 
@@ -517,7 +519,7 @@ Offer offer_level(const Representation& from, const Ask& ask, const Parameters& 
     if (ask.want.transfer.table)
         return Offer::no("the table is for gradients of the samples, not for those of their means");
     // A preview has looked, and not at this.
-    const bool seen = ask.scene.fact("picture/" + filter_of(with).name + "/1").has_value();
+    const bool seen = ask.scene.fact(kPictureError(filter_of(with).name, 1)).has_value();
     if (seen && !ask.scene.fact(fact_of_level(from, with)))
         return Offer::no("its error was not measured: it could not pay, or nobody asked for it");
     return offer(from, ask, with);
@@ -566,7 +568,8 @@ Transition gradient_cast() {
     edge.error = error_of_gradients;
     edge.run = run_with_gradients;
     edge.model = {};
-    edge.count = {};
+    edge.trials = lit_trials;
+    edge.factors = {{"", 0.53}};  // a guess: as project.ray_cast
     return edge;
 }
 
@@ -585,7 +588,8 @@ Transition level_cast() {
     edge.offer = offer_level;
     edge.error = error_level;
     edge.model = level_model;
-    edge.count = {};
+    edge.trials = [] { return picture_trials(); };
+    edge.factors = {{"", 0.53}};  // a guess: as project.ray_cast
     return edge;
 }
 
@@ -602,8 +606,9 @@ Transition preintegrated_cast() {
     edge.work = work_integrated;
     edge.error = error_integrated;
     edge.model = preintegrated_model;
-    edge.count = {};
     edge.run = run_integrated;
+    edge.trials = [] { return picture_trials(Combine::over); };
+    edge.factors = {{"", 1.1}};
     return edge;
 }
 
@@ -621,9 +626,15 @@ Transition ray_cast() {
     edge.work = work;
     edge.error = error;
     edge.model = ray_cast_model;
-    edge.count = measure_casting;
+    edge.shared_counts = {measure_casting};
     edge.parts = parts;
     edge.run = run;
+    edge.trials = [] {
+        std::vector<Trial> all = picture_trials();
+        join(all, perspective_trials());
+        return all;
+    };
+    edge.factors = {{"", 0.6}, {"/filter=foh", 0.53}, {"/filter=zoh", 0.9}};
     return edge;
 }
 

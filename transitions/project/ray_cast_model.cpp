@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "graph/label_surface.hpp"
+#include "graph/picture_facts.hpp"
 #include "graph/range.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/project/arriving.hpp"
@@ -369,15 +370,15 @@ class RayCastModel final : public Model {
         for (const Filter* filter : by_)
             for (const double step : kCastSteps) {
                 const bool coarse = step == 2;
-                facts_.push_back({.name = fmt::format("picture/{}/{}", filter->name, step),
+                facts_.push_back({.name = kPictureError(filter->name, step),
                                   .like = filter->taps == 1
                                               ? (coarse ? RayLook::kZoh2 : RayLook::kZoh1)
                                               : (coarse ? RayLook::kFoh2 : RayLook::kFoh1)});
             }
         if (noise_ > 0)
             for (const PreviewHold hold : kNoisy)
-                facts_.push_back({.name = fmt::format("gain/noise/{}", filter_of(hold).name)});
-        if (want_.mode->left) facts_.push_back({.name = "picture/ended"});
+                facts_.push_back({.name = kNoiseGain(filter_of(hold).name)});
+        if (want_.mode->left) facts_.push_back({.name = kEnded});
         if (want_.mode->first_hit && want_.surface && want_.surface->isovalue)
             beside_.emplace(want_);
         const Data& samples = setting.field.samples();

@@ -6,9 +6,8 @@
 
 namespace edgewise {
 
-/// Pictures cast with each filter and step: facts "picture/FILTER/STEP"; of composites
-/// "picture/ended", the share of rays that end early; "gain/noise/FILTER", the error of a picture
-/// over independent noise of its samples.
+/// Pictures cast with each filter and step: facts kPictureError(FILTER, STEP); of composites
+/// kEnded; kNoiseGain(FILTER).
 std::shared_ptr<const Model> ray_cast_model(const ModelSetting& setting);
 
 }  // namespace edgewise

@@ -54,9 +54,9 @@ struct Columns {
 /// A piece is a convex part of the plane: of rays that miss for one and the same reason, or of
 /// places whose four neighbours need no correction for one and the same reason. If both ends of a
 /// stretch of a row are in one piece, so is all between them.
-class Border {
+class BorderMender {
  public:
-    Border(const ShearedImage& image, Read read)
+    BorderMender(const ShearedImage& image, Read read)
         : image_(image),
           read_(read),
           across_{Across(image.warp.x, image.warp.dx, image.warp.volume.extent.x),
@@ -348,7 +348,7 @@ void continue_image(const ShearedImage& image, std::pmr::memory_resource* memory
 void mend_border(const ShearedImage& image, Read read, const kernels::WarpOutput& picture,
                  const Region& part, const Region& tile) {
     const Extent held = picture.held.extent();
-    Border border(image, read);
+    BorderMender border(image, read);
     for (std::int64_t y = part.begin[1]; y < part.end[1]; ++y) {
         float* first = picture.samples + ((y - picture.held.begin[1]) * held.x + part.begin[0] -
                                           picture.held.begin[0]) *

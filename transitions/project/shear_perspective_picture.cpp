@@ -15,6 +15,7 @@
 #include "transitions/project/picture.hpp"
 #include "transitions/project/shear_perspective_view.hpp"
 #include "transitions/project/sliced_samples.hpp"
+#include "transitions/shade/runs.hpp"
 
 namespace edgewise {
 namespace {
@@ -272,7 +273,7 @@ Work perspective_work(const Offer& offer, const Ask& ask, int view,
     const int channels = want.mode->channels;
     const kernels::Optics optics = optics_of(want, offer.from.values);
     const double share = added.value_or(1), bytes_read = share * offer.from.bytes();
-    const double runs_of_row = added ? ask.scene.fact("runs/row").value_or(1) : 0;
+    const double runs_of_row = added ? ask.scene.fact(kRunsRow).value_or(1) : 0;
     Work work;
     bool turned = false;
     for (const Way& way : kWays) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "graph/picture_facts.hpp"
 #include "graph/spread.hpp"
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/backward.hpp"
@@ -11,10 +12,12 @@
 #include "transitions/kernels/shear_warp.hpp"
 #include "transitions/kernels/spline_prefilter.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/shear_border.hpp"
 #include "transitions/project/shear_view.hpp"
 #include "transitions/project/shear_warp_model.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -81,7 +84,7 @@ double voxel_operations(const Offer& offer, const Ask& ask, bool nearest, double
         return hold + 14 + static_cast<double>(optics.ramps.size()) * (optics.grey ? 8 : 12) +
                (step == optics.unit
                     ? 0
-                    : ask.scene.fact("cast/corrected").value_or(1) * kCorrectionOperations);
+                    : ask.scene.fact(kCastCorrected).value_or(1) * kCorrectionOperations);
     }
     if (ask.want.mode->combine != Combine::max) return hold + 4 + ask.want.mode->operations;
     switch (offer.from.type) {
@@ -323,10 +326,13 @@ Transition shear_warp() {
     edge.laws = {Law::constant};
     edge.offer = offer;
     edge.work = work;
+    edge.shared_counts = {measure_casting};
     edge.error = error;
     edge.model = shear_warp_model;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = [] { return picture_trials(); };
+    edge.factors = {{"", 0.56}, {"/filter=zoh", 0.5}};
     return edge;
 }
 

@@ -315,8 +315,8 @@ class ShearedRay final : public RayModel {
 class ShearWarpModel final : public Model {
  public:
     explicit ShearWarpModel(const ModelSetting& setting) : want_(setting.want) {
-        facts_ = {{.name = "picture/shear_warp/zoh", .like = RayLook::kSlices},
-                  {.name = "picture/shear_warp/foh", .like = RayLook::kFoh1}};
+        facts_ = {{.name = kShearWarpError(filter_of(kZoh).name), .like = RayLook::kSlices},
+                  {.name = kShearWarpError(filter_of(kFoh).name), .like = RayLook::kFoh1}};
     }
     std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample&) const override {
         return std::make_unique<ShearedRay>(ray, want_);

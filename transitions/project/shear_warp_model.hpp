@@ -10,6 +10,9 @@
 
 namespace edgewise {
 
+/// The error of a picture by shear-warp, by filter.
+inline constexpr FactFamily kShearWarpError{"picture/shear_warp"};
+
 /// Slices sheared onto an intermediate image with a pixel a voxel, which is then read at the ray:
 /// four neighbours by a bilinear picture, the nearest by one without interpolation; only those
 /// count that meet the input. What the neighbours' rays have less or more of the input than this
@@ -76,7 +79,7 @@ class ShearedPicture {
     std::optional<Smooth> smooth_;  // of a MIP, in place of the corners
 };
 
-/// Pictures by shear-warp: facts "picture/shear_warp/zoh" and "picture/shear_warp/foh". Null where
+/// Pictures by shear-warp: facts kShearWarpError(FILTER). Null where
 /// rays are not parallel.
 std::shared_ptr<const Model> shear_warp_model(const ModelSetting& setting);
 

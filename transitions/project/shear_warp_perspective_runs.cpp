@@ -1,5 +1,6 @@
 #include "transitions/project/shear_warp_perspective_runs.hpp"
 
+#include "transitions/project/casting.hpp"
 #include "transitions/project/shear_perspective_picture.hpp"
 #include "transitions/shade/runs.hpp"
 
@@ -35,6 +36,7 @@ Transition shear_warp_perspective_runs() {
     edge.on_demand = true;
     edge.offer = offer;
     edge.work = work;
+    edge.shared_counts = {measure_casting};
     edge.parts = perspective_parts;
     edge.run = run;
     return edge;

@@ -8,11 +8,13 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/shear_warp_runs.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/shear_border.hpp"
 #include "transitions/project/shear_view.hpp"
 #include "transitions/project/shear_warp.hpp"
 #include "transitions/shade/runs.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -58,7 +60,7 @@ Work work(const Offer& offer, const Ask& ask, int view) {
     // A tile's row asks each slice for its runs; of hidden ones it is soon told.
     const auto tiles = static_cast<double>((f.image.x + kRunsWidth - 1) / kRunsWidth);
     const double rows = static_cast<double>(n.y * n.z) * tiles;
-    const double runs = ask.scene.fact("runs/row").value_or(1) * static_cast<double>(n.y * n.z);
+    const double runs = ask.scene.fact(kRunsRow).value_or(1) * static_cast<double>(n.y * n.z);
     const int channels = ask.want.mode->channels;
     const bool nearest = hold_of(offer.with) == kernels::Hold::zoh;
     const double pixels = static_cast<double>(offer.to.samples());
@@ -156,9 +158,12 @@ Transition shear_warp_runs() {
     edge.parameters = plain().parameters;
     edge.offer = offer;
     edge.work = work;
+    edge.shared_counts = {measure_casting};
     edge.error = error;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = [] { return picture_trials(Combine::over); };
+    edge.factors = {{"", 1}};
     return edge;
 }
 

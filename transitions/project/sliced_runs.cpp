@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <vector>
 
+#include "transitions/project/casting.hpp"
 #include "transitions/project/shear_perspective_view.hpp"
 #include "transitions/project/sliced_samples.hpp"
 #include "transitions/shade/runs.hpp"
@@ -79,6 +80,7 @@ Transition sliced_runs() {
     edge.attaches = true;
     edge.offer = offer;
     edge.work = work;
+    edge.shared_counts = {measure_casting};
     edge.error = error;
     edge.count = count;
     edge.run = run;

@@ -11,9 +11,12 @@
 #include <tbb/parallel_sort.h>
 #include <vector>
 
+#include "graph/picture_facts.hpp"
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -90,7 +93,7 @@ std::string sorted_facet_of(const Request& want, const ValueMap& values) {
 }
 
 std::optional<double> share_needed(const Scene& scene) {
-    const auto taken = scene.fact("cast/bricks"), all = scene.fact("cast/all");
+    const auto taken = scene.fact(kCastBricks), all = scene.fact(kCastAll);
     if (!taken || !all || !(*all > 0)) return {};
     // The caster takes a sixteenth first, to know early what cannot matter.
     constexpr double kFirst = 1.0 / 16;
@@ -135,8 +138,10 @@ Transition sorted_bricks() {
     edge.attaches = true;
     edge.offer = offer_bricks;
     edge.work = work_of_bricks;
+    edge.shared_counts = {measure_casting};
     edge.error = error_of_bricks;
     edge.run = run_bricks;
+    edge.trials = [] { return picture_trials(Combine::max); };
     return edge;
 }
 

@@ -16,8 +16,10 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
+#include "transitions/project/casting.hpp"
 #include "transitions/project/picture.hpp"
 #include "transitions/project/sorted_bricks.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -256,12 +258,15 @@ Transition sorted_mip() {
         {"step", number(0.01, 4, {1, 0.5}, "distance of samples, in the smallest spacing")}};
     edge.offer = offer_sorted;
     edge.work = work_sorted;
+    edge.shared_counts = {measure_casting};
     edge.error = error_sorted;
     edge.parts = [](const Offer& offer, const Ask&) {
         return Partition{.kind = Partition::output,
                          .leaf = {offer.to.extent.x, offer.to.extent.y, 1}};
     };
     edge.run = run_sorted;
+    edge.trials = [] { return picture_trials(Combine::max); };
+    edge.factors = {{"", 0.53}};  // a guess: as project.ray_cast, whose samples it shares
     return edge;
 }
 

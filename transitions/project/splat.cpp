@@ -12,6 +12,7 @@
 #include "transitions/project/picture.hpp"
 #include "transitions/project/pixel_spans.hpp"
 #include "transitions/project/splat_view.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -208,6 +209,12 @@ Transition splat() {
     edge.error = error;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = [] {
+        std::vector<Trial> all = picture_trials(Combine::sum);
+        join(all, picture_trials(Combine::mean));
+        return all;
+    };
+    edge.factors = {{"", 1.26}};
     return edge;
 }
 

@@ -25,6 +25,8 @@ void run_trapezoid(const Offer& offer, const Ask& ask, const Data& in, Data& out
 Transition trapezoid_cast() {
     Transition edge = preintegrated_cast();
     edge.name = "project.trapezoid_cast";
+    edge.trials = {};
+    edge.factors.clear();
     edge.source = "Etiene and others 2014; Wittenbrink 1993, EQ 62 and 63";
     edge.on_demand = true;  // its error is measured by runs
     edge.parameters["step"] =

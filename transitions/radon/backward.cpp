@@ -25,6 +25,8 @@ Transition radon_backward() {
                         run.row(k)[m] = static_cast<float>(walk.along(m));
                 });
             },
+        .trials = [] { return line_trials(RadonSetting::To::sinogram); },
+        .factors = {{"", 0.9}},
     });
 }
 

@@ -71,6 +71,8 @@ Transition radon_forward() {
                         run.row(k)[m] = static_cast<float>(scale * sums[m]);
                 });
             },
+        .trials = [] { return line_trials(RadonSetting::To::sinogram); },
+        .factors = {{"", 0.85}},
     });
 }
 

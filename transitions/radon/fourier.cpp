@@ -178,6 +178,7 @@ Transition radon_fourier() {
         .work = work_by_slices,
         .error = error_by_slices,
         .run = run_by_slices,
+        .trials = [] { return line_trials(RadonSetting::To::sinogram); },
     });
 }
 

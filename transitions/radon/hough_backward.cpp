@@ -122,6 +122,7 @@ Transition hough_backward() {
                             static_cast<float>(votes_for(m, at, at.by_rows ? rows : columns));
                 });
             },
+        .trials = [] { return line_trials(RadonSetting::To::hough); },
     });
 }
 

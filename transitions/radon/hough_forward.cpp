@@ -8,7 +8,7 @@
 namespace edgewise {
 namespace {
 
-constexpr const char* kVoters = "hough/voters";
+constexpr Fact kVoters{"hough/voters"};
 
 struct Voter {
     std::int32_t x, y;
@@ -75,6 +75,8 @@ Transition hough_forward() {
                     std::copy_n(counts.data(), n, run.row(k));
                 });
             },
+        .trials = [] { return line_trials(RadonSetting::To::hough); },
+        .factors = {{"", 1.3}},
     });
 }
 

@@ -7,6 +7,7 @@
 
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/scalar_load.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -82,9 +83,9 @@ double RadonAsk::magnitude() const noexcept {
 double RadonAsk::rounding() const noexcept {
     // RMS of rounding to f32, as a part of the value, over all mantissas.
     constexpr double kRounded = 0.425;
-    const auto rms = scene.facts.find("result/rms");
-    if (rms == scene.facts.end()) return 0x1p-24 * magnitude();
-    return kRounded * 0x1p-24 * rms->second / lines.diagonal;
+    const std::optional<double> rms = scene.measured(kResultRms);
+    if (!rms) return 0x1p-24 * magnitude();
+    return kRounded * 0x1p-24 * *rms / lines.diagonal;
 }
 
 double RadonAsk::visits() const noexcept {
@@ -136,15 +137,13 @@ Transition radon_edge(const RadonAlgorithm& algorithm) {
     };
     edge.error = [algorithm](const Offer& offer, const Ask& ask) {
         // What running it gave (scene/measured_results.hpp).
-        const auto& facts = ask.scene.facts;
-        const auto type = facts.find("result/type");
-        const bool is_as_read =
-            type != facts.end() && type->second == static_cast<double>(offer.from.type);
-        std::string run = "run/" + algorithm.name + offer.with.text();
-        if (!is_as_read) run += fmt::format(" of {}", name_of(offer.from.type));
-        if (const auto found = facts.find(run); found != facts.end())
-            return is_as_read ? Error{.noise = found->second}
-                              : Error{.gain = 0, .noise_gain = 0, .noise = found->second};
+        const Type type = offer.from.type;
+        const bool is_as_read = ask.scene.measured(kResultType) == static_cast<double>(type);
+        const FactName run = is_as_read ? fact_of_runs(algorithm.name, offer.with)
+                                        : fact_of_runs(algorithm.name, offer.with, type);
+        if (const std::optional<double> noise = ask.scene.measured(run))
+            return is_as_read ? Error{.noise = *noise}
+                              : Error{.gain = 0, .noise_gain = 0, .noise = *noise};
         const RadonSetting& setting = *ask.want.setting.as<RadonSetting>();
         return algorithm.error({setting, lines_of(setting, ask.want), ask.scene, offer.with});
     };
@@ -165,7 +164,25 @@ Transition radon_edge(const RadonAlgorithm& algorithm) {
             algorithm.run({setting, lines, plane, out.at<float>(0, 0, slice), offer.with, context});
         }
     };
+    edge.trials = algorithm.trials;
+    edge.factors = algorithm.factors;
     return edge;
+}
+
+std::vector<Trial> line_trials(RadonSetting::To to) {
+    std::vector<Trial> all;
+    const auto lines = [&](const char* input, Type type, int angles) {
+        // Of the plate half of the samples vote.
+        all.push_back({.job = radon_job(),
+                       .input = input,
+                       .type = type,
+                       .radon = RadonSetting{.angles = angles, .to = to, .threshold = 0.5},
+                       .order = kLineTrials});
+    };
+    lines("phantom:zone-plate:256", Type::f32, 30);
+    lines("phantom:zone-plate:500", Type::u8, 8);
+    lines("phantom:shepp-logan:64", Type::u8, 6);
+    return all;
 }
 
 }  // namespace edgewise

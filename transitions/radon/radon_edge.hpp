@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "graph/radon.hpp"
 #include "graph/transition.hpp"
@@ -83,6 +84,8 @@ struct RadonAlgorithm {
                        std::map<std::string, double>& facts)>
         count = {};
     std::function<void(const RadonRun&)> run = {};
+    std::function<std::vector<Trial>()> trials = {};  // see Transition
+    std::map<std::string, double> factors = {};       // likewise
 };
 
 /// An edge of the radon job.
@@ -94,5 +97,8 @@ struct RadonAlgorithm {
 ///         1 is the range of the samples times the diagonal. What running it gave, where that was
 ///         measured (scene/measured_results.hpp)
 Transition radon_edge(const RadonAlgorithm& algorithm);
+
+/// Lines of few angles, as all take the same (Transition::trials).
+std::vector<Trial> line_trials(RadonSetting::To to);
 
 }  // namespace edgewise

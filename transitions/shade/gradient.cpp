@@ -9,6 +9,7 @@
 #include "graph/label_surface.hpp"
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -102,6 +103,8 @@ Transition gradient_facet() {
     edge.work = work;
     edge.error = error;
     edge.run = run;
+    edge.trials = lit_trials;
+    edge.factors = {{"", 2.1}};
     return edge;
 }
 

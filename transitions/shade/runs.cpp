@@ -7,8 +7,10 @@
 #include <limits>
 #include <tbb/parallel_for.h>
 
+#include "graph/picture_facts.hpp"
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -96,9 +98,9 @@ std::string no_runs(const Representation& from, const Ask& ask) {
     if (unseen_of(want, from.values).empty()) return "every value may be seen";
     // What is hidden by opaque samples is left out as well, as rays count it.
     constexpr double kMost = 0.9;
-    const double seen = ask.scene.fact("runs/seen").value_or(0);
-    const double all = ask.scene.fact("cast/all").value_or(0);
-    const double taken = all > 0 ? ask.scene.fact("cast/taken").value_or(all) / all : 1;
+    const double seen = ask.scene.fact(kRunsSeen).value_or(0);
+    const double all = ask.scene.fact(kCastAll).value_or(0);
+    const double taken = all > 0 ? ask.scene.fact(kCastTaken).value_or(all) / all : 1;
     if (seen > kMost && taken > kMost)
         return fmt::format("{:.0f} % of the samples are seen", 100 * seen);
     return {};
@@ -118,8 +120,8 @@ void count_runs(const Data& input, const Request& want, std::map<std::string, do
         kernels::count_row(volume, unseen, row % volume.extent.y, row / volume.extent.y, runs,
                            cells, memory);
     }
-    facts["runs/seen"] = static_cast<double>(cells) / static_cast<double>(taken * volume.extent.x);
-    facts["runs/row"] = static_cast<double>(runs) / static_cast<double>(taken);
+    facts[kRunsSeen] = static_cast<double>(cells) / static_cast<double>(taken * volume.extent.x);
+    facts[kRunsRow] = static_cast<double>(runs) / static_cast<double>(taken);
 }
 
 Work work_of_runs(const Representation& from, const Ask& ask) {
@@ -128,7 +130,7 @@ Work work_of_runs(const Representation& from, const Ask& ask) {
     // Vectors hold the more samples the fewer bytes these have; the bits of all are looked at.
     const double share = static_cast<double>(bytes_of(from.type)) / 4;
     const double runs =
-        ask.scene.fact("runs/row").value_or(2) * static_cast<double>(from.extent.y * from.extent.z);
+        ask.scene.fact(kRunsRow).value_or(2) * static_cast<double>(from.extent.y * from.extent.z);
     return {.operations = samples * share * (8 + 6 * spans) + 20 * runs,
             .streamed = from.bytes() + sizeof(VisibleRuns::Run) * runs};
 }
@@ -147,10 +149,10 @@ VisibleRuns made_runs(const kernels::Grid& volume, std::span<const UnseenSpan> u
 
 double share_in_runs(const Ask& ask) {
     const double seen =
-        ask.scene.fact("runs/seen").value_or(std::min(1.0, 2 * ask.scene.occupied_fraction));
-    const double all = ask.scene.fact("cast/all").value_or(0);
+        ask.scene.fact(kRunsSeen).value_or(std::min(1.0, 2 * ask.scene.occupied_fraction));
+    const double all = ask.scene.fact(kCastAll).value_or(0);
     if (!(all > 0)) return seen;
-    return std::min(seen, ask.scene.fact("cast/bricks").value_or(all) / all);
+    return std::min(seen, ask.scene.fact(kCastBricks).value_or(all) / all);
 }
 
 Transition visible_runs() {
@@ -162,8 +164,10 @@ Transition visible_runs() {
     edge.offer = offer;
     edge.work = work;
     edge.error = error;
-    edge.count = count;
+    edge.count = count;  // what casts runs counts the facts of rays that are read here
     edge.run = run;
+    edge.trials = [] { return picture_trials(Combine::over); };
+    edge.factors = {{"", 2}};
     return edge;
 }
 

@@ -34,8 +34,10 @@ std::shared_ptr<const kernels::VisibleRuns> runs_of(const Data& data);
 
 /// Why a request gains nothing from runs, wherever its rays come from; empty: it may.
 std::string no_runs(const Representation& from, const Ask& ask);
-/// Adds "runs/seen", the share of cells in runs, and "runs/row", runs a row, of rows that are
-/// spread evenly.
+/// The share of cells in runs, and runs a row.
+inline constexpr Fact kRunsSeen{"runs/seen"}, kRunsRow{"runs/row"};
+
+/// Adds both of rows that are spread evenly over the volume.
 void count_runs(const Data& input, const Request& want, std::map<std::string, double>& facts,
                 std::pmr::memory_resource* memory);
 /// Of classifying all samples once.

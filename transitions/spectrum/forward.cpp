@@ -9,11 +9,14 @@
 #include <optional>
 #include <vector>
 
+#include "graph/picture_facts.hpp"
+#include "transitions/filters/field_filter.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum.hpp"
 #include "transitions/spectrum/pixel_of_sum.hpp"
 #include "transitions/spectrum/projection.hpp"
 #include "transitions/spectrum/spectrum_model.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -126,9 +129,7 @@ Work work(const Offer& offer, const Ask&, int /*view*/) {
 }
 
 /// What all windows get wrong [value of the picture].
-double ends_of(const Ask& ask) {
-    return ask.scene.fact("picture/spectrum/ends").value_or(inside_of(ask));
-}
+double ends_of(const Ask& ask) { return ask.scene.fact(kSpectrumEnds).value_or(inside_of(ask)); }
 
 /// What a window's ghosts and what all windows get wrong add up to.
 /// @param ghosts  over the range of the picture
@@ -143,8 +144,9 @@ Error error_by(double bias, const Ask& ask) {
     double length = want.mode->divides ? 1 : samples * want.unit;
     if (!want.mode->divides && !grows_with_length(want))
         length = samples * steepness(want, ask.scene.low, ask.scene.high);
-    return {.gain = ask.scene.fact("gain/blur").value_or(length),
-            .noise_gain = ask.scene.fact("gain/noise/zoh").value_or(length / std::sqrt(samples)),
+    return {.gain = ask.scene.fact(kBlurGain).value_or(length),
+            .noise_gain = ask.scene.fact(kNoiseGain(field_filter(Field::nearest).name))
+                              .value_or(length / std::sqrt(samples)),
             .bias = bias};
 }
 
@@ -250,12 +252,20 @@ Transition spectrum_forward() {
     edge.error = error;
     edge.model = spectrum_model;
     edge.run = run;
+    edge.trials = [] {
+        std::vector<Trial> all = picture_trials(Combine::sum);
+        join(all, picture_trials(Combine::mean));
+        return all;
+    };
+    edge.factors = {{"", 1.8}};
     return edge;
 }
 
 Transition spectrum_wide() {
     Transition edge = spectrum_forward();
     edge.name = "spectrum.wide";
+    edge.trials = {};
+    edge.factors.clear();
     edge.joins.clear();
     std::vector<double> paddings(std::begin(kPaddings), std::end(kPaddings));
     std::vector<double> widths(std::begin(kWidths), std::end(kWidths));

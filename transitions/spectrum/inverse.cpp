@@ -7,6 +7,7 @@
 #include "transitions/kernels/spectrum_picture.hpp"
 #include "transitions/spectrum/pixel_of_sum.hpp"
 #include "transitions/spectrum/projection.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -99,6 +100,12 @@ Transition spectrum_inverse() {
     // Every pixel is made of every sample, so that the picture stays whole.
     edge.error = exact;  // all that a spectrum gets wrong is counted by spectrum.forward
     edge.run = run;
+    edge.trials = [] {
+        std::vector<Trial> all = picture_trials(Combine::sum);
+        join(all, picture_trials(Combine::mean));
+        return all;
+    };
+    edge.factors = {{"", 4.7}};
     return edge;
 }
 

@@ -40,11 +40,10 @@ std::string window_facet(const kernels::KaiserBessel& window) {
     return fmt::format("window{}x{}", window.width(), window.padding());
 }
 
-std::string fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
-                             const Request& want) {
-    const std::string whole =
-        fmt::format("picture/spectrum/{}x{}", window.width(), window.padding());
-    return box == want.input ? whole : fmt::format("{}/{}", whole, text_of(box, want.axes));
+FactName fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
+                          const Request& want) {
+    const std::string by = fmt::format("{}x{}", window.width(), window.padding());
+    return box == want.input ? kSpectrumError(by) : kSpectrumError(by, text_of(box, want.axes));
 }
 
 std::optional<double> measured_error(const kernels::KaiserBessel& window,

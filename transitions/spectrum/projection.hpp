@@ -9,14 +9,19 @@
 
 namespace edgewise {
 
+/// The error of a picture by a slice of a spectrum, by window; and what of it comes from the ends of
+/// rays.
+inline constexpr FactFamily kSpectrumError{"picture/spectrum"};
+inline constexpr Fact kSpectrumEnds{"picture/spectrum/ends"};
+
 /// Vertices of the spectrum differ by the window that they were made for: a facet names it.
 std::string window_facet(const kernels::KaiserBessel& window);
 /// The padding that is planned with unless a path asks for another.
 inline constexpr double kTriedPadding = 1.25;
 /// The fact that holds the error of pictures by a window [value of the picture].
 /// @param box  the transformed box: all of the input, or the part that a crop kept
-std::string fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
-                             const Request& want);
+FactName fact_of_spectrum(const kernels::KaiserBessel& window, const Extent& box,
+                          const Request& want);
 /// The error of pictures by this window, from a preview; none where it measured none [value].
 /// @param from  the transformed samples: the input, or the part that a crop kept
 std::optional<double> measured_error(const kernels::KaiserBessel& window,

@@ -7,6 +7,7 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/spectrum_slice.hpp"
 #include "transitions/spectrum/projection.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -124,6 +125,12 @@ Transition spectrum_slice() {
     edge.error = error;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = [] {
+        std::vector<Trial> all = picture_trials(Combine::sum);
+        join(all, picture_trials(Combine::mean));
+        return all;
+    };
+    edge.factors = {{"", 0.86}, {"/band=picture", 1}};
     return edge;
 }
 

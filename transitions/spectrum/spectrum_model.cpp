@@ -552,7 +552,7 @@ class SpectrumModel final : public Model {
             lost_.emplace(
                 setting.field.samples(), setting.statistics.occupied,
                 want_.field == Field::spline ? kernels::Between::spline : kernels::Between::linear);
-        facts_.push_back({.name = "picture/spectrum/ends", .like = RayLook::kFoh1});
+        facts_.push_back({.name = kSpectrumEnds, .like = RayLook::kFoh1});
         const std::vector<std::vector<kernels::KaiserBessel>> groups = measured_windows(setting);
         boxes_.reserve(setting.boxes.size() * groups.size());
         for (const Region& box : setting.boxes)

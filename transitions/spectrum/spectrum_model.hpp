@@ -119,8 +119,7 @@ class SpectrumRays {
 };
 
 /// Pictures by slices of a spectrum: facts as fact_of_spectrum() names them, one a window and box
-/// that is transformed, and "picture/spectrum/ends", what of it comes from the ends of rays. Null
-/// where a spectrum gives no such picture.
+/// that is transformed, and kSpectrumEnds. Null where a spectrum gives no such picture.
 std::shared_ptr<const Model> spectrum_model(const ModelSetting& setting);
 
 }  // namespace edgewise

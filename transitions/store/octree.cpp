@@ -56,14 +56,15 @@ Work work_octree(const Offer& offer, const Ask&, int) {
 
 constexpr int kDrawn = 512, kQuantiles = 16;
 
-std::string differs_fact(int quantile) { return fmt::format("octree/differs/{}", quantile); }
+constexpr Fact kVaried{"octree/varied"};
+constexpr FactFamily kDiffers{"octree/differs"};
 
 /// The share of places in leaves that differ, an upper estimate.
 double share_in_leaves(double tolerance, const Scene& scene) {
-    const auto varied = scene.fact("octree/varied");
+    const auto varied = scene.fact(kVaried);
     if (!varied) return 1;
     int quantile = 0;
-    while (quantile < kQuantiles && scene.fact(differs_fact(quantile)).value_or(0) <= tolerance)
+    while (quantile < kQuantiles && scene.fact(kDiffers(quantile)).value_or(0) <= tolerance)
         ++quantile;
     // What is rarer than three of the nodes that were drawn may have been missed.
     constexpr double kMissed = 3.0 / kDrawn;
@@ -165,14 +166,14 @@ void count_octree(const Data& input, const Request& want, std::map<std::string, 
         if (optics && kernels::largest_opacity(*optics, drawn.span()) == 0) continue;
         differs.push_back(std::abs(what.values.slope) * drawn.differs());
     }
-    facts["octree/varied"] = static_cast<double>(differs.size()) / kDrawn;
+    facts[kVaried] = static_cast<double>(differs.size()) / kDrawn;
     std::sort(differs.begin(), differs.end());
     for (int quantile = 0; quantile <= kQuantiles && !differs.empty(); ++quantile) {
         const double value =
             differs[(differs.size() - 1) * static_cast<std::size_t>(quantile) / kQuantiles];
         // Some do not lie in leaves whatever is tolerated.
         constexpr double kNever = std::numeric_limits<float>::max();
-        facts[differs_fact(quantile)] = std::min(value, kNever);
+        facts[kDiffers(quantile)] = std::min(value, kNever);
     }
 }
 

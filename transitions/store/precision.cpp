@@ -7,6 +7,7 @@
 
 #include "graph/filtering.hpp"
 #include "graph/with_type.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -159,6 +160,12 @@ Transition precision() {
                     .reads = [](const Region& region, int) { return region; }};
         },
         .run = run,
+        .trials = []() -> std::vector<Trial> {
+            const std::vector<double> turn{20, -15, 10};
+            return {copy_trial("phantom:gaussians:144", Type::i16, turn),
+                    copy_trial("phantom:gaussians:144", Type::f32, turn)};
+        },
+        .factors = {{"", 6.6}},
     };
 }
 

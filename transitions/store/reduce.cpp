@@ -9,6 +9,7 @@
 #include "graph/spread.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/pmr_block.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -213,6 +214,8 @@ Transition reduce() {
     edge.error = error;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = [] { return picture_trials(); };
+    edge.factors = {{"", 2}};  // a guess: a plain loop
     return edge;
 }
 

@@ -5,6 +5,7 @@
 #include "surface/draw.hpp"
 #include "surface/mesh.hpp"
 #include "transitions/surface/surface_of.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
@@ -63,6 +64,12 @@ Transition draw_edge() {
         .offer = offer,
         .work = work,
         .run = run,
+        .trials = []() -> std::vector<Trial> {
+            return {surface_trial("phantom:gaussians:112"),
+                    of_labels(surface_trial("phantom:shepp-logan:64")),
+                    of_labels(surface_trial("phantom:shepp-logan:124"))};
+        },
+        .factors = {{"", 2}},
     };
 }
 

@@ -4,11 +4,12 @@
 #include "surface/lids.hpp"
 #include "surface/mesh.hpp"
 #include "transitions/surface/surface_of.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
 
-constexpr const char* kVertices = "surface/vertices";
+constexpr Fact kVertices{"surface/vertices"};
 
 bool has_lids(const Request& want) {
     const auto* setting = want.setting.as<surface::MeshSetting>();
@@ -55,6 +56,13 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
         out, surface::flying_edges(framed, isovalue, place * unframed, context.memory, poll));
 }
 
+std::vector<Trial> trials() {
+    std::vector<Trial> all;
+    for (const char* input : {"phantom:gaussians:64", "phantom:gaussians:112"})
+        for (const Type type : {Type::u8, Type::f32}) all.push_back(mesh_trial(input, type));
+    return all;
+}
+
 }  // namespace
 
 Transition flying_edges_edge() {
@@ -67,6 +75,8 @@ Transition flying_edges_edge() {
         .error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; },
         .count = count,
         .run = run,
+        .trials = trials,
+        .factors = {{"", 1.4}},
     };
 }
 

@@ -4,11 +4,12 @@
 #include "surface/mesh.hpp"
 #include "surface/nets.hpp"
 #include "transitions/surface/surface_of.hpp"
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
 
-constexpr const char* kVertices = "nets/vertices";
+constexpr Fact kVertices{"nets/vertices"};
 constexpr double kSmooth = 1;
 
 Offer offer(const Representation& from, const Ask& ask, const Parameters& with) {
@@ -57,6 +58,11 @@ Transition surface_nets_edge() {
         .error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; },
         .count = count,
         .run = run,
+        .trials = []() -> std::vector<Trial> {
+            return {of_labels(mesh_trial("phantom:shepp-logan:64")),
+                    of_labels(mesh_trial("phantom:shepp-logan:124"))};
+        },
+        .factors = {{"", 2.4}},
     };
 }
 

@@ -45,7 +45,7 @@ Mat4 place_of(const Offer& offer, const Request& want, int view) {
     return want.job->of_rays() ? Mat4(Mat4::Identity()) : residual(offer.from, want, view);
 }
 
-double vertices_of(const Ask& ask, const std::string& fact, const Representation& from) {
+double vertices_of(const Ask& ask, const Fact& fact, const Representation& from) {
     // Of every fourth slice; those between may have more.
     constexpr double kMargin = 1.25;
     if (const auto counted = ask.scene.fact(fact)) return kMargin * *counted;

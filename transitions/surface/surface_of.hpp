@@ -19,6 +19,6 @@ Representation mesh_of(const Representation& from, const Request& want, double v
 Mat4 place_of(const Offer& offer, const Request& want, int view);
 
 /// How many vertices are expected, by the edge's fact; where there is none, a guess.
-double vertices_of(const Ask& ask, const std::string& fact, const Representation& from);
+double vertices_of(const Ask& ask, const Fact& fact, const Representation& from);
 
 }  // namespace edgewise

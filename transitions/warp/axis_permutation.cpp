@@ -12,6 +12,7 @@
 #include "transitions/kernels/axis_permutation.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/scalar_load.hpp"
+#include "transitions/trials/trials.hpp"
 #include "transitions/warp/outside.hpp"
 
 namespace edgewise {
@@ -254,6 +255,20 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
     context.poll();
 }
 
+/// In the order of the samples, rows of each slice from all slices, and columns.
+std::vector<Trial> trials() {
+    std::vector<Trial> all = warp_trials();
+    const auto copies = [&](const std::vector<double>& turn, const std::vector<int>& sizes) {
+        for (const int size : sizes)
+            for (const Type type : {Type::u8, Type::i16, Type::f32})
+                all.push_back(copy_trial(fmt::format("phantom:gaussians:{}", size), type, turn));
+    };
+    copies({20, -15, 10}, {144, 190});
+    copies({70, 10, 5}, {112, 144, 190});
+    copies({10, 70, -25}, {144});
+    return all;
+}
+
 }  // namespace
 
 Transition axis_permutation_warp() {
@@ -269,6 +284,8 @@ Transition axis_permutation_warp() {
     edge.error = [](const Offer&, const Ask&) -> Error { return {.copies = true}; };
     edge.parts = parts;
     edge.run = run;
+    edge.trials = trials;
+    edge.factors = {{"", 0.93}};
     return edge;
 }
 

@@ -13,6 +13,7 @@
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
+#include "transitions/trials/trials.hpp"
 #include "transitions/warp/backward_model.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
@@ -322,12 +323,16 @@ Transition backward_warp() {
     edge.model = backward_model;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = warp_trials;
+    edge.factors = {{"", 0.68}, {"/filter=bspline3", 0.42}, {"/filter=zoh", 1}};
     return edge;
 }
 
 Transition colored_warp() {
     Transition edge = backward_warp();
     edge.name = "warp.colored";
+    edge.trials = {};
+    edge.factors.clear();
     edge.source = "Wittenbrink 1993, FIGURE 57";
     edge.joins = {{"object/colored", "screen/colored"}};
     edge.parameters = {{"filter", any_filter({"foh"})}};

@@ -4,6 +4,8 @@
 #include <deque>
 #include <fmt/format.h>
 
+#include "graph/picture_facts.hpp"
+
 namespace edgewise {
 namespace {
 
@@ -54,7 +56,7 @@ class BackwardModel final : public Model {
     explicit BackwardModel(const ModelSetting& setting) : setting_(setting) {
         for (const Filter* filter : setting.filters) {
             held_.emplace_back(*filter);
-            facts_.push_back({.name = fmt::format("field/{}", filter->name),
+            facts_.push_back({.name = kFieldError(filter->name),
                               .like_point = filter->taps == 1 ? 0u : 1u,
                               .of_points = true});
         }

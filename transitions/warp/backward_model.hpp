@@ -6,7 +6,7 @@
 
 namespace edgewise {
 
-/// Samples read by each filter where they lie: facts "field/FILTER", at points and along rays.
+/// Samples read by each filter where they lie: facts kFieldError(FILTER), at points and along rays.
 std::shared_ptr<const Model> backward_model(const ModelSetting& setting);
 
 /// Walks over the samples of the field that a ray takes at a step of kFieldStep: calls

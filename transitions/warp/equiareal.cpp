@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "graph/picture_facts.hpp"
 #include "graph/spread.hpp"
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid_of.hpp"
@@ -77,8 +78,8 @@ double hold_error(const std::string& filter, const Ask& ask) {
 double hold_error(const std::string& name, double guess, const Ask& ask) {
     const Scene& scene = ask.scene;
     if (ask.want.job->of_rays())
-        if (const auto fact = scene.fact("combined/" + name)) return *fact;
-    if (const auto fact = scene.fact("field/" + name)) return *fact;
+        if (const auto fact = scene.fact(kCombinedError(name))) return *fact;
+    if (const auto fact = scene.fact(kFieldError(name))) return *fact;
     return guess * (scene.high - scene.low);
 }
 

@@ -13,6 +13,7 @@
 #include "transitions/filters/filter.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/permutation.hpp"
+#include "transitions/trials/trials.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 #include "transitions/warp/outside.hpp"
@@ -244,6 +245,8 @@ Transition permutation_warp() {
     edge.model = permutation_model;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = warp_trials;
+    edge.factors = {{"", 2.9}, {"/filter=foh", 2.6}};
     return edge;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "graph/picture_facts.hpp"
 #include "transitions/warp/backward_model.hpp"
 
 namespace edgewise {
@@ -63,7 +64,7 @@ class PermutationModel final : public Model {
  public:
     explicit PermutationModel(const ModelSetting& setting)
         : setting_(setting), assigned_(setting.field.axes()) {
-        facts_.push_back({.name = "field/me", .like_point = 0, .of_points = true});
+        facts_.push_back({.name = kFieldError("me"), .like_point = 0, .of_points = true});
     }
     void at(const PointMade& point, std::span<double> squares) const override {
         std::vector<double> got(point.expected.size());

@@ -6,7 +6,7 @@
 
 namespace edgewise {
 
-/// Samples that an assignment sends (filter=me): fact "field/me". With other filters it errs
+/// Samples that an assignment sends (filter=me): fact kFieldError("me"). With other filters it errs
 /// as reading by them does.
 std::shared_ptr<const Model> permutation_model(const ModelSetting& setting);
 

@@ -13,6 +13,7 @@
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/scale.hpp"
+#include "transitions/trials/trials.hpp"
 #include "transitions/warp/equiareal.hpp"
 
 namespace edgewise {
@@ -220,6 +221,8 @@ Transition scaling() {
     edge.error = error;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = warp_trials;
+    edge.factors = {{"", 2}};  // a guess: a plain loop
     return edge;
 }
 

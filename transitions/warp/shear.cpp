@@ -14,6 +14,7 @@
 #include "transitions/kernels/pmr_block.hpp"
 #include "transitions/kernels/shear.hpp"
 #include "transitions/kernels/tap_polynomials.hpp"
+#include "transitions/trials/trials.hpp"
 #include "transitions/warp/counts.hpp"
 #include "transitions/warp/equiareal.hpp"
 #include "transitions/warp/outside.hpp"
@@ -137,7 +138,7 @@ Error error(const Offer& offer, const Ask& ask) {
     if (passes == 0 && ask.want.views.different() == looked_at) return error;
     const std::string& filter = offer.with.word("filter");
     error.bias = hold_error(filter, ask);
-    const std::optional<double> pass = scene.fact("sheared/" + filter);
+    const std::optional<double> pass = scene.fact(kShearedError(filter));
     if (slanted == 0) return error;
     if (!pass) {
         error.bias *= std::max(passes / std::max(axes, 1.0), 1.0);
@@ -301,6 +302,8 @@ Transition shear_warp_passes() {
     edge.model = shear_model;
     edge.parts = parts;
     edge.run = run;
+    edge.trials = warp_trials;
+    edge.factors = {{"", 2.2}};
     return edge;
 }
 

@@ -118,7 +118,7 @@ class ShearModel final : public Model {
         for (const Filter* filter : setting.filters) {
             if (filter->taps == 1) continue;
             by_.push_back(filter);
-            facts_.push_back({.name = "sheared/" + filter->name, .of_points = true});
+            facts_.push_back({.name = kShearedError(filter->name), .of_points = true});
         }
     }
     void at(const PointMade& point, std::span<double> squares) const override {

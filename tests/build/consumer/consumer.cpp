@@ -57,7 +57,7 @@ int main() {
 
     ew::PlanOptions options;
     options.demands.via = {ew::demand_of("user.negate", edges)};
-    const ew::Answer answer = ew::plan(edges, ask, {{what}}, ew::default_profile(), options);
+    const ew::Answer answer = ew::plan(edges, ask, {{what}}, ew::default_profile(edges), options);
     if (!answer.plan) return std::puts(answer.problem.c_str()), 1;
     bool right = false;
     ew::run(*answer.plan, ask, source,

@@ -252,7 +252,7 @@ void expect_same_bytes(Job job, std::shared_ptr<const Image> image) {
         const std::size_t before = memory.used();
         const Scene scene = scene_of(*input, want, memory);
         const Ask ask{want, scene};
-        const Answer answer = plan(catalogue(), ask, {{input->what}}, default_profile());
+        const Answer answer = plan(catalogue(), ask, {{input->what}}, default_profile(catalogue()));
         ASSERT_TRUE(answer.plan) << answer.problem;
         const auto result = results_of(*answer.plan, ask, input, 2, memory);
         const char* bytes = result.front()->as<char>();

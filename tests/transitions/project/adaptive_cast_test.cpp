@@ -245,10 +245,10 @@ TEST(AdaptiveCast, IsToldByDrawnSquares) {
     const Request want = turned(Mode::xray, 37);
     Scene scene;
     adaptive_cast().count(in, want, scene.facts, std::pmr::new_delete_resource());
-    ASSERT_TRUE(scene.fact("adaptive/spread"));
+    ASSERT_TRUE(scene.fact(FactName("adaptive/spread")));
     double before = 0;
     for (int bound = 3; bound <= 14; ++bound) {
-        const double share = *scene.fact("adaptive/cast/" + std::to_string(bound));
+        const double share = *scene.fact(FactName("adaptive/cast/" + std::to_string(bound)));
         EXPECT_GE(share, before);
         EXPECT_LE(share, 1);
         before = share;
@@ -280,7 +280,7 @@ TEST(AdaptiveCast, IsToldByDrawnSquares) {
         const double met = std::sqrt(squares / pixels);
         EXPECT_LE(met, predicted) << tolerance;
         EXPECT_GT(met, 0) << tolerance;
-        EXPECT_LE(predicted, tolerance * *scene.fact("adaptive/spread"));
+        EXPECT_LE(predicted, tolerance * *scene.fact(FactName("adaptive/spread")));
         // Of the rays those of corners, and of squares that differ.
         const double cast = adaptive_cast().work(offer, ask, 0).gathers,
                      all = ray_cast().work(plain, ask, 0).gathers;

@@ -305,9 +305,9 @@ TEST(Octree, SaysHowFarLeavesAreOff) {
         return data;
     }();
     octree().count(noise, want, scene.facts, std::pmr::new_delete_resource());
-    EXPECT_NEAR(*scene.fact("octree/varied"), 0.5, 0.05);
+    EXPECT_NEAR(*scene.fact(FactName("octree/varied")), 0.5, 0.05);
     // Even noise of 0.8 has a deviation of 0.8 / sqrt(12).
-    EXPECT_NEAR(*scene.fact("octree/differs/8"), 0.8 / std::sqrt(12), 0.01);
+    EXPECT_NEAR(*scene.fact(FactName("octree/differs/8")), 0.8 / std::sqrt(12), 0.01);
     EXPECT_DOUBLE_EQ(error(0.01).bias, 0.08 * std::sqrt(3.0 / 512));
     EXPECT_NEAR(error(0.1).bias, 0.8 * std::sqrt(0.5), 0.03);
     Request largest = want;
@@ -322,7 +322,7 @@ TEST(Octree, SaysHowFarLeavesAreOff) {
     largest.transfer.points = {{0.9, 0, {1, 1, 1}}, {5, 1, {1, 1, 1}}};
     scene.facts.clear();
     octree().count(noise, largest, scene.facts, std::pmr::new_delete_resource());
-    EXPECT_EQ(*scene.fact("octree/varied"), 0);
+    EXPECT_EQ(*scene.fact(FactName("octree/varied")), 0);
 }
 
 TEST(Octree, Refuses) {
