@@ -15,7 +15,7 @@
 namespace edgewise {
 namespace {
 
-using Kind = GeometryStep::Kind;
+using Turn = GeometryStep::Kind;
 using Pixels = std::vector<float>;
 
 const Engine& engine() {
@@ -25,8 +25,8 @@ const Engine& engine() {
 
 Query mip(double angle, int frames = 1) {
     Query query;
-    query.geometry.steps = {{Kind::rotate, {20, angle, 0}}};
-    if (frames > 1) query.geometry.steps.push_back({Kind::turntable, {double(frames)}});
+    query.geometry.steps = {{Turn::rotate, {20, angle, 0}}};
+    if (frames > 1) query.geometry.steps.push_back({Turn::turntable, {double(frames)}});
     query.geometry.size = OutputSize{.native = true};
     query.max_error = 0.02;
     query.threads = 2;
