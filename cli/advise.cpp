@@ -132,16 +132,16 @@ std::vector<JobOptions> usual_requests() {
         JobOptions& options = all.emplace_back();
         options.job = job;
         options.input = input;
-        options.geometry.steps = {{"rotate", rotate}};
+        options.put("rotate", rotate);
         return options;
     };
     const Job render = job_to("screen/picture"), warp = job_to("screen/scalar");
     for (const Combine loop : {Combine::max, Combine::sum, Combine::mean, Combine::over}) {
         const std::string mode(name_of(mode_by(loop)));
-        add(render, "describe:256x256x256:u8", "20,30,0").mode = mode;
+        add(render, "describe:256x256x256:u8", "20,30,0").put("mode", mode);
         JobOptions& table = add(render, "describe:128x128x128:u16", "10,0,0");
-        table.mode = mode;
-        table.geometry.steps.emplace_back("turntable", "36");
+        table.put("mode", mode);
+        table.put("turntable", "36");
     }
     add(warp, "describe:256x256x256:u16", "10,20,30");
     add(warp, "describe:128x128x128:f32", "60,5,0");
@@ -152,12 +152,11 @@ std::vector<JobOptions> usual_requests() {
 
 std::string request_text(const JobOptions& options) {
     std::string text = fmt::format("{} {}", name_of(options.job), options.input);
-    for (const auto& [step, value] : options.geometry.steps)
-        text += fmt::format(" --{} {}", step, value);
-    if (options.mode) text += " --mode " + *options.mode;
-    if (options.op) text += " --op " + *options.op;
-    if (options.kernel) text += " --kernel " + *options.kernel;
-    if (options.border) text += " --border " + *options.border;
+    for (const Given& one : options.given)
+        if (setting_named(one.name, options.job)->kind() == Reader::Kind::step)
+            text += fmt::format(" --{} {}", one.name, one.value.text());
+    for (const char* name : {"mode", "op", "kernel", "border"})
+        if (const auto value = options.text(name)) text += fmt::format(" --{} {}", name, *value);
     return text;
 }
 
@@ -208,7 +207,7 @@ Verb add_advise(CLI::App& main) {
                 for (const auto& options : all) {
                     if (!options->app->parsed()) continue;
                     JobOptions& job = options->job;
-                    order_geometry(*options->app, job);
+                    take_given(*options->app, job);
                     return do_advise(&job, job.json ? job.json : *json);
                 }
                 return do_advise(nullptr, *json);

@@ -48,12 +48,12 @@ class FilteredSeries {
 
     void take(int time) {
         JobOptions one = options_;
-        one.selection.time = std::to_string(time);
+        one.put("time", std::to_string(time));
         Query query = spec_of(one, catalogue());
         if (!engine_) engine_ = engine_of(one, query, true, messages_);
         last_.emplace(ask(*engine_, std::move(query), {.runs = true}));
         Effort effort;
-        if (!one.verify) effort.errors = ErrorsWanted::for_choice;
+        if (!one.has("verify")) effort.errors = ErrorsWanted::for_choice;
         last_->open_all(messages_);
         last_->look_at(effort, messages_);
         const bool none = last_->looked()->outputs->none();
@@ -154,8 +154,8 @@ int do_filter_series(const JobOptions& options) {
             expect_nothing_of_one_run(options);
             check_outputs(options);
             JobOptions still = options;
-            still.selection.time.reset();
-            const int times = store::inspect(options.input, selection_of(still.selection)).times;
+            still.drop("time");
+            const int times = store::inspect(options.input, selection_of(still)).times;
             if (times > 1 && options.out) {
                 const store::Format* format = store::format_of(*options.out);
                 if (format && format->name != "NIfTI" && format->name != "NRRD")

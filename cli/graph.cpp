@@ -128,7 +128,7 @@ Verb add_graph(CLI::App& main) {
     return {app, [options, subs] {
                 for (std::size_t i = 0; i < subs.size(); ++i) {
                     if (!subs[i]->parsed()) continue;
-                    order_geometry(*subs[i], options->jobs[i]);
+                    take_given(*subs[i], options->jobs[i]);
                     return do_graph(*options, &options->jobs[i]);
                 }
                 return do_graph(*options, nullptr);

@@ -10,7 +10,6 @@
 
 #include "cli/request/errors.hpp"
 #include "cli/request/request_options.hpp"
-#include "cli/request/selection_words.hpp"
 #include "cli/request/spoken.hpp"
 #include "cli/request/user_folders.hpp"
 #include "cli/session/report.hpp"
@@ -19,6 +18,7 @@
 #include "engine/measure/machine.hpp"
 #include "engine/request/input.hpp"
 #include "engine/request/outputs.hpp"
+#include "engine/settings/selection.hpp"
 #include "graph/errors.hpp"
 #include "io/channel_colours.hpp"
 #include "runtime/memory_budget.hpp"
@@ -32,7 +32,7 @@ using Json = nlohmann::ordered_json;
 
 struct InfoOptions {
     std::string file;
-    SelectionWords selection;
+    JobOptions asked;
     std::optional<std::string> json;
     bool quiet = false;
 };
@@ -267,9 +267,9 @@ Input first_of(const std::vector<store::Series>& series, const std::string& file
 /// Several series: their list is the answer, the first stands for all.
 Facts gathered(const InfoOptions& options, MemoryBudget& memory) {
     Facts facts;
-    if (options.selection.level == kLevelByResult)
+    if (options.asked.text("level") == kLevelByResult)
         throw RequestError("--level auto: info makes no picture to choose one by; name a number");
-    store::Selection selection = selection_of(options.selection);
+    store::Selection selection = selection_of(options.asked);
     selection.memory_limit = memory.limit();
     selection.padding = store::Padding::smallest;
     constexpr std::string_view kNoPaths[] = {"phantom:", "raw:", "kspace:"};
@@ -316,10 +316,13 @@ Verb add_info(CLI::App& main) {
     auto options = std::make_shared<InfoOptions>();
     app->add_option("FILE", options->file, "file, folder, phantom:NAME:N, raw:... or kspace:...")
         ->required();
-    add_selection(*app, options->selection);
+    add_selection(*app);
     add_text(*app, "--json", options->json, "report, to FILE or - for standard output");
     app->add_flag("--quiet", options->quiet, "errors only; what is in the file is the output");
-    return {app, [options] { return do_info(*options); }};
+    return {app, [app, options] {
+                take_given(*app, options->asked);
+                return do_info(*options);
+            }};
 }
 
 }  // namespace edgewise::cli

@@ -77,7 +77,7 @@ void run(TypedRequest& typed) {
     reached.run_all({}, typed.messages());
     if (o.trace)
         write_text(*o.trace, chrome_trace(*planned.answer.plan, reached.run->measured.trace));
-    if (o.explain || (o.verify && o.json != "-"))
+    if (o.explain || (o.has("verify") && o.json != "-"))
         explain(o, measurement_of(planned, *reached.run, o.explain));
     typed.messages().result(result_of(planned, *reached.run));
 }
@@ -85,7 +85,7 @@ void run(TypedRequest& typed) {
 /// How much is worked out for what the words want to see.
 Effort effort_of(const JobOptions& o, bool runs) {
     Effort effort;
-    if (runs && !o.explain && !o.verify && !o.report) effort.errors = ErrorsWanted::for_choice;
+    if (runs && !o.explain && !o.has("verify") && !o.report) effort.errors = ErrorsWanted::for_choice;
     effort.front = !runs || o.explain || o.json || o.report;
     return effort;
 }
@@ -146,15 +146,15 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
     add_job_options(*app, *options, runs ? OutNeeded::yes : OutNeeded::no);
     return {app, [app, options, job, runs] {
                 options->words = typed_words(*app);
-                order_geometry(*app, *options);
+                take_given(*app, *options);
                 if (options->mpr) return do_planes(*options, runs);
-                if (job->of_rays() && names_all_times(options->selection))
+                if (job->of_rays() && names_all_times(*options))
                     return do_series(*options, runs);
-                if (job->of_rays() && names_colours(options->selection))
+                if (job->of_rays() && names_colours(*options))
                     return do_merge(*options, runs);
-                if (job == Job::filter && names_all_times(options->selection)) {
+                if (job == Job::filter && names_all_times(*options)) {
                     if (runs) return do_filter_series(*options);
-                    options->selection.time = "0";  // all have one shape
+                    options->put("time", "0");  // all have one shape
                 }
                 return do_job(*options, runs);
             }};

@@ -41,7 +41,7 @@ void expect_no_files_of_one_plan(const JobOptions& options) {
 Query merged_spec(const JobOptions& options, Messages& messages) {
     configure(messages, options);
     JobOptions without = options;
-    without.selection.channel.reset();
+    without.drop("channel");
     return spec_of(without, catalogue());
 }
 
@@ -49,7 +49,7 @@ Query merged_spec(const JobOptions& options, Messages& messages) {
 struct TypedMerge {
     explicit TypedMerge(const JobOptions& options)
         : merge(merged_spec(options, messages),
-                channels_of(options.selection.channel.value_or("all")),
+                channels_of(options.text("channel").value_or("all")),
                 engine_of(options, merged_spec(options, messages), true, messages), messages) {}
 
     double startup_seconds = process_seconds();
@@ -59,7 +59,7 @@ struct TypedMerge {
 
 void take_options(Merge& merge, const JobOptions& options, bool runs) {
     merge.runs = runs;
-    if (runs && !options.explain && !options.verify) merge.effort.errors = ErrorsWanted::for_choice;
+    if (runs && !options.explain && !options.has("verify")) merge.effort.errors = ErrorsWanted::for_choice;
     merge.effort.front = !runs || options.explain || options.json;
 }
 
@@ -93,7 +93,7 @@ int do_merge(const JobOptions& options, bool runs) {
                             heading(channel) + explanation_of(planned, options.explain_all) + "\n");
             });
             if (runs) {
-                if (options.explain || (options.verify && options.json != "-"))
+                if (options.explain || (options.has("verify") && options.json != "-"))
                     for (const MergedChannel& channel : merge.channels)
                         explain(options,
                                 heading(channel) + measurement_of(*channel.request->planned(),

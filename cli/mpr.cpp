@@ -85,7 +85,7 @@ int do_planes(const JobOptions& options, bool runs) {
             double seconds = 0;
             for (const Reached& each : planes.requests) {
                 for (const double one : each.run->measured.seconds) seconds += one;
-                if (options.explain || (options.verify && options.json != "-"))
+                if (options.explain || (options.has("verify") && options.json != "-"))
                     explain(options,
                             heading_of(*each.planned()) +
                                 measurement_of(*each.planned(), *each.run, options.explain));

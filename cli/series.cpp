@@ -37,7 +37,7 @@ void expect_no_files_of_one_run(const JobOptions& options) {
         throw RequestError(
             "--progressive: shows one picture, and --time all makes one for each time point; name "
             "one by --time N");
-    if (names_colours(options.selection))
+    if (names_colours(options))
         throw RequestError(
             "--channel: channels are merged at one time point; name one by --time N, or one "
             "channel");
@@ -46,7 +46,7 @@ void expect_no_files_of_one_run(const JobOptions& options) {
 Query series_spec(const JobOptions& options, Messages& messages) {
     configure(messages, options);
     JobOptions without = options;
-    without.selection.time.reset();
+    without.drop("time");
     return spec_of(without, catalogue());
 }
 
@@ -82,7 +82,7 @@ int do_series(const JobOptions& options, bool runs) {
             Series& series = typed->series;
             series.runs = runs;
             typed->messages.announces_planning(runs);
-            if (runs && !options.explain && !options.verify)
+            if (runs && !options.explain && !options.has("verify"))
                 series.effort.errors = ErrorsWanted::for_choice;
             series.effort.front = !runs || options.explain || options.json;
             perform(series, [&](Planned& first) {
@@ -93,7 +93,7 @@ int do_series(const JobOptions& options, bool runs) {
                             times_heading(series) + explanation_of(first, options.explain_all));
             });
             if (runs) {
-                if (options.explain || (options.verify && options.json != "-"))
+                if (options.explain || (options.has("verify") && options.json != "-"))
                     explain(options, measurement_of(*series.first->planned(), *series.first->run,
                                                     options.explain));
                 typed->messages.result(result_of(series));

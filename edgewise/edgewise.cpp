@@ -7,6 +7,22 @@
 #include "engine/request/input.hpp"
 
 namespace edgewise {
+namespace {
+
+const Catalogue& all_edges() {
+    static const Catalogue edges = catalogue();
+    return edges;
+}
+
+}  // namespace
+
+Query query_of(Job job, const std::vector<Given>& given) {
+    return query_of(job, given, all_edges());
+}
+
+void set(Query& query, std::string_view name, const SettingValue& value) {
+    set(query, name, value, all_edges());
+}
 
 Engine default_engine(const std::string& folder) {
     Catalogue edges = catalogue();

@@ -14,6 +14,7 @@
 
 #include "edgewise/volume.hpp"
 #include "engine/prepared.hpp"
+#include "engine/settings/settings.hpp"
 #include "engine/transfer/presets.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
@@ -28,6 +29,16 @@ namespace edgewise {
 /// @param folder  ~/.config/edgewise, unless somebody has moved it; "": none. Nothing else is read.
 /// @throws InputError for a profile that is broken
 Engine default_engine(const std::string& folder = {});
+
+/// A query in which all of this is set, by the names of its settings: settings() lists them.
+///
+///     query_of(Job::render, {{"mode", "xray"}, {"rotate", "20,0,0"}, {"max_error", 0.02}})
+///
+/// @throws SettingError, RequestError
+Query query_of(Job job, const std::vector<Given>& given);
+/// Sets one of them. A step of the geometry is added to those that are there.
+/// @throws SettingError, RequestError
+void set(Query& query, std::string_view name, const SettingValue& value);
 
 /// Plans a query for a volume and keeps its samples for the runs. Query::input and selection are
 /// the volume's.

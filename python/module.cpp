@@ -9,6 +9,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -66,17 +67,6 @@ std::shared_ptr<const void> owner_of(const py::object& object) {
                 const py::gil_scoped_acquire locked;
                 delete static_cast<const py::object*>(one);
             }};
-}
-
-template <std::size_t N>
-std::array<double, N> numbers(const py::handle& value, const char* what) {
-    const auto all = py::cast<std::vector<double>>(value);
-    if (all.size() != N)
-        throw py::value_error(std::string(what) + ": " + std::to_string(N) +
-                              " numbers are expected, " + std::to_string(all.size()) + " given");
-    std::array<double, N> out{};
-    std::copy(all.begin(), all.end(), out.begin());
-    return out;
 }
 
 /// As everything that is along axes in NumPy: z, y, x.
@@ -151,191 +141,74 @@ py::array array_of(const std::shared_ptr<const Data>& data) {
 
 // Queries
 
-using Setter = void (*)(Query& query, const py::handle& value);
-
-std::vector<double> list_of(const py::handle& value) {
-    if (py::isinstance<py::array>(value) || py::isinstance<py::sequence>(value))
-        return py::cast<std::vector<double>>(py::module_::import("numpy").attr("ravel")(value));
-    return {py::cast<double>(value)};
+/// What settings take: a text, a number, a truth, or a list or array of these.
+SettingValue value_of(const py::handle& value) {
+    if (py::isinstance<py::bool_>(value)) return py::cast<bool>(value);
+    if (py::isinstance<py::int_>(value)) return py::cast<std::int64_t>(value);
+    if (py::isinstance<py::float_>(value)) return py::cast<double>(value);
+    if (py::isinstance<py::str>(value)) return py::cast<std::string>(value);
+    if (py::hasattr(value, "tolist")) return value_of(value.attr("tolist")());
+    if (py::hasattr(value, "__fspath__"))
+        return py::cast<std::string>(py::str(value.attr("__fspath__")()));
+    SettingValue::List list;
+    for (const py::handle& one : value) list.push_back(value_of(one));
+    return list;
 }
 
-template <GeometryStep::Kind kind>
-void step(Query& query, const py::handle& value) {
-    query.geometry.steps.push_back({kind, list_of(value)});
-}
-
-void set_size(Query& query, const py::handle& value) {
-    OutputSize size;
-    if (py::isinstance<py::str>(value)) {
-        const auto word = py::cast<std::string>(value);
-        size.native = word == "native", size.fit = word == "fit";
-        if (!size.native && !size.fit) throw py::value_error("size: 'native' or 'fit'");
-    } else if (py::isinstance<py::sequence>(value)) {
-        size.sides = py::cast<std::vector<std::int64_t>>(value);
-        std::reverse(size.sides.begin(), size.sides.end());
-    } else {
-        size.sides = {py::cast<std::int64_t>(value)};
-    }
-    query.geometry.size = size;
-}
-
-void set_kernel(Query& query, const py::handle& value) {
-    KernelSpec& kernel = query.filter->kernel;
-    using Kind = KernelSpec::Kind;
-    if (!py::isinstance<py::str>(value)) {
-        const auto weights =
-            py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
-        if (!weights || weights.ndim() < 2 || weights.ndim() > 3)
-            throw py::value_error("kernel: a name with its size ('gauss:2'), or an array");
-        const auto axes = static_cast<std::size_t>(weights.ndim());
-        const auto side = [&](std::size_t k) {
-            return k < axes ? static_cast<std::int64_t>(
-                                  weights.shape(static_cast<py::ssize_t>(axes - 1 - k)))
-                            : 1;
-        };
-        kernel.kind = Kind::given;
-        kernel.given.extent = {side(0), side(1), side(2)};
-        kernel.given.weights.assign(weights.data(), weights.data() + weights.size());
-        kernel.given.name = "array";
-        return;
-    }
-    static const std::map<std::string, Kind> kinds = {
-        {"box", Kind::box},     {"gauss", Kind::gauss}, {"sphere", Kind::sphere},
-        {"cross", Kind::cross}, {"sobel", Kind::sobel}, {"laplace", Kind::laplace}};
-    const auto text = py::cast<std::string>(value);
-    const auto colon = text.find(':');
-    const auto found = kinds.find(text.substr(0, colon));
-    if (found == kinds.end())
-        throw py::value_error(
-            "kernel: box, gauss, sphere, cross, sobel or laplace is expected, not " + text);
-    kernel.kind = found->second;
-    if (colon == text.npos) return;
-    std::size_t end = 0;
-    const std::string number = text.substr(colon + 1);
-    try {
-        kernel.size = std::stod(number, &end);
-    } catch (const std::exception&) {
-        end = 0;
-    }
-    if (end == 0 || end != number.size())
-        throw py::value_error("kernel: '" + text +
-                              "' given; a name and one number is expected, as 'gauss:1.5'");
-}
-
-void set_transfer(Query& query, const py::handle& value) {
-    query.transfer = preset_or_file(py::cast<std::string>(value));
-}
-
-void set_minimize(Query& query, const py::handle& value) {
-    for (const Minimize one : {Minimize::time, Minimize::error, Minimize::memory})
-        if (name_of(one) == py::cast<std::string>(value)) {
-            query.minimize = one;
-            return;
-        }
-    throw py::value_error("minimize: time, error or memory");
-}
-
-void set_reference(Query& query, const py::handle& value) {
-    static const std::map<std::string, Field> fields = {
-        {"spline", Field::spline}, {"linear", Field::linear}, {"nearest", Field::nearest}};
-    const auto found = fields.find(py::cast<std::string>(value));
-    if (found == fields.end()) throw py::value_error("reference: spline, linear or nearest");
-    query.reference = found->second;
-}
-
-template <auto member>
-void demands(Query& query, const py::handle& value) {
-    static const Catalogue edges = catalogue();
-    const auto texts = py::isinstance<py::str>(value)
-                           ? std::vector<std::string>{py::cast<std::string>(value)}
-                           : py::cast<std::vector<std::string>>(value);
-    for (const std::string& text : texts) (query.demands.*member).push_back(demand_of(text, edges));
-}
-
-const std::map<std::string, Setter>& setters() {
-    using Kind = GeometryStep::Kind;
-    // clang-format off
-    static const std::map<std::string, Setter> all = {
-        {"mode", [](Query& q, const py::handle& v) {q.mode = mode_named(py::cast<std::string>(v)); }},
-        {"rotate", step<Kind::rotate>},
-        {"scale", step<Kind::scale>},
-        {"translate", step<Kind::translate>},
-        {"shear", step<Kind::shear>},
-        {"matrix", step<Kind::matrix>},
-        {"turntable", step<Kind::turntable>},
-        {"view", [](Query& q, const py::handle& v) {q.geometry.view = py::cast<std::string>(v); }},
-        {"about", [](Query& q, const py::handle& v) {q.geometry.about = list_of(v); }},
-        {"perspective", [](Query& q, const py::handle& v) {q.geometry.perspective = py::cast<double>(v); }},
-        {"zoom", [](Query& q, const py::handle& v) {q.geometry.zoom = py::cast<double>(v); }},
-        {"size", set_size},
-        {"spacing", [](Query& q, const py::handle& v) {q.geometry.spacing = list_of(v); std::reverse(q.geometry.spacing->begin(), q.geometry.spacing->end()); }},
-        {"isovalue", [](Query& q, const py::handle& v) {q.isovalue = py::cast<double>(v); }},
-        {"zero", [](Query& q, const py::handle& v) {q.zero = py::cast<double>(v); }},
-        {"outside", [](Query& q, const py::handle& v) {q.outside = py::cast<double>(v); }},
-        {"background", [](Query& q, const py::handle& v) {q.background = numbers<3>(v, "background"); }},
-        {"window", [](Query& q, const py::handle& v) {const auto ends = numbers<2>(v, "window"); q.window = Window{{ends[0], false}, {ends[1], false}}; }},
-        {"transfer", set_transfer},
-        {"labels", [](Query& q, const py::handle& v) {q.labels = py::cast<bool>(v); }},
-        {"reference", set_reference},
-        {"op", [](Query& q, const py::handle& v) {q.filter->op = filter_op_named(py::cast<std::string>(v)); }},
-        {"kernel", set_kernel},
-        {"border", [](Query& q, const py::handle& v) {q.filter->border = border_named(py::cast<std::string>(v)); }},
-        {"max_error", [](Query& q, const py::handle& v) {q.max_error = py::cast<double>(v); }},
-        {"max_time", [](Query& q, const py::handle& v) {q.max_time = py::cast<double>(v); }},
-        {"max_memory", [](Query& q, const py::handle& v) {q.max_memory = py::cast<double>(v); }},
-        {"minimize", set_minimize},
-        {"threads", [](Query& q, const py::handle& v) {q.threads = py::cast<int>(v); }},
-        {"via", demands<&Demands::via>},
-        {"without", demands<&Demands::without>},
-    };
-    // clang-format on
-    return all;
+/// As everything that is along axes in NumPy, numbers along axes go from the last axis to x.
+SettingValue along_axes(const QuerySetting* row, SettingValue value) {
+    if (!row || !row->per_axis || !value.is_list()) return value;
+    SettingValue::List list = value.values();
+    std::reverse(list.begin(), list.end());
+    return list;
 }
 
 Job job_of(const std::string& name) {
-    for (const Job job : jobs())
+    std::string names;
+    for (const Job job : jobs()) {
         if (name_of(job) == name) return job;
-    throw py::value_error("job: render, warp, filter or mesh is expected, not " + name);
+        names += (names.empty() ? "" : ", ") + std::string(name_of(job));
+    }
+    throw py::value_error("job: one of " + names + " is expected, not " + name);
 }
 
-/// What means something for one job alone would be ignored by the others.
-void expect_of_job(const std::string& name, const Query& query) {
-    // clang-format off
-    static const std::map<std::string, std::vector<Job>> jobs_of = {
-        {"mode", {Job::render}}, {"zero", {Job::render}}, {"window", {Job::render}}, {"background", {Job::render}}, {"transfer", {Job::render}},
-        {"perspective", {Job::render}}, {"zoom", {Job::render}}, {"turntable", {Job::render}}, {"isovalue", {Job::render, Job::mesh}}, {"outside", {Job::warp}},
-        {"op", {Job::filter}}, {"kernel", {Job::filter}}, {"border", {Job::filter}}, {"labels", {Job::render, Job::warp, Job::mesh}}};
-    static const std::vector<std::string> geometry = {"rotate", "scale", "translate", "shear", "matrix", "view", "about", "size", "spacing"};
-    // clang-format on
-    const bool moves = query.job == Job::render || query.job == Job::warp;
-    const auto found = jobs_of.find(name);
-    const bool fits =
-        found == jobs_of.end() ||
-        std::find(found->second.begin(), found->second.end(), query.job) != found->second.end();
-    if (!fits || (!moves && std::find(geometry.begin(), geometry.end(), name) != geometry.end()))
-        throw py::type_error("'" + name + "' means nothing for " + std::string(name_of(query.job)));
+/// What acts on nothing here would be ignored.
+void expect_acts(const QuerySetting* row, QuerySetting::Acts acts) {
+    if (!row || row->acts == acts) return;
+    const std::string name = "'" + std::string(row->name.name) + "'";
+    switch (row->acts) {
+        case QuerySetting::Acts::input:
+            throw py::type_error(name + " is said when a volume is read: edgewise.read");
+        case QuerySetting::Acts::output:
+            throw py::type_error(name + " means nothing for results that are not written");
+        default:
+            throw py::type_error(name + " says nothing of the input; it is one of edgewise.plan");
+    }
 }
 
-Query query_of(const std::string& job, const py::kwargs& keywords) {
-    Query query;
-    query.job = job_of(job);
-    query.remembers = false;
-    if (query.job == Job::filter) query.filter.emplace();
+/// Keywords that are settings of a job; None is none. A mistake in them is told before any work.
+std::vector<Given> given_by(const py::kwargs& keywords, Job job, QuerySetting::Acts acts) {
+    std::vector<Given> given;
     for (const auto& [key, value] : keywords) {
         const auto name = py::cast<std::string>(key);
-        const auto found = setters().find(name);
-        if (found == setters().end())
-            throw py::type_error("'" + name +
-                                 "' is no keyword of edgewise; help(edgewise.plan) lists them");
-        if (value.is_none()) continue;
-        expect_of_job(name, query);
+        const QuerySetting* row = setting_named(name, job);
+        expect_acts(row, acts);
+        if (value.is_none() && row) continue;
         try {
-            found->second(query, value);
-        } catch (const py::cast_error&) {
+            given.push_back({name, along_axes(row, value_of(value))});
+        } catch (const std::exception&) {
+            PyErr_Clear();
             throw py::type_error(name + ": " + py::repr(value).cast<std::string>() +
                                  " is of another type than expected");
         }
     }
+    return given;
+}
+
+Query query_by(const std::string& job, const py::kwargs& keywords) {
+    const Job which = job_of(job);
+    Query query = query_of(which, given_by(keywords, which, QuerySetting::Acts::result));
+    query.remembers = false;
     return query;
 }
 
@@ -414,7 +287,7 @@ struct PyPlan {
 };
 
 PyPlan plan_of(const Volume& volume, const std::string& job, const py::kwargs& keywords) {
-    Query query = query_of(job, keywords);
+    Query query = query_by(job, keywords);
     Messages messages;
     Prepared prepared =
         interruptible(messages.ends, [&] { return prepare(engine(), query, volume, messages); });
@@ -454,27 +327,21 @@ PyPlan with_input(const PyPlan& self, const py::object& input) {
 
 /// Views that are not named stay: size, spacing, perspective. Steps are replaced as a whole.
 PyPlan with_views(const PyPlan& self, const py::kwargs& keywords) {
-    static const std::vector<std::string> views = {
-        "rotate", "scale", "translate",   "shear", "matrix", "turntable",
-        "view",   "about", "perspective", "zoom",  "size",   "spacing"};
-    const Planned& planned = self.prepared.planned();
-    for (const auto& [key, value] : keywords)
-        if (std::find(views.begin(), views.end(), py::cast<std::string>(key)) == views.end())
-            throw py::type_error("with_views: '" + py::cast<std::string>(key) +
-                                 "' is no keyword of views");
-    const Query asked = query_of(std::string(name_of(planned.want.job)), keywords);
-    GeometrySpec geometry = planned.query.geometry;
-    geometry.steps = asked.geometry.steps;
-    const auto take = [](auto& to, const auto& from) {
-        if (from) to = from;
-    };
-    take(geometry.view, asked.geometry.view), take(geometry.about, asked.geometry.about);
-    take(geometry.perspective, asked.geometry.perspective),
-        take(geometry.zoom, asked.geometry.zoom);
-    take(geometry.size, asked.geometry.size), take(geometry.spacing, asked.geometry.spacing);
+    Query query = self.prepared.planned().query;
+    query.geometry.steps.clear();
+    for (const Given& one : given_by(keywords, query.job, QuerySetting::Acts::result)) {
+        const bool of_views =
+            one.name != "crop" &&
+            std::ranges::any_of(geometry_settings(), [&](const QuerySetting& row) {
+                return row.name.name == one.name;
+            });
+        if (!of_views)
+            throw py::type_error("with_views: '" + one.name + "' is no keyword of views");
+        set(query, one.name, one.value);
+    }
     PyPlan plan = [&] {
         const py::gil_scoped_release unlocked;
-        return PyPlan{self.prepared.with_views(geometry)};
+        return PyPlan{self.prepared.with_views(query.geometry)};
     }();
     const auto& warnings = plan.prepared.warnings();
     return told(warnings, plan);
@@ -513,19 +380,21 @@ py::array samples_of(const Volume& volume) {
     return array_of(data);
 }
 
-Volume volume_in(const py::object& file, const std::optional<std::string>& series,
-                 std::optional<int> time, std::optional<int> channel, std::optional<int> level) {
-    store::Selection selection;
-    selection.series = series, selection.time = time, selection.channel = channel,
-    selection.level = level;
-    return Volume::read(py::str(file).cast<std::string>(), selection);
+Volume volume_in(const py::object& file, const py::kwargs& keywords) {
+    // All jobs read alike.
+    const Query query =
+        query_of(Job::warp, given_by(keywords, Job::warp, QuerySetting::Acts::input));
+    if (query.level_by_result || !query.channel_name.empty())
+        throw py::value_error("read: a number of the level and of the channel is expected");
+    return Volume::read(py::str(file).cast<std::string>(), query.selection);
 }
 
 template <const char* job>
 py::object do_job(const py::object& input, const py::kwargs& keywords) {
     return plan_of(as_volume(input), job, keywords).run();
 }
-constexpr char kRender[] = "render", kWarp[] = "warp", kFilter[] = "filter", kMesh[] = "mesh";
+constexpr char kRender[] = "render", kWarp[] = "warp", kFilter[] = "filter", kMesh[] = "mesh",
+               kRadon[] = "radon";
 
 void translate_errors(py::module_& module) {
     static py::exception<RunError> run_error(module, "RunError", PyExc_RuntimeError);
@@ -535,6 +404,8 @@ void translate_errors(py::module_& module) {
             if (error) std::rethrow_exception(error);
         } catch (const NoPlan& none) {
             infeasible(none.what());
+        } catch (const SettingError& none) {
+            PyErr_SetString(PyExc_TypeError, none.what());
         } catch (const RequestError& wrong) {
             PyErr_SetString(PyExc_ValueError, wrong.what());
         } catch (const InputError& unreadable) {
@@ -549,14 +420,40 @@ void translate_errors(py::module_& module) {
     });
 }
 
+/// "  zoom=Z (render): more than 1 shows ..."
+std::string help_of(const QuerySetting& row, const std::string& jobs, Job job) {
+    const std::string value = row.value(job).text();
+    return "  " + std::string(row.name.name) + (value.empty() ? "" : "=" + value) + " (" + jobs +
+           "): " + row.help(job).text() + "\n";
+}
+
+/// What settings are for, from their table.
+std::string help_of(QuerySetting::Acts acts) {
+    std::string text;
+    for (const QuerySetting* row : settings()) {
+        if (row->acts != acts) continue;
+        std::string names;
+        for (const Job job : jobs())
+            if (row->of(job)) names += (names.empty() ? "" : ", ") + std::string(name_of(job));
+        const Job first =
+            *std::ranges::find_if(jobs(), [&](const Job job) { return row->of(job); });
+        text += help_of(*row, names, first);
+    }
+    return text;
+}
+
 constexpr const char* kPlanHelp = R"(plan(volume, job="render", **query) -> Plan
 
-Chooses the cheapest path. volume: a Volume, an array [z, y, x] or [y, x], or a file's name. job: render, warp, filter or mesh.
+Chooses the cheapest path. volume: a Volume, an array [z, y, x] or [y, x], or a file's name. job: render, warp, mesh, filter or radon.
 An array must not change while a plan has it: what all runs need is worked out once.
-Views:   rotate=(x, y, z) in degrees, turntable=n, scale, translate, shear, matrix (in the order given), view, about,
-         perspective, zoom, size=(y, x) or (z, y, x), spacing.
-Picture: mode, isovalue, zero, background, transfer (a preset or a file). Warp: outside, labels. Filter: op, kernel, border.
-Quality: max_error (NRMSE), max_time (s), max_memory (bytes), minimize ("time", "error", "memory"), reference, threads, via, without.
+Keywords take numbers, lists and arrays, or texts as they are written here. Numbers along axes (size, spacing) are z, y, x, or y, x;
+steps of the geometry and places are x, y, z. Steps (rotate ... path) apply in the order given.
+
+)";
+constexpr const char* kReadHelp = R"(read(file, **selection) -> Volume
+
+Reads a header; samples when they are needed.
+
 )";
 
 }  // namespace
@@ -581,14 +478,15 @@ PYBIND11_MODULE(edgewise, module) {
         .def_property_readonly("steps", [](const PyPlan& p) { return p.prepared.plan().texts(); })
         .def_property_readonly("frames", [](const PyPlan& p) { return p.prepared.frames(); })
         .def_property_readonly("predicted", &prediction_of);
-    module.def("read", &volume_in, py::arg("file"), py::arg("series") = py::none(), py::arg("time") = py::none(),
-               py::arg("channel") = py::none(), py::arg("level") = py::none(), "Reads a header; samples when they are needed.");
+    static const std::string read_help = kReadHelp + help_of(QuerySetting::Acts::input), plan_help = kPlanHelp + help_of(QuerySetting::Acts::result);
+    module.def("read", &volume_in, py::arg("file"), read_help.c_str());
     module.def("plan", [](const py::object& volume, const std::string& job, const py::kwargs& query) {
         return plan_of(as_volume(volume), job, query);
-    }, py::arg("volume"), py::arg("job") = "render", kPlanHelp);
+    }, py::arg("volume"), py::arg("job") = "render", plan_help.c_str());
     module.def("render", &do_job<kRender>, py::arg("volume"), "plan(volume, 'render', **query).run()");
     module.def("warp", &do_job<kWarp>, py::arg("volume"), "plan(volume, 'warp', **query).run()");
     module.def("filter", &do_job<kFilter>, py::arg("volume"), "plan(volume, 'filter', **query).run()");
+    module.def("radon", &do_job<kRadon>, py::arg("volume"), "plan(volume, 'radon', **query).run(): one row an angle");
     module.def("mesh", &do_job<kMesh>, py::arg("volume"), "plan(volume, 'mesh', **query).run(): vertices [n, 3] in x, y, z, triangles [m, 3]");
     module.attr("__version__") = version();
 }

@@ -21,6 +21,7 @@
 #include "engine/measure/machine.hpp"
 #include "engine/request/numbers.hpp"
 #include "engine/request/outputs.hpp"
+#include "engine/settings/output.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
 #include "transitions/catalogue.hpp"
@@ -124,9 +125,10 @@ class Audit {
         failed.code = ending_of(
             [&] {
                 JobOptions options = job_options_of(asked);
-                if (!options.threads) options.threads = options_.threads;
                 if (!options.machine) options.machine = options_.machine;
-                if (!options.planner) options.planner = options_.planner;
+                for (const auto& [setting, text] :
+                     {std::pair{"threads", options_.threads}, {"planner", options_.planner}})
+                    if (text && !options.has(setting)) options.put(setting, *text);
                 const Catalogue edges = catalogue();
                 const Query query = spec_of(options, edges);
                 // Each is warned of by itself.

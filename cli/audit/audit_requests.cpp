@@ -106,9 +106,9 @@ JobOptions job_options_of(const AuditRequest& request) {
                                        instead_of(extra[0].substr(0, extra[0].find('=')), names,
                                                   "`--help` shows all options")));
     }
-    order_geometry(app, options);
-    options.verify.reset();
-    options.repeat.reset();
+    take_given(app, options);
+    options.drop("verify");
+    options.drop("repeat");
     options.out.reset();
     options.json.reset();
     options.trace.reset();

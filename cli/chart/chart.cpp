@@ -28,6 +28,7 @@
 #include "engine/request/numbers.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/quantities.hpp"
+#include "engine/settings/output.hpp"
 #include "graph/errors.hpp"
 #include "graph/kinds.hpp"
 #include "transitions/catalogue.hpp"
@@ -89,14 +90,14 @@ ChartSettings settings_of(const ChartOptions& options, const std::string& title)
         settings.runs.paths.limit =
             static_cast<std::size_t>(whole_of("--limit", *options.limit, 1, 1 << 20));
     const JobOptions& job = options.job;
-    settings.runs.repeat_given = job.repeat.has_value();
-    if (job.repeat)
-        settings.runs.paths.repeat = static_cast<int>(whole_of("--repeat", *job.repeat, 1, 10'000));
-    if (job.verify)
-        settings.runs.paths.samples = static_cast<std::int64_t>(verify_count(*job.verify));
-    if (job.seed)
+    const auto repeat = job.text("repeat"), verify = job.text("verify"), seed = job.text("seed");
+    settings.runs.repeat_given = repeat.has_value();
+    if (repeat)
+        settings.runs.paths.repeat = static_cast<int>(whole_of("--repeat", *repeat, 1, 10'000));
+    if (verify) settings.runs.paths.samples = static_cast<std::int64_t>(verify_count(*verify));
+    if (seed)
         settings.runs.paths.seed =
-            static_cast<std::uint64_t>(whole_of("--seed", *job.seed, 0, INT64_MAX));
+            static_cast<std::uint64_t>(whole_of("--seed", *seed, 0, INT64_MAX));
     for (const std::string& peer : options.peers) settings.peers.push_back(peer_of(peer));
     settings.runs.pictures =
         !options.sweep && std::any_of(options.out.begin(), options.out.end(), [](const auto& file) {
@@ -108,9 +109,7 @@ ChartSettings settings_of(const ChartOptions& options, const std::string& title)
 /// The request of a chart is not run for its own sake: what says what to write of it goes.
 JobOptions request_of(const JobOptions& job) {
     JobOptions request = job;
-    request.verify.reset();
-    request.repeat.reset();
-    request.seed.reset();
+    for (const char* setting : {"verify", "repeat", "seed"}) request.drop(setting);
     request.json.reset();
     request.trace.reset();
     request.flow.reset();
@@ -329,7 +328,7 @@ Verb add_chart_of(CLI::App& parent, Job job) {
     add_words(*app, "--peer", options->peers, "NAME,SECONDS,ERROR",
               "a mark of another program; may be repeated");
     return {app, [app, options] {
-                order_geometry(*app, options->job);
+                take_given(*app, options->job);
                 return do_chart(*options, title_of(*app, options->job));
             }};
 }

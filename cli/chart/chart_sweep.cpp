@@ -4,9 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <map>
-#include <variant>
 
-#include "cli/request/selection_words.hpp"
 #include "engine/request/input.hpp"
 #include "engine/request/numbers.hpp"
 #include "graph/errors.hpp"
@@ -18,28 +16,14 @@ constexpr double kMostValues = 1000;
 
 using Words = std::vector<std::string>;
 
-/// Options that are one number: of the request, its geometry, the input, or a geometry step.
-using OfRequest = std::optional<std::string> JobOptions::*;
-using OfGeometry = std::optional<std::string> GeometryWords::*;
-using OfSelection = std::optional<std::string> SelectionWords::*;
-using Step = const char*;
-using Plain = std::variant<OfRequest, OfGeometry, OfSelection, Step>;
-
-const std::map<std::string, Plain>& plain_options() {
-    static const std::map<std::string, Plain> options = {
-        {"frames", Step("turntable")},
-        {"turntable", Step("turntable")},
-        {"perspective", &GeometryWords::perspective},
-        {"zoom", &GeometryWords::zoom},
-        {"threads", &JobOptions::threads},
-        {"max-error", &JobOptions::max_error},
-        {"max-time", &JobOptions::max_time},
-        {"max-memory", &JobOptions::max_memory},
-        {"range", &JobOptions::range},
-        {"zero", &JobOptions::zero},
-        {"outside", &JobOptions::outside},
-        {"time", &SelectionWords::time},
-        {"channel", &SelectionWords::channel}};
+/// Options that are one number, and the settings that they are.
+const std::map<std::string, std::string>& plain_options() {
+    static const std::map<std::string, std::string> options = {
+        {"frames", "turntable"},  {"turntable", "turntable"},   {"perspective", "perspective"},
+        {"zoom", "zoom"},         {"threads", "threads"},       {"max-error", "max_error"},
+        {"max-time", "max_time"}, {"max-memory", "max_memory"}, {"range", "range"},
+        {"zero", "zero"},         {"outside", "outside"},       {"time", "time"},
+        {"channel", "channel"}};
     return options;
 }
 
@@ -59,32 +43,8 @@ std::string known_options() {
     return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// The value of an axis option as it stands, as words; the last of its kind counts.
-std::optional<std::string> present(const JobOptions& options, const std::string& name) {
-    if (name == "spacing") return options.geometry.spacing;
-    if (name == "about") return options.geometry.about;
-    if (name == "size") return options.geometry.size;
-    for (auto step = options.geometry.steps.rbegin(); step != options.geometry.steps.rend(); ++step)
-        if (step->first == name) return step->second;
-    return std::nullopt;
-}
-
-void put(JobOptions& options, const std::string& name, const std::string& text) {
-    if (name == "spacing") options.geometry.spacing = text;
-    if (name == "about") options.geometry.about = text;
-    if (name == "size") options.geometry.size = text;
-    if (name == "spacing" || name == "about" || name == "size") return;
-    auto& steps = options.geometry.steps;
-    const auto last = std::find_if(steps.rbegin(), steps.rend(),
-                                   [&](const auto& step) { return step.first == name; });
-    if (last != steps.rend())
-        last->second = text;
-    else
-        steps.emplace_back(name, text);
-}
-
 std::size_t axes_of(const JobOptions& options) {
-    return inspected(options.input, selection_of(options.selection)).header.volume ? 3 : 2;
+    return inspected(options.input, selection_of(options)).header.volume ? 3 : 2;
 }
 
 /// All parts alike: "64x64", "1.5".
@@ -103,7 +63,7 @@ std::string part_text(const JobOptions& options, const std::string& name, std::s
     if (axis >= axes || (name == "rotate" && axes == 2))
         throw RequestError(fmt::format("--sweep {}: there are {} axes", name, axes));
     const char separator = name == "size" ? 'x' : ',';
-    const auto there = present(options, name);
+    const auto there = options.text(name);
     Words parts = there ? split(*there, separator) : Words(axes, axis_options().at(name));
     if (there && parts.size() == 1) parts.resize(axes, parts[0]);
     if (parts.size() != axes || parts[0].empty())
@@ -115,34 +75,19 @@ std::string part_text(const JobOptions& options, const std::string& name, std::s
 
 }  // namespace
 
-namespace {
-
-void put(JobOptions& options, const Plain& option, const std::string& text) {
-    if (const auto* request = std::get_if<OfRequest>(&option))
-        options.*(*request) = text;
-    else if (const auto* geometry = std::get_if<OfGeometry>(&option))
-        options.geometry.*(*geometry) = text;
-    else if (const auto* selection = std::get_if<OfSelection>(&option))
-        options.selection.*(*selection) = text;
-    else
-        put(options, std::string(std::get<Step>(option)), text);
-}
-
-}  // namespace
-
 JobOptions Sweep::at(const JobOptions& options, double value) const {
     JobOptions changed = options;
     const std::string text = fmt::format("{}", value);
     if (const auto plain = plain_options().find(option); plain != plain_options().end()) {
-        put(changed, plain->second, text);
+        changed.put(plain->second, text);
         return changed;
     }
     const std::size_t dot = option.find('.');
     const std::string name = option.substr(0, dot);
-    put(changed, name,
-        dot == std::string::npos
-            ? whole_text(options, name, text)
-            : part_text(options, name, static_cast<std::size_t>(option[dot + 1] - 'x'), text));
+    changed.put(name, dot == std::string::npos
+                          ? whole_text(options, name, text)
+                          : part_text(options, name,
+                                      static_cast<std::size_t>(option[dot + 1] - 'x'), text));
     return changed;
 }
 

@@ -4,23 +4,15 @@
 #include <limits>
 
 #include "engine/request/numbers.hpp"
+#include "engine/settings/selection.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
 
 namespace edgewise::cli {
-namespace {
 
-constexpr const char* kAll = "all";
-
-}  // namespace
-
-bool names_colours(const SelectionWords& words) {
-    const std::optional<std::string>& text = words.channel;
-    return text && (text->find_first_of(",=") != text->npos || same_word(*text, kAll));
-}
-
-bool is_channel_name(const std::string& text) {
-    return text.find_first_not_of("+-.0123456789") != text.npos && !same_word(text, kAll);
+bool names_colours(const JobOptions& options) {
+    const std::optional<std::string> channel = options.text("channel");
+    return channel && names_several_channels(*channel);
 }
 
 std::vector<ChannelSpec> channels_of(const std::string& text) {

@@ -1,36 +1,27 @@
 #include "cli/request/spoken.hpp"
 
 #include <algorithm>
-#include <array>
+#include <ranges>
+
+#include "engine/settings/settings.hpp"
 
 namespace edgewise::cli {
 namespace {
 
-struct Called {
-    std::string_view setting, option;
-};
-/// Options that are not called as the setting with dashes.
-constexpr Called kCalled[] = {
-    {"balls", "--clip-ball"},
-    {"box", "--clip"},
-    {"crop", "--clip"},
-    {"cue", "--depth-cue"},
-    {"grid_moves", "--move"},
-    {"lids", "--close"},
-    {"lights", "--light"},
-    {"occlusion", "--ambient-occlusion"},
-    {"out", "-o"},
-    {"planes", "--clip-plane"},
-};
-
-/// Options whose value may be left out: one that stands there follows an equals sign.
-constexpr std::array<std::string_view, 2> kMayBeBare = {"labels", "verify"};
+/// The first row of a setting; null: it is the command's own.
+const QuerySetting* row_of(std::string_view setting) {
+    const auto found = std::ranges::find_if(
+        settings(), [&](const QuerySetting* row) { return row->name.name == setting; });
+    return found == settings().end() ? nullptr : *found;
+}
 
 std::string words_of(std::string_view setting, std::string_view value) {
     if (setting == Message::kCommand) return fmt::format("edgewise {}", value);
     std::string words = option_of(setting);
     if (value.empty()) return words;
-    const bool bare = std::find(kMayBeBare.begin(), kMayBeBare.end(), setting) != kMayBeBare.end();
+    // Where a value may be left out, one that stands there follows an equals sign.
+    const QuerySetting* row = row_of(setting);
+    const bool bare = row && row->kind() == Reader::Kind::bare;
     if (setting == "grid_moves") value = value == "true" ? "grid" : "content";
     words += bare ? '=' : ' ';
     return words += value;
@@ -39,8 +30,7 @@ std::string words_of(std::string_view setting, std::string_view value) {
 }  // namespace
 
 std::string option_of(std::string_view setting) {
-    for (const Called& called : kCalled)
-        if (called.setting == setting) return std::string(called.option);
+    if (const QuerySetting* row = row_of(setting)) return row->typed();
     std::string option = "--" + std::string(setting);
     std::replace(option.begin(), option.end(), '_', '-');
     return option;

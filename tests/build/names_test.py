@@ -65,7 +65,7 @@ class Names(unittest.TestCase):
         modes = [name for name, _ in names_in("graph/modes", r"\.name\s*=\s*\"([a-z]+)\"")]
         self.assertGreaterEqual(len(modes), 6)
         # Statistics have a mean too, a filter is called so, and a request has a surface; its default is a mode.
-        allowed = ["graph/modes/", "graph/request.hpp", "cli/request/request_options.cpp", "cli/request/filter_words.cpp", "cli/info.cpp",
+        allowed = ["graph/modes/", "graph/request.hpp", "engine/settings/light.cpp", "engine/settings/kernel.cpp", "cli/info.cpp",
                    "engine/facts/facts_json.cpp", "graph/request_fields.hpp", "cli/session/report.cpp", "engine/request/query.hpp"]
         names = "|".join(modes)
         self.assertEqual(found(rf"\"({names})\"|\bMode::({names})\b", allowed), [])

@@ -1,11 +1,11 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "cli/request/job_options.hpp"
 #include "engine/request/numbers.hpp"
 #include "engine/request/outputs.hpp"
 #include "engine/request/quantities.hpp"
 #include "engine/request/tail.hpp"
+#include "engine/settings/light.hpp"
 #include "engine/transfer/load.hpp"
 #include "graph/errors.hpp"
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/settings/settings.hpp"
+
 namespace edgewise::cli {
 namespace {
 
@@ -28,6 +30,13 @@ TEST(Spoken, LeavesNoMarksOfAnySetting) {
         EXPECT_EQ(said.find_first_of("\x11\x12\x13@_"), std::string::npos) << said;
         EXPECT_TRUE(said.starts_with(option_of(name))) << said;
     }
+}
+
+TEST(Spoken, CallsEachSettingByTheOptionOfItsRow) {
+    for (const QuerySetting* row : settings()) EXPECT_EQ(spoken(setting(row->name)), row->typed());
+    EXPECT_EQ(option_of("grid_moves"), "--move");
+    EXPECT_EQ(option_of("max_error"), "--max-error");
+    EXPECT_EQ(option_of("machine"), "--machine");  // no field of a query
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "cli/request/geometry_words.hpp"
+#include "engine/settings/settings.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise::cli {
@@ -30,8 +30,26 @@ InputGrid image(std::int64_t x, std::int64_t y) {
     return grid;
 }
 
+/// Geometry as it is typed.
+struct GeometryWords {
+    std::optional<std::string> view, about, perspective, eye, look_at, spacing, size, zoom, move;
+    std::vector<std::pair<std::string, std::string>> steps;
+};
+
 Geometry geometry_of(const GeometryWords& words, const InputGrid& grid, Job job) {
-    return edgewise::geometry_of(geometry_spec(words), grid, job);
+    std::vector<Given> given;
+    for (const auto& [name, value] : words.steps) given.push_back({name, value});
+    for (const auto& [name, value] : {std::pair{"view", &words.view},
+                                      {"about", &words.about},
+                                      {"perspective", &words.perspective},
+                                      {"eye", &words.eye},
+                                      {"look_at", &words.look_at},
+                                      {"spacing", &words.spacing},
+                                      {"size", &words.size},
+                                      {"zoom", &words.zoom},
+                                      {"grid_moves", &words.move}})
+        if (*value) given.push_back({name, **value});
+    return edgewise::geometry_of(query_of(job, given, {}).geometry, grid, job);
 }
 
 GeometryWords with(std::string step, std::string value) {

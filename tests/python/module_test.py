@@ -193,7 +193,7 @@ class ModuleTest(unittest.TestCase):
             made.with_input(ew.Volume(self.volume, spacing=(1, 1, 9)))
 
     def test_what_is_no_number_is_refused(self):
-        for kernel in (np.ones((3, 0, 3)), np.full((3, 3, 3), np.nan), np.full((3, 3, 3), np.inf), "gauss:x", "gauss:1,2", "gauss:2abc", "disc:1"):
+        for kernel in (np.ones((3, 0, 3)), np.full((3, 3, 3), np.nan), np.full((3, 3, 3), np.inf), "gauss:x", "gauss:1,2", "gauss:2abc", "disk", "2"):
             with self.assertRaises(ValueError, msg=str(kernel)[:20]):
                 ew.filter(self.volume, op="convolve", kernel=kernel)
         for keywords in (dict(spacing=-1), dict(spacing=0), dict(spacing=float("nan")), dict(origin=(0, float("inf"), 0)),
@@ -208,6 +208,78 @@ class ModuleTest(unittest.TestCase):
                 ew.plan(self.volume, zoom=zoom, size=(8, 8))
         with self.assertRaises(ValueError):
             ew.plan(self.volume, spacing=(1e300, 1e300), size=(8, 8))
+
+    def test_keywords_are_the_commands_options(self):
+        """Every keyword means what the option of its name means: numbers, lists and arrays, and texts."""
+        files.write_nrrd(self.folder / "in.nrrd", self.volume, (1, 1, 1))
+        env = {**os.environ, "XDG_CACHE_HOME": str(self.folder / "cache")}
+        steps = np.array([np.eye(4), [[0, 1, 0, 2], [-1, 0, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1]]])
+        np.savetxt(self.folder / "path.txt", steps.reshape(2, 16))
+        table = [
+            ("render", dict(mode="xray", planes=[(1, 0, 0, -4), (0, 1, .5, -9)], slab=9.5), ["--mode", "xray", "--clip-plane", "1,0,0,-4", "--clip-plane", "0,1,.5,-9", "--slab", "9.5"]),
+            ("render", dict(mode="mean", box=(3, 4, 5, 20, 18, 15), balls=(12, 12, 10, 7)), ["--mode", "mean", "--clip", "3,4,5,20,18,15", "--clip-ball", "12,12,10,7"]),
+            ("render", dict(mode="composite", shade="phong", lights=[(0, 0, -1), "-1,0,-1,.5"], material=(.3, .6, .1, 7), background=(1, .5, 0)),
+             ["--mode", "composite", "--shade", "phong", "--light", "0,0,-1", "--light=-1,0,-1,.5", "--material", ".3,.6,.1,7", "--background", "1,.5,0"]),
+            ("render", dict(mode="surface", isovalue=.5, cue=(.01, "linear"), gradient="sobel"), ["--mode", "surface", "--isovalue", ".5", "--depth-cue", ".01,linear", "--gradient", "sobel"]),
+            ("render", dict(mode="mip", perspective=30, eye=(14, 12, -60), look_at=np.array([14, 12, 9.5]), size=(21, 33)),
+             ["--mode", "mip", "--perspective", "30", "--eye", "14,12,-60", "--look-at", "14,12,9.5", "--size", "33x21"]),
+            ("render", dict(mode="xray", scale=1.25, path=steps), ["--mode", "xray", "--scale", "1.25", "--path", str(self.folder / "path.txt")]),
+            ("render", dict(mode="minip", path=self.folder / "path.txt"), ["--mode", "minip", "--path", str(self.folder / "path.txt")]),
+            ("warp", dict(crop=(2, 3, 4, 20, 18, 15), spacing=(2, 1, 1.5)), ["--clip", "2,3,4,20,18,15", "--spacing", "1.5,1,2"]),
+            ("warp", dict(rotate=(10, 20, 30), grid_moves=True, max_error="30dB"), ["--rotate", "10,20,30", "--move", "grid", "--max-error", "30dB"]),
+            ("filter", dict(op="gaussian", kernel=1.5), ["--op", "gaussian", "--kernel", "1.5"]),
+            ("filter", dict(op="Grey-Dilation", kernel="disc:2", slices=True), ["--op", "dilate", "--kernel", "disc:2", "--slices"]),
+            ("filter", dict(op="sobel"), ["--op", "sobel"]),
+            ("radon", dict(angles=12), ["--angles", "12"]),
+            ("radon", dict(angles=(0, 30, 75.5)), ["--angles", "0,30,75.5"]),
+            ("radon", dict(angles=9, to="hough", threshold=.5), ["--angles", "9", "--to", "hough", "--threshold", ".5"]),
+        ]
+        for job, query, words in table:
+            with self.subTest(job=job, query=str(query)), warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                query = {**query} if job != "render" or "size" in query else {**query, "size": "native"}
+                made = ew.plan(self.volume, job, **query)
+                words = words + ([] if job != "render" or "size" in query and query["size"] != "native" else ["--size", "native"])
+                for step in made.steps:
+                    words += ["--via", step]
+                got = made.run()
+                frames = made.frames
+                out = self.folder / ("out_%d.nrrd" if frames > 1 else "out.nrrd")
+                done = subprocess.run([COMMAND, job, self.folder / "in.nrrd", "-o", out, *words, "--bits", "32", "--quiet"], capture_output=True, text=True, env=env)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                want = np.stack([files.read_nrrd(str(out) % k)[0] for k in range(frames)]) if frames > 1 else files.read_nrrd(out)[0]
+                if query.get("mode") in ("composite", "surface"):  # written over the background, [channel] last
+                    want, got = want[..., :1], got[..., :1]
+                    alpha = made.run()[..., 3:]
+                    got = got + (1 - alpha) * query.get("background", (0, 0, 0))[0]
+                    np.testing.assert_allclose(got, want.astype("f4"), atol=1e-6)
+                    continue
+                np.testing.assert_array_equal(got.astype("f4"), want.astype("f4"))
+
+    def test_every_setting_is_in_the_help(self):
+        for name in ("planes", "lights", "look_at", "grid_moves", "planning_time", "threshold", "decimate", "slices"):
+            self.assertIn(f"  {name}", ew.plan.__doc__)
+        for name in ("input_spacing", "orient", "series"):
+            self.assertIn(f"  {name}", ew.read.__doc__)
+        self.assertNotIn("--", ew.plan.__doc__.split("\n\n", 1)[1].replace("->", ""))
+
+    def test_what_acts_on_nothing_is_refused(self):
+        for word, value in (("bits", 8), ("out", "a.png"), ("legend", True), ("verify", True), ("time", 0), ("channel", 1), ("repeat", 3)):
+            with self.assertRaises(TypeError, msg=word):
+                ew.plan(self.volume, **{word: value})
+        with self.assertRaises(TypeError):
+            ew.read(self.folder / "in.nrrd", zoom=2)
+        for keywords in (dict(zoom="x"), dict(planes=(1, 2, 3)), dict(path=np.eye(3)), dict(mode="mop"), dict(transfer="a.json", preset="ct-bone", mode="composite")):
+            with self.assertRaises(ValueError, msg=str(keywords)):
+                ew.plan(self.volume, **keywords)
+        for keywords in (dict(zoom=object()), dict(shadows="maybe"), dict(zoom=[1, 2])):
+            with self.assertRaises(TypeError, msg=str(keywords)):
+                ew.plan(self.volume, **keywords)
+
+    def test_reads_what_is_selected(self):
+        files.write_nrrd(self.folder / "one.nrrd", self.volume, (1, 1, 1))
+        read = ew.read(self.folder / "one.nrrd", input_spacing=(3, 2, 1.5), input_unit="um")
+        np.testing.assert_allclose(read.spacing, (.003, .002, .0015))  # z, y, x, in millimetres as all that is read
 
     def test_half_floats_are_floats(self):
         half = self.volume.astype("f2")

@@ -1,0 +1,104 @@
+#include "engine/settings/output.hpp"
+
+#include <array>
+#include <cstdint>
+
+#include "engine/settings/jobs.hpp"
+#include "engine/settings/readers.hpp"
+#include "graph/words.hpp"
+#include "reference/job_reference.hpp"
+
+namespace edgewise {
+namespace {
+
+constexpr const char* kOutput = "Output";
+constexpr auto kWritten = QuerySetting::Acts::output;
+constexpr std::size_t kUsualSamples = 2048;
+
+int bits_of(const std::string& text, const Message& called) {
+    constexpr std::array kBits{8, 16, 32};
+    return kBits[static_cast<std::size_t>(reads::place_of(text, called, {"8", "16", "32"}))];
+}
+
+/// True: a usual number of samples.
+void take_verify(Query& query, const SettingValue& value, const Reading& reading) {
+    const std::string text = reads::word(value, reading.called());
+    query.verify.reset();
+    if (text == "false") return;
+    query.verify = verify_count(text);
+}
+
+SettingValue verify_told(const Query& query) {
+    return query.verify == 0u ? SettingValue("all") : reads::told(query.verify);
+}
+
+Message help_of_out(Job job) {
+    return has::mesh(job) ? "file that ends in .ply, .obj or .stl; null:"
+                          : "file, by its ending; %d is the frame; - (PNG); null:";
+}
+
+}  // namespace
+
+std::size_t verify_count(const std::string& text) {
+    if (text.empty() || text == "true") return kUsualSamples;
+    if (same_word(text, "all")) return 0;
+    return static_cast<std::size_t>(whole_of(setting("verify"), text, 1, 1'000'000'000));
+}
+
+Rows output_settings() {
+    static const std::array rows{
+        QuerySetting{.name = "out",
+                     .option = "o",
+                     .group = kOutput,
+                     .value = "OUT",
+                     .help = help_of_out,
+                     .reads = reads::text(&Query::out),
+                     .acts = kWritten},
+        QuerySetting{.name = "bits",
+                     .group = kOutput,
+                     .value = "8|16|32",
+                     .help = "8, 16: a view; 32: values",
+                     .of = has::neither_mesh,
+                     .reads = reads::parsed(bits_of, &Query::bits),
+                     .acts = kWritten},
+        QuerySetting{.name = "quality",
+                     .group = kOutput,
+                     .value = "Q",
+                     .help = "1 to 100: of JPEG, default 95; WebP and JPEG 2000 keep every value "
+                             "without it",
+                     .of = has::neither_mesh,
+                     .reads = reads::whole(1, 100, &Query::quality),
+                     .acts = kWritten},
+        QuerySetting{.name = "fps",
+                     .group = kOutput,
+                     .value = "F",
+                     .help = "pictures a second of a .gif (at most 50), .apng or .mp4 of several; "
+                             "default 15",
+                     .of = has::render,
+                     .reads = reads::number(&Query::fps),
+                     .acts = kWritten},
+        QuerySetting{.name = "verify",
+                     .group = kOutput,
+                     .help = message("measure the error on N random samples (@verify(N); default "
+                                     "2048) or all"),
+                     .of = has_reference,
+                     .reads = {take_verify, verify_told, Reader::Kind::bare},
+                     .acts = kWritten},
+        QuerySetting{.name = "seed",
+                     .group = kOutput,
+                     .value = "S",
+                     .help = "of these samples; default 1",
+                     .of = has_reference,
+                     .reads = reads::whole(0, INT64_MAX, &Query::seed),
+                     .acts = kWritten},
+        QuerySetting{.name = "repeat",
+                     .group = kOutput,
+                     .value = "N",
+                     .help = "run N times",
+                     .reads = reads::whole(1, 1'000'000, &Query::repeat),
+                     .acts = kWritten},
+    };
+    return rows;
+}
+
+}  // namespace edgewise

@@ -1,0 +1,127 @@
+#include "engine/settings/selection.hpp"
+
+#include <array>
+#include <limits>
+
+#include "engine/request/geometry.hpp"
+#include "engine/settings/readers.hpp"
+#include "graph/words.hpp"
+
+namespace edgewise {
+namespace {
+
+using store::Selection;
+
+constexpr std::int64_t kMostOfSelection = std::numeric_limits<int>::max();
+
+int number_from_0(const std::string& text, const Message& called) {
+    return static_cast<int>(whole_of(called, text, 0, kMostOfSelection));
+}
+
+void take_level(Query& query, const SettingValue& value, const Reading& reading) {
+    const std::string text = reads::word(value, reading.called());
+    query.level_by_result = text == kLevelByResult;
+    query.selection.level.reset();
+    if (!query.level_by_result) query.selection.level = number_from_0(text, reading.called());
+}
+
+SettingValue level_of(const Query& query) {
+    return query.level_by_result ? SettingValue(kLevelByResult)
+                                 : reads::told(query.selection.level);
+}
+
+int time_of(const std::string& text, const Message& called) {
+    if (same_word(text, kAll))
+        throw RequestError(
+            message("@time(all): of `@command(render)`, which makes a film, and of "
+                    "`@command(filter)`, which writes a series; here expected one number, from 0"));
+    return number_from_0(text, called);
+}
+
+void take_channel(Query& query, const SettingValue& value, const Reading& reading) {
+    const std::string text = reads::word(value, reading.called());
+    if (names_several_channels(text))
+        throw RequestError(
+            message("@channel: '{}' is merged by `@command(render)` alone; here expected one "
+                    "number, from 0",
+                    text));
+    const bool is_name = is_channel_name(text);
+    query.channel_name = is_name ? text : "";
+    query.selection.channel.reset();
+    if (!is_name) query.selection.channel = number_from_0(text, reading.called());
+}
+
+SettingValue channel_of(const Query& query) {
+    return query.channel_name.empty() ? reads::told(query.selection.channel)
+                                      : SettingValue(query.channel_name);
+}
+
+std::string orientation_of(const std::string& text, const Message&) {
+    directions_of(text);
+    return text;
+}
+
+std::string unit_of(const std::string& text, const Message& called) {
+    if (text.empty()) throw RequestError(message("{}: expected mm, um or nm", called));
+    return text;
+}
+
+}  // namespace
+
+bool names_several_channels(const std::string& channel) {
+    return channel.find_first_of(",=") != channel.npos || same_word(channel, kAll);
+}
+
+bool is_channel_name(const std::string& channel) {
+    return channel.find_first_not_of("+-.0123456789") != channel.npos && !same_word(channel, kAll);
+}
+
+Rows selection_settings() {
+    using reads::parsed;
+    constexpr auto kInput = QuerySetting::Acts::input;
+    static const std::array rows{
+        QuerySetting{.name = "series",
+                     .value = "UID|N",
+                     .help = "which series of a folder, or image of an OME-TIFF",
+                     .reads = reads::text(&Query::selection, &Selection::series),
+                     .acts = kInput},
+        QuerySetting{.name = "level",
+                     .value = "N|auto",
+                     .help = "which resolution of several (OME-Zarr), from 0, the finest; auto: "
+                             "the coarsest that is as fine as the result",
+                     .reads = {take_level, level_of},
+                     .acts = kInput},
+        QuerySetting{.name = "time",
+                     .value = "N|all",
+                     .help = "which time point, from 0; all: a film of render, a frame for each; "
+                             "a series of filter",
+                     .reads = parsed(time_of, &Query::selection, &Selection::time),
+                     .acts = kInput},
+        QuerySetting{.name = "channel",
+                     .value = "N|NAME|N[=COLOUR],...|all",
+                     .help = "which channel, from 0, or as the file calls it; render merges "
+                             "several, as 0,1 or 0=red,2=#00ff80; of colours (RGB, RGBA) all are "
+                             "taken where none is named",
+                     .reads = {take_channel, channel_of},
+                     .acts = kInput},
+        QuerySetting{.name = "orient",
+                     .value = "RAS|...",
+                     .help = "where x, y, z point, where FILE is silent or wrong",
+                     .reads = parsed(orientation_of, &Query::selection, &Selection::orient),
+                     .acts = kInput},
+        QuerySetting{.name = "input_spacing",
+                     .value = "S[,S[,S]]",
+                     .help = "distance of FILE's samples, where it is silent or wrong",
+                     .reads = reads::list_of_numbers(&Query::selection, &Selection::spacing),
+                     .acts = kInput,
+                     .per_axis = true},
+        QuerySetting{.name = "input_unit",
+                     .value = "mm|um|nm",
+                     .help = "unit of FILE's lengths, where it is silent or wrong",
+                     .reads = parsed(unit_of, &Query::selection, &Selection::unit),
+                     .acts = kInput},
+    };
+    return rows;
+}
+
+}  // namespace edgewise
