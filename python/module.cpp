@@ -207,9 +207,7 @@ std::vector<Given> given_by(const py::kwargs& keywords, Job job, QuerySetting::A
 
 Query query_by(const std::string& job, const py::kwargs& keywords) {
     const Job which = job_of(job);
-    Query query = query_of(which, given_by(keywords, which, QuerySetting::Acts::result));
-    query.remembers = false;
-    return query;
+    return query_of(which, given_by(keywords, which, QuerySetting::Acts::result));
 }
 
 // Work
@@ -242,8 +240,11 @@ class Messages final : public Listener {
     std::atomic<bool> ends = false;
 };
 
+/// Where `edgewise calibrate` leaves its profile.
+std::string profile_folder;
+
 const Engine& engine() {
-    static const Engine one = default_engine();
+    static const Engine one = default_engine(profile_folder);
     return one;
 }
 
@@ -462,6 +463,9 @@ Reads a header; samples when they are needed.
 PYBIND11_MODULE(edgewise, module) {
     module.doc() = "The cheapest way from a volume to the picture that one wants. Arrays are [z, y, x], channels last.";
     translate_errors(module);
+    const py::object os = py::module_::import("os");
+    const py::object home = os.attr("path").attr("expanduser")("~/.config");
+    profile_folder = py::str(os.attr("environ").attr("get")("XDG_CONFIG_HOME", home)).cast<std::string>() + "/edgewise";
     py::class_<Volume>(module, "Volume", "Samples and where they lie. Of an array nothing is copied where kernels can read it.")
         .def(py::init(&volume_around), py::arg("array"), py::arg("spacing") = py::none(), py::arg("origin") = py::none(),
              py::arg("direction") = py::none(), py::arg("unit") = "mm", py::arg("channels") = false,
