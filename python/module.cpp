@@ -397,18 +397,41 @@ py::object do_job(const py::object& input, const py::kwargs& keywords) {
 constexpr char kRender[] = "render", kWarp[] = "warp", kFilter[] = "filter", kMesh[] = "mesh",
                kRadon[] = "radon";
 
+/// Each a dict of settings that would do: what is to be given, None for what is to be left out.
+py::list ways_out_of(const NoPlan& none) {
+    py::list ways;
+    const auto* infeasible = dynamic_cast<const Infeasible*>(&none);
+    if (!infeasible) return ways;
+    for (const auto* lists : {&infeasible->way_out.budgets, &infeasible->way_out.demands})
+        for (const std::vector<SettingChange>& changes : *lists) {
+            py::dict way;
+            for (const SettingChange& change : changes)
+                way[py::str(std::string(change.setting.name))] = change.value ? py::object(py::str(*change.value)) : py::none();
+            ways.append(way);
+        }
+    return ways;
+}
+
+/// @param named  attributes of the exception
+void raise(const py::object& type, const char* text, const py::dict& named) {
+    const py::object error = type(text);
+    for (const auto& [name, value] : named) py::setattr(error, name, value);
+    PyErr_SetObject(type.ptr(), error.ptr());
+}
+
 void translate_errors(py::module_& module) {
     static py::exception<RunError> run_error(module, "RunError", PyExc_RuntimeError);
     static py::exception<NoPlan> infeasible(module, "Infeasible", PyExc_ValueError);
+    static py::exception<RequestError> request_error(module, "RequestError", PyExc_ValueError);
     py::register_exception_translator([](std::exception_ptr error) {
         try {
             if (error) std::rethrow_exception(error);
         } catch (const NoPlan& none) {
-            infeasible(none.what());
+            raise(infeasible, none.what(), py::dict(py::arg("ways_out") = ways_out_of(none)));
         } catch (const SettingError& none) {
             PyErr_SetString(PyExc_TypeError, none.what());
         } catch (const RequestError& wrong) {
-            PyErr_SetString(PyExc_ValueError, wrong.what());
+            raise(request_error, wrong.what(), py::dict(py::arg("field") = wrong.field(), py::arg("value") = wrong.value()));
         } catch (const InputError& unreadable) {
             PyErr_SetString(PyExc_OSError, unreadable.what());
         } catch (const Cancelled& ended) {

@@ -299,6 +299,30 @@ class ModuleTest(unittest.TestCase):
         out, _ = child.communicate(timeout=60)
         self.assertEqual(out.strip(), "ended")
 
+    def test_errors_say_which_keyword_and_what_would_do(self):
+        with self.assertRaises(ew.RequestError) as wrong:
+            ew.plan(self.volume, zoom=0)
+        self.assertEqual(wrong.exception.field, "zoom")
+        self.assertIsInstance(wrong.exception, ValueError)
+        query = {"rotate": (20, 10, 0), "max_error": 1e-9}
+        with self.assertRaises(ew.Infeasible) as none:
+            ew.plan(self.volume, **query)
+        self.assertTrue(none.exception.ways_out)
+        for way in none.exception.ways_out:
+            self.assertTrue(set(way) <= {"max_error", "max_time", "max_memory"}, way)
+            ew.plan(self.volume, **{**query, **way})
+
+    def test_facts_that_are_kept_change_nothing(self):
+        query = {"rotate": (20, 10, 0), "size": 40, "max_error": 0.05}
+        first = ew.render(self.volume, **query)
+        changed = self.volume.copy()
+        changed[5:9, 5:9, 5:9] += 1  # in the same shape, and then at the same address
+        other = ew.render(changed, **query)
+        np.testing.assert_array_equal(ew.render(self.volume, **query), first)
+        changed[:] = self.volume
+        np.testing.assert_array_equal(ew.render(changed, **query), first)
+        self.assertFalse(np.array_equal(other, first))
+
 
 if __name__ == "__main__":
     unittest.main()
