@@ -177,7 +177,6 @@ class ModuleTest(unittest.TestCase):
             ew.plan(self.volume, mode=["mip"])
         with self.assertRaises(ew.Infeasible) as none:
             ew.plan(self.volume, rotate=(10, 20, 0), max_error=1e-12)
-        self.assertIn("would", str(none.exception) + "would")
         self.assertIsInstance(none.exception, ValueError)
 
     def test_nothing_is_ignored(self):
