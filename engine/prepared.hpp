@@ -35,8 +35,8 @@ struct RunWith {
 
 /// A request with a plan that can run: a value that never changes. It runs again and again, from
 /// any number of threads at once; what all its runs share is made by the first of them and kept.
-/// Copies share it too. On one thread a run that is like one before it allocates nothing, unless it
-/// keeps its frames; on several, only oneTBB does.
+/// Copies share it too. A run that is like one before it makes nothing anew but the frames that it
+/// keeps, and what some edges allocate for themselves (docs/design.md).
 class Prepared {
  public:
     struct Result {
