@@ -54,6 +54,17 @@ TEST(CalibrationTrials, AreThoseOfTheEdgesThatThereAre) {
         // Only a demand takes such an edge, so that no trial passes it.
         EXPECT_TRUE(own.empty() || !edge.on_demand) << edge.name;
     }
+    // No trial passes the others: they take what only a demand or another job makes, complex
+    // samples, several ranks, an eye, or colours beside the samples; or they never pay unasked.
+    std::set<std::string> untimed;
+    for (const Transition& edge : catalogue())
+        if (!edge.trials && !edge.on_demand) untimed.insert(edge.name);
+    EXPECT_EQ(untimed, (std::set<std::string>{
+                           "composite.classify", "net.spread", "project.composite_colored",
+                           "project.depth", "project.octree_cast", "project.sliced_runs",
+                           "radon.inverse", "spectrum.faded_picture", "spectrum.from_kspace",
+                           "spectrum.lit_slice", "spectrum.moment_slice", "spectrum.polar_slice",
+                           "spectrum.wide", "warp.colored"}));
     // One of a user's own is timed beside the others, and what another edge names runs once.
     Transition mine;
     mine.name = "toy.mine";

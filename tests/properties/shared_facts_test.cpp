@@ -1,8 +1,11 @@
 // Facts that several edges read are there whichever of them a catalogue has.
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <memory>
 #include <set>
+#include <tuple>
 
+#include "graph/picture_facts.hpp"
 #include "planner/cost.hpp"
 #include "planner/profile.hpp"
 #include "scene/scene.hpp"
@@ -102,6 +105,15 @@ INSTANTIATE_TEST_SUITE_P(Casts, SharedFacts,
                                          std::tuple("shepp-logan", Mode::mip, Type::u8),
                                          std::tuple("sphere", Mode::mip, Type::f32)));
 
+/// Moves nothing, and is no matrix all the same.
+class Bent final : public Deformation {
+ public:
+    std::string name() const override { return "bent"; }
+    Vec3 apply(const Vec3& at) const override { return at; }
+    Vec3 invert(const Vec3& at) const override { return at; }
+    Mat3 jacobian(const Vec3&) const override { return Mat3::Identity(); }
+};
+
 TEST(SharedCounts, AreCalledOnceAndOnlyForViewsThatAreMatrices) {
     static int calls = 0;
     calls = 0;
@@ -116,10 +128,16 @@ TEST(SharedCounts, AreCalledOnceAndOnlyForViewsThatAreMatrices) {
     MemoryBudget memory(std::size_t{1} << 24);
     const Data data = make_phantom("sphere", 8, &memory);
     Scene scene;
-    count_scene(edges, data, request_of(Job::render, Mode::mip, data.what, {Mat4::Identity()}),
-                scene, &memory);
+    Request want = request_of(Job::render, Mode::mip, data.what, {Mat4::Identity()});
+    count_scene(edges, data, want, scene, &memory);
     EXPECT_EQ(calls, 1);
     EXPECT_EQ(scene.facts.at("toy/calls"), 1);
+    want.views = Placement(Transform(std::make_shared<Bent>()));
+    count_scene(edges, data, want, scene, &memory);
+    EXPECT_EQ(calls, 1);
+    // Edges that only attach something are asked about such views too; rays need a matrix.
+    count_scene(catalogue(), data, want, scene, &memory);
+    EXPECT_FALSE(scene.fact(kCastAll));
 }
 
 }  // namespace

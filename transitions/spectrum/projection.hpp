@@ -9,8 +9,8 @@
 
 namespace edgewise {
 
-/// The error of a picture by a slice of a spectrum, by window; and what of it comes from the ends of
-/// rays.
+/// The error of a picture by a slice of a spectrum, by window; and what of it comes from the ends
+/// of rays.
 inline constexpr FactFamily kSpectrumError{"picture/spectrum"};
 inline constexpr Fact kSpectrumEnds{"picture/spectrum/ends"};
 

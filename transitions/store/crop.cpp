@@ -1,11 +1,11 @@
 #include "transitions/store/crop.hpp"
 
-#include "transitions/trials/trials.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+
+#include "transitions/trials/trials.hpp"
 
 namespace edgewise {
 namespace {
