@@ -7,6 +7,7 @@
 
 #include "engine/request/numbers.hpp"
 #include "graph/errors.hpp"
+#include "graph/picture_facts.hpp"
 
 namespace edgewise {
 namespace {
@@ -131,9 +132,9 @@ Scene described_scene(const Described& described, const store::Header& header) {
     const auto error = [&](double each) {
         return deviation * std::sqrt(std::min(axes * each, 2.0));
     };
-    scene.facts["field/zoh"] = error(power.zoh);
-    scene.facts["field/foh"] = error(power.foh);
-    scene.facts["field/bspline3"] = error(power.bspline3);
+    scene.facts[kFieldError("zoh")] = error(power.zoh);
+    scene.facts[kFieldError("foh")] = error(power.foh);
+    scene.facts[kFieldError("bspline3")] = error(power.bspline3);
     return scene;
 }
 
