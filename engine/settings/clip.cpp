@@ -22,38 +22,25 @@ Reader fours(const char* expected, Member member) {
 }  // namespace
 
 Rows clip_settings() {
-    static const std::array rows{
-        QuerySetting{
-            .name = "box",
-            .option = "clip",
-            .group = kClipping,
-            .value = "X0,Y0,Z0,X1,Y1,Z1",
-            .help = "keeps the box of these samples of FILE, ends included",
-            .of = has::render,
-            .reads = reads::so_many_numbers<6>("X0,Y0,Z0,X1,Y1,Z1", &Query::clip, &ClipSpec::box)},
-        QuerySetting{.name = "planes",
-                     .option = "clip-plane",
-                     .group = kClipping,
-                     .value = "A,B,C,D",
-                     .help = "keeps Ax+By+Cz+D >= 0, in samples of FILE; several add up",
-                     .of = has::render,
-                     .reads = fours("A,B,C,D", &ClipSpec::planes)},
-        QuerySetting{.name = "balls",
-                     .option = "clip-ball",
-                     .group = kClipping,
-                     .value = "X,Y,Z,R",
-                     .help = "keeps the ball around sample X,Y,Z of FILE, radius in the file's "
-                             "unit; of several what they share",
-                     .of = has::render,
-                     .reads = fours("X,Y,Z,R", &ClipSpec::balls)},
-        QuerySetting{.name = "slab",
-                     .group = kClipping,
-                     .value = "T",
-                     .help = message("keeps so much of each view about its middle plane, or from "
-                                     "@eye on, in the file's unit"),
-                     .of = has::render,
-                     .reads = reads::number(&Query::clip, &ClipSpec::slab)},
-    };
+    static const std::vector<QuerySetting> rows = grouped(
+        kClipping,
+        {QuerySetting{"box", "X0,Y0,Z0,X1,Y1,Z1",
+                      "keeps the box of these samples of FILE, ends included", has::render,
+                      reads::so_many_numbers<6>("X0,Y0,Z0,X1,Y1,Z1", &Query::clip, &ClipSpec::box)}
+             .typed_as("clip"),
+         QuerySetting{"planes", "A,B,C,D",
+                      "keeps Ax+By+Cz+D >= 0, in samples of FILE; several add up", has::render,
+                      fours("A,B,C,D", &ClipSpec::planes)}
+             .typed_as("clip-plane"),
+         QuerySetting{"balls", "X,Y,Z,R",
+                      "keeps the ball around sample X,Y,Z of FILE, radius in the file's unit; of "
+                      "several what they share",
+                      has::render, fours("X,Y,Z,R", &ClipSpec::balls)}
+             .typed_as("clip-ball"),
+         {"slab", "T",
+          message("keeps so much of each view about its middle plane, or from @eye on, in the "
+                  "file's unit"),
+          has::render, reads::number(&Query::clip, &ClipSpec::slab)}});
     return rows;
 }
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <fmt/format.h>
 #include <limits>
@@ -38,11 +37,10 @@ void expect_op(const std::string& word, const std::string& size) {
             from = std::to_string(level);
             below = std::to_string(level - 1);
         }
-        throw RequestError(
-            message("@op: '{}' is no filter: a window does it. `@command(warp FILE) @out(OUT) "
-                    "@bits(8) @window({},{})` makes whole numbers from {} on white and all others "
-                    "black",
-                    word, below, from, from));
+        throw RequestError(message(
+            "@op: '{}' is no filter: a window does it. `@command(warp FILE) @out(OUT) @bits(8) "
+            "@window({},{})` makes whole numbers from {} on white and all others black",
+            word, below, from, from));
     }
     const std::string near = nearest_sum(word);
     std::vector<std::string> ours;
@@ -112,39 +110,31 @@ void expect_whole_filter(const Query&, const std::vector<Given>& given) {
 }
 
 Rows filter_settings() {
-    static const std::array rows{
-        QuerySetting{.name = "op",
-                     .value = "OP",
-                     .help = help_of_op,
-                     .of = has::filter,
-                     .reads = {take_op, op_of}},
-        QuerySetting{.name = "kernel",
-                     .value = "KERNEL",
-                     .help = "box:R, gauss:S, sphere:R, cross:R (in samples, or as 2mm; one or one "
-                             "an axis), sobel:x, laplace, or a file of weights, heights or a mask",
-                     .of = has::filter,
-                     .reads = {take_kernel, kernel_in}},
-        QuerySetting{.name = "border",
-                     .value = "BORDER",
-                     .help = "what stands beyond the samples: zero, clamp, mirror (c b a b c; "
-                             "default) or wrap",
-                     .of = has::filter,
-                     .reads = {take_border, border_of}},
-        QuerySetting{.name = "slices",
-                     .help = "a volume slice by slice, each as an image",
-                     .of = has::filter,
-                     .reads = {take_slices,
-                               [](const Query& query) {
-                                   return SettingValue(query.filter && query.filter->slices);
-                               },
-                               Reader::Kind::flag}},
-        QuerySetting{.name = "window",
-                     .value = "LO,HI",
-                     .help = "what is black and white, values or percentiles; HI,LO inverts",
-                     .of = has::filter,
-                     .reads = reads::window(),
-                     .acts = QuerySetting::Acts::output},
-    };
+    static const std::vector<QuerySetting> rows = grouped(
+        "",
+        {{"op", "OP", help_of_op, has::filter, {take_op, op_of}},
+         {"kernel",
+          "KERNEL",
+          "box:R, gauss:S, sphere:R, cross:R (in samples, or as 2mm; one or one an axis), sobel:x, "
+          "laplace, or a file of weights, heights or a mask",
+          has::filter,
+          {take_kernel, kernel_in}},
+         {"border",
+          "BORDER",
+          "what stands beyond the samples: zero, clamp, mirror (c b a b c; default) or wrap",
+          has::filter,
+          {take_border, border_of}},
+         {"slices",
+          "",
+          "a volume slice by slice, each as an image",
+          has::filter,
+          {take_slices,
+           [](const Query& query) { return SettingValue(query.filter && query.filter->slices); },
+           Reader::Kind::flag}},
+         QuerySetting{"window", "LO,HI",
+                      "what is black and white, values or percentiles; HI,LO inverts", has::filter,
+                      reads::window()}
+             .of_output()});
     return rows;
 }
 

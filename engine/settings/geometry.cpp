@@ -1,4 +1,3 @@
-#include <array>
 
 #include "engine/settings/geometry_steps.hpp"
 #include "engine/settings/jobs.hpp"
@@ -45,124 +44,54 @@ Message help_of_size(Job job) {
 
 Rows geometry_settings() {
     using Kind = GeometryStep::Kind;
-    static const std::array rows{
-        QuerySetting{.name = "view",
-                     .group = kGeometryGroup,
-                     .value = "SIDE",
-                     .help = "front, back, left, right, top, bottom (or coronal, sagittal, axial), "
-                             "or x, y, z: along the file's axis",
-                     .of = has::views,
-                     .reads = reads::text(&Query::geometry, &GeometrySpec::view)},
-        QuerySetting{.name = "rotate",
-                     .group = kGeometryGroup,
-                     .value = "A|X,Y,Z",
-                     .help = "degrees about z (2D), or about x, then y, then z",
-                     .of = has::views,
-                     .reads = reads::step(Kind::rotate)},
-        QuerySetting{.name = "matrix",
-                     .group = kGeometryGroup,
-                     .value = "NUMBERS|FILE",
-                     .help = "object -> screen, row by row",
-                     .of = has::views,
-                     .reads = reads::step(Kind::matrix)},
-        QuerySetting{.name = "scale",
-                     .group = kGeometryGroup,
-                     .value = "S[,S[,S]]",
-                     .help = "more than 1 enlarges",
-                     .of = has::views,
-                     .reads = reads::step(Kind::scale)},
-        QuerySetting{.name = "translate",
-                     .group = kGeometryGroup,
-                     .value = "T,T[,T]",
-                     .help = "in the file's unit",
-                     .of = has::views,
-                     .reads = reads::step(Kind::translate)},
-        QuerySetting{.name = "shear",
-                     .group = kGeometryGroup,
-                     .value = "xy=K,...",
-                     .help = "adds K y to x",
-                     .of = has::views,
-                     .reads = reads::step(Kind::shear)},
-        QuerySetting{.name = "about",
-                     .group = kGeometryGroup,
-                     .value = "X,Y[,Z]",
-                     .help = "sample that is held fixed; default the centre",
-                     .of = has::views,
-                     .reads = reads::list_of_numbers(&Query::geometry, &GeometrySpec::about)},
-        QuerySetting{.name = "perspective",
-                     .group = kGeometryGroup,
-                     .value = "FOV",
-                     .help = "vertical angle; default parallel rays",
-                     .of = has::render,
-                     .reads = reads::number(&Query::geometry, &GeometrySpec::perspective)},
-        QuerySetting{
-            .name = "eye",
-            .group = kGeometryGroup,
-            .value = "X,Y,Z",
-            .help = message("where the eye of @perspective is, also within the volume: a sample "
-                            "of FILE"),
-            .of = has::render,
-            .reads = reads::so_many_numbers<3>("X,Y,Z", &Query::geometry, &GeometrySpec::eye)},
-        QuerySetting{
-            .name = "look_at",
-            .group = kGeometryGroup,
-            .value = "X,Y,Z",
-            .help = message("sample of FILE in the middle of its view, in place of @view's "
-                            "direction; up stays that of @view"),
-            .of = has::render,
-            .reads = reads::so_many_numbers<3>("X,Y,Z", &Query::geometry, &GeometrySpec::look_at)},
-        QuerySetting{.name = "turntable",
-                     .group = kGeometryGroup,
-                     .value = "N[,ARC]",
-                     .help = "N views about screen y, over ARC degrees (360), at its place among "
-                             "the others",
-                     .of = has::render,
-                     .reads = reads::step(Kind::turntable)},
-        QuerySetting{.name = "path",
-                     .group = kGeometryGroup,
-                     .value = "FILE",
-                     .help = "matrices, one for each view, at its place among the others",
-                     .of = has::render,
-                     .reads = reads::step(Kind::path)},
-        QuerySetting{.name = "zoom",
-                     .group = kGeometryGroup,
-                     .value = "Z",
-                     .help = "more than 1 shows less of the scene, larger",
-                     .of = has::render,
-                     .reads = reads::number(&Query::geometry, &GeometrySpec::zoom)},
-        QuerySetting{
-            .name = "crop",
-            .option = "clip",
-            .group = kGeometryGroup,
-            .value = "X0,Y0,Z0,X1,Y1,Z1",
-            .help = "crop: first and last sample of FILE that is kept along each axis (an image: "
-                    "X0,Y0,X1,Y1); it stays where it is in the world",
-            .of = has::warp,
-            .reads = reads::list_of_numbers(&Query::geometry, &GeometrySpec::crop)},
-        QuerySetting{
-            .name = "grid_moves",
-            .option = "move",
-            .group = kGeometryGroup,
-            .value = "content|grid",
-            .help = message("what all but @view turns: what is seen (default), or where it is "
-                            "sampled (MPR)"),
-            .of = has::warp,
-            .reads = reads::parsed(moves_grid, &Query::geometry, &GeometrySpec::grid_moves)},
-        QuerySetting{.name = "spacing",
-                     .group = kGeometryGroup,
-                     .value = "S[,S[,S]]",
-                     .help = "distance of output samples",
-                     .of = has::views,
-                     .reads = reads::list_of_numbers(&Query::geometry, &GeometrySpec::spacing),
-                     .per_axis = true},
-        QuerySetting{.name = "size",
-                     .group = kGeometryGroup,
-                     .value = value_of_size,
-                     .help = help_of_size,
-                     .of = has::views,
-                     .reads = {take_size, size_of},
-                     .per_axis = true},
-    };
+    static const std::vector<QuerySetting> rows = grouped(
+        kGeometryGroup,
+        {{"view", "SIDE",
+          "front, back, left, right, top, bottom (or coronal, sagittal, axial), or x, y, z: along "
+          "the file's axis",
+          has::views, reads::text(&Query::geometry, &GeometrySpec::view)},
+         {"rotate", "A|X,Y,Z", "degrees about z (2D), or about x, then y, then z", has::views,
+          reads::step(Kind::rotate)},
+         {"matrix", "NUMBERS|FILE", "object -> screen, row by row", has::views,
+          reads::step(Kind::matrix)},
+         {"scale", "S[,S[,S]]", "more than 1 enlarges", has::views, reads::step(Kind::scale)},
+         {"translate", "T,T[,T]", "in the file's unit", has::views, reads::step(Kind::translate)},
+         {"shear", "xy=K,...", "adds K y to x", has::views, reads::step(Kind::shear)},
+         {"about", "X,Y[,Z]", "sample that is held fixed; default the centre", has::views,
+          reads::list_of_numbers(&Query::geometry, &GeometrySpec::about)},
+         {"perspective", "FOV", "vertical angle; default parallel rays", has::render,
+          reads::number(&Query::geometry, &GeometrySpec::perspective)},
+         {"eye", "X,Y,Z",
+          message("where the eye of @perspective is, also within the volume: a sample of FILE"),
+          has::render, reads::so_many_numbers<3>("X,Y,Z", &Query::geometry, &GeometrySpec::eye)},
+         {"look_at", "X,Y,Z",
+          message("sample of FILE in the middle of its view, in place of @view's direction; up "
+                  "stays that of @view"),
+          has::render,
+          reads::so_many_numbers<3>("X,Y,Z", &Query::geometry, &GeometrySpec::look_at)},
+         {"turntable", "N[,ARC]",
+          "N views about screen y, over ARC degrees (360), at its place among the others",
+          has::render, reads::step(Kind::turntable)},
+         {"path", "FILE", "matrices, one for each view, at its place among the others", has::render,
+          reads::step(Kind::path)},
+         {"zoom", "Z", "more than 1 shows less of the scene, larger", has::render,
+          reads::number(&Query::geometry, &GeometrySpec::zoom)},
+         QuerySetting{"crop", "X0,Y0,Z0,X1,Y1,Z1",
+                      "crop: first and last sample of FILE that is kept along each axis (an image: "
+                      "X0,Y0,X1,Y1); it stays where it is in the world",
+                      has::warp, reads::list_of_numbers(&Query::geometry, &GeometrySpec::crop)}
+             .typed_as("clip"),
+         QuerySetting{
+             "grid_moves", "content|grid",
+             message(
+                 "what all but @view turns: what is seen (default), or where it is sampled (MPR)"),
+             has::warp, reads::parsed(moves_grid, &Query::geometry, &GeometrySpec::grid_moves)}
+             .typed_as("move"),
+         QuerySetting{"spacing", "S[,S[,S]]", "distance of output samples", has::views,
+                      reads::list_of_numbers(&Query::geometry, &GeometrySpec::spacing)}
+             .along_axes(),
+         QuerySetting{"size", value_of_size, help_of_size, has::views, {take_size, size_of}}
+             .along_axes()});
     return rows;
 }
 

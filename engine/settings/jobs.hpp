@@ -6,6 +6,7 @@
 /// Which jobs have a setting.
 namespace edgewise::has {
 
+inline bool any(Job) { return true; }
 inline bool render(Job job) { return job == Job::render; }
 inline bool warp(Job job) { return job == Job::warp; }
 inline bool mesh(Job job) { return job == Job::mesh; }

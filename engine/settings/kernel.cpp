@@ -117,10 +117,9 @@ KernelSpec named_kernel(const std::string& text) {
     }
     if (!text.empty() && text.find_first_not_of("0123456789.,mun") == std::string::npos &&
         text.find_first_of("0123456789") == 0)
-        throw RequestError(
-            message("@kernel: '{}' is a size; of what? Expected box:{}, sphere:{}, cross:{} or "
-                    "gauss:{}",
-                    text, text, text, text, text));
+        throw RequestError(message(
+            "@kernel: '{}' is a size; of what? Expected box:{}, sphere:{}, cross:{} or gauss:{}",
+            text, text, text, text, text));
     expect_file(text, name);
     kernel.kind = KernelKind::file;
     kernel.file = text;
@@ -241,19 +240,17 @@ KernelSpec kernel_of(const NamedSum& sum, const SettingValue* value) {
                    : sobel_of(text);
     const bool gauss = sum.kind == KernelKind::gauss;
     if (!text)
-        throw RequestError(
-            message("@op({}): how wide? Expected @op(convolve) @kernel({}:{}), {} in samples or "
-                    "as 2mm",
-                    sum.name, gauss ? "gauss" : "box", gauss ? "S" : "R", gauss ? "S" : "R"));
+        throw RequestError(message(
+            "@op({}): how wide? Expected @op(convolve) @kernel({}:{}), {} in samples or as 2mm",
+            sum.name, gauss ? "gauss" : "box", gauss ? "S" : "R", gauss ? "S" : "R"));
     const bool is_size = !text->empty() && std::string_view("0123456789.").find(text->front()) !=
                                                std::string_view::npos;
     if (is_size) return sized({gauss ? "gauss" : "box", sum.kind}, text, *text);
     kernel = named_kernel(*text);
     if (sum.name.starts_with("gauss") && kernel.kind != KernelKind::gauss)
-        throw RequestError(
-            message("@op({}) @kernel({}): no Gaussian; expected gauss:S, or @op(convolve) "
-                    "@kernel({})",
-                    sum.name, *text, *text));
+        throw RequestError(message(
+            "@op({}) @kernel({}): no Gaussian; expected gauss:S, or @op(convolve) @kernel({})",
+            sum.name, *text, *text));
     return kernel;
 }
 

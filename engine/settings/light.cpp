@@ -1,7 +1,6 @@
 #include "engine/settings/light.hpp"
 
 #include <algorithm>
-#include <array>
 #include <fmt/format.h>
 #include <limits>
 
@@ -287,10 +286,10 @@ Window window_of(const std::string& text) {
         const bool has_number = text.find_first_of("0123456789") != std::string::npos;
         if (has_number)
             if (const std::optional<Window> window = width_and_level(text)) return *window;
-        throw RequestError(message(
-            "@window: '{}' given; expected LO,HI in values or percentiles, as 1%,99.5%, or width "
-            "and level, as W400L40, or a name; {}",
-            text, instead_of(text, window_names())));
+        throw RequestError(
+            message("@window: '{}' given; expected LO,HI in values or percentiles, as 1%,99.5%, or "
+                    "width and level, as W400L40, or a name; {}",
+                    text, instead_of(text, window_names())));
     }
     const Window window{window_end(words[0]), window_end(words[1])};
     if (window.low.percentile == window.high.percentile && window.low.at == window.high.at)
@@ -323,127 +322,73 @@ Message help_of_smooth() {
 
 Rows light_settings() {
     using reads::number;
-    static const std::array rows{
-        QuerySetting{.name = "outside",
-                     .value = "V",
-                     .help = "value beyond the input; default 0, of a CT in Hounsfield units its "
-                             "air",
-                     .of = has::warp,
-                     .reads = number(&Query::outside)},
-        QuerySetting{.name = "mode",
-                     .value = "MODE",
-                     .help = help_of_mode,
-                     .of = has::render,
-                     .reads = {take_mode, mode_of}},
-        QuerySetting{.name = "zero",
-                     .value = "V",
-                     .help = "xray: the value that adds nothing",
-                     .of = has::render,
-                     .reads = number(&Query::zero)},
-        QuerySetting{.name = "isovalue",
-                     .value = "V",
-                     .help = "surface and binary: where values reach V",
-                     .of = has::render,
-                     .reads = number(&Query::isovalue)},
-        QuerySetting{.name = "background",
-                     .value = "R,G,B|none",
-                     .help = "composite, surface and binary: default 0,0,0; none: alpha is kept",
-                     .of = has::render,
-                     .reads = {take_background, background_of}},
-        QuerySetting{.name = "transfer",
-                     .value = "FILE",
-                     .help = "composite: opacity and colour (docs/files.md)",
-                     .of = has::render,
-                     .reads = {take_transfer,
-                               [](const Query& query) { return source_of(query, "transfer"); }}},
-        QuerySetting{
-            .name = "preset",
-            .value = "NAME|FILE",
-            .help = message("composite: a transfer function of `@command(list presets)`, "
-                            "or of a file; default with @mode(shaded): one that suits "
-                            "FILE"),
-            .of = has::render,
-            .reads = {take_preset, [](const Query& query) { return source_of(query, "preset"); }}},
-        QuerySetting{.name = "shade",
-                     .value = value_of_shade,
-                     .help = help_of_shade,
-                     .of = has::render,
-                     .reads = {take_shade, shade_of}},
-        QuerySetting{.name = "gradient",
-                     .value = "central|sobel|auto",
-                     .help = message("of lit samples: from neighbours along each axis, or smoothed "
-                                     "against noise; default auto: sobel where @mode(shaded) takes "
-                                     "a preset by itself and finds a noisy MR, else central"),
-                     .of = has::render,
-                     .reads = {take_gradient, gradient_of}},
-        QuerySetting{.name = "lights",
-                     .option = "light",
-                     .value = "X,Y,Z[,I]|head",
-                     .help = "towards a light, in screen space (z away from the eye); default "
-                             "-0.5,-0.5,-1: over the viewer's left shoulder; head: 0,0,-1. "
-                             "Several add up",
-                     .of = has::render,
-                     .reads = reads::list(light_of, light_told, &Query::lights)},
-        QuerySetting{.name = "material",
-                     .value = "A,D,S,N",
-                     .help = message("ambient, diffuse, specular, exponent; default that of the "
-                                     "preset, else 0.2,0.9,0.2,20; with @shadows 0.25 more ambient "
-                                     "light"),
-                     .of = has::render,
-                     .reads = reads::parts(material_of, material_told, &Query::material)},
-        QuerySetting{.name = "phase",
-                     .value = "G",
-                     .help = "particles: mean cosine of the angle that they turn light by; "
-                             "default 0",
-                     .of = has::render,
-                     .reads = number(&Query::phase)},
-        QuerySetting{.name = "shadows",
-                     .help = "composite: samples take away light on its way to others, not "
-                             "ambient light",
-                     .of = has::render,
-                     .reads = reads::flag(&Query::shadows)},
-        QuerySetting{.name = "occlusion",
-                     .option = "ambient-occlusion",
-                     .value = "R",
-                     .help = "composite: ambient light is taken away by what is nearer than R, "
-                             "in the file's unit",
-                     .of = has::render,
-                     .reads = number(&Query::occlusion)},
-        QuerySetting{.name = "cue",
-                     .option = "depth-cue",
-                     .value = "K[,linear|exp]",
-                     .help = "xray, mean, composite and surface: light falls off with depth",
-                     .of = has::render,
-                     .reads = reads::parts(cue_of, cue_told, &Query::cue)},
-        QuerySetting{.name = "labels",
-                     .help = help_of_labels(
-                         "the samples are labels: nearest, no new value, values bit for bit"),
-                     .of = has::views,
-                     .reads = reads::labels()},
-        QuerySetting{.name = "smooth",
-                     .value = "0..1",
-                     .help = help_of_smooth(),
-                     .of = has::render,
-                     .reads = number(&Query::smooth)},
-        QuerySetting{.name = "window",
-                     .value = "LO,HI|WnLn|NAME",
-                     .help = help_of_window,
-                     .of = has::render,
-                     .reads = reads::window()},
-        QuerySetting{.name = "window",
-                     .value = "LO,HI|WnLn|NAME",
-                     .help = help_of_window,
-                     .of = has::warp,
-                     .reads = reads::window(),
-                     .acts = QuerySetting::Acts::output},
-        QuerySetting{.name = "exposure",
-                     .value = "E",
-                     .help = "composite, surface and binary: pictures of 8 and 16 bits show light "
-                             "times E; default 1",
-                     .of = has::render,
-                     .reads = number(&Query::exposure),
-                     .acts = QuerySetting::Acts::output},
-    };
+    static const std::vector<QuerySetting> rows = grouped(
+        "",
+        {{"outside", "V", "value beyond the input; default 0, of a CT in Hounsfield units its air",
+          has::warp, number(&Query::outside)},
+         {"mode", "MODE", help_of_mode, has::render, {take_mode, mode_of}},
+         {"zero", "V", "xray: the value that adds nothing", has::render, number(&Query::zero)},
+         {"isovalue", "V", "surface and binary: where values reach V", has::render,
+          number(&Query::isovalue)},
+         {"background",
+          "R,G,B|none",
+          "composite, surface and binary: default 0,0,0; none: alpha is kept",
+          has::render,
+          {take_background, background_of}},
+         {"transfer",
+          "FILE",
+          "composite: opacity and colour (docs/files.md)",
+          has::render,
+          {take_transfer, [](const Query& query) { return source_of(query, "transfer"); }}},
+         {"preset",
+          "NAME|FILE",
+          message("composite: a transfer function of `@command(list presets)`, or of a file; "
+                  "default with @mode(shaded): one that suits FILE"),
+          has::render,
+          {take_preset, [](const Query& query) { return source_of(query, "preset"); }}},
+         {"shade", value_of_shade, help_of_shade, has::render, {take_shade, shade_of}},
+         {"gradient",
+          "central|sobel|auto",
+          message("of lit samples: from neighbours along each axis, or smoothed against noise; "
+                  "default auto: sobel where @mode(shaded) takes a preset by itself and finds a "
+                  "noisy MR, else central"),
+          has::render,
+          {take_gradient, gradient_of}},
+         QuerySetting{"lights", "X,Y,Z[,I]|head",
+                      "towards a light, in screen space (z away from the eye); default "
+                      "-0.5,-0.5,-1: over the viewer's left shoulder; head: 0,0,-1. Several add up",
+                      has::render, reads::list(light_of, light_told, &Query::lights)}
+             .typed_as("light"),
+         {"material", "A,D,S,N",
+          message("ambient, diffuse, specular, exponent; default that of the preset, else "
+                  "0.2,0.9,0.2,20; with @shadows 0.25 more ambient light"),
+          has::render, reads::parts(material_of, material_told, &Query::material)},
+         {"phase", "G", "particles: mean cosine of the angle that they turn light by; default 0",
+          has::render, number(&Query::phase)},
+         {"shadows", "",
+          "composite: samples take away light on its way to others, not ambient light", has::render,
+          reads::flag(&Query::shadows)},
+         QuerySetting{
+             "occlusion", "R",
+             "composite: ambient light is taken away by what is nearer than R, in the file's unit",
+             has::render, number(&Query::occlusion)}
+             .typed_as("ambient-occlusion"),
+         QuerySetting{"cue", "K[,linear|exp]",
+                      "xray, mean, composite and surface: light falls off with depth", has::render,
+                      reads::parts(cue_of, cue_told, &Query::cue)}
+             .typed_as("depth-cue"),
+         {"labels", "",
+          help_of_labels("the samples are labels: nearest, no new value, values bit for bit"),
+          has::views, reads::labels()},
+         {"smooth", "0..1", help_of_smooth(), has::render, number(&Query::smooth)},
+         {"window", "LO,HI|WnLn|NAME", help_of_window, has::render, reads::window()},
+         QuerySetting{"window", "LO,HI|WnLn|NAME", help_of_window, has::warp, reads::window()}
+             .of_output(),
+         QuerySetting{"exposure", "E",
+                      "composite, surface and binary: pictures of 8 and 16 bits show light times "
+                      "E; default 1",
+                      has::render, number(&Query::exposure)}
+             .of_output()});
     return rows;
 }
 

@@ -1,4 +1,3 @@
-#include <array>
 #include <fmt/format.h>
 
 #include "engine/look/colormap.hpp"
@@ -39,42 +38,24 @@ void take_montage(Query& query, const SettingValue& value, const Reading& readin
 }  // namespace
 
 Rows look_settings() {
-    static const std::array rows{
-        QuerySetting{.name = "colormap",
-                     .group = kLooks,
-                     .value = "NAME|FILE",
-                     .help = help_of_colormap,
-                     .of = has::views,
-                     .reads = reads::text(&Query::look, &LookSpec::colormap),
-                     .acts = kOfOutput},
-        QuerySetting{.name = "depth_colour",
-                     .group = kLooks,
-                     .help = message("mip: colours by the depth of the value, red in front and "
-                                     "blue behind, or of @colormap"),
-                     .of = has::render,
-                     .reads = reads::flag(&Query::look, &LookSpec::depth_colour),
-                     .acts = kOfOutput},
-        QuerySetting{.name = "legend",
-                     .group = kLooks,
-                     .help = "colours and their values, in a strip at the right",
-                     .of = has::views,
-                     .reads = reads::flag(&Query::look, &LookSpec::legend),
-                     .acts = kOfOutput},
-        QuerySetting{.name = "scale_bar",
-                     .group = kLooks,
-                     .help = "a length, at the lower left",
-                     .of = has::views,
-                     .reads = reads::flag(&Query::look, &LookSpec::scale_bar),
-                     .acts = kOfOutput},
-        QuerySetting{.name = "montage",
-                     .group = kLooks,
-                     .value = "WxH",
-                     .help = help_of_montage,
-                     .of = has::views,
-                     .reads = {take_montage,
-                               [](const Query& query) { return reads::told(query.look.montage); }},
-                     .acts = kOfOutput},
-    };
+    static const std::vector<QuerySetting> rows = grouped(
+        kLooks,
+        {{"colormap", "NAME|FILE", help_of_colormap, has::views,
+          reads::text(&Query::look, &LookSpec::colormap)},
+         {"depth_colour", "",
+          message("mip: colours by the depth of the value, red in front and blue behind, or of "
+                  "@colormap"),
+          has::render, reads::flag(&Query::look, &LookSpec::depth_colour)},
+         {"legend", "", "colours and their values, in a strip at the right", has::views,
+          reads::flag(&Query::look, &LookSpec::legend)},
+         {"scale_bar", "", "a length, at the lower left", has::views,
+          reads::flag(&Query::look, &LookSpec::scale_bar)},
+         {"montage",
+          "WxH",
+          help_of_montage,
+          has::views,
+          {take_montage, [](const Query& query) { return reads::told(query.look.montage); }}}},
+        kOfOutput);
     return rows;
 }
 

@@ -1,4 +1,3 @@
-#include <array>
 
 #include "engine/settings/jobs.hpp"
 #include "engine/settings/light.hpp"
@@ -109,46 +108,43 @@ void expect_whole_radon(const Query& query, const std::vector<Given>& given) {
 }
 
 Rows radon_settings() {
-    static const std::array rows{
-        QuerySetting{.name = "angles",
-                     .value = "N|A,B,...",
-                     .help = "rows: angles k 180/N degrees, k from 0 to N - 1; or these degrees, "
-                             "as 0,30,60",
-                     .of = has::radon,
-                     .reads = {take_angles, angles_of}},
-        QuerySetting{.name = "inverse",
-                     .help = "FILE is a sinogram: the image of it, by filtered backprojection",
-                     .of = has::radon,
-                     .reads = {take_inverse,
-                               [](const Query& query) {
-                                   return SettingValue(query.radon && query.radon->to == To::image);
-                               },
-                               Reader::Kind::flag}},
-        QuerySetting{.name = "size",
-                     .value = "WxH|N",
-                     .help = message("@inverse: samples of the image; default: a square that has "
-                                     "as many offsets"),
-                     .of = has::radon,
-                     .reads = {take_size_of_image, size_of_image},
-                     .per_axis = true},
-        QuerySetting{.name = "to",
-                     .value = "sinogram|hough",
-                     .help = "sinogram: integrals along lines (default); hough: how many samples "
-                             "lie nearest to each",
-                     .of = has::radon,
-                     .reads = {take_to, to_of}},
-        QuerySetting{.name = "threshold",
-                     .value = "T",
-                     .help = "hough: samples of at least T vote",
-                     .of = has::radon,
-                     .reads = {take_threshold, threshold_of}},
-        QuerySetting{.name = "window",
-                     .value = "LO,HI",
-                     .help = "what is black and white, values or percentiles; HI,LO inverts",
-                     .of = has::radon,
-                     .reads = reads::window(),
-                     .acts = QuerySetting::Acts::output},
-    };
+    static const std::vector<QuerySetting> rows = grouped(
+        "",
+        {{"angles",
+          "N|A,B,...",
+          "rows: angles k 180/N degrees, k from 0 to N - 1; or these degrees, as 0,30,60",
+          has::radon,
+          {take_angles, angles_of}},
+         {"inverse",
+          "",
+          "FILE is a sinogram: the image of it, by filtered backprojection",
+          has::radon,
+          {take_inverse,
+           [](const Query& query) {
+               return SettingValue(query.radon && query.radon->to == To::image);
+           },
+           Reader::Kind::flag}},
+         QuerySetting{
+             "size",
+             "WxH|N",
+             message("@inverse: samples of the image; default: a square that has as many offsets"),
+             has::radon,
+             {take_size_of_image, size_of_image}}
+             .along_axes(),
+         {"to",
+          "sinogram|hough",
+          "sinogram: integrals along lines (default); hough: how many samples lie nearest to each",
+          has::radon,
+          {take_to, to_of}},
+         {"threshold",
+          "T",
+          "hough: samples of at least T vote",
+          has::radon,
+          {take_threshold, threshold_of}},
+         QuerySetting{"window", "LO,HI",
+                      "what is black and white, values or percentiles; HI,LO inverts", has::radon,
+                      reads::window()}
+             .of_output()});
     return rows;
 }
 

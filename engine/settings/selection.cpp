@@ -1,9 +1,9 @@
 #include "engine/settings/selection.hpp"
 
-#include <array>
 #include <limits>
 
 #include "engine/request/geometry.hpp"
+#include "engine/settings/jobs.hpp"
 #include "engine/settings/readers.hpp"
 #include "graph/words.hpp"
 
@@ -79,48 +79,34 @@ bool is_channel_name(const std::string& channel) {
 Rows selection_settings() {
     using reads::parsed;
     constexpr auto kInput = QuerySetting::Acts::input;
-    static const std::array rows{
-        QuerySetting{.name = "series",
-                     .value = "UID|N",
-                     .help = "which series of a folder, or image of an OME-TIFF",
-                     .reads = reads::text(&Query::selection, &Selection::series),
-                     .acts = kInput},
-        QuerySetting{.name = "level",
-                     .value = "N|auto",
-                     .help = "which resolution of several (OME-Zarr), from 0, the finest; auto: "
-                             "the coarsest that is as fine as the result",
-                     .reads = {take_level, level_of},
-                     .acts = kInput},
-        QuerySetting{.name = "time",
-                     .value = "N|all",
-                     .help = "which time point, from 0; all: a film of render, a frame for each; "
-                             "a series of filter",
-                     .reads = parsed(time_of, &Query::selection, &Selection::time),
-                     .acts = kInput},
-        QuerySetting{.name = "channel",
-                     .value = "N|NAME|N[=COLOUR],...|all",
-                     .help = "which channel, from 0, or as the file calls it; render merges "
-                             "several, as 0,1 or 0=red,2=#00ff80; of colours (RGB, RGBA) all are "
-                             "taken where none is named",
-                     .reads = {take_channel, channel_of},
-                     .acts = kInput},
-        QuerySetting{.name = "orient",
-                     .value = "RAS|...",
-                     .help = "where x, y, z point, where FILE is silent or wrong",
-                     .reads = parsed(orientation_of, &Query::selection, &Selection::orient),
-                     .acts = kInput},
-        QuerySetting{.name = "input_spacing",
-                     .value = "S[,S[,S]]",
-                     .help = "distance of FILE's samples, where it is silent or wrong",
-                     .reads = reads::list_of_numbers(&Query::selection, &Selection::spacing),
-                     .acts = kInput,
-                     .per_axis = true},
-        QuerySetting{.name = "input_unit",
-                     .value = "mm|um|nm",
-                     .help = "unit of FILE's lengths, where it is silent or wrong",
-                     .reads = parsed(unit_of, &Query::selection, &Selection::unit),
-                     .acts = kInput},
-    };
+    static const std::vector<QuerySetting> rows = grouped(
+        "",
+        {{"series", "UID|N", "which series of a folder, or image of an OME-TIFF", has::any,
+          reads::text(&Query::selection, &Selection::series)},
+         {"level",
+          "N|auto",
+          "which resolution of several (OME-Zarr), from 0, the finest; auto: the coarsest that is "
+          "as fine as the result",
+          has::any,
+          {take_level, level_of}},
+         {"time", "N|all",
+          "which time point, from 0; all: a film of render, a frame for each; a series of filter",
+          has::any, parsed(time_of, &Query::selection, &Selection::time)},
+         {"channel",
+          "N|NAME|N[=COLOUR],...|all",
+          "which channel, from 0, or as the file calls it; render merges several, as 0,1 or "
+          "0=red,2=#00ff80; of colours (RGB, RGBA) all are taken where none is named",
+          has::any,
+          {take_channel, channel_of}},
+         {"orient", "RAS|...", "where x, y, z point, where FILE is silent or wrong", has::any,
+          parsed(orientation_of, &Query::selection, &Selection::orient)},
+         QuerySetting{"input_spacing", "S[,S[,S]]",
+                      "distance of FILE's samples, where it is silent or wrong", has::any,
+                      reads::list_of_numbers(&Query::selection, &Selection::spacing)}
+             .along_axes(),
+         {"input_unit", "mm|um|nm", "unit of FILE's lengths, where it is silent or wrong", has::any,
+          parsed(unit_of, &Query::selection, &Selection::unit)}},
+        kInput);
     return rows;
 }
 

@@ -70,21 +70,29 @@ struct QuerySetting {
     /// and reported of it.
     enum class Acts { input, result, output };
 
-    SettingName name;              // the field: "max_error"
-    std::string_view option = {};  // the command's name without dashes, where it is another one
-    const char* group = "";        // of the help
-    OfJob value = "";              // what stands for a value in the help: "E"
-    OfJob help = "";               // in the help
-    bool (*of)(Job) = [](Job) { return true; };  // jobs that have it
+    SettingName name;           // the field: "max_error"
+    OfJob value = "";           // what stands for a value in the help: "E"
+    OfJob help = "";            // in the help
+    bool (*of)(Job) = nullptr;  // whether a job has it
     Reader reads = {};
+    const char* group = "";        // of the help
+    std::string_view option = {};  // the command's name without dashes, where it is another one
     Acts acts = Acts::result;
-    /// Its numbers belong to the axes x, y and z, in this order.
-    bool per_axis = false;
+    bool per_axis = false;  // its numbers belong to the axes x, y and z, in this order
 
     Reader::Kind kind() const noexcept { return reads.kind; }
     /// "--max-error", "-o"
     std::string typed() const;
+
+    /// The same, with one of the last three.
+    QuerySetting typed_as(std::string_view word) const;
+    QuerySetting of_output() const;
+    QuerySetting along_axes() const;
 };
+/// Rows that stand together in the help.
+std::vector<QuerySetting> grouped(const char* group, std::vector<QuerySetting> rows);
+std::vector<QuerySetting> grouped(const char* group, std::vector<QuerySetting> rows,
+                                  QuerySetting::Acts acts);
 
 /// The rows of one subject, in the order of the help. One name stands in several rows where jobs
 /// mean different things by it; of a job it stands in one.

@@ -46,6 +46,35 @@ std::string QuerySetting::typed() const {
     return (word.size() == 1 ? "-" : "--") + word;
 }
 
+QuerySetting QuerySetting::typed_as(std::string_view word) const {
+    QuerySetting row = *this;
+    row.option = word;
+    return row;
+}
+
+QuerySetting QuerySetting::of_output() const {
+    QuerySetting row = *this;
+    row.acts = Acts::output;
+    return row;
+}
+
+QuerySetting QuerySetting::along_axes() const {
+    QuerySetting row = *this;
+    row.per_axis = true;
+    return row;
+}
+
+std::vector<QuerySetting> grouped(const char* group, std::vector<QuerySetting> rows) {
+    for (QuerySetting& row : rows) row.group = group;
+    return rows;
+}
+
+std::vector<QuerySetting> grouped(const char* group, std::vector<QuerySetting> rows,
+                                  QuerySetting::Acts acts) {
+    for (QuerySetting& row : rows) row.acts = acts;
+    return grouped(group, std::move(rows));
+}
+
 const SettingValue* Reading::other(std::string_view setting) const {
     return all ? value_in(*all, setting) : nullptr;
 }

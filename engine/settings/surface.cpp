@@ -1,4 +1,3 @@
-#include <array>
 
 #include "engine/settings/jobs.hpp"
 #include "engine/settings/light.hpp"
@@ -23,36 +22,23 @@ SettingValue smooth_of(const Query& query) {
 }  // namespace
 
 Rows surface_settings() {
-    static const std::array rows{
-        QuerySetting{.name = "isovalue",
-                     .value = "V",
-                     .help = "the surface where values reach V",
-                     .of = has::mesh,
-                     .reads = reads::number(&Query::isovalue)},
-        QuerySetting{.name = "labels",
-                     .help = help_of_labels("a closed surface around each label but 0"),
-                     .of = has::mesh,
-                     .reads = reads::labels()},
-        QuerySetting{.name = "smooth",
-                     .value = "0..1",
-                     .help = message("{}; of isosurfaces: default 0", help_of_smooth()),
-                     .of = has::mesh,
-                     .reads = {take_smooth, smooth_of}},
-        QuerySetting{.name = "lids",
-                     .option = "close",
-                     .help = "closes an isosurface at the volume's faces",
-                     .of = has::mesh,
-                     .reads = reads::flag(&Query::finish, &SurfaceFinish::lids)},
-        QuerySetting{.name = "largest",
-                     .help = "keeps the connected part with the largest area; of labels, of each",
-                     .of = has::mesh,
-                     .reads = reads::flag(&Query::finish, &SurfaceFinish::largest)},
-        QuerySetting{.name = "decimate",
-                     .value = "0..1",
-                     .help = "takes away this share of the triangles",
-                     .of = has::mesh,
-                     .reads = reads::number(&Query::finish, &SurfaceFinish::decimate)},
-    };
+    static const std::vector<QuerySetting> rows = grouped(
+        "", {{"isovalue", "V", "the surface where values reach V", has::mesh,
+              reads::number(&Query::isovalue)},
+             {"labels", "", help_of_labels("a closed surface around each label but 0"), has::mesh,
+              reads::labels()},
+             {"smooth",
+              "0..1",
+              message("{}; of isosurfaces: default 0", help_of_smooth()),
+              has::mesh,
+              {take_smooth, smooth_of}},
+             QuerySetting{"lids", "", "closes an isosurface at the volume's faces", has::mesh,
+                          reads::flag(&Query::finish, &SurfaceFinish::lids)}
+                 .typed_as("close"),
+             {"largest", "", "keeps the connected part with the largest area; of labels, of each",
+              has::mesh, reads::flag(&Query::finish, &SurfaceFinish::largest)},
+             {"decimate", "0..1", "takes away this share of the triangles", has::mesh,
+              reads::number(&Query::finish, &SurfaceFinish::decimate)}});
     return rows;
 }
 

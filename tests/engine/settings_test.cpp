@@ -136,6 +136,7 @@ SettingValue drawn(const QuerySetting& row, std::mt19937& random) {
     const std::string name(row.name.name);
     if (row.kind() == Reader::Kind::flag) return true;
     if (name == "mode") return one_of({"xray", "composite", "shaded", "surface"});
+    if (name == "grid_moves") return one_of({"grid", false});
     if (name == "view") return one_of({"front", "x", "axial"});
     if (name == "level") return one_of({2, "auto"});
     if (name == "channel") return one_of({1, "DAPI"});
