@@ -12,7 +12,7 @@ namespace edgewise {
 namespace {
 
 constexpr const char* kOutput = "Output";
-constexpr auto kWritten = QuerySetting::Acts::output;
+constexpr auto kActsOnFiles = QuerySetting::Acts::output;
 constexpr std::size_t kUsualSamples = 2048;
 
 int bits_of(const std::string& text, const Message& called) {
@@ -65,7 +65,7 @@ Rows output_settings() {
          {"seed", "S", "of these samples; default 1", has_reference,
           reads::whole(0, INT64_MAX, &Query::seed)},
          {"repeat", "N", "run N times", has::any, reads::whole(1, 1'000'000, &Query::repeat)}},
-        kWritten);
+        kActsOnFiles);
     return rows;
 }
 
