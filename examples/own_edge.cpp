@@ -55,7 +55,7 @@ int main() {
     query.mode = Mode::xray;
     query.geometry.size = OutputSize{.native = true};  // a pixel for each column
     const Charted chart = charted(
-        query, edges, machine, {}, [](double, const auto&) {}, listener);
+        query, {edges, machine}, {}, [](double, const auto&) {}, listener);
     bool mine = false;
     for (const MeasuredPath& path : chart.paths) {
         std::printf("%-45s %.2e s, error %.1e\n", path_text(path.steps).c_str(), path.typical(),

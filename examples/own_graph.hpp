@@ -108,7 +108,7 @@ inline bool is_right(const Question& question, const Via& via) {
     const Scene scene;  // its range is 1: an RMS is an NRMSE
     const Ask ask{want, scene};
     const Answer found = plan(question.edges, ask, {{question.input->what, question.start}},
-                              default_profile(edges), options);
+                              default_profile(question.edges), options);
     if (!found.plan) return std::puts(found.problem.c_str()), false;
 
     std::shared_ptr<const Data> result;
