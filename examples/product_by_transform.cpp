@@ -36,7 +36,7 @@ bool is_as_stated(int n, double shorter) {
                                         [n](auto... all) { backward(n, all...); }));
     add_blas<double>(edges, n);
     edges.push_back(by_transform(n, of));
-
+    const Profile machine = default_profile(edges);
     const Scene scene;  // its range is 1
     const auto planned = [&](const std::string& via, double within) {
         PlanOptions options;
@@ -44,8 +44,7 @@ bool is_as_stated(int n, double shorter) {
         Request want;
         want.job = Job(kMultiply);
         want.budget.error = within;
-        return plan(edges, {want, scene}, {{factors->what, {}}}, default_profile(edges), options)
-            .plan;
+        return plan(edges, {want, scene}, {{factors->what, {}}}, machine, options).plan;
     };
     const auto any = planned("matrix.fourier", INFINITY), free = planned("", 4 * n * kUnit);
     const bool fits = planned("matrix.fourier", 4 * n * kUnit).has_value();
