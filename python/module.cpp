@@ -51,9 +51,11 @@ py::array readable(const py::array& array) {
         if (kind != 'u' && kind != 'i' && kind != 'f')
             throw py::value_error("an array of integers or floats is expected, and this is " +
                                   py::str(array.dtype()).cast<std::string>());
+        const auto numpy = py::module_::import("numpy");
+        const bool rounds = kind != 'f' && array.size() > 0 && numpy.attr("max")(numpy.attr("abs")(array)).cast<double>() > 0x1p24;
         warn("the array is copied: samples of " + py::str(array.dtype()).cast<std::string>() +
-             " are read as float32");
-        return py::module_::import("numpy").attr("ascontiguousarray")(array, "f4");
+             " are read as float32" + (rounds ? ", which rounds those beyond 16777216: labels among them merge" : ""));
+        return numpy.attr("ascontiguousarray")(array, "f4");
     }
     if (array.flags() & py::array::c_style) return array;
     warn("the array is copied: its rows are not one after another (numpy.ascontiguousarray)");

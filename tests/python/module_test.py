@@ -298,6 +298,16 @@ class ModuleTest(unittest.TestCase):
         out, _ = child.communicate(timeout=60)
         self.assertEqual(out.strip(), "ended")
 
+    def test_integers_that_are_rounded_are_told(self):
+        for dtype, value, rounds in (("i4", 1 << 24, False), ("i4", (1 << 24) + 1, True), ("u4", (1 << 31) + 1, True), ("i8", -(1 << 40), True),
+                                     ("f8", 1e12, False)):
+            array = np.zeros((4, 5, 6), dtype)
+            array[1, 2, 3] = value
+            with warnings.catch_warnings(record=True) as told:
+                warnings.simplefilter("always")
+                ew.Volume(array)
+            self.assertEqual(["merge" in str(each.message) for each in told], [rounds], (dtype, value))
+
     def test_errors_say_which_keyword_and_what_would_do(self):
         with self.assertRaises(ew.RequestError) as wrong:
             ew.plan(self.volume, zoom=0)
