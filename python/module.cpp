@@ -52,7 +52,7 @@ py::array readable(const py::array& array) {
             throw py::value_error("an array of integers or floats is expected, and this is " +
                                   py::str(array.dtype()).cast<std::string>());
         const auto numpy = py::module_::import("numpy");
-        const bool rounds = kind != 'f' && array.size() > 0 && numpy.attr("max")(numpy.attr("abs")(array)).cast<double>() > 0x1p24;
+        const bool rounds = kind != 'f' && array.size() > 0 && (numpy.attr("max")(array).cast<double>() > 0x1p24 || numpy.attr("min")(array).cast<double>() < -0x1p24);
         warn("the array is copied: samples of " + py::str(array.dtype()).cast<std::string>() +
              " are read as float32" + (rounds ? ", which rounds those beyond 16777216: labels among them merge" : ""));
         return numpy.attr("ascontiguousarray")(array, "f4");
