@@ -86,7 +86,7 @@ TEST(Fingerprint, EveryNumberOfARequestCounts) {
     want.transfer.edges = {{}};
     want.surface = SurfaceOf{0.5};
     want.cue.emplace(), want.written.emplace(), want.range = 1;
-    want.budget = {.error = 1, .seconds = 1, .bytes = 1, .like = Like{}};
+    want.budget = {.error = 1, .seconds = 1, .bytes = 1, .like = Like{.step = 1}};
     const auto print_of = [](const Request& request) {
         Fingerprint print;
         print.add(request);
