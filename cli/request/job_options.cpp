@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <ranges>
 
 #include "engine/request/numbers.hpp"
 #include "engine/settings/selection.hpp"
@@ -16,18 +15,18 @@ constexpr std::int64_t kMostThreads = 1024;
 }  // namespace
 
 std::optional<std::string> JobOptions::text(std::string_view setting) const {
-    for (const Given& one : given | std::views::reverse)
-        if (one.name == setting) return one.value.text();
-    return std::nullopt;
+    const auto last = std::find_if(given.rbegin(), given.rend(),
+                                   [&](const Given& one) { return one.name == setting; });
+    return last == given.rend() ? std::nullopt : std::optional(last->value.text());
 }
 
 void JobOptions::put(std::string_view setting, const std::string& text) {
-    for (Given& one : given | std::views::reverse)
-        if (one.name == setting) {
-            one.value = text;
-            return;
-        }
-    given.push_back({std::string(setting), text});
+    const auto last = std::find_if(given.rbegin(), given.rend(),
+                                   [&](const Given& one) { return one.name == setting; });
+    if (last != given.rend())
+        last->value = text;
+    else
+        given.push_back({std::string(setting), text});
 }
 
 void JobOptions::drop(std::string_view setting) {
