@@ -116,7 +116,8 @@ class Fingerprint {
         if constexpr (requires { add_to(*this, value); })
             add_to(*this, value);
         else
-            visit_fields(value, [this](std::string_view, const auto& member) { this->add(member); });
+            visit_fields(value,
+                         [this](std::string_view, const auto& member) { this->add(member); });
         return *this;
     }
 
