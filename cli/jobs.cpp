@@ -85,7 +85,8 @@ void run(TypedRequest& typed) {
 /// How much is worked out for what the words want to see.
 Effort effort_of(const JobOptions& o, bool runs) {
     Effort effort;
-    if (runs && !o.explain && !o.has("verify") && !o.report) effort.errors = ErrorsWanted::for_choice;
+    if (runs && !o.explain && !o.has("verify") && !o.report)
+        effort.errors = ErrorsWanted::for_choice;
     effort.front = !runs || o.explain || o.json || o.report;
     return effort;
 }
@@ -148,10 +149,8 @@ Verb add_job(CLI::App& parent, Job job, bool runs) {
                 options->words = typed_words(*app);
                 take_given(*app, *options);
                 if (options->mpr) return do_planes(*options, runs);
-                if (job->of_rays() && names_all_times(*options))
-                    return do_series(*options, runs);
-                if (job->of_rays() && names_colours(*options))
-                    return do_merge(*options, runs);
+                if (job->of_rays() && names_all_times(*options)) return do_series(*options, runs);
+                if (job->of_rays() && names_colours(*options)) return do_merge(*options, runs);
                 if (job == Job::filter && names_all_times(*options)) {
                     if (runs) return do_filter_series(*options);
                     options->put("time", "0");  // all have one shape

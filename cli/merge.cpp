@@ -59,7 +59,8 @@ struct TypedMerge {
 
 void take_options(Merge& merge, const JobOptions& options, bool runs) {
     merge.runs = runs;
-    if (runs && !options.explain && !options.has("verify")) merge.effort.errors = ErrorsWanted::for_choice;
+    if (runs && !options.explain && !options.has("verify"))
+        merge.effort.errors = ErrorsWanted::for_choice;
     merge.effort.front = !runs || options.explain || options.json;
 }
 

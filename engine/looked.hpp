@@ -45,8 +45,8 @@ struct Looked : Opened {
     Statistics statistics;              // of the samples, where there are any
     std::optional<TakenPreset> preset;  // of modes with a transfer function, where there is one
     Scene scene;
-    /// The same without its preview. Of what nobody asks for the path is chosen by it, if it can
-    /// be.
+    /// The same without its preview. A path that needs no preview to be chosen is chosen by it,
+    /// whether or not errors are measured to be shown.
     Scene guessed;
     int drawn = 1;  // so many times the usual draws of its preview; 0: none, errors are guesses
     Spent spent;

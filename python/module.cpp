@@ -52,9 +52,12 @@ py::array readable(const py::array& array) {
             throw py::value_error("an array of integers or floats is expected, and this is " +
                                   py::str(array.dtype()).cast<std::string>());
         const auto numpy = py::module_::import("numpy");
-        const bool rounds = kind != 'f' && array.size() > 0 && (numpy.attr("max")(array).cast<double>() > 0x1p24 || numpy.attr("min")(array).cast<double>() < -0x1p24);
+        const bool rounds = kind != 'f' && array.size() > 0 &&
+                            (numpy.attr("max")(array).cast<double>() > 0x1p24 ||
+                             numpy.attr("min")(array).cast<double>() < -0x1p24);
         warn("the array is copied: samples of " + py::str(array.dtype()).cast<std::string>() +
-             " are read as float32" + (rounds ? ", which rounds those beyond 16777216: labels among them merge" : ""));
+             " are read as float32" +
+             (rounds ? ", which rounds those beyond 16777216: labels among them merge" : ""));
         return numpy.attr("ascontiguousarray")(array, "f4");
     }
     if (array.flags() & py::array::c_style) return array;
@@ -335,9 +338,8 @@ PyPlan with_views(const PyPlan& self, const py::kwargs& keywords) {
     for (const Given& one : given_by(keywords, query.job, QuerySetting::Acts::result)) {
         const bool of_views =
             one.name != "crop" &&
-            std::ranges::any_of(geometry_settings(), [&](const QuerySetting& row) {
-                return row.name.name == one.name;
-            });
+            std::ranges::any_of(geometry_settings(),
+                                [&](const QuerySetting& row) { return row.name.name == one.name; });
         if (!of_views)
             throw py::type_error("with_views: '" + one.name + "' is no keyword of views");
         set(query, one.name, one.value);
@@ -408,7 +410,8 @@ py::list ways_out_of(const NoPlan& none) {
         for (const std::vector<SettingChange>& changes : *lists) {
             py::dict way;
             for (const SettingChange& change : changes)
-                way[py::str(std::string(change.setting.name))] = change.value ? py::object(py::str(*change.value)) : py::none();
+                way[py::str(std::string(change.setting.name))] =
+                    change.value ? py::object(py::str(*change.value)) : py::none();
             ways.append(way);
         }
     return ways;
@@ -433,7 +436,8 @@ void translate_errors(py::module_& module) {
         } catch (const SettingError& none) {
             PyErr_SetString(PyExc_TypeError, none.what());
         } catch (const RequestError& wrong) {
-            raise(request_error, wrong.what(), py::dict(py::arg("field") = wrong.field(), py::arg("value") = wrong.value()));
+            raise(request_error, wrong.what(),
+                  py::dict(py::arg("field") = wrong.field(), py::arg("value") = wrong.value()));
         } catch (const InputError& unreadable) {
             PyErr_SetString(PyExc_OSError, unreadable.what());
         } catch (const Cancelled& ended) {

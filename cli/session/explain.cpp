@@ -306,7 +306,8 @@ std::string explanation_of(const Planned& planned, bool all_refused) {
         if (answer.plain && plan.predicted.likeness == Likeness::worse && plan.predicted.known)
             if (const auto likely = likely_error(plan, planned.ask(), planned.sources()))
                 why += fmt::format(": likely {:.3g}", *likely);
-        if (planned.seen_better && why == kNoBetter) return std::string("faster, as a preview shows");
+        if (planned.seen_better && why == kNoBetter)
+            return std::string("faster, as a preview shows");
         const auto its = on_all.find(path);
         if (why != kNoBetter || its == on_all.end() || want.minimize != Minimize::time) return why;
         const auto mine = on_all.find(plan_text(*answer.plan));
