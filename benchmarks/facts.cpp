@@ -15,8 +15,8 @@
 
 #include "engine/facts/facts_json.hpp"
 #include "engine/facts/folder_facts.hpp"
-#include "engine/request/input.hpp"
 #include "graph/hash.hpp"
+#include "request/input.hpp"
 
 namespace {
 

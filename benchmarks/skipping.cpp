@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/request/input.hpp"
+#include "request/input.hpp"
 #include "scene/scene.hpp"
 #include "scene/statistics.hpp"
 #include "transitions/kernels/brick_distances.hpp"

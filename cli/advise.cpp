@@ -11,12 +11,12 @@
 #include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/paths.hpp"
-#include "engine/request/outputs.hpp"
-#include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
 #include "graph/kinds.hpp"
 #include "graph/version.hpp"
 #include "planner/advise.hpp"
+#include "request/outputs.hpp"
+#include "request/quantities.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -14,10 +14,10 @@
 #include "cli/verbs/verbs.hpp"
 #include "engine/filter_result.hpp"
 #include "engine/kept_padding.hpp"
-#include "engine/measure/machine.hpp"
 #include "engine/reached.hpp"
-#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
+#include "measure/machine.hpp"
+#include "request/outputs.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {

@@ -11,9 +11,9 @@
 #include "cli/session/report.hpp"
 #include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "planner/cost.hpp"
+#include "request/outputs.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {

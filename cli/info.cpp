@@ -15,15 +15,15 @@
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
 #include "engine/facts/known_scene.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/input.hpp"
-#include "engine/request/outputs.hpp"
-#include "engine/settings/selection.hpp"
 #include "graph/errors.hpp"
 #include "io/channel_colours.hpp"
+#include "measure/machine.hpp"
+#include "request/input.hpp"
+#include "request/outputs.hpp"
 #include "runtime/memory_budget.hpp"
 #include "scene/histogram.hpp"
 #include "scene/statistics.hpp"
+#include "settings/selection.hpp"
 
 namespace edgewise::cli {
 namespace {

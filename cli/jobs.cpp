@@ -19,10 +19,10 @@
 #include "cli/session/run_page.hpp"
 #include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/request/outputs.hpp"
 #include "engine/rivals.hpp"
 #include "graph/errors.hpp"
 #include "graph/kinds.hpp"
+#include "request/outputs.hpp"
 #include "runtime/runtime.hpp"
 
 namespace edgewise::cli {

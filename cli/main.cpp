@@ -10,11 +10,11 @@
 #include "cli/session/report.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
 #include "graph/words.hpp"
+#include "measure/machine.hpp"
+#include "request/outputs.hpp"
 #include "runtime/one_thread_a_core.hpp"
 
 namespace edgewise::cli {

@@ -13,10 +13,10 @@
 #include "cli/session/report.hpp"
 #include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/outputs.hpp"
 #include "engine/rivals.hpp"
 #include "graph/errors.hpp"
+#include "measure/machine.hpp"
+#include "request/outputs.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {

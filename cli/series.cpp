@@ -13,10 +13,10 @@
 #include "cli/session/series_report.hpp"
 #include "cli/session/typed_request.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/measure/machine.hpp"
 #include "engine/rivals.hpp"
 #include "engine/series.hpp"
 #include "graph/errors.hpp"
+#include "measure/machine.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {

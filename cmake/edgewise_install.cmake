@@ -17,9 +17,9 @@ set(edgewise_public
     io/image_buf.hpp io/store.hpp
     transitions/catalogue.hpp transitions/filters/filter.hpp
     charts/csv.hpp charts/gnuplot.hpp charts/page.hpp charts/table.hpp
-    engine/audit/audit.hpp engine/calibrate/calibration.hpp engine/chart/chart_run.hpp engine/measure/machine.hpp
-    edgewise/edgewise.hpp engine/merge.hpp engine/paths.hpp engine/request/quantities.hpp engine/rivals.hpp engine/reached.hpp
-    engine/transfer/load.hpp engine/transfer/presets.hpp)
+    evaluation/audit/audit.hpp evaluation/calibrate/calibration.hpp evaluation/chart/chart_run.hpp measure/machine.hpp
+    edgewise/edgewise.hpp engine/merge.hpp engine/paths.hpp request/quantities.hpp engine/rivals.hpp engine/reached.hpp
+    transfer/load.hpp transfer/presets.hpp)
 set(edgewise_headers)
 while(edgewise_public)
     list(POP_FRONT edgewise_public header)

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "engine/facts/memory_facts.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/input.hpp"
+#include "measure/machine.hpp"
+#include "request/input.hpp"
 
 namespace edgewise {
 namespace {

@@ -14,12 +14,12 @@
 
 #include "edgewise/volume.hpp"
 #include "engine/prepared.hpp"
-#include "engine/settings/settings.hpp"
-#include "engine/transfer/presets.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
 #include "planner/profile.hpp"
+#include "settings/settings.hpp"
 #include "surface/mesh.hpp"
+#include "transfer/presets.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise {

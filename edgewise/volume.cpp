@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/request/input.hpp"
 #include "graph/errors.hpp"
+#include "request/input.hpp"
 #include "runtime/memory_budget.hpp"
 
 namespace edgewise {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "engine/measure/since.hpp"
 #include "engine/planned.hpp"
+#include "measure/since.hpp"
 #include "planner/alike.hpp"
 #include "planner/choice.hpp"
 #include "scene/preview.hpp"

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "engine/looked.hpp"
-#include "engine/measure/quantiles.hpp"
+#include "measure/quantiles.hpp"
 #include "reference/stored.hpp"
 
 namespace edgewise {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/measure/quantiles.hpp"
-#include "engine/measure/repeated.hpp"
+#include "measure/quantiles.hpp"
+#include "measure/repeated.hpp"
 
 namespace edgewise {
 namespace {

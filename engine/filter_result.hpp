@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/request/tail.hpp"
 #include "graph/filtering.hpp"
 #include "graph/request.hpp"
 #include "io/store.hpp"
+#include "request/tail.hpp"
 
 namespace edgewise {
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "engine/looked.hpp"
-#include "engine/transfer/air.hpp"
-#include "engine/transfer/robust_window.hpp"
 #include "graph/kinds.hpp"
 #include "graph/words.hpp"
+#include "transfer/air.hpp"
+#include "transfer/robust_window.hpp"
 
 namespace edgewise {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "engine/request/input.hpp"
-#include "engine/request/tail.hpp"
 #include "graph/request.hpp"
+#include "request/input.hpp"
+#include "request/tail.hpp"
 
 namespace edgewise {
 

@@ -7,9 +7,9 @@
 
 #include "engine/facts/known_scene.hpp"
 #include "engine/guesses.hpp"
-#include "engine/measure/since.hpp"
 #include "engine/only_labels.hpp"
 #include "engine/planned.hpp"
+#include "measure/since.hpp"
 #include "planner/cost.hpp"
 #include "scene/ring_free.hpp"
 #include "scene/scene.hpp"

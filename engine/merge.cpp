@@ -7,15 +7,15 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include "engine/look/sheet.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/measure/quantiles.hpp"
-#include "engine/measure/since.hpp"
-#include "engine/request/resolution.hpp"
 #include "engine/result_writer.hpp"
 #include "graph/errors.hpp"
 #include "graph/mode.hpp"
 #include "io/stain_colours.hpp"
+#include "measure/machine.hpp"
+#include "measure/quantiles.hpp"
+#include "measure/since.hpp"
+#include "presentation/sheet.hpp"
+#include "request/resolution.hpp"
 
 namespace edgewise {
 namespace {

@@ -5,13 +5,13 @@
 #include <cstring>
 #include <fmt/format.h>
 
-#include "engine/look/coloured.hpp"
-#include "engine/look/sheet.hpp"
-#include "engine/measure/since.hpp"
-#include "engine/request/make_request.hpp"
-#include "engine/request/outputs.hpp"
-#include "engine/request/resolution.hpp"
 #include "graph/errors.hpp"
+#include "measure/since.hpp"
+#include "presentation/coloured.hpp"
+#include "presentation/sheet.hpp"
+#include "request/make_request.hpp"
+#include "request/outputs.hpp"
+#include "request/resolution.hpp"
 
 namespace edgewise {
 namespace {

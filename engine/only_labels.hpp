@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/request/input.hpp"
+#include "request/input.hpp"
 
 namespace edgewise {
 

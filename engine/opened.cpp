@@ -5,10 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "engine/measure/machine.hpp"
 #include "engine/remarks.hpp"
-#include "engine/request/radon.hpp"
-#include "engine/request/resolution.hpp"
 #include "engine/result_writer.hpp"
 #include "graph/errors.hpp"
 #include "graph/filtering.hpp"
@@ -16,7 +13,10 @@
 #include "graph/label_surface.hpp"
 #include "graph/transform_graph.hpp"
 #include "graph/version.hpp"
+#include "measure/machine.hpp"
 #include "planner/cost.hpp"
+#include "request/radon.hpp"
+#include "request/resolution.hpp"
 
 namespace edgewise {
 namespace {

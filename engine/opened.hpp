@@ -6,10 +6,10 @@
 #include "engine/engine.hpp"
 #include "engine/listener.hpp"
 #include "engine/refinement.hpp"
-#include "engine/request/input.hpp"
-#include "engine/request/make_request.hpp"
-#include "engine/request/outputs.hpp"
 #include "engine/written.hpp"
+#include "request/input.hpp"
+#include "request/make_request.hpp"
+#include "request/outputs.hpp"
 #include "runtime/memory_budget.hpp"
 
 namespace edgewise {

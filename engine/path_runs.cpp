@@ -7,12 +7,12 @@
 #include <limits>
 #include <tbb/task_arena.h>
 
-#include "engine/measure/machine.hpp"
-#include "engine/measure/repeated.hpp"
-#include "engine/measure/since.hpp"
-#include "engine/measure/watch.hpp"
 #include "engine/planned.hpp"
 #include "graph/errors.hpp"
+#include "measure/machine.hpp"
+#include "measure/repeated.hpp"
+#include "measure/since.hpp"
+#include "measure/watch.hpp"
 
 namespace edgewise {
 namespace {

@@ -10,14 +10,14 @@
 
 #include "engine/contender.hpp"
 #include "engine/growing_verifier.hpp"
-#include "engine/measure/quantiles.hpp"
-#include "engine/measure/repeated.hpp"
-#include "engine/measure/since.hpp"
-#include "engine/measure/watch.hpp"
 #include "engine/paths.hpp"
 #include "engine/planned.hpp"
 #include "engine/wisdom.hpp"
 #include "graph/errors.hpp"
+#include "measure/quantiles.hpp"
+#include "measure/repeated.hpp"
+#include "measure/since.hpp"
+#include "measure/watch.hpp"
 #include "runtime/runtime.hpp"
 
 namespace edgewise {

@@ -7,11 +7,11 @@
 #include <malloc.h>
 
 #include "engine/ask_planner.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/measure/since.hpp"
 #include "engine/pilot.hpp"
 #include "engine/shown.hpp"
 #include "graph/errors.hpp"
+#include "measure/machine.hpp"
+#include "measure/since.hpp"
 #include "planner/cost.hpp"
 #include "reference/verify.hpp"
 

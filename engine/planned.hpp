@@ -5,10 +5,10 @@
 #include <string>
 
 #include "engine/looked.hpp"
-#include "engine/request/errors.hpp"
 #include "engine/way_out.hpp"
 #include "planner/margin.hpp"
 #include "planner/planner.hpp"
+#include "request/errors.hpp"
 
 namespace edgewise {
 

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "engine/guesses.hpp"
-#include "engine/request/resolution.hpp"
 #include "graph/kinds.hpp"
 #include "io/surface_file.hpp"
+#include "request/resolution.hpp"
 
 namespace edgewise {
 namespace {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "engine/look/sheet.hpp"
-#include "engine/request/outputs.hpp"
-#include "engine/request/query.hpp"
 #include "engine/written.hpp"
 #include "io/animation.hpp"
+#include "presentation/sheet.hpp"
+#include "request/outputs.hpp"
+#include "request/query.hpp"
 
 namespace edgewise {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/measure/quantiles.hpp"
 #include "engine/paths.hpp"
 #include "engine/planned.hpp"
 #include "engine/wisdom.hpp"
+#include "measure/quantiles.hpp"
 
 namespace edgewise {
 namespace {

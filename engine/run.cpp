@@ -11,19 +11,19 @@
 
 #include "engine/filter_result.hpp"
 #include "engine/kept_padding.hpp"
-#include "engine/look/depth_coloured.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/measure/since.hpp"
 #include "engine/refinement.hpp"
-#include "engine/request/outputs.hpp"
 #include "engine/result_writer.hpp"
 #include "engine/shown.hpp"
-#include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
 #include "graph/kinds.hpp"
 #include "io/surface_file.hpp"
+#include "measure/machine.hpp"
+#include "measure/since.hpp"
+#include "presentation/depth_coloured.hpp"
+#include "request/outputs.hpp"
 #include "surface/finish.hpp"
 #include "surface/mesh.hpp"
+#include "transfer/suited.hpp"
 
 namespace edgewise {
 namespace {

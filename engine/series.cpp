@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "engine/facts/known_scene.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/measure/quantiles.hpp"
-#include "engine/measure/since.hpp"
-#include "engine/request/resolution.hpp"
 #include "engine/result_writer.hpp"
 #include "graph/errors.hpp"
+#include "measure/machine.hpp"
+#include "measure/quantiles.hpp"
+#include "measure/since.hpp"
+#include "request/resolution.hpp"
 
 namespace edgewise {
 namespace {

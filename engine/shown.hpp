@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "engine/chart_pictures.hpp"
-#include "engine/request/tail.hpp"
+#include "request/tail.hpp"
 
 namespace edgewise {
 

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/planned.hpp"
-#include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
 #include "planner/relax.hpp"
+#include "request/quantities.hpp"
 
 namespace edgewise {
 namespace {

@@ -9,10 +9,10 @@
 
 #include "engine/facts/code_version.hpp"
 #include "engine/looked.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
 #include "graph/request_fields.hpp"
+#include "measure/machine.hpp"
+#include "request/outputs.hpp"
 
 namespace edgewise {
 namespace {

@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "engine/filter_result.hpp"
-#include "engine/look/coloured.hpp"
-#include "engine/request/windows.hpp"
 #include "graph/errors.hpp"
 #include "io/animation.hpp"
 #include "io/geometry.hpp"
+#include "presentation/coloured.hpp"
+#include "request/windows.hpp"
 
 namespace edgewise {
 namespace {

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "engine/look/colormap.hpp"
-#include "engine/request/geometry.hpp"
-#include "engine/request/input.hpp"
-#include "engine/request/make_request.hpp"
-#include "engine/request/outputs.hpp"
-#include "engine/request/tail.hpp"
+#include "presentation/colormap.hpp"
+#include "request/geometry.hpp"
+#include "request/input.hpp"
+#include "request/make_request.hpp"
+#include "request/outputs.hpp"
+#include "request/tail.hpp"
 
 namespace edgewise {
 

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "engine/calibrate/calibration.hpp"
-#include "engine/chart/chart_run.hpp"
+#include "evaluation/calibrate/calibration.hpp"
+#include "evaluation/chart/chart_run.hpp"
 #include "transitions/catalogue.hpp"
 
 using namespace edgewise;

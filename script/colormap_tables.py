@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes engine/look/colormap_tables.inc from matplotlib (CC0): script/colormap_tables.py > engine/look/colormap_tables.inc"""
+"""Writes presentation/colormap_tables.inc from matplotlib (CC0): script/colormap_tables.py > presentation/colormap_tables.inc"""
 import matplotlib
 import numpy as np
 

@@ -18,12 +18,12 @@
 #include "cli/session/typed_request.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/numbers.hpp"
-#include "engine/request/outputs.hpp"
-#include "engine/settings/output.hpp"
 #include "graph/errors.hpp"
 #include "graph/version.hpp"
+#include "measure/machine.hpp"
+#include "request/numbers.hpp"
+#include "request/outputs.hpp"
+#include "settings/output.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/audit/audit.hpp"
+#include "evaluation/audit/audit.hpp"
 
 namespace edgewise::cli {
 

@@ -4,7 +4,7 @@
 #include "cli/audit/audit.hpp"
 #include "cli/request/spoken.hpp"
 #include "cli/session/report.hpp"
-#include "engine/measure/quantiles.hpp"
+#include "measure/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

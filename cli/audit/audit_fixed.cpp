@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "engine/measure/quantiles.hpp"
 #include "engine/paths.hpp"
+#include "measure/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

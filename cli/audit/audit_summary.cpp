@@ -5,7 +5,7 @@
 #include "cli/audit/audit.hpp"
 #include "cli/audit/audit_fixed.hpp"
 #include "cli/session/report.hpp"
-#include "engine/measure/quantiles.hpp"
+#include "measure/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

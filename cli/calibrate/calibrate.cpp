@@ -10,10 +10,10 @@
 #include "cli/request/user_folders.hpp"
 #include "cli/session/report.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/calibrate/calibration.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/outputs.hpp"
+#include "evaluation/calibrate/calibration.hpp"
 #include "graph/errors.hpp"
+#include "measure/machine.hpp"
+#include "request/outputs.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "charts/table.hpp"
-#include "engine/chart/chart_run.hpp"
+#include "evaluation/chart/chart_run.hpp"
 
 namespace edgewise::cli {
 

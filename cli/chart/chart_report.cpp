@@ -5,8 +5,8 @@
 #include "cli/chart/chart.hpp"
 #include "cli/request/spoken.hpp"
 #include "cli/session/report.hpp"
-#include "engine/measure/quantiles.hpp"
 #include "graph/version.hpp"
+#include "measure/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

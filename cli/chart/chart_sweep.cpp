@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 #include <map>
 
-#include "engine/request/input.hpp"
-#include "engine/request/numbers.hpp"
 #include "graph/errors.hpp"
+#include "request/input.hpp"
+#include "request/numbers.hpp"
 
 namespace edgewise::cli {
 namespace {

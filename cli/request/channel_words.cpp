@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "engine/request/numbers.hpp"
-#include "engine/settings/selection.hpp"
 #include "graph/errors.hpp"
 #include "graph/words.hpp"
+#include "request/numbers.hpp"
+#include "settings/selection.hpp"
 
 namespace edgewise::cli {
 

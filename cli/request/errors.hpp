@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/request/errors.hpp"
+#include "request/errors.hpp"
 
 namespace edgewise::cli {
 

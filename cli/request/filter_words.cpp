@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <string_view>
 
-#include "engine/settings/kernel.hpp"
+#include "settings/kernel.hpp"
 
 namespace edgewise::cli {
 

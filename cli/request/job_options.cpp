@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "engine/request/numbers.hpp"
-#include "engine/settings/selection.hpp"
 #include "graph/words.hpp"
+#include "request/numbers.hpp"
+#include "settings/selection.hpp"
 
 namespace edgewise::cli {
 namespace {

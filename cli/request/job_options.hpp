@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/settings/settings.hpp"
+#include "settings/settings.hpp"
 
 namespace edgewise::cli {
 

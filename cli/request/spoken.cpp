@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <ranges>
 
-#include "engine/settings/settings.hpp"
+#include "settings/settings.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/facts/folder_facts.hpp"
-#include "engine/request/input_identity.hpp"
 #include "graph/fingerprint.hpp"
 #include "graph/version.hpp"
+#include "request/input_identity.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/request/input.hpp"
 #include "graph/message.hpp"
+#include "request/input.hpp"
 
 namespace edgewise::cli {
 

@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "engine/facts/folder_facts.hpp"
-#include "engine/measure/machine.hpp"
+#include "measure/machine.hpp"
 
 namespace edgewise::cli {
 namespace {

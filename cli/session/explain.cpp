@@ -11,12 +11,12 @@
 #include "cli/session/margin_report.hpp"
 #include "cli/session/refusals.hpp"
 #include "engine/guesses.hpp"
-#include "engine/look/sheet.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/quantities.hpp"
 #include "engine/rivals.hpp"
 #include "engine/run.hpp"
+#include "measure/machine.hpp"
 #include "planner/alike.hpp"
+#include "presentation/sheet.hpp"
+#include "request/quantities.hpp"
 #include "transitions/filters/filter.hpp"
 
 namespace edgewise::cli {

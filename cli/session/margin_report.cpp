@@ -7,7 +7,7 @@
 #include "cli/session/report.hpp"
 #include "engine/paths.hpp"
 #include "engine/planned.hpp"
-#include "engine/request/quantities.hpp"
+#include "request/quantities.hpp"
 
 namespace edgewise::cli {
 namespace {

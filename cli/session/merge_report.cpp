@@ -8,10 +8,10 @@
 
 #include "cli/request/spoken.hpp"
 #include "cli/session/explain.hpp"
-#include "engine/look/sheet.hpp"
-#include "engine/measure/quantiles.hpp"
-#include "engine/request/quantities.hpp"
 #include "graph/version.hpp"
+#include "measure/quantiles.hpp"
+#include "presentation/sheet.hpp"
+#include "request/quantities.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -13,14 +13,14 @@
 #include "cli/session/graph_picture.hpp"
 #include "cli/session/report.hpp"
 #include "cli/session/typed_request.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/measure/quantiles.hpp"
 #include "engine/paths.hpp"
-#include "engine/request/quantities.hpp"
 #include "graph/errors.hpp"
 #include "graph/filtering.hpp"
 #include "graph/version.hpp"
+#include "measure/machine.hpp"
+#include "measure/quantiles.hpp"
 #include "planner/cost.hpp"
+#include "request/quantities.hpp"
 
 namespace edgewise::cli {
 namespace {

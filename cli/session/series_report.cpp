@@ -6,9 +6,9 @@
 
 #include "cli/request/spoken.hpp"
 #include "cli/session/explain.hpp"
-#include "engine/look/sheet.hpp"
-#include "engine/measure/quantiles.hpp"
-#include "engine/request/quantities.hpp"
+#include "measure/quantiles.hpp"
+#include "presentation/sheet.hpp"
+#include "request/quantities.hpp"
 
 namespace edgewise::cli {
 namespace {

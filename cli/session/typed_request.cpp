@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "cli/request/user_folders.hpp"
-#include "engine/measure/machine.hpp"
-#include "engine/request/quantities.hpp"
+#include "measure/machine.hpp"
+#include "request/quantities.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {

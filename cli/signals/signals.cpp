@@ -5,7 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "engine/measure/machine.hpp"
+#include "measure/machine.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -8,8 +8,8 @@
 #include "cli/session/report.hpp"
 #include "cli/signals/signals.hpp"
 #include "cli/verbs/verbs.hpp"
-#include "engine/request/outputs.hpp"
 #include "graph/errors.hpp"
+#include "request/outputs.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -9,8 +9,8 @@
 #include <sys/stat.h>
 #include <typeinfo>
 
-#include "engine/measure/machine.hpp"
 #include "graph/version.hpp"
+#include "measure/machine.hpp"
 
 namespace edgewise {
 namespace {

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "engine/request/outputs.hpp"
 #include "graph/hash.hpp"
+#include "request/outputs.hpp"
 
 namespace edgewise {
 namespace {

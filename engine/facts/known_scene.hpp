@@ -4,10 +4,10 @@
 #include <optional>
 
 #include "engine/engine.hpp"
-#include "engine/request/input.hpp"
 #include "graph/request.hpp"
 #include "graph/scene.hpp"
 #include "graph/transform_graph.hpp"
+#include "request/input.hpp"
 #include "scene/histogram.hpp"
 #include "scene/statistics.hpp"
 #include "transitions/spectrum/radial_power.hpp"

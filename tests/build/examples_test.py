@@ -5,9 +5,11 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-LIBRARY = ["graph", "planner", "runtime", "scene", "transitions", "engine", "cli", "reference", "io", "surface"]
+LIBRARY = ["graph", "planner", "runtime", "scene", "transitions", "engine", "cli", "reference", "io", "surface", 
+           "measure", "transfer", "request", "settings", "presentation", "evaluation"]
 # What an installed library has: headers of these folders (cmake/edgewise_install.cmake).
-OFFERED = ["edgewise", "graph", "planner", "runtime", "scene", "transitions", "engine", "reference"]
+OFFERED = ["edgewise", "graph", "planner", "runtime", "scene", "transitions", "engine", "reference", "measure", "transfer", "request",
+           "evaluation"]
 EXAMPLES = sorted(file for file in (ROOT / "examples").iterdir() if file.suffix in (".cpp", ".hpp"))
 
 

@@ -10,7 +10,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 COMMAND = os.environ.get("EDGEWISE", str(ROOT / "build/release/bin/edgewise"))
-LIBRARY = ["engine", "io", "graph", "transitions", "planner", "runtime", "scene", "reference", "surface", "charts"]
+LIBRARY = ["engine", "measure", "transfer", "request", "settings", "presentation", "evaluation",
+           "io", "graph", "transitions", "planner", "runtime", "scene", "reference", "surface", "charts"]
 VERBS = ["render", "warp", "mesh", "filter", "radon", "plan", "info"]
 
 
@@ -37,7 +38,7 @@ def settings():
 def renamed():
     """The options whose names do not follow from their settings, as rows of the table have them."""
     found = {}
-    for file in sources("engine/settings"):
+    for file in sources("settings"):
         for row in file.read_text().split("QuerySetting{")[1:]:
             name, option = re.match(r'\s*"([a-z_]+)",', row), re.search(r'\.typed_as\("([a-z-]+)"\)', row)
             if name and option:

@@ -7,7 +7,8 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ["graph", "planner", "runtime", "scene", "surface", "reference", "transitions", "engine", "cli"]
+FOLDERS = ["graph", "planner", "runtime", "scene", "surface", "reference", "transitions", "measure", "transfer",
+           "request", "settings", "presentation", "engine", "evaluation", "cli"]
 # What SciPy, OpenCV and VTK always do, as paths.
 OTHERS = ["cli/audit/audit_fixed.cpp"]
 
@@ -55,7 +56,7 @@ class Names(unittest.TestCase):
         for file in sources(*FOLDERS):
             # What is compared with by default is linear interpolation (graph/request.hpp: Like). Of a description the
             # errors of three usual filters are guessed.
-            if file.startswith(("transitions/filters/", "graph/request.", "engine/request/describe.")) or file in OTHERS:
+            if file.startswith(("transitions/filters/", "graph/request.", "request/describe.")) or file in OTHERS:
                 continue
             code = re.sub(lists, "", code_of(file))
             hits += [f"{file}: {name}" for name, _ in filters if f'"{name}"' in code]
@@ -65,8 +66,8 @@ class Names(unittest.TestCase):
         modes = [name for name, _ in names_in("graph/modes", r"\.name\s*=\s*\"([a-z]+)\"")]
         self.assertGreaterEqual(len(modes), 6)
         # Statistics have a mean too, a filter is called so, and a request has a surface; its default is a mode.
-        allowed = ["graph/modes/", "graph/request.hpp", "engine/settings/light.cpp", "engine/settings/kernel.cpp", "cli/info.cpp",
-                   "engine/facts/facts_json.cpp", "graph/request_fields.hpp", "cli/session/report.cpp", "engine/request/query.hpp"]
+        allowed = ["graph/modes/", "graph/request.hpp", "settings/light.cpp", "settings/kernel.cpp", "cli/info.cpp",
+                   "engine/facts/facts_json.cpp", "graph/request_fields.hpp", "cli/session/report.cpp", "request/query.hpp"]
         names = "|".join(modes)
         self.assertEqual(found(rf"\"({names})\"|\bMode::({names})\b", allowed), [])
 
@@ -76,14 +77,18 @@ class Names(unittest.TestCase):
             for file in sources(folder):
                 for header in re.findall(r'#include "([^"]+)"', (ROOT / file).read_text()):
                     yield file, header
-        self.assertEqual([each for each in includes("engine") if each[1].startswith("cli/")], [])
-        library = ["graph", "io", "planner", "runtime", "scene", "surface", "reference", "transitions", "charts"]
+        for folder in ("engine", "evaluation", "edgewise"):
+            self.assertEqual([each for each in includes(folder) if each[1].startswith("cli/")], [])
+        library = ["graph", "io", "planner", "runtime", "scene", "surface", "reference", "transitions", "charts",
+                   "measure", "transfer", "request", "settings", "presentation"]
+        above = ("cli/", "engine/", "evaluation/")
         for folder in library:
-            self.assertEqual([each for each in includes(folder) if each[1].startswith(("cli/", "engine/"))], [])
+            self.assertEqual([each for each in includes(folder) if each[1].startswith(above)], [])
+        self.assertEqual([each for each in includes("engine") if each[1].startswith("evaluation/")], [])
         # The list of all edges, and the filters that --help and list show, are no edges.
         allowed = ("transitions/catalogue.hpp", "transitions/filters/filter.hpp")
-        rooms = ("transitions/", "engine/measure/machine_probe", "engine/measure/probe_fit", "engine/measure/repeated",
-                 "engine/measure/watch")
+        rooms = ("transitions/", "measure/machine_probe", "measure/probe_fit", "measure/repeated",
+                 "measure/watch")
         self.assertEqual([each for each in includes("cli") if each[1].startswith(rooms) and each[1] not in allowed],
                          [])
 
@@ -104,8 +109,9 @@ class Names(unittest.TestCase):
 
     def test_jobs_answer_questions_themselves(self):
         """Engine and command ask a job what it is (graph/job.hpp); few places mean one job and no other."""
-        rooms = ["engine/request/", "engine/settings/", "cli/request/"]  # where words and settings of each job are
-        hits = found(r"\bJob::[a-z]+", rooms, ["engine", "cli"])
+        rooms = ["request/", "settings/", "cli/request/"]  # where words and settings of each job are
+        hits = found(r"\bJob::[a-z]+", rooms, ["engine", "measure", "transfer",
+                     "request", "settings", "presentation", "evaluation", "cli"])
         self.assertLessEqual(len(hits), 7, hits)
 
     def test_the_library_knows_no_job(self):

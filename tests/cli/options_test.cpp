@@ -1,13 +1,13 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "engine/request/numbers.hpp"
-#include "engine/request/outputs.hpp"
-#include "engine/request/quantities.hpp"
-#include "engine/request/tail.hpp"
-#include "engine/settings/light.hpp"
-#include "engine/transfer/load.hpp"
 #include "graph/errors.hpp"
+#include "request/numbers.hpp"
+#include "request/outputs.hpp"
+#include "request/quantities.hpp"
+#include "request/tail.hpp"
+#include "settings/light.hpp"
+#include "transfer/load.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/settings/settings.hpp"
+#include "settings/settings.hpp"
 
 namespace edgewise::cli {
 namespace {

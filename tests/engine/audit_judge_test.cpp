@@ -4,7 +4,7 @@
 
 #include "cli/audit/audit.hpp"
 #include "cli/audit/audit_fixed.hpp"
-#include "engine/measure/quantiles.hpp"
+#include "measure/quantiles.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "engine/calibrate/calibration_trials.hpp"
+#include "evaluation/calibrate/calibration_trials.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "engine/calibrate/prepared_trial.hpp"
+#include "evaluation/calibrate/prepared_trial.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise::cli {

@@ -1,4 +1,4 @@
-#include "engine/request/clip.hpp"
+#include "request/clip.hpp"
 
 #include <array>
 #include <gtest/gtest.h>

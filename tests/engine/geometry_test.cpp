@@ -1,4 +1,4 @@
-#include "engine/request/geometry.hpp"
+#include "request/geometry.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -8,8 +8,8 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "engine/settings/settings.hpp"
 #include "graph/errors.hpp"
+#include "settings/settings.hpp"
 
 namespace edgewise::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "engine/measure/machine_probe.hpp"
+#include "measure/machine_probe.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/measure/probe_fit.hpp"
+#include "measure/probe_fit.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/request/query.hpp"
 #include "graph/fingerprint.hpp"
+#include "request/query.hpp"
 
 namespace edgewise {
 

@@ -1,11 +1,11 @@
-#include "engine/settings/settings.hpp"
+#include "settings/settings.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 
-#include "engine/settings/told.hpp"
+#include "settings/told.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace edgewise {

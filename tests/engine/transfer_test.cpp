@@ -7,16 +7,16 @@
 #include <memory_resource>
 #include <random>
 
-#include "engine/transfer/air.hpp"
-#include "engine/transfer/curves.hpp"
-#include "engine/transfer/drawn.hpp"
-#include "engine/transfer/kinds.hpp"
-#include "engine/transfer/load.hpp"
-#include "engine/transfer/presets.hpp"
-#include "engine/transfer/robust_window.hpp"
-#include "engine/transfer/suited.hpp"
 #include "graph/errors.hpp"
 #include "scene/statistics.hpp"
+#include "transfer/air.hpp"
+#include "transfer/curves.hpp"
+#include "transfer/drawn.hpp"
+#include "transfer/kinds.hpp"
+#include "transfer/load.hpp"
+#include "transfer/presets.hpp"
+#include "transfer/robust_window.hpp"
+#include "transfer/suited.hpp"
 
 namespace edgewise {
 namespace {

@@ -1,0 +1,58 @@
+#include "settings/readers.hpp"
+
+#include <algorithm>
+
+#include "graph/words.hpp"
+
+namespace edgewise::reads {
+namespace {
+
+void add_numbers(std::vector<double>& all, const SettingValue& value, const Message& called) {
+    if (value.is_list())
+        for (const SettingValue& one : value.values()) add_numbers(all, one, called);
+    else
+        all.push_back(number_of(called, value.text()));
+}
+
+}  // namespace
+
+std::string word(const SettingValue& value, const Message& called) {
+    if (value.is_list())
+        throw SettingError(
+            message("{}: one value is expected, and not the list {}", called, value.text()));
+    return value.text();
+}
+
+bool truth(const SettingValue& value, const Message& called) {
+    const std::string given = word(value, called);
+    if (given.empty() || same_word(given, "true")) return true;
+    if (same_word(given, "false")) return false;
+    throw SettingError(message("{}: '{}' is neither true nor false", called, given));
+}
+
+std::vector<double> numbers(const SettingValue& value, const Message& called) {
+    if (value.is_text()) return numbers_of(called, value.text());
+    std::vector<double> all;
+    add_numbers(all, value, called);
+    return all;
+}
+
+SettingValue::List items(const SettingValue& value) {
+    const SettingValue::List all = value.values();
+    const bool of_numbers = std::all_of(all.begin(), all.end(), [](const SettingValue& one) {
+        return !one.is_list() && !one.is_text();
+    });
+    return of_numbers && !all.empty() ? SettingValue::List{value} : all;
+}
+
+int place_of(const std::string& given, const Message& called,
+             const std::vector<std::string>& words) {
+    const auto found = std::find_if(words.begin(), words.end(), [&](const std::string& name) {
+        return same_word(given, name);
+    });
+    if (found != words.end()) return static_cast<int>(found - words.begin());
+    throw RequestError(
+        message("{}: '{}' is not known; {}", called, given, instead_of(given, words)));
+}
+
+}  // namespace edgewise::reads
