@@ -10,6 +10,8 @@
 
 namespace edgewise {
 
+class Arenas;
+
 /// What all requests are planned with: the edges that paths are made of, and the machine whose
 /// seconds are predicted; and where facts of data are kept, if anywhere. A value that never changes
 /// and is cheap to copy; threads share it.
@@ -26,6 +28,8 @@ class Engine {
     const std::string& wisdom() const noexcept { return means_->wisdom; }
     /// Fingerprint of the code that measures scenes: this build's and the edges' (add_code()).
     const std::string& code() const noexcept { return means_->code; }
+    /// Where the threads of this engine's runs wait (runtime/kept_arena.hpp).
+    Arenas& arenas() const noexcept { return *means_->arenas; }
 
  private:
     struct Means {
@@ -33,6 +37,7 @@ class Engine {
         Profile machine;
         std::shared_ptr<FactStore> facts;
         std::string wisdom, code;
+        std::shared_ptr<Arenas> arenas;
     };
     std::shared_ptr<const Means> means_;
 };

@@ -97,6 +97,7 @@ std::optional<Outcome> PathRuns::run_once(std::size_t i, double limit, const Del
     if (std::isfinite(limit)) watch.emplace(limit, stop);
     RunOptions options;
     options.threads = planned_.want.threads;
+    options.arenas = &planned_.engine.arenas();
     options.memory = planned_.memory.get();
     options.stop = watch ? &watch->flag() : &stop;
     try {

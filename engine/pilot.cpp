@@ -209,6 +209,7 @@ class Pilot {
             watch.emplace(std::max(kPatience, kHopeless * best->typical() * share), stop());
         RunOptions options;
         options.threads = planned_.engine.machine().processors;
+        options.arenas = &planned_.engine.arenas();
         options.memory = planned_.memory.get();
         options.stop = watch ? &watch->flag() : &stop();
         const Plan& plan = few_.at(path_text(each.plan.texts()));

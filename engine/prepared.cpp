@@ -96,6 +96,7 @@ Prepared::Result Prepared::run(const RunWith& with) const {
                                        with.into.size(), frames(), each));
     RunOptions options;
     options.threads = with.threads > 0 ? with.threads : planned.want.threads;
+    options.arenas = &planned.engine.arenas();
     options.memory = planned.memory.get();
     options.stop = with.stop;
     options.records = false;

@@ -88,6 +88,7 @@ class Running {
         began_ = Clock::now();
         RunOptions options;
         options.threads = want_.threads;
+        options.arenas = &planned_.engine.arenas();
         options.memory = planned_.memory.get();
         options.stop = &messages_.stop();
         options.progress = [&](double share, const std::string& step) {

@@ -130,7 +130,8 @@ Outcome Program::run(std::shared_ptr<const Data> source, const Deliver& deliver,
     const int threads = std::max(1, options.threads);
     const auto allowed = more_than_cores(threads);
     const FlushDenormals flushed;
-    KeptArena arena(threads);
+    std::optional<Arenas> own;
+    KeptArena arena(options.arenas ? *options.arenas : own.emplace(), threads);
     Outcome outcome;
     std::optional<Program> other;  // after a step failed
     const Program* program = this;

@@ -18,9 +18,12 @@ struct Ran {
     double begin = 0, end = 0;  // seconds since the run began
 };
 
+class Arenas;
+
 struct RunOptions {
     int threads = 1;
-    MemoryBudget* memory = nullptr;           // required
+    Arenas* arenas = nullptr;        // where threads wait between runs; null: this run's own
+    MemoryBudget* memory = nullptr;  // required
     const std::atomic<bool>* stop = nullptr;  // set by whoever wants it to end
     /// Share of all nodes that are done, 0..1, and the step that just ended.
     std::function<void(double share, const std::string& step)> progress = {};

@@ -27,6 +27,7 @@ std::vector<Plan> PreparedTrial::paths(const Profile& profile) const {
 Outcome PreparedTrial::run(const Plan& plan, int threads) const {
     RunOptions how;
     how.threads = threads;
+    how.arenas = &looked.engine.arenas();
     how.memory = looked.memory.get();
     how.stop = &told.stop();
     return edgewise::run(

@@ -12,8 +12,9 @@ namespace edgewise {
 namespace {
 
 TEST(KeptArena, HasAsManyThreadsAsAreAskedFor) {
+    Arenas arenas;
     for (const int threads : {1, 2, 3, 1, 2}) {
-        KeptArena arena(threads);
+        KeptArena arena(arenas, threads);
         int most = 0;
         arena.execute([&] { most = tbb::this_task_arena::max_concurrency(); });
         EXPECT_EQ(most, threads);
@@ -21,13 +22,14 @@ TEST(KeptArena, HasAsManyThreadsAsAreAskedFor) {
 }
 
 TEST(KeptArena, RunsAtTheSameTimeHaveArenasOfTheirOwn) {
+    Arenas arenas;
     // The calling thread of each would be refused a place in a full arena, and wait.
-    KeptArena outer(1);
+    KeptArena outer(arenas, 1);
     int sum = 0;
     outer.execute([&] {
-        KeptArena inner(1);
+        KeptArena inner(arenas, 1);
         std::thread other([&] {
-            KeptArena third(1);
+            KeptArena third(arenas, 1);
             third.execute([&] { ++sum; });
         });
         other.join();
@@ -38,7 +40,7 @@ TEST(KeptArena, RunsAtTheSameTimeHaveArenasOfTheirOwn) {
     for (int round = 0; round < 2; ++round) {
         std::vector<std::unique_ptr<KeptArena>> many;
         for (int i = 0; i < 20; ++i) {
-            many.push_back(std::make_unique<KeptArena>(2));
+            many.push_back(std::make_unique<KeptArena>(arenas, 2));
             many.back()->execute([&] { tbb::parallel_for(0, 100, [](int) {}); });
         }
     }
@@ -46,13 +48,14 @@ TEST(KeptArena, RunsAtTheSameTimeHaveArenasOfTheirOwn) {
 
 #if defined(__SSE2__)
 TEST(KeptArena, WorkersCountDenormalsAsZero) {
+    Arenas arenas;
     const auto halved = [](float number) {
         volatile float read = number;  // at run time
         return read / 2;
     };
     const float least = std::numeric_limits<float>::min();
     for (int run = 0; run < 3; ++run) {
-        KeptArena arena(2);
+        KeptArena arena(arenas, 2);
         std::atomic<int> wrong{0}, by_workers{0};
         arena.execute([&] {
             const std::thread::id caller = std::this_thread::get_id();
