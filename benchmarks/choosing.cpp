@@ -1,7 +1,7 @@
 // What choosing costs, by its parts, in one process and without kept facts: medians of so many
 // requests that are prepared anew, for each mode and number of frames.
 //
-//     build/release/bin/choosing_benchmark FILE [PREPARED [PROFILE_FOLDER]]
+//     build/release/bin/choosing_benchmark FILE [PREPARED [PROFILE_FOLDER [MODE FRAMES MAX_ERROR]]]
 //
 // `looked` is all that is measured of the data for the choice, `search` expanding, pricing and
 // searching the graph. Statistics and a preset are what a path needs too.
@@ -33,7 +33,9 @@ Query query_of_row(const char* mode, double frames, double size, const char* max
 
 int main(int count, char** words) {
     if (count < 2) {
-        std::fprintf(stderr, "usage: choosing_benchmark FILE [PREPARED [PROFILE_FOLDER]]\n");
+        std::fprintf(
+            stderr,
+            "usage: choosing_benchmark FILE [PREPARED [PROFILE_FOLDER [MODE FRAMES MAX_ERROR]]]\n");
         return 2;
     }
     const int times = count > 2 ? std::atoi(words[2]) : 15;
@@ -46,6 +48,9 @@ int main(int count, char** words) {
     for (const char* max_error : {"", "0.01"})
         for (const char* mode : {"mip", "composite", "mean", "xray"})
             for (const double frames : {1.0, 24.0, 120.0}) {
+                if (count > 6 && (std::string(words[4]) != mode || std::atof(words[5]) != frames ||
+                                  std::string(words[6]) != max_error))
+                    continue;
                 std::vector<double> statistics, preset, looked, search;
                 std::string path;
                 int vertices = 0, edges = 0;

@@ -39,15 +39,15 @@ double preview_seconds(const Planned& planned) {
 class Unseen {
  public:
     explicit Unseen(const Planned& planned)
-        : planned_(planned), want_(planned.want), sources_(planned.sources()) {
-        if (want_.budget.like) want_.budget.like->times = std::numeric_limits<double>::infinity();
-    }
+        : planned_(planned),
+          want_(whatever_the_likeness(planned.want)),
+          sources_(planned.sources()) {}
 
     /// By costs and guesses alone; nothing where a preview has to decide. It has not to where the
     /// fastest path is surely as good as asked for, or would save less over the runs than the
     /// preview costs.
     std::optional<Answer> answer() const {
-        Answer answer = by(planned_.plan_options);
+        Answer answer = answer_by(planned_, want_, planned_.guessed, planned_.plan_options);
         if (!want_.budget.like) return answer;  // no budget of any error
         if (!answer.plan) return std::nullopt;
         if (!is_sure(*answer.plan)) {
@@ -63,9 +63,11 @@ class Unseen {
     }
 
  private:
-    Answer by(const PlanOptions& options) const {
-        return answer_by(planned_, want_, planned_.guessed, options);
+    static Request whatever_the_likeness(Request want) {
+        if (want.budget.like) want.budget.like->times = std::numeric_limits<double>::infinity();
+        return want;
     }
+    Ask ask() const { return {want_, planned_.guessed}; }
 
     /// Whether a plan is as good as asked for, whatever a preview would show: its errors are those
     /// of the plain path, say, or none.
@@ -79,19 +81,25 @@ class Unseen {
     std::optional<Plan> fastest_sure(const Answer& answer) const {
         PlanOptions options = planned_.plan_options;
         options.front = true;
-        for (Plan& plan : by(options).front)  // fastest first
-            if (is_sure(plan)) return std::move(plan);
+        const Catalogue& edges = planned_.engine.edges();
+        // Fastest first.
+        for (Plan& each : plan(answer.graph, edges, ask(), options).front)
+            if (is_sure(each)) return std::move(each);
         if (!answer.plain || !planned_.query.demands.via.empty()) return std::nullopt;
-        options.front = planned_.plan_options.front;
-        options.demands.via = {demand_of(answer.plain->step, planned_.engine.edges())};
-        Answer plain = by(options);
-        if (!plain.plan || !is_sure(*plain.plan)) return std::nullopt;
-        return std::move(plain.plan);
+        std::optional<Plan> plain =
+            plan_of_step(*answer.graph, answer.plain->step, edges, ask(), options);
+        if (!plain) {  // with a parameter that nobody tries
+            options.front = planned_.plan_options.front;
+            options.demands.via = {demand_of(answer.plain->step, edges)};
+            plain = answer_by(planned_, want_, planned_.guessed, options).plan;
+        }
+        if (!plain || !is_sure(*plain)) return std::nullopt;
+        return plain;
     }
 
     const Planned& planned_;
-    Request want_;  // whatever the likeness
-    std::vector<Source> sources_;
+    const Request want_;
+    const std::vector<Source> sources_;
 };
 
 /// What somebody gets who does not ask for errors: of a result that is to be as good as linear

@@ -62,11 +62,21 @@ std::optional<Parameters> plain_parameters(const Transition& edge, const Like& l
     return with;
 }
 
-}  // namespace
+/// A path of one step by which the plain one may go.
+struct PlainOffer {
+    const Transition* edge;
+    Label from;
+    Offer offer;
 
-std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
-                                  const std::vector<Source>& sources, const Like& like) {
-    std::optional<PlainWay> best;
+    double likely(const Ask& ask) const {
+        const Label label = after(from, *edge, offer, ask);
+        return label.known ? label.error() : std::numeric_limits<double>::infinity();
+    }
+};
+
+std::vector<PlainOffer> plain_offers(const Catalogue& catalogue, const Ask& ask,
+                                     const std::vector<Source>& sources, const Like& like) {
+    std::vector<PlainOffer> found;
     for (const Transition& edge : catalogue) {
         const auto with = plain_parameters(edge, like);
         if (!with) continue;
@@ -76,14 +86,30 @@ std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
                 std::any_of(edge.joins.begin(), edge.joins.end(),
                             [&](const auto& join) { return takes_kind(join.first, kind); });
             if (!fits) continue;
-            const Offer offer = edge.offer(source.what, ask, *with);
+            Offer offer = edge.offer(source.what, ask, *with);
             if (!offer.refused.empty() || !is_target(offer.to, ask.want)) continue;
-            const Label label = after(source.label, edge, offer, ask);
-            if (label.known && (!best || label.error() < best->likely))
-                best = PlainWay{edge.name + with->text(), label.error()};
+            offer.with = *with;
+            found.push_back({&edge, source.label, std::move(offer)});
         }
     }
-    return best;
+    return found;
+}
+
+/// The most accurate of them.
+std::optional<PlainWay> plain_of(const std::vector<PlainOffer>& offers, const Ask& ask) {
+    const PlainOffer* best = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const PlainOffer& each : offers)
+        if (const double likely = each.likely(ask); likely < least) best = &each, least = likely;
+    if (!best) return std::nullopt;
+    return PlainWay{best->edge->name + best->offer.with.text(), least};
+}
+
+}  // namespace
+
+std::optional<PlainWay> plain_way(const Catalogue& catalogue, const Ask& ask,
+                                  const std::vector<Source>& sources, const Like& like) {
+    return plain_of(plain_offers(catalogue, ask, sources, like), ask);
 }
 
 std::shared_ptr<const Alike> alike_of(const Priced& priced, const Catalogue& catalogue,
@@ -168,11 +194,12 @@ bool alike_unseen(const Plan& plan, const Catalogue& catalogue, const Ask& ask,
     if (from == sources.end()) return false;
     for (const Step& step : plan.steps)
         if (is_barred(step.offer, ask.want, like)) return false;
+    const std::vector<PlainOffer> plain_ones = plain_offers(catalogue, ask, sources, like);
     Scene scene = ask.scene;
     for (std::uint64_t seed = 1; seed <= kSupposed; ++seed) {
         scene.supposed = seed;
         const Ask supposed{ask.want, scene};
-        const auto plain = plain_way(catalogue, supposed, sources, like);
+        const auto plain = plain_of(plain_ones, supposed);
         if (!plain) return false;
         Label label = from->label;
         for (const Step& step : plan.steps) label = after(label, *step.by, step.offer, supposed);

@@ -195,15 +195,26 @@ const char* name_of(Search search) noexcept {
 Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
             const Profile& profile, const PlanOptions& options) {
     const auto begin = std::chrono::steady_clock::now();
+    Answer answer =
+        plan(std::make_shared<const PricedGraph>(catalogue, ask, sources, profile, options),
+             catalogue, ask, options);
+    answer.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return answer;
+}
+
+Answer plan(std::shared_ptr<const PricedGraph> graph, const Catalogue& catalogue, const Ask& ask,
+            const PlanOptions& options) {
+    const auto begin = std::chrono::steady_clock::now();
     Answer answer;
-    answer.graph = std::make_shared<PricedGraph>(catalogue, ask, sources, profile, options);
+    answer.graph = std::move(graph);
     const TransformGraph& spanned = answer.graph->spanned();
     answer.vertices = static_cast<int>(boost::num_vertices(spanned.graph));
     answer.edges = static_cast<int>(boost::num_edges(spanned.graph));
     answer.refused = spanned.refused;
 
     const Priced &priced = answer.graph->choice(), &real_priced = answer.graph->real();
-    const bool others = ask.want.threads != profile.processors;
+    const bool others = answer.graph->has_other_threads();
     const auto plans_of = [&](const std::vector<Route>& routes, const Priced& by) {
         std::vector<Plan> all;
         for (const Route& route : routes)
@@ -229,6 +240,24 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
     answer.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return answer;
+}
+
+std::optional<Plan> plan_of_step(const PricedGraph& graph, const std::string& step,
+                                 const Catalogue& catalogue, const Ask& ask,
+                                 const PlanOptions& options) {
+    const Graph& spanned = graph.spanned().graph;
+    for (const auto source : graph.spanned().sources)
+        for (const auto arc : boost::make_iterator_range(boost::out_edges(source, spanned))) {
+            const Arc& what = spanned[arc];
+            if (!spanned[boost::target(arc, spanned)].target ||
+                catalogue[static_cast<std::size_t>(what.edge)].name + what.offer.with.text() !=
+                    step)
+                continue;
+            const Priced& priced = graph.real();
+            const Route route{source, {arc}, priced.step(priced.start(source), arc)};
+            return plan_of(route, priced, catalogue, ask, options);
+        }
+    return std::nullopt;
 }
 
 std::vector<Plan> all_paths(const Priced& priced, const Catalogue& catalogue, const Ask& ask,

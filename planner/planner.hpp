@@ -69,6 +69,17 @@ struct Answer {
 Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source>& sources,
             const Profile& profile, const PlanOptions& options = {});
 
+/// The same from a graph that is there already, made of this question and of options that differ at
+/// most in what is reported.
+Answer plan(std::shared_ptr<const PricedGraph> graph, const Catalogue& catalogue, const Ask& ask,
+            const PlanOptions& options);
+
+/// The plan of one step from a source to the result, or nothing where the graph does not span it.
+/// @param step  as `--via` takes it
+std::optional<Plan> plan_of_step(const PricedGraph& graph, const std::string& step,
+                                 const Catalogue& catalogue, const Ask& ask,
+                                 const PlanOptions& options);
+
 /// All simple paths of a priced graph as plans, each label worked out edge by edge: what tests and
 /// charts hold the search against. The first `limit` of them in depth-first order.
 std::vector<Plan> all_paths(const Priced& priced, const Catalogue& catalogue, const Ask& ask,

@@ -22,10 +22,13 @@ class PricedGraph {
     const Priced& choice() const noexcept { return choice_; }
     /// Costs for the request's threads.
     const Priced& real() const noexcept { return real_; }
+    /// Whether the two differ.
+    bool has_other_threads() const noexcept { return other_threads_; }
 
  private:
     const std::vector<Source> sources_;
     const TransformGraph spanned_;
+    const bool other_threads_;
     Priced choice_, real_;
 };
 

@@ -1,8 +1,13 @@
 #include "transitions/warp/equiareal.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <fmt/format.h>
+#include <optional>
 
 #include "graph/picture_facts.hpp"
 #include "graph/spread.hpp"
@@ -33,6 +38,27 @@ bool turns(const Mat4& map) {
            kOrthogonal;
 }
 
+/// shear_chain(), which tries some 150 products: a planner asks several edges for the same views
+/// one after another.
+const std::optional<kernels::ShearChain>& remembered_chain(const kernels::Affine& map) {
+    struct Entry {
+        bool filled = false;
+        kernels::Affine map{};
+        std::optional<kernels::ShearChain> chain;
+    };
+    thread_local std::array<Entry, 64> entries;
+    std::uint64_t hash = 1469598103934665603u;  // FNV-1a
+    for (const double number : map)
+        hash = (hash ^ std::bit_cast<std::uint64_t>(number)) * 1099511628211u;
+    Entry& entry = entries[(hash >> 32) % entries.size()];
+    const auto same = [](double a, double b) {  // with -0 and NaN
+        return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+    };
+    if (!entry.filled || !std::equal(map.begin(), map.end(), entry.map.begin(), same))
+        entry = {true, map, shear_chain(map)};
+    return entry.chain;
+}
+
 }  // namespace
 
 std::string not_equiareal(
@@ -48,7 +74,7 @@ std::string not_equiareal(
         if (!(std::abs(std::abs(det) - 1) <= kEquiareal))
             return fmt::format("view {}: the determinant is {:.6g}; shears need 1 or -1", view,
                                det);
-        const auto chain = shear_chain(kernels::affine_of(map));
+        const auto& chain = remembered_chain(kernels::affine_of(map));
         if (!chain) return fmt::format("view {}: no product of shears gives its map to 1e-9", view);
         if (std::string reason = judge(view, *chain); !reason.empty()) return reason;
     }
@@ -56,7 +82,7 @@ std::string not_equiareal(
 }
 
 kernels::ShearChain chain_of(const Representation& from, const Request& want, int view) {
-    const auto chain = shear_chain(kernels::affine_of(residual(from, want, view)));
+    const auto& chain = remembered_chain(kernels::affine_of(residual(from, want, view)));
     if (!chain) throw RunError(fmt::format("view {}: no product of shears gives its map", view));
     return *chain;
 }
