@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/contest.hpp"
 #include "engine/planned.hpp"
 #include "measure/since.hpp"
 #include "planner/alike.hpp"
@@ -43,10 +44,9 @@ class Unseen {
           want_(whatever_the_likeness(planned.want)),
           sources_(planned.sources()) {}
 
-    /// By costs and guesses alone; nothing where a preview has to decide. It has not to where the
-    /// fastest path is surely as good as asked for, or would save less over the runs than the
-    /// preview costs.
-    std::optional<Answer> answer() const {
+    /// By costs and guesses, and a few draws where these pay (contest.hpp); nothing where a preview
+    /// of all facts has to decide.
+    std::optional<Answer> answer() {
         Answer answer = answer_by(planned_, want_, planned_.guessed, planned_.plan_options);
         if (!want_.budget.like) return answer;  // no budget of any error
         if (!answer.plan) return std::nullopt;
@@ -54,13 +54,21 @@ class Unseen {
             if (want_.minimize != Minimize::time) return std::nullopt;
             std::optional<Plan> sure = fastest_sure(answer);
             if (!sure) return std::nullopt;
+            // Of other jobs' results a preview of all is what there is.
             const double saved = sure->predicted.seconds - answer.plan->predicted.seconds;
-            if (planned_.query.repeat * saved > preview_seconds(planned_)) return std::nullopt;
-            answer.plan = std::move(sure);
+            const JobTraits& job = *planned_.want.job;
+            if (!job.of_rays() && !job.of_points() &&
+                planned_.query.repeat * saved > preview_seconds(planned_))
+                return std::nullopt;
+            Contest contest = contest_of(planned_, *answer.graph, *sure);
+            drawing_ += contest.seconds;
+            answer.plan = contest.winner ? std::move(contest.winner) : std::move(sure);
         }
         answer.plain.reset();  // its error is a guess
         return answer;
     }
+    /// What drawing took [s].
+    double drawing() const noexcept { return drawing_; }
 
  private:
     static Request whatever_the_likeness(Request want) {
@@ -100,17 +108,22 @@ class Unseen {
     const Planned& planned_;
     const Request want_;
     const std::vector<Source> sources_;
+    double drawing_ = 0;
 };
 
 /// What somebody gets who does not ask for errors: of a result that is to be as good as linear
 /// interpolation where a preview cannot pay, or equal but for rounding. Nothing where a preview
 /// decides.
-std::optional<Answer> answer_unseen(const Planned& planned) {
+/// @param drawing  what drawing for it took is added [s]
+std::optional<Answer> answer_unseen(const Planned& planned, double& drawing) {
     const Budget& budget = planned.want.budget;
     if (budget.error_yields && planned.drawn > 0)
         return answer_by(planned, planned.want, planned.guessed, planned.plan_options);
-    if (planned.errors == ErrorsWanted::for_choice || budget.like) return Unseen(planned).answer();
-    return std::nullopt;
+    if (planned.errors != ErrorsWanted::for_choice && !budget.like) return std::nullopt;
+    Unseen unseen(planned);
+    std::optional<Answer> answer = unseen.answer();
+    drawing += unseen.drawing();
+    return answer;
 }
 
 /// Takes the path of another answer: what is measured to be shown changes no choice.
@@ -133,7 +146,7 @@ std::optional<Plan> take_path(const Planned& planned, Answer& answer, const Answ
 
 /// Answers by what is known so far. @return whether that is enough
 bool choose(Planned& planned) {
-    const std::optional<Answer> unseen = answer_unseen(planned);
+    const std::optional<Answer> unseen = answer_unseen(planned, planned.spent.preview);
     if (planned.drawn == 0 && planned.errors == ErrorsWanted::for_choice) {
         if (unseen) planned.answer = *unseen;
         return unseen.has_value();

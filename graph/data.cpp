@@ -34,9 +34,15 @@ Array Array::around(void* data, std::size_t bytes, std::shared_ptr<const void> o
     return Array(std::allocate_shared<Block>(small<Block>(), data, bytes, std::move(owner)));
 }
 
+void WorkedOut::keep(const char* kind, std::shared_ptr<const void> thing) {
+    constexpr std::size_t kMost = 4;
+    const std::lock_guard lock(mutex_);
+    if (things_.size() < kMost) things_.emplace_back(kind, std::move(thing));
+}
+
 Data Data::sharing(const Data& other, const Representation& what) {
-    return {what,        other.samples.shared(), other.box, other.tail.shared(), other.other,
-            other.facets};
+    return {what,        other.samples.shared(), other.box,       other.tail.shared(),
+            other.other, other.facets,           other.worked_out};
 }
 
 Data Data::make(const Representation& what, std::pmr::memory_resource* from) {
@@ -45,7 +51,7 @@ Data Data::make(const Representation& what, std::pmr::memory_resource* from) {
 
 Data Data::make(const Representation& what, const Region& box, std::pmr::memory_resource* from) {
     const double bytes = box.empty() ? what.bytes() : what.bytes(box);
-    return {what, Array(static_cast<std::size_t>(bytes), from), box, {}, {}, {}};
+    return {what, Array(static_cast<std::size_t>(bytes), from), box, {}, {}, {}, {}};
 }
 
 Data with_slack(const Data& data, std::pmr::memory_resource* from) {

@@ -5,8 +5,11 @@
 #include <map>
 #include <memory>
 #include <memory_resource>
+#include <mutex>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "graph/representation.hpp"
 
@@ -57,6 +60,28 @@ class Array {
     std::shared_ptr<Block> block_;
 };
 
+/// What was worked out of samples on the way and lies beside them, for whoever needs it next: what
+/// somebody counts to choose a path, say, and the path reads. Each says itself all that it hangs
+/// on. Threads share it. It lives as long as the samples do.
+class WorkedOut {
+ public:
+    /// The first of a kind that fits; null: none.
+    template <class Thing, class Fits>
+    std::shared_ptr<const Thing> find(const char* kind, const Fits& fits) const {
+        const std::lock_guard lock(mutex_);
+        for (const auto& [of, thing] : things_)
+            if (of == std::string_view(kind) && fits(*static_cast<const Thing*>(thing.get())))
+                return std::static_pointer_cast<const Thing>(thing);
+        return nullptr;
+    }
+    /// No more than a few are kept: then those that are there stay.
+    void keep(const char* kind, std::shared_ptr<const void> thing);
+
+ private:
+    mutable std::mutex mutex_;
+    std::vector<std::pair<std::string_view, std::shared_ptr<const void>>> things_;
+};
+
 /// A vertex made real: a representation, its samples, and what lies beside them. Written once.
 struct Data {
     Representation what;
@@ -67,6 +92,7 @@ struct Data {
     /// What lies beside the samples, one entry a name in what.facets. Large ones are
     /// std::shared_ptr, so that data which share samples share them too.
     std::map<std::string, std::any> facets;
+    std::shared_ptr<WorkedOut> worked_out = {};  // null: nothing is kept
 
     /// Allocates the samples of `what`.
     static Data make(const Representation& what, std::pmr::memory_resource* from);

@@ -112,6 +112,7 @@ std::set<std::string> facets_of(std::string_view kind) {
 
 bool takes_kind(std::string_view join, std::string_view kind) {
     if (join.substr(0, join.find('+')) != kind.substr(0, kind.find('+'))) return false;
+    if (join.find('+') == join.npos) return true;
     const std::set<std::string> needed = facets_of(join), there = facets_of(kind);
     return std::includes(there.begin(), there.end(), needed.begin(), needed.end());
 }

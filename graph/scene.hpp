@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "graph/fact.hpp"
@@ -39,13 +40,17 @@ struct Scene {
     /// Facts that are missing are made up, each from this number and its name: what holds for many
     /// such scenes does not depend on them.
     std::optional<std::uint64_t> supposed = {};
+    /// Where the names of facts that somebody asks for are left; null: nowhere.
+    std::set<std::string>* asked = nullptr;
 
     std::optional<double> fact(const FactName& name) const {
+        if (asked) asked->insert(name.text());
         if (const auto found = facts.find(name.text()); found != facts.end()) return found->second;
         return supposed ? std::optional(made_up(name.text())) : std::nullopt;
     }
     /// The same without made-up facts.
     std::optional<double> measured(const FactName& name) const {
+        if (asked) asked->insert(name.text());
         const auto found = facts.find(name.text());
         return found == facts.end() ? std::nullopt : std::optional(found->second);
     }

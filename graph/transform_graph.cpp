@@ -34,41 +34,15 @@ std::vector<Parameters> combinations(const Transition& edge, const Demand* deman
     return all;
 }
 
-/// The edges that may lead to a kind, by the kinds that they join, whatever their facets.
-std::set<std::string> edges_towards(std::string_view target, const Catalogue& catalogue) {
-    const auto plain = [](std::string_view kind) { return kind.substr(0, kind.find('+')); };
-    std::set<std::string_view> wanted{plain(target)};
-    std::set<std::string> found;
-    for (bool grows = true; grows;) {
-        grows = false;
-        for (const Transition& edge : catalogue)
-            for (const auto& [from, to] : edge.joins) {
-                if (!wanted.contains(plain(to))) continue;
-                found.insert(edge.name);
-                grows = wanted.insert(plain(from)).second || grows;
-            }
-    }
-    return found;
-}
-
 class Expansion {
  public:
     Expansion(const Catalogue& catalogue, const Ask& ask, const Demands& demands)
-        : catalogue_(catalogue), ask_(ask), demands_(demands), accepted_(catalogue.size()) {
-        reasons_.resize(catalogue.size());
-        for (const Transition& edge : catalogue) views_.push_back(edge.views_refused(ask.want));
-        for (std::size_t i = 0; i < catalogue.size(); ++i)
-            for (const auto& [from, to] : catalogue[i].joins) {
-                std::vector<Leaving>& all = leaving_[from.substr(0, from.find('+'))];
-                const bool prepares_only = prepares(from, to);
-                std::set<std::string> needs = facets_of(from);
-                if (all.empty() || all.back().edge != static_cast<int>(i) ||
-                    all.back().needs != needs)
-                    all.push_back({static_cast<int>(i), std::move(needs), prepares_only});
-                else
-                    all.back().prepares_only = all.back().prepares_only && prepares_only;
-            }
-    }
+        : catalogue_(catalogue),
+          ask_(ask),
+          demands_(demands),
+          accepted_(catalogue.size()),
+          reasons_(catalogue.size()),
+          views_(catalogue.size()) {}
 
     TransformGraph span(const std::vector<Source>& sources) {
         for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -90,9 +64,8 @@ class Expansion {
 
     void leave(At at) {
         const Representation what = graph_[at].what;  // the graph grows
-        const auto found = leaving_.find(what.space + "/" + what.content);
-        if (found == leaving_.end()) return;
-        const std::vector<Leaving>& all = found->second;
+        const std::vector<Leaving>& all =
+            catalogue_.joins().leaving(what.space + "/" + what.content);
         for (std::size_t i = 0; i < all.size(); ++i) {
             // An edge may have several joins: the one that needs most of the facets.
             const Leaving* next = nullptr;
@@ -106,8 +79,9 @@ class Expansion {
             if (!next || (next->prepares_only && out_of_order(graph_[at], next->edge))) continue;
             const Transition& edge = catalogue_[static_cast<std::size_t>(next->edge)];
             if (edge.on_demand && !is_demanded(edge)) {
-                reasons_[static_cast<std::size_t>(next->edge)] =
+                static const std::string only_named =
                     message("taken only where @via names it").marked();
+                reasons_[static_cast<std::size_t>(next->edge)] = only_named;
                 continue;
             }
             const Demand* demand = next_demand(edge, graph_[at]);
@@ -120,14 +94,6 @@ class Expansion {
         }
     }
 
-    /// An edge that reads a content of a space, with which facets, and whether it does nothing
-    /// there but prepare.
-    struct Leaving {
-        int edge = 0;
-        std::set<std::string> needs;
-        bool prepares_only = true;
-    };
-
     /// What an edge sees: the facets that it names, or all where it adds one.
     static Representation seen(const Representation& what, const Leaving& by, bool attaches) {
         Representation seen = what;
@@ -135,11 +101,6 @@ class Expansion {
         seen.facets = by.needs;
         if (by.needs.empty()) seen.facet_bytes = 0;
         return seen;
-    }
-
-    /// A preparation leads from object space to object space.
-    static bool prepares(std::string_view from, std::string_view to) {
-        return from.starts_with("object/") && to.starts_with("object/");
     }
 
     /// Preparations apply in the order of the catalogue, each at most once: without this rule those
@@ -165,8 +126,10 @@ class Expansion {
                 reasons_[place] = "forbidden by the request";
                 return;
             }
-        if (!views_[place].empty()) {
-            reasons_[place] = views_[place];
+        std::optional<std::string>& views = views_[static_cast<std::size_t>(place)];
+        if (!views) views = edge.views_refused(ask_.want);
+        if (!views->empty()) {
+            reasons_[place] = *views;
             return;
         }
         Offer offer = edge.offer(seen(graph_[at].what, leaving, edge.attaches), ask_, with);
@@ -221,12 +184,12 @@ class Expansion {
             spanned.graph[added.first].index = boost::num_edges(spanned.graph) - 1;
         }
         // Edges of other jobs have nothing to say, unless they are asked for.
-        const std::set<std::string> towards = edges_towards(ask_.want.job->target, catalogue_);
+        const Joins& joins = catalogue_.joins();
         for (std::size_t i = 0; i < catalogue_.size(); ++i) {
             const Transition& edge = catalogue_[i];
             const auto names = [&](const Demand& demand) { return demand.names(edge); };
-            if (!accepted_[i] &&
-                (towards.contains(edge.name) || std::ranges::any_of(demands_.via, names)))
+            if (!accepted_[i] && (joins.leads_to(ask_.want.job->target, i) ||
+                                  std::ranges::any_of(demands_.via, names)))
                 spanned.refused.push_back({edge.name, reason(i), !reasons_[i].empty()});
         }
         return spanned;
@@ -264,13 +227,13 @@ class Expansion {
     const Catalogue& catalogue_;
     const Ask& ask_;
     const Demands& demands_;
-    std::unordered_map<std::string, std::vector<Leaving>> leaving_;  // by the kind they read
     Graph graph_;
     std::deque<At> waiting_;
     std::unordered_map<std::string, At> known_;
     std::vector<char> accepted_;
     std::vector<std::string> reasons_;
-    std::vector<std::string> views_;  // why edges are not asked about the views; empty: they are
+    // Why edges are not asked about the views; empty: they are; absent: not yet seen.
+    std::vector<std::optional<std::string>> views_;
 };
 
 }  // namespace
@@ -350,7 +313,7 @@ Demand demand_of(const std::string& text, const Catalogue& catalogue) {
 }
 
 Demand demand_of(const std::string& text, const Catalogue& catalogue, Job job) {
-    return demand_in(text, catalogue, edges_towards(job->target, catalogue));
+    return demand_in(text, catalogue, catalogue.joins().towards(job->target));
 }
 
 Demands untried(const Demands& demands, const Catalogue& catalogue) {

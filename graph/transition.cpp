@@ -46,4 +46,9 @@ Error Transition::error_of(const Offer& made, const Ask& ask) const {
     return {.gain = gain, .noise_gain = gain, .bias = *measured};
 }
 
+const Joins& Catalogue::joins() const {
+    std::call_once(joins_->once, [&] { joins_->joins.emplace(*this); });
+    return *joins_->joins;
+}
+
 }  // namespace edgewise

@@ -7,7 +7,9 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "graph/cost.hpp"
 #include "graph/data.hpp"
 #include "graph/errors.hpp"
+#include "graph/joins.hpp"
 #include "graph/parameters.hpp"
 #include "graph/request.hpp"
 #include "graph/scene.hpp"
@@ -132,6 +135,9 @@ struct Transition {
     /// errors; null where it has nothing to say of a request. Absent: `error` needs no facts, or is
     /// measured.
     std::function<std::shared_ptr<const Model>(const ModelSetting&)> model = {};
+    /// Of a model whose facts follow from others: adds to facts that are wanted those that they are
+    /// derived from.
+    std::function<void(std::set<std::string>& wanted)> derives = {};
     std::function<Partition(const Offer&, const Ask&)> parts = [](const Offer&, const Ask&) {
         return Partition{};
     };
@@ -192,16 +198,20 @@ class Catalogue {
 
     void push_back(Transition edge) {
         edges_.push_back(std::make_shared<Transition>(std::move(edge)));
+        joins_ = std::make_shared<LateJoins>();
     }
     std::size_t size() const noexcept { return edges_.size(); }
     bool empty() const noexcept { return edges_.empty(); }
     const Transition& operator[](std::size_t place) const { return *edges_[place]; }
     Transition& operator[](std::size_t place) {
+        joins_ = std::make_shared<LateJoins>();
         if (edges_[place].use_count() > 1)
             edges_[place] = std::make_shared<Transition>(*edges_[place]);
         return *edges_[place];
     }
     const Transition& back() const { return *edges_.back(); }
+    /// Worked out when somebody asks first. Copies share it.
+    const Joins& joins() const;
     /// For a plan to keep.
     std::shared_ptr<const Transition> shared(std::size_t place) const { return edges_[place]; }
 
@@ -238,7 +248,12 @@ class Catalogue {
     Iterator end() const { return Iterator(edges_.end()); }
 
  private:
+    struct LateJoins {
+        std::once_flag once;
+        std::optional<Joins> joins;
+    };
     std::vector<std::shared_ptr<Transition>> edges_;
+    std::shared_ptr<LateJoins> joins_ = std::make_shared<LateJoins>();
 };
 
 }  // namespace edgewise

@@ -1,11 +1,17 @@
 #include "planner/rates.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <shared_mutex>
+#include <span>
 #include <string_view>
 #include <tuple>
+#include <unordered_map>
+#include <utility>
 
 #include "graph/errors.hpp"
 #include "planner/json_fields.hpp"
@@ -87,36 +93,35 @@ double expected(const Counted& counted, double pace) {
 
 std::string edge_of(const std::string& name) { return name.substr(0, name.find_first_of(" /")); }
 
-/// Calls each(part) for the edge, its parameters, variant, kind and type.
-template <class Each>
-void for_parts(std::string_view name, Each&& each) {
-    for (std::size_t end = 0; end != name.npos; name.remove_prefix(end + 1)) {
-        end = name.find_first_of(" /");
-        each(name.substr(0, end));
-        if (end == name.npos) return;
+/// The parts of a name: the edge, its parameters, variant, kind and type.
+class Parts {
+ public:
+    explicit Parts(std::string_view name) {
+        while (count_ < kMost) {
+            const std::size_t end = name.find_first_of(" /");
+            parts_[count_++] = name.substr(0, end);
+            if (end == name.npos) return;
+            name.remove_prefix(end + 1);
+        }
     }
-}
+    static constexpr std::size_t kMost = 32;
+    std::span<const std::string_view> all() const { return {parts_.data(), count_}; }
 
-/// Calls each(place) for the parts of `name` that are in another one too; the first has place 0.
-template <class Each>
-void for_shared(std::string_view name, std::string_view other, Each&& each) {
-    int place = 0;
-    for_parts(name, [&](std::string_view part) {
-        bool found = false;
-        for_parts(other, [&](std::string_view theirs) { found |= part == theirs; });
-        if (found) each(place);
-        ++place;
-    });
-}
+ private:
+    std::array<std::string_view, kMost> parts_;
+    std::size_t count_ = 0;
+};
 
 /// How alike two names of one edge are: first by the number of parts that they share, then by how
 /// early these are in `name`, then by how few others `other` has.
-int likeness(std::string_view name, std::string_view other) {
-    constexpr int kMost = 32;  // parts, about
-    int alike = 0;
-    for_shared(name, other,
-               [&](int place) { alike += kMost * (kMost * kMost + std::max(0, kMost - place)); });
-    for_parts(other, [&](std::string_view) { --alike; });
+int likeness(const Parts& name, const Parts& other) {
+    constexpr int kMost = Parts::kMost;
+    int alike = -static_cast<int>(other.all().size()), place = 0;
+    for (const std::string_view part : name.all()) {
+        if (std::ranges::find(other.all(), part) != other.all().end())
+            alike += kMost * (kMost * kMost + kMost - place);
+        ++place;
+    }
     return alike;
 }
 
@@ -132,13 +137,16 @@ void for_edge(const Map& named, const std::string& edge, Each&& each) {
 /// Calls each(entry) for those names of an edge that are most like one.
 template <class Map, class Each>
 void for_most_alike(const Map& named, const std::string& name, Each&& each) {
-    const std::string edge = edge_of(name);
+    const Parts parts(name);
     int best = std::numeric_limits<int>::min();
-    for_edge(named, edge,
-             [&](const auto& entry) { best = std::max(best, likeness(name, entry.first)); });
-    for_edge(named, edge, [&](const auto& entry) {
-        if (likeness(name, entry.first) == best) each(entry);
+    std::vector<const typename Map::value_type*> most;
+    for_edge(named, edge_of(name), [&](const auto& entry) {
+        const int alike = likeness(parts, Parts(entry.first));
+        if (alike > best) most.clear();
+        best = std::max(best, alike);
+        if (alike == best) most.push_back(&entry);
     });
+    for (const auto* entry : most) each(*entry);
 }
 
 /// @param curve  sorted by frames, then by size: those of the fewest frames count
@@ -207,18 +215,48 @@ double Rates::shared_at(const std::string& name, double alone) const {
     return (1 - f) * low.shared + f * high.shared;
 }
 
+/// What is known of a name, whatever the size.
+struct Rates::Resolved {
+    double pace = 0;          // the factor of loops; 0: nothing was measured under any part
+    std::vector<Rate> curve;  // its own, or of the names that are most like it
+    bool own = false;
+};
+
+/// Names are compared as text, and a planner asks for the same ones again and again.
+struct Rates::Memo {
+    std::shared_mutex mutex;
+    std::unordered_map<std::string, std::shared_ptr<const Resolved>> known;
+};
+
+std::shared_ptr<const Rates::Resolved> Rates::resolved(const std::string& name) const {
+    {
+        const std::shared_lock lock(memo_->mutex);
+        if (const auto found = memo_->known.find(name); found != memo_->known.end())
+            return found->second;
+    }
+    auto made = std::make_shared<Resolved>();
+    made->pace = pace_of(name);
+    if (made->pace > 0) {
+        const auto own = left_.find(name);
+        made->own = own != left_.end();
+        made->curve = made->own ? own->second : nearest(name);
+    }
+    const std::unique_lock lock(memo_->mutex);
+    return memo_->known.try_emplace(name, std::move(made)).first->second;
+}
+
 Rate Rates::at(const std::string& name, const Counted& counted, int runs) const {
-    if (!(counted.seconds > 0)) return {.ratio = 0};
-    const double pace = pace_of(name);
-    if (!(pace > 0)) return {.ratio = 0};
-    const double foreseen = expected(counted, pace);
-    Rate rate = alone_at(name, foreseen);
+    if (!(counted.seconds > 0) || measured_.empty()) return {.ratio = 0};
+    const std::shared_ptr<const Resolved> known = resolved(name);
+    if (!(known->pace > 0)) return {.ratio = 0};
+    const double foreseen = expected(counted, known->pace);
+    Rate rate = between(known->curve, foreseen);
+    if (!known->own) rate.spread = std::max(rate.spread, kBorrowed);
     const double seconds = foreseen * rate.ratio;
     rate.counted = counted.seconds;
     rate.apart = counted.apart;
     rate.ratio = seconds / counted.seconds;
-    const auto own = left_.find(name);
-    if (runs > 1 || own == left_.end() || foreseen * kAlike < own->second.front().counted)
+    if (runs > 1 || !known->own || foreseen * kAlike < known->curve.front().counted)
         rate.shared = shared_at(name, seconds * runs);
     return rate;
 }
@@ -231,14 +269,6 @@ double Rates::pace_of(const std::string& name) const {
     return paces.empty() ? 0 : median(std::move(paces));
 }
 
-Rate Rates::alone_at(const std::string& name, double expected) const {
-    if (const auto exact = left_.find(name); exact != left_.end())
-        return between(exact->second, expected);
-    Rate rate = between(nearest(name), expected);
-    rate.spread = std::max(rate.spread, kBorrowed);
-    return rate;
-}
-
 std::vector<Rate> Rates::nearest(const std::string& name) const {
     std::vector<Rate> pooled;
     for_most_alike(left_, name, [&](const Curves::value_type& each) {
@@ -247,7 +277,9 @@ std::vector<Rate> Rates::nearest(const std::string& name) const {
     return by_size(std::move(pooled));
 }
 
-Rates::Rates(Curves measured) {
+Rates::Rates() : memo_(std::make_shared<Memo>()) {}
+
+Rates::Rates(Curves measured) : Rates() {
     std::map<std::string, std::vector<double>> paces;
     for (auto& [name, rates] : measured) {
         if (rates.empty()) continue;

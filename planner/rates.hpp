@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -50,7 +51,7 @@ class Rates {
  public:
     using Curves = std::map<std::string, std::vector<Rate>>;
 
-    Rates() = default;
+    Rates();
     /// Measured over counted seconds of loops is one factor for each edge, its parameters and a
     /// kind, whatever the type and the size: the median of measured factors, without line misses.
     /// So short or sparse rays are predicted from long and dense ones. What the factor leaves
@@ -80,17 +81,21 @@ class Rates {
     using Shared = std::map<std::string, std::vector<Sharing>>;
     static Shared shared_of(const Curves& curves);
     double shared_at(const std::string& name, double alone) const;
-    /// On one thread. Here `counted` means expected seconds: the factor of loops times their
-    /// counted seconds, plus line misses. The rate is measured over expected seconds.
-    Rate alone_at(const std::string& name, double expected) const;
+    /// What a name stands for is worked out once. Copies share it.
+    struct Resolved;
+    struct Memo;
+    std::shared_ptr<const Resolved> resolved(const std::string& name) const;
     std::vector<Rate> nearest(const std::string& name) const;
     /// The factor of loops of a name, or the median over the names that are most like it.
     double pace_of(const std::string& name) const;
 
     Curves measured_;
-    Curves left_;  // measured over expected seconds, about equal sizes joined
+    // On one thread, measured over expected seconds: the factor of loops times their counted
+    // seconds, plus line misses. About equal sizes are joined.
+    Curves left_;
     std::map<std::string, double> paces_;  // factors of loops, by name without the type
     Shared shared_;                        // by name of the edge, sorted by seconds
+    std::shared_ptr<Memo> memo_;
 };
 
 /// What was timed, by name.

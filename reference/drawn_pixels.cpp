@@ -16,9 +16,9 @@ namespace edgewise {
 namespace {
 
 // Pixels that are looked at: so many, or fewer as their rays together are so long [unit].
-constexpr std::size_t kFewestLooked = 1024, kMostLooked = 6144;
+constexpr double kFewestLooked = 1024, kMostLooked = 6144;
 constexpr double kLookedLength = 6144 * 160.0;
-constexpr int kTries = 16 * kMostLooked;
+constexpr double kTries = 16 * kMostLooked;
 constexpr double kGlanced = 4;  // times as many are asked for their rays: where few meet the input
 constexpr double kEven = 0.5;   // of the draws
 
@@ -184,12 +184,13 @@ struct Met {
 
 /// By the additive recurrence of the generalised golden ratio in two dimensions (Roberts 2018). In
 /// three its first two have a relation, 35 pixels long, and leave stripes of one view unseen.
-Met meet_some(const Request& want, const ViewGeometry& geometry, int times) {
+Met meet_some(const Request& want, const ViewGeometry& geometry, double times) {
     constexpr std::array<double, 3> ratio = {0.7548776662466927, 0.5698402909980532,
                                              std::numbers::e - 2};
     Met met;
-    while (met.tries < kTries * times && met.at.size() < kMostLooked * times &&
-           (met.at.size() < kFewestLooked || met.reach < kLookedLength * times)) {
+    const auto looked = [&] { return static_cast<double>(met.at.size()); };
+    while (met.tries < kTries * times && looked() < kMostLooked * times &&
+           (looked() < kFewestLooked * std::min(1.0, times) || met.reach < kLookedLength * times)) {
         std::array<double, 3> u;
         for (int axis = 0; axis < 3; ++axis)
             u[axis] = std::fmod(0.5 + ratio[axis] * (met.tries + 1), 1.0);
@@ -214,9 +215,9 @@ Met meet_all(const Request& want, const ViewGeometry& geometry) {
 
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
                         const ViewGeometry& geometry, int fewest, int most, double length, int side,
-                        int times) {
+                        double times) {
     const double all = static_cast<double>(want.screen.x * want.screen.y) * want.frames;
-    const double looks = static_cast<double>(kMostLooked) * times;
+    const double looks = kMostLooked * times;
     const auto too_many = [&](const Met& met) {
         return all > looks &&
                (static_cast<double>(met.at.size()) > looks || met.reach > kLookedLength * times);

@@ -77,6 +77,6 @@ std::vector<OutputSample> some_of(std::span<const OutputSample> from, std::size_
 /// @param times  so many times the draws, of so many times the pixels that are looked at
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
                         const ViewGeometry& geometry, int fewest, int most, double length, int side,
-                        int times = 1);
+                        double times = 1);
 
 }  // namespace edgewise

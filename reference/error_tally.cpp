@@ -25,6 +25,10 @@ void ErrorTally::close(double chance) {
     open_ = {};
 }
 
+void ErrorTally::append(const ErrorTally& other) {
+    clusters_.insert(clusters_.end(), other.clusters_.begin(), other.clusters_.end());
+}
+
 ErrorTally::Cluster ErrorTally::sum() const {
     Cluster sum;
     for (const Cluster& cluster : clusters_) {

@@ -40,6 +40,8 @@ class ErrorTally {
     /// The next cluster begins. What was sure to be drawn leaves nothing to chance (Horvitz,
     /// Thompson 1952). @param chance  that this one was drawn of its population
     void close(double chance = 0);
+    /// The clusters of another, behind its own.
+    void append(const ErrorTally& other);
     /// Of the clusters alone.
     MeanSquare plain() const;
     /// With the auxiliary where the estimate's variance is less so.

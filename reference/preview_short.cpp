@@ -9,8 +9,8 @@ namespace {
 constexpr double kShortest = 1, kShort = 8;  // [unit]
 constexpr double kEdge = 1.5;                // [sample]
 constexpr double kThick = 64;  // where inputs are thinner, all of these are less in proportion
-constexpr std::int64_t kLookedAt = 1 << 16;        // pixels; of more, every few
-constexpr std::size_t kLooked = 1024;              // cheaply, rays of a class
+constexpr double kLookedAt = 1 << 16;              // pixels; of more, every few
+constexpr double kLooked = 1024;                   // cheaply, rays of a class
 constexpr std::array<double, 2> kMost = {96, 32};  // rays of a class
 
 }  // namespace
@@ -38,10 +38,11 @@ std::size_t ShortRays::class_of(const RaySpan& ray, const Request& want) noexcep
 }
 
 ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
-                          const ViewGeometry& geometry, int times) {
+                          const ViewGeometry& geometry, double times) {
     const std::int64_t a_view = want.screen.x * want.screen.y, all = a_view * want.frames;
     // No whole number of rows, so that what is left out is spread over each view.
-    const double step = std::max(1.0, static_cast<double>(all) / kLookedAt);
+    const double step =
+        std::max(1.0, static_cast<double>(all) / (kLookedAt * std::min(1.0, times)));
     std::array<std::vector<OutputSample>, ShortRays::kClasses> found;
     for (double k = 0; k < static_cast<double>(all); k += step) {
         const auto i = static_cast<std::int64_t>(k);
@@ -55,8 +56,9 @@ ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
     ShortRays rays;
     for (std::size_t c = 0; c < found.size(); ++c) {
         DrawnPixels& of = rays.classes[c];
-        of = draw_rough(want, field, geometry, some_of(found[c], kLooked * times), kMost[c] * times,
-                        1);
+        of = draw_rough(want, field, geometry,
+                        some_of(found[c], static_cast<std::size_t>(kLooked * times)),
+                        kMost[c] * times, 1);
         of.pixels = static_cast<double>(found[c].size()) * step;
         of.whole = step == 1 && of.drawn.size() == found[c].size();
     }

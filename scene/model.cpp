@@ -358,13 +358,20 @@ std::vector<const Filter*> filters_of(const Catalogue& catalogue, const Demands&
 
 std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
                                                     const Representation& input,
-                                                    const Demands& asked, ModelSetting& setting) {
-    const Scene scene = unseen_scene(setting.statistics);
-    const Ask ask{setting.want, scene};
-    const TransformGraph spanned = expand(catalogue, ask, {{input}});
-    setting.boxes = boxes_of(spanned, setting.want);
-    setting.filters = filters_of(catalogue, asked);
-    setting.asked = &asked;
+                                                    const PreviewOf& of, ModelSetting& setting) {
+    if (of.spanned) {
+        setting.boxes = boxes_of(*of.spanned, setting.want);
+    } else {
+        const Scene scene = unseen_scene(setting.statistics);
+        setting.boxes = boxes_of(expand(catalogue, {setting.want, scene}, {{input}}), setting.want);
+    }
+    setting.filters = filters_of(catalogue, of.asked);
+    setting.asked = &of.asked;
+    if (of.wanted) {
+        setting.wanted = *of.wanted;
+        for (const Transition& edge : catalogue)
+            if (edge.derives) edge.derives(*setting.wanted);
+    }
     std::vector<std::shared_ptr<const Model>> models;
     const auto add = [&](bool warps) {
         for (const Transition& edge : catalogue) {
@@ -374,7 +381,10 @@ std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
             if (!edge.model || makes_screen != warps) continue;
             if (!edge.views_refused(setting.want).empty()) continue;
             auto model = edge.model(setting);
-            if (!model) continue;
+            if (!model || std::ranges::none_of(model->facts(), [&](const ModelFact& fact) {
+                    return setting.wants(fact.name);
+                }))
+                continue;
             for (const auto& made : model->makes()) setting.warps.push_back(made);
             models.push_back(std::move(model));
         }

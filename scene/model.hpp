@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -264,13 +265,29 @@ struct ModelSetting {
     std::vector<std::pair<std::string, const WarpModel*>> warps;
     /// What paths must go through.
     const Demands* asked = nullptr;
+    /// The facts that are measured, with those that they are derived from; absent: all.
+    std::optional<std::set<std::string>> wanted = {};
+
+    bool wants(const FactName& fact) const { return !wanted || wanted->contains(fact.text()); }
 };
 
-/// The models of all edges, warps' first.
+/// What a preview measures, and on how many draws.
+struct PreviewOf {
+    /// Demands whose parameters are measured in addition to those that a planner tries.
+    const Demands& asked;
+    double times = 1;  // as many as usual
+    /// These facts alone, and the references' range is not looked for; null: all.
+    const std::set<std::string>* wanted = nullptr;
+    /// All that the request spans from the input; null: it is spanned here.
+    const TransformGraph* spanned = nullptr;
+    /// The draws are put into so many groups, and the facts are told without each of them too.
+    std::size_t groups = 0;
+};
+
+/// The models of the edges that measure any of the facts, warps' first.
 /// @param input  the vertex that paths begin with
-/// @param asked  demands whose parameters are measured in addition to those that a planner tries
 std::vector<std::shared_ptr<const Model>> models_of(const Catalogue& catalogue,
                                                     const Representation& input,
-                                                    const Demands& asked, ModelSetting& setting);
+                                                    const PreviewOf& of, ModelSetting& setting);
 
 }  // namespace edgewise

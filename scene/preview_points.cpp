@@ -340,12 +340,13 @@ void measure(const Reference& reference, const PointSetting& setting, Cluster& c
 
 }  // namespace
 
-Preview preview_points(const Catalogue& catalogue, const Demands& asked, const Request& want,
+Preview preview_points(const Catalogue& catalogue, const PreviewOf& of, const Request& want,
                        const ReferenceField& field, const Statistics& statistics,
-                       std::pmr::memory_resource* memory, int times) {
+                       std::pmr::memory_resource* memory) {
+    const auto times = static_cast<int>(std::ceil(of.times));
     const Reference reference(want, field, memory);
     ModelSetting made{want, field, statistics, {}, {}, {}};
-    const PointSetting setting(want, models_of(catalogue, field.samples().what, asked, made));
+    const PointSetting setting(want, models_of(catalogue, field.samples().what, of, made));
     Drawn drawn = draw(want, reference, times);
     std::vector<Cluster>& clusters = drawn.clusters;
     for (const auto& [place, before] :
@@ -368,7 +369,8 @@ Preview preview_points(const Catalogue& catalogue, const Demands& asked, const R
                     .likely = {},
                     .exhausted = draws_of(field.extent(), times) == kMostMore,
                     .low = std::numeric_limits<double>::infinity(),
-                    .high = -std::numeric_limits<double>::infinity()};
+                    .high = -std::numeric_limits<double>::infinity(),
+                    .without = {}};
     for (const Cluster& cluster : clusters) {
         preview.low = std::min(preview.low, cluster.low);
         preview.high = std::max(preview.high, cluster.high);

@@ -65,7 +65,7 @@ Drawn take_all(const Request& want) {
 
 /// Some of the pixels, as draw_pixels has it, each with its neighbours, and short rays.
 Drawn draw(const Request& want, const ReferenceField& field, const ViewGeometry& geometry,
-           int times) {
+           double times) {
     // Without blocks to prepare a ray costs less.
     const double length = (want.input.samples() <= kSmallInput ? 2 : 1) * kLength;
     Drawn drawn;
@@ -192,15 +192,18 @@ double jumps_of(const Tallies& tallies, const std::array<double, kAmong>& shares
 }
 
 /// A few bundles at once, so that memory does not grow with the draws.
-Tallies tally_all(const Drawn& drawn, const RaySetting& setting, const ViewGeometry& geometry,
-                  std::pmr::memory_resource* memory) {
+/// @return by group of draws, each a systematic part of them; all in one where there are no groups
+std::vector<Tallies> tally_all(const Drawn& drawn, const RaySetting& setting,
+                               const ViewGeometry& geometry, const PreviewOf& of,
+                               std::pmr::memory_resource* memory) {
     const ReferenceField& field = setting.field;
     std::optional<PreviewBlock> whole;
-    if (field.extent().samples() <= kSmallInput) {
+    if (field.extent().samples() <= kSmallInput && of.times >= 1) {
         whole.emplace(field, Region::all(field.extent()), memory);
         if (setting.want.mode->threshold) whole->read_exactly(memory);
     }
-    Tallies tallies(setting.facts.size());
+    std::vector<Tallies> tallies(std::max<std::size_t>(1, of.groups),
+                                 Tallies(setting.facts.size()));
     std::vector<Bundle> bundles(std::min(kAtOnce, drawn.draws.size()));
     for (std::size_t first = 0; first < drawn.draws.size(); first += bundles.size()) {
         const auto draws = std::span(drawn.draws)
@@ -221,35 +224,38 @@ Tallies tally_all(const Drawn& drawn, const RaySetting& setting, const ViewGeome
         for (std::size_t i = 0; i < draws.size(); ++i)
             if (!bundles[i].rays.empty())
                 tally(bundles[i], draws[i], setting, !drawn.all && draws[i].among == kDrawn,
-                      tallies);
+                      tallies[(first + i) % tallies.size()]);
     }
     return tallies;
 }
 
-}  // namespace
+/// Of all groups but one. @param but  not a group: all of them
+Tallies joined(const std::vector<Tallies>& groups, std::size_t but) {
+    Tallies all(groups.front().among.front().size());
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (g == but) continue;
+        const Tallies& group = groups[g];
+        all.draws += group.draws;
+        all.low = std::min(all.low, group.low), all.high = std::max(all.high, group.high);
+        for (std::size_t among = 0; among < kAmong; ++among)
+            for (std::size_t fact = 0; fact < all.among[among].size(); ++fact) {
+                all.among[among][fact].append(group.among[among][fact]);
+                if (group.measured[among][fact]) all.measured[among][fact] = true;
+                all.jumps[among][fact].fourths += group.jumps[among][fact].fourths;
+                all.jumps[among][fact].weight += group.jumps[among][fact].weight;
+            }
+    }
+    return all;
+}
 
-Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Request& want,
-                     const ReferenceField& field, const Statistics& statistics,
-                     std::pmr::memory_resource* memory, int times) {
-    const ViewGeometry geometry(want);
-    ModelSetting made{want, field, statistics, {}, {}, {}};
-    RaySetting setting(want, field, models_of(catalogue, field.samples().what, asked, made));
-    // In a small input rays cost little, and in a small picture a few pixels carry the error.
-    const std::int64_t pixels = want.output().samples() * want.frames;
-    const bool small = field.extent().samples() <= kSmallInput;
-    const bool take_every = (small && pixels <= std::max(kSmallPicture, 4 * kMost * times)) ||
-                            (want.mode->threshold && pixels <= kSmallPicture);
-    Drawn drawn = take_every ? take_all(want) : draw(want, field, geometry, times);
-    if (!drawn.all) add_chosen(want, field, statistics, geometry, drawn);
-    setting.nearby = {drawn.from[kDrawn].nearby, rounding_of(statistics, want), lowered_by(want)};
-    const Tallies tallies = tally_all(drawn, setting, geometry, memory);
+using Auxiliaries = std::array<std::array<Auxiliary, RayLook::kCasts>, kAmong>;
+
+FactMaps facts_of(const Tallies& tallies, const Drawn& drawn, const Auxiliaries& auxiliaries,
+                  const RaySetting& setting) {
     FactMaps facts;
     const std::array<double, kAmong> shares = shares_of(drawn);
     const auto most =
         static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) - shares.begin());
-    std::array<std::array<Auxiliary, RayLook::kCasts>, kAmong> auxiliaries;
-    for (std::size_t among = 0; among < kAmong; ++among)
-        auxiliaries[among] = drawn.from[among].auxiliaries();
     for (std::size_t fact = 0; fact < setting.facts.size(); ++fact) {
         const auto& [name, like, like_point, of_points] = setting.facts[fact];
         // In a thin slab all rays are short, and none was drawn at random.
@@ -265,12 +271,48 @@ Preview preview_rays(const Catalogue& catalogue, const Demands& asked, const Req
         facts.likely[name] = error.likely;
     }
     for (const auto& model : setting.models) model->derive(facts);
-    return {.facts = std::move(facts.upper),
-            .likely = std::move(facts.likely),
-            .draws = tallies.draws,
-            .exhausted = drawn.all,
-            .low = tallies.low,
-            .high = tallies.high};
+    return facts;
+}
+
+/// Whether all pixels are measured: in a small input rays cost little, and in a small picture a few
+/// pixels carry the error.
+bool takes_all(const Request& want, const ReferenceField& field, const PreviewOf& of) {
+    const std::int64_t pixels = want.output().samples() * want.frames;
+    if (of.times < 1) return pixels <= kFewest;
+    const bool small = field.extent().samples() <= kSmallInput;
+    const double most = std::max<double>(kSmallPicture, 4 * kMost * of.times);
+    return (small && static_cast<double>(pixels) <= most) ||
+           (want.mode->threshold && pixels <= kSmallPicture);
+}
+
+}  // namespace
+
+Preview preview_rays(const Catalogue& catalogue, const PreviewOf& of, const Request& want,
+                     const ReferenceField& field, const Statistics& statistics,
+                     std::pmr::memory_resource* memory) {
+    const ViewGeometry geometry(want);
+    ModelSetting made{want, field, statistics, {}, {}, {}};
+    RaySetting setting(want, field, models_of(catalogue, field.samples().what, of, made));
+    Drawn drawn =
+        takes_all(want, field, of) ? take_all(want) : draw(want, field, geometry, of.times);
+    if (!drawn.all && !of.wanted) add_chosen(want, field, statistics, geometry, drawn);
+    setting.nearby = {drawn.from[kDrawn].nearby, rounding_of(statistics, want), lowered_by(want)};
+    const std::vector<Tallies> groups = tally_all(drawn, setting, geometry, of, memory);
+    const Tallies tallies = joined(groups, groups.size());
+    Auxiliaries auxiliaries;
+    for (std::size_t among = 0; among < kAmong; ++among)
+        auxiliaries[among] = drawn.from[among].auxiliaries();
+    FactMaps facts = facts_of(tallies, drawn, auxiliaries, setting);
+    Preview preview{.facts = std::move(facts.upper),
+                    .likely = std::move(facts.likely),
+                    .draws = tallies.draws,
+                    .exhausted = drawn.all,
+                    .low = tallies.low,
+                    .high = tallies.high,
+                    .without = {}};
+    for (std::size_t g = 0; g < of.groups; ++g)
+        preview.without.push_back(facts_of(joined(groups, g), drawn, auxiliaries, setting).likely);
+    return preview;
 }
 
 }  // namespace edgewise

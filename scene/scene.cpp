@@ -53,6 +53,15 @@ bool has_silent_edges(const Catalogue& catalogue) {
                        [](const Transition& edge) { return !edge.error; });
 }
 
+Preview preview_facts(const Catalogue& catalogue, const Data& given, const Statistics& statistics,
+                      const Request& want, const Phantom* formula, const PreviewOf& of,
+                      std::pmr::memory_resource* memory) {
+    const Data input = with_slack(given, memory);
+    const ReferenceField field(input, want.field, formula);
+    const auto see = want.job->of_points() ? preview_points : preview_rays;
+    return see(catalogue, of, want, field, statistics, memory);
+}
+
 Scene preview_scene(const Catalogue& catalogue, const Data& given, const Statistics& statistics,
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
                     int times, const Demands& asked) {
@@ -62,9 +71,8 @@ Scene preview_scene(const Catalogue& catalogue, const Data& given, const Statist
         measure_results(catalogue, asked, input, statistics, want, scene, memory);
         return scene;
     }
-    const ReferenceField field(input, want.field, formula);
-    const auto see = want.job->of_points() ? preview_points : preview_rays;
-    Preview preview = see(catalogue, asked, want, field, statistics, memory, times);
+    Preview preview = preview_facts(catalogue, input, statistics, want, formula,
+                                    {.asked = asked, .times = static_cast<double>(times)}, memory);
     scene.facts = std::move(preview.facts);
     scene.likely = std::move(preview.likely);
     scene.draws = preview.draws;

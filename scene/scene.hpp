@@ -12,6 +12,9 @@
 
 namespace edgewise {
 
+struct Preview;  // scene/preview.hpp
+struct PreviewOf;
+
 /// Measures what errors of a catalogue's edges depend on beyond the statistics: a preview of a few
 /// hundred rays (or points of a warp), by the edges' models against the reference. At most 8 MB of
 /// memory, with more draws too. Edges without a model and without an answer of their own are run on
@@ -34,6 +37,12 @@ Scene measure_scene(const Catalogue& catalogue, const Data& input, const Statist
 Scene preview_scene(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
                     const Request& want, const Phantom* formula, std::pmr::memory_resource* memory,
                     int times = 1, const Demands& asked = {});
+
+/// Errors that decide between a few paths: facts of a preview, from few draws, without running
+/// edges. Of jobs whose results are points or rays.
+Preview preview_facts(const Catalogue& catalogue, const Data& input, const Statistics& statistics,
+                      const Request& want, const Phantom* formula, const PreviewOf& of,
+                      std::pmr::memory_resource* memory);
 
 /// The second part: runs the edges without an answer about their errors that are of use to the
 /// request, within its limits, and adds what that gave.

@@ -108,7 +108,7 @@ void add_code(Fingerprint& to, const Catalogue& edges) {
         }
         for (const Law law : edge.laws) to.add(law);
         add_function(to, edge.offer), add_function(to, edge.error);
-        add_function(to, edge.count), add_function(to, edge.model);
+        add_function(to, edge.count), add_function(to, edge.model), add_function(to, edge.derives);
         for (const auto& count : edge.shared_counts) add_function(to, std::function(count));
         if (edge.error) continue;
         // Its error is what running it gives.

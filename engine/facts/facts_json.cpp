@@ -122,4 +122,15 @@ void read(const Json& json, Seen& seen) {
     seen.exhausted = json.at("exhausted").get<bool>();
 }
 
+Json json_of(const FewDraws& draws) {
+    Json without = Json::array();
+    for (const auto& facts : draws.without) without.push_back(facts_json(facts));
+    return {{"likely", facts_json(draws.likely)}, {"without", std::move(without)}};
+}
+
+void read(const Json& json, FewDraws& draws) {
+    draws.likely = facts_of(json.at("likely"));
+    for (const Json& each : json.at("without")) draws.without.push_back(facts_of(each));
+}
+
 }  // namespace edgewise

@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "engine/facts/few_draws.hpp"
 #include "scene/histogram.hpp"
 #include "scene/statistics.hpp"
 #include "transitions/spectrum/radial_power.hpp"
@@ -24,11 +25,13 @@ nlohmann::json json_of(const Statistics& statistics);
 nlohmann::json json_of(const Histogram& histogram);
 nlohmann::json json_of(const RadialPower& spectrum);
 nlohmann::json json_of(const Seen& seen);
+nlohmann::json json_of(const FewDraws& draws);
 
 /// @throws std::exception  fields that are missing or of another kind
 void read(const nlohmann::json& json, Statistics& statistics);
 void read(const nlohmann::json& json, Histogram& histogram);
 void read(const nlohmann::json& json, RadialPower& spectrum);
 void read(const nlohmann::json& json, Seen& seen);
+void read(const nlohmann::json& json, FewDraws& draws);
 
 }  // namespace edgewise

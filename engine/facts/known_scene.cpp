@@ -8,6 +8,7 @@
 #include "engine/facts/code_version.hpp"
 #include "engine/facts/facts_json.hpp"
 #include "graph/request_fields.hpp"
+#include "scene/preview.hpp"
 #include "scene/scene.hpp"
 
 namespace edgewise {
@@ -104,12 +105,16 @@ Request without_haste(Request want, const std::optional<double>& most_bytes) {
     return want;
 }
 
-std::optional<FactKey> key_of_scene(const Measuring& of, const char* kind, const Request& want,
-                                    int times) {
+Fingerprint fingerprint_of(const Measuring& of, const Request& want, double times) {
     Fingerprint on;
     on.add(of.engine.code()).add(want).add(times);
     for (const Demand& demand : of.asked.via) on.add(demand.name).add(demand.with.text());
-    return key_of(of.input, kind, on);
+    return on;
+}
+
+std::optional<FactKey> key_of_scene(const Measuring& of, const char* kind, const Request& want,
+                                    int times) {
+    return key_of(of.input, kind, fingerprint_of(of, want, times));
 }
 
 const Phantom* formula_of(const Input& input) { return input.phantom ? &*input.phantom : nullptr; }
@@ -175,6 +180,22 @@ Scene known_scene(const Measuring& of, int times) {
     scene.facts.merge(std::move(found.facts));
     scene.likely.merge(std::move(found.likely));
     return scene;
+}
+
+FewDraws known_draws(const Measuring& measuring, const PreviewOf& of) {
+    const Request want = without_limits(measuring.want);
+    Fingerprint on = fingerprint_of(measuring, want, of.times);
+    on.add(of.groups);
+    if (of.wanted)
+        for (const std::string& fact : *of.wanted) on.add(fact);
+    return known<FewDraws>(measuring.engine.facts().get(), key_of(measuring.input, "draws", on),
+                           measuring.memory, [&](std::pmr::memory_resource* memory) {
+                               Preview seen =
+                                   preview_facts(measuring.engine.edges(), *measuring.input.data,
+                                                 measuring.statistics, want,
+                                                 formula_of(measuring.input), of, memory);
+                               return FewDraws{std::move(seen.likely), std::move(seen.without)};
+                           });
 }
 
 }  // namespace edgewise

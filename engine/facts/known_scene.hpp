@@ -4,11 +4,13 @@
 #include <optional>
 
 #include "engine/engine.hpp"
+#include "engine/facts/few_draws.hpp"
 #include "graph/request.hpp"
 #include "graph/scene.hpp"
 #include "graph/transform_graph.hpp"
 #include "request/input.hpp"
 #include "scene/histogram.hpp"
+#include "scene/model.hpp"
 #include "scene/statistics.hpp"
 #include "transitions/spectrum/radial_power.hpp"
 
@@ -41,5 +43,8 @@ struct Measuring {
 /// errors (scene/scene.hpp).
 /// @param times  so many times the usual draws of a preview
 Scene known_scene(const Measuring& of, int times = 1);
+
+/// Some facts, from few draws.
+FewDraws known_draws(const Measuring& measuring, const PreviewOf& of);
 
 }  // namespace edgewise

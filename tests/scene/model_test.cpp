@@ -27,7 +27,7 @@ std::map<std::string, ModelFact> facts_of(Job job, Mode mode, const Demands& ask
     const Statistics statistics = statistics_of(data, std::pmr::get_default_resource());
     ModelSetting setting{want, field, statistics, {}, {}, {}};
     std::map<std::string, ModelFact> facts;
-    for (const auto& model : models_of(catalogue(), what, asked, setting))
+    for (const auto& model : models_of(catalogue(), what, {.asked = asked}, setting))
         for (const ModelFact& fact : model->facts()) {
             EXPECT_FALSE(facts.contains(fact.name)) << fact.name.text() << " is measured twice";
             facts[fact.name] = fact;

@@ -25,6 +25,8 @@ struct OpticsRamp {
     float start = 0, inverse_width = 0;  // in stored numbers
     std::array<float, 3> color{0, 0, 0};
     float opacity = 0;
+
+    friend bool operator==(const OpticsRamp&, const OpticsRamp&) = default;
 };
 
 /// A piecewise linear transfer function of stored numbers, written as a start and a sum of clamped
@@ -35,6 +37,8 @@ struct Optics {
     std::vector<OpticsRamp> ramps;
     bool grey = true;  // red = green = blue throughout: one channel is composited
     double unit = 1;   // length that opacities refer to [t]
+
+    friend bool operator==(const Optics&, const Optics&) = default;
 };
 
 /// @param points  ascending values, at least one; constant beyond the end points

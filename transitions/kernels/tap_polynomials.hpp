@@ -33,6 +33,8 @@ class TapPolynomials {
 /// these samples' range, and for roundings a share of their greatest magnitude.
 struct Overshoot {
     double range = 0, magnitude = 0;
+
+    friend bool operator==(const Overshoot&, const Overshoot&) = default;
 };
 
 /// Of values in so many axes; 0 of a filter without negative weights.

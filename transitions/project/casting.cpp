@@ -57,8 +57,8 @@ void measure_casting(const Data& input, const Request& want, std::map<std::strin
                           .level = want.level(),
                           .optics = &counting,
                           .bound = kTerminated};
-    const auto bricks = bricks_of(
-        cast.volume, {.optics = levels == ModeTraits::Levels::opacities ? &optics : nullptr},
+    const auto bricks = bricks_beside(
+        input, cast.volume, {.optics = levels == ModeTraits::Levels::opacities ? &optics : nullptr},
         memory, nullptr);
     // Spread evenly (Roberts 2018).
     constexpr std::array<double, 3> ratio = {0.8191725, 0.6710436, 0.5497005};

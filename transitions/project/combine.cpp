@@ -121,6 +121,7 @@ Transition combine() {
     edge.work = work;
     edge.error = error;
     edge.model = combine_model;
+    edge.derives = add_combined_from;
     edge.parts = parts;
     edge.run = run;
     edge.trials = [] { return picture_trials(); };

@@ -136,4 +136,19 @@ std::shared_ptr<const Model> combine_model(const ModelSetting& setting) {
     return std::make_shared<CombineModel>(setting);
 }
 
+void add_combined_from(std::set<std::string>& wanted) {
+    std::set<std::string> from;
+    for (const std::string& fact : wanted)
+        if (kCombinedError.has(fact))
+            from.insert(kFieldError(fact.substr(kCombinedError.stem.size() + 1)));
+    if (from.empty() && !wanted.contains(kBlurGain) && !wanted.contains(kCombiningError)) return;
+    for (const Field field : {Field::nearest, Field::linear}) {
+        const std::string& name = field_filter(field).name;
+        from.insert(kFieldError(name));
+        from.insert(kScreenError(name));
+    }
+    from.insert(kNoiseGain(field_filter(Field::nearest).name));
+    wanted.merge(from);
+}
+
 }  // namespace edgewise

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "scene/model.hpp"
 
@@ -28,5 +30,7 @@ inline constexpr Fact kCombiningError{"picture/combined"};
 /// Pictures combined of the samples that warps make: facts kScreenError(WARP), from which
 /// kCombiningError, kCombinedError(WARP) and kBlurGain follow.
 std::shared_ptr<const Model> combine_model(const ModelSetting& setting);
+/// Adds what these follow from, see Transition::derives.
+void add_combined_from(std::set<std::string>& wanted);
 
 }  // namespace edgewise

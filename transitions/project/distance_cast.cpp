@@ -70,8 +70,8 @@ void run_leaps(const Offer& offer, const Ask& ask, const Data& in, Data& out, co
                Context& context) {
     const StretchRays rays(offer, ask, in, context.view);
     const kernels::Grid& volume = rays.cast().volume;
-    const auto bricks = bricks_of(volume, {.optics = rays.optics()}, context.memory,
-                                  [&] { return context.stopped(); });
+    const auto bricks = bricks_beside(in, volume, {.optics = rays.optics()}, context.memory,
+                                      [&] { return context.stopped(); });
     context.poll();
     const float least = rays.optics() ? 0 : least_of_all(volume, ask, context);
     const kernels::BrickDistances distances(

@@ -63,9 +63,9 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
                           .unit = want.unit,
                           .optics = &optics,
                           .bound = kTerminated};
-    const auto bricks =
-        bricks_of(cast.volume, {.optics = &optics, .overshoot = kernels::overshoot_of(filter, 3)},
-                  context.memory, [&] { return context.stopped(); });
+    const auto bricks = bricks_beside(
+        in, cast.volume, {.optics = &optics, .overshoot = kernels::overshoot_of(filter, 3)},
+        context.memory, [&] { return context.stopped(); });
     context.poll();
     cast.bricks = bricks.get();
     const double loss = offer.with.number("loss");

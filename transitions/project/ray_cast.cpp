@@ -429,8 +429,8 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
     cast.sobel = want.smooths_gradients();
     std::optional<ArrivingGrids> arriving;
     if (light && want.shading.has_shade()) {
-        const auto opaque = bricks_of(cast.volume, {.optics = &optics}, context.memory,
-                                      [&] { return context.stopped(); });
+        const auto opaque = bricks_beside(in, cast.volume, {.optics = &optics}, context.memory,
+                                          [&] { return context.stopped(); });
         context.poll();
         arriving.emplace(cast.volume, in.what, want, context.view, context.memory);
         arriving->fill(opaque.get(), context);
@@ -440,7 +440,8 @@ void cast_picture(const Offer& offer, const Ask& ask, const Data& in, Data& out,
     if (cast.volume.whole() && with_bricks(offer, ask, context.view)) {
         kernels::LevelsOf levels = levels_of(offer, ask, optics, cast.table);
         if (by.beyond) levels.overshoot = by.beyond(levels.overshoot);
-        bricks = bricks_of(cast.volume, levels, context.memory, [&] { return context.stopped(); });
+        bricks = bricks_beside(in, cast.volume, levels, context.memory,
+                               [&] { return context.stopped(); });
     }
     context.poll();
     cast.bricks = bricks.get();

@@ -22,6 +22,31 @@ namespace {
 
 using Filters = std::vector<const Filter*>;
 
+/// What a preview casts by: filters, and places in kCastSteps.
+struct CastBy {
+    Filters filters;
+    std::vector<std::size_t> steps;
+
+    /// All by which an error is wanted.
+    static CastBy wanted_of(const ModelSetting& setting) {
+        const auto wants = [&](const Filter& filter, std::size_t step) {
+            return setting.wants(kPictureError(filter.name, kCastSteps[step]));
+        };
+        CastBy by;
+        for (const Filter* filter : setting.filters)
+            for (std::size_t step = 0; step < kCastSteps.size(); ++step)
+                if (wants(*filter, step)) {
+                    by.filters.push_back(filter);
+                    break;
+                }
+        for (std::size_t step = 0; step < kCastSteps.size(); ++step)
+            if (std::ranges::any_of(by.filters,
+                                    [&](const Filter* filter) { return wants(*filter, step); }))
+                by.steps.push_back(step);
+        return by;
+    }
+};
+
 /// Noise of samples between which a spline runs passes as that of linear interpolation does.
 constexpr std::array<PreviewHold, 2> kNoisy = {kZoh, kFoh};
 constexpr std::size_t kNoisyStep = 2;  // of kCastSteps
@@ -228,23 +253,24 @@ class CastRay final : public RayModel {
  public:
     /// @param type    of the samples
     /// @param beside  of modes that end at a hit of a level, else null
-    CastRay(const Request& want, const Filters& by, Type type, double noise, ArrivingAt arriving,
+    CastRay(const Request& want, const CastBy& by, Type type, double noise, ArrivingAt arriving,
             const LevelsBeside* beside)
         : want_(want),
-          by_(by),
+          by_(by.filters),
+          steps_(by.steps),
           noise_(noise),
           arriving_(std::move(arriving)),
           beside_(beside),
-          cast_(by.size()) {
+          cast_(by_.size()) {
         for (auto& steps : cast_) steps.fill(Stretch::empty(want.mode));
         if (want.mode->first_hit) {
             crossing_.emplace(want.mode);
-            crossed_.resize(by.size());
-            for (const Filter* filter : by)
+            crossed_.resize(by_.size());
+            for (const Filter* filter : by_)
                 rounding_.push_back(CastRounding::of(*filter, want, type));
         }
-        if (beside) at_level_.resize(by.size());
-        if (!shows_labels(want)) halfway_.resize(by.size());
+        if (beside) at_level_.resize(by_.size());
+        if (!shows_labels(want)) halfway_.resize(by_.size());
         noisy_.fill(Stretch::empty(want.mode));
         clean_.fill(Stretch::empty(want.mode));
     }
@@ -267,7 +293,7 @@ class CastRay final : public RayModel {
     void finish(const RayAnswer& answer, RaySquares& squares) override {
         std::size_t fact = 0;
         for (std::size_t i = 0; i < cast_.size(); ++i)
-            for (std::size_t s = 0; s < kCastSteps.size(); ++s) add(fact++, i, s, answer, squares);
+            for (const std::size_t s : steps_) add(fact++, i, s, answer, squares);
         if (noise_ > 0)
             for (const PreviewHold hold : kNoisy) add_gain(fact++, hold, answer, squares);
         if (want_.mode->left) squares.add(fact, answer.transparency() < kTerminated ? 1 : 0);
@@ -345,7 +371,8 @@ class CastRay final : public RayModel {
 
     const Request& want_;
     const Filters& by_;
-    double noise_;         // RMS of the samples' [value]
+    const std::vector<std::size_t>& steps_;
+    double noise_;         // RMS of the samples' [value]; 0: its gain is not measured
     ArrivingAt arriving_;  // empty: all light
     const LevelsBeside* beside_;
     std::vector<std::array<Stretch, kCastSteps.size()>> cast_;      // by filter
@@ -364,11 +391,16 @@ class RayCastModel final : public Model {
     /// With noise as rounding to 8 bits makes it: gains of a maximum depend on how large it is.
     explicit RayCastModel(const ModelSetting& setting)
         : want_(setting.want),
-          by_(setting.filters),
+          by_(CastBy::wanted_of(setting)),
           type_(setting.field.samples().what.type),
           noise_(kMeasuredNoise * range_between(setting.statistics.low, setting.statistics.high)) {
-        for (const Filter* filter : by_)
-            for (const double step : kCastSteps) {
+        if (std::ranges::none_of(kNoisy, [&](PreviewHold hold) {
+                return setting.wants(kNoiseGain(filter_of(hold).name));
+            }))
+            noise_ = 0;
+        for (const Filter* filter : by_.filters)
+            for (const std::size_t place : by_.steps) {
+                const double step = kCastSteps[place];
                 const bool coarse = step == 2;
                 facts_.push_back({.name = kPictureError(filter->name, step),
                                   .like = filter->taps == 1
@@ -390,7 +422,14 @@ class RayCastModel final : public Model {
                 grids_.back()->prepare(view > 0 ? grids_[0].get() : nullptr);
             }
     }
-    std::vector<double> steps() const override { return {kCastSteps.begin(), kCastSteps.end()}; }
+    std::vector<double> steps() const override {
+        std::vector<double> steps;
+        for (std::size_t place = 0; place < kCastSteps.size(); ++place)
+            if ((noise_ > 0 && place == kNoisyStep) ||
+                std::ranges::find(by_.steps, place) != by_.steps.end())
+                steps.push_back(kCastSteps[place]);
+        return steps;
+    }
     std::unique_ptr<RayModel> follow(const RaySpan& ray, const OutputSample& at) const override {
         return std::make_unique<CastRay>(want_, by_, type_, noise_, arriving_along(ray, at.view),
                                          beside_ ? &*beside_ : nullptr);
@@ -422,7 +461,7 @@ class RayCastModel final : public Model {
     }
 
     const Request& want_;
-    const Filters& by_;
+    const CastBy by_;
     Type type_;
     double noise_;
     std::optional<LevelsBeside> beside_;
