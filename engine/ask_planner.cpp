@@ -58,7 +58,7 @@ class Unseen {
             if (planned_.query.repeat * saved > preview_seconds(planned_)) return std::nullopt;
             answer.plan = std::move(sure);
         }
-        answer.plain.reset();  // its error is a guess
+        if (answer.plain) answer.plain->error.reset();  // a guess
         return answer;
     }
 
