@@ -64,7 +64,7 @@ class Unseen {
             drawing_ += contest.seconds;
             answer.plan = contest.winner ? std::move(contest.winner) : std::move(sure);
         }
-        answer.plain.reset();  // its error is a guess
+        if (answer.plain) answer.plain->error.reset();  // a guess
         return answer;
     }
     /// What drawing took [s].

@@ -378,6 +378,7 @@ class Pilot {
                 chosen = &each;
         if (!chosen) return nothing_keeps();
         answer_.plan = measured_plan(*chosen);
+        time_plain();
         answer_.problem.clear();
         answer_.nearest.clear();
         answer_.warnings.clear();
@@ -399,6 +400,18 @@ class Pilot {
         return plan;
     }
 
+    /// What the plain path takes, told as the plan is: as measured, else as predicted for a machine
+    /// that is as busy.
+    void time_plain() {
+        if (!answer_.plain || !answer_.plain->seconds) return;
+        for (const Contender& each : contenders_)
+            if (path_text(each.plan.texts()) == answer_.plain->step && !each.seconds.empty()) {
+                answer_.plain->seconds = each.belief(level()).seconds;
+                return;
+            }
+        *answer_.plain->seconds *= level();
+    }
+
     /// A likeness is a wish: the most accurate measured path. A demand is not met.
     void nothing_keeps() {
         const Contender* accurate = nullptr;
@@ -409,7 +422,7 @@ class Pilot {
         if (!accurate) return;  // out of time before anything was known: as the models have it
         if (planned_.want.budget.like) {
             answer_.plan = measured_plan(*accurate);
-            return;
+            return time_plain();
         }
         answer_.plan.reset();
         answer_.nearest = {measured_plan(*accurate)};

@@ -194,6 +194,11 @@ std::shared_ptr<const PricedGraph> Planned::graph() const {
                                          plan_options);
 }
 
+std::optional<double> Planned::saved_seconds() const {
+    if (!answer.plan || !answer.plain || !answer.plain->seconds) return std::nullopt;
+    return query.repeat * (*answer.plain->seconds - answer.plan->predicted.seconds);
+}
+
 void take_bytes(Planned& planned) {
     leave_writing_out(planned);
     planned.plan_options.demands = planned.query.demands;

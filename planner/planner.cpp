@@ -186,6 +186,48 @@ std::optional<Route> shortest_that_fits(const PricedGraph& graph, const Ask& ask
     return route;
 }
 
+/// What one edge is predicted to take by itself [s], where it leads from a source to the request.
+std::optional<double> seconds_alone(const Demand& by, const Source& source,
+                                    const Catalogue& catalogue, const Ask& ask,
+                                    const Profile& profile, const PlanOptions& options) {
+    for (const Transition& edge : catalogue) {
+        if (edge.name != by.name) continue;
+        const std::string kind = source.what.kind();
+        const bool fits = std::any_of(edge.joins.begin(), edge.joins.end(), [&](const auto& join) {
+            return takes_kind(join.first, kind);
+        });
+        if (!fits) return std::nullopt;
+        const Offer offer = edge.offer(source.what, ask, by.with);
+        if (!offer.refused.empty() || !is_target(offer.to, ask.want)) return std::nullopt;
+        StepCost cost = cost_of(edge, offer, ask, profile, ask.want.threads);
+        if (options.random_costs) randomise(cost, edge, offer, *options.random_costs);
+        return cost.seconds;
+    }
+    return std::nullopt;
+}
+
+/// What the plain path is predicted to take for the request's threads [s]. As a rule it is an arc
+/// that has its price already; it is none where its step is one that nobody tries, or where other
+/// edges are demanded.
+std::optional<double> seconds_of(const PlainWay& plain, const Priced& priced,
+                                 const Catalogue& catalogue, const Ask& ask, const Profile& profile,
+                                 const PlanOptions& options) {
+    const Graph& graph = priced.spanned.graph;
+    for (const auto source : priced.spanned.sources)
+        for (const auto arc : boost::make_iterator_range(boost::out_edges(source, graph))) {
+            const Arc& what = graph[arc];
+            const std::string& name = catalogue[static_cast<std::size_t>(what.edge)].name;
+            if (graph[boost::target(arc, graph)].target && plain.step.starts_with(name) &&
+                plain.step == name + what.offer.with.text())
+                return priced.cost(arc).seconds;
+        }
+    const Demand by = demand_of(plain.step, catalogue);
+    for (const Source& source : priced.sources)
+        if (const auto seconds = seconds_alone(by, source, catalogue, ask, profile, options))
+            return seconds;
+    return std::nullopt;
+}
+
 }  // namespace
 
 const char* name_of(Search search) noexcept {
@@ -235,8 +277,12 @@ Answer plan(std::shared_ptr<const PricedGraph> graph, const Catalogue& catalogue
         if (!answer.plan) choose(answer, choice, real, ask, options);
     }
     if (options.front) answer.front = reported_front(real);
-    if (priced.alike && priced.alike->plain)
-        answer.plain = {priced.alike->plain->step, priced.alike->plain->likely / ask.scene.range};
+    if (priced.alike && priced.alike->plain) {
+        const PlainWay& plain = *priced.alike->plain;
+        answer.plain = {plain.step,
+                        seconds_of(plain, real_priced, catalogue, ask, profile, options),
+                        plain.likely / ask.scene.range};
+    }
     answer.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return answer;

@@ -31,8 +31,9 @@ struct PlanOptions {
 
 /// What a plan is compared with where Budget::like is set: the plain path.
 struct Compared {
-    std::string step;  // as `--via` takes it
-    double error = 0;  // NRMSE that it is likely to have
+    std::string step;                    // as `--via` takes it
+    std::optional<double> seconds = {};  // predicted for all frames; absent: it has no price
+    std::optional<double> error = {};    // NRMSE that it is likely to have; absent: nobody looked
 };
 
 class PricedGraph;

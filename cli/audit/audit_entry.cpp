@@ -71,6 +71,10 @@ Json audit_entry(const AuditedRequest& request) {
     json["bytes_within_budget"] = verdict.bytes_kept;
     json["seconds_within_budget"] = verdict.seconds_kept;
     json["planning_seconds"] = request.planning_seconds;
+    json["shared_seconds"] = request.shared_seconds;
+    json["plain"] = request.plain ? path_json(*request.plain, true) : Json();
+    json["plain_seconds"] = request.plain ? Json(request.plain->typical()) : Json();
+    json["value"] = or_null(value_of(request));
     json["paths"] = request.paths.size();
     json["all_paths"] = request.all_paths;
     json["measured_paths"] = Json::array();

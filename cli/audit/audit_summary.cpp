@@ -51,6 +51,16 @@ Json spread(const Values& ratios) {
             {"median_abs_log", median(logs)}, {"p90_abs_log", quantile(logs, 0.9)}};
 }
 
+/// What choosing is worth, of the requests that have a plain path.
+void put_value(Json& json, const Requests& requests) {
+    Values values;
+    for (const AuditedRequest* request : requests)
+        if (const std::optional<double> value = value_of(*request)) values.push_back(*value);
+    json["value_requests"] = values.size();
+    json["value_geomean"] = values.empty() ? Json() : Json(geometric_mean(values));
+    json["value_least"] = values.empty() ? Json() : Json(quantile(values, 0));
+}
+
 template <class Take>
 void each_path(const Requests& requests, const Take& take) {
     for (const AuditedRequest* request : requests)
@@ -166,6 +176,7 @@ Json summary_of(const Requests& requests, std::size_t asked) {
     Json json;
     if (!requests.empty()) {
         put_regrets(json, requests);
+        put_value(json, requests);
         put_times(json, requests);
         put_coverage(json, requests);
         put_errors(json, requests);

@@ -227,7 +227,7 @@ std::string comparison_text(const Planned& planned) {
     const Answer& answer = planned.answer;
     const Like& like = *planned.want.budget.like;
     std::string text = fmt::format("{} on these data: error {} by {}", like.name,
-                                   error_text({.error = answer.plain->error}), answer.plain->step);
+                                   error_text({.error = *answer.plain->error}), answer.plain->step);
     const std::optional<double> own =
         answer.plan ? likely_error(*answer.plan, planned.ask(), planned.sources()) : std::nullopt;
     if (own) {
@@ -241,6 +241,22 @@ std::string comparison_text(const Planned& planned) {
             text += fmt::format("by no filter or step of {}", like.name);
     }
     return text + "\nthat is likely; errors of steps and paths below are upper estimates\n";
+}
+
+/// What choosing took, and what it is expected to save against the plain path.
+std::string choosing_text(const Planned& planned) {
+    const std::optional<double> saved = planned.saved_seconds();
+    if (!saved) return {};
+    const std::string took = "choosing took " + seconds_text(planned.choosing_seconds());
+    const std::string& plain = planned.answer.plain->step;
+    if (planned.answer.plan->texts() == std::vector<std::string>{plain})
+        return fmt::format("{}; the plan is the plain path, {}\n", took, plain);
+    const int runs = planned.query.repeat;
+    const std::string expected = *saved < 0
+                                     ? fmt::format("take {} more than", seconds_text(-*saved))
+                                     : fmt::format("save {} against", seconds_text(*saved));
+    return fmt::format("{}; the plan is expected to {} the plain path, {}{}\n", took, expected,
+                       plain, runs > 1 ? fmt::format(", over {} runs", runs) : "");
 }
 
 /// Why a path is not taken although the preview shows it to be better.
@@ -280,7 +296,8 @@ std::string explanation_of(const Planned& planned, bool all_refused) {
     if (planned.drawn > 1)
         text += fmt::format("errors from {} clusters of samples, {} times the usual draws\n",
                             planned.scene.draws, planned.drawn);
-    if (answer.plain) text += comparison_text(planned);
+    if (answer.plain && answer.plain->error) text += comparison_text(planned);
+    text += choosing_text(planned);
     std::optional<Predicted> chosen;
     if (answer.plan) {
         chosen = answer.plan->predicted;
@@ -300,10 +317,11 @@ std::string explanation_of(const Planned& planned, bool all_refused) {
                         plans.size() == kMostPaths ? " and more" : "");
     std::set<std::string> front;
     for (const Plan& plan : answer.front) front.insert(plan_text(plan));
+    const bool compared = answer.plain && answer.plain->error;
     const auto reason = [&](const Plan& plan, const std::string& path) {
         std::string why = why_not(plan.predicted, chosen, want);
         // Upper estimates of paths may lie in another order than what they are likely to do.
-        if (answer.plain && plan.predicted.likeness == Likeness::worse && plan.predicted.known)
+        if (compared && plan.predicted.likeness == Likeness::worse && plan.predicted.known)
             if (const auto likely = likely_error(plan, planned.ask(), planned.sources()))
                 why += fmt::format(": likely {:.3g}", *likely);
         if (planned.seen_better && why == kNoBetter)

@@ -38,6 +38,19 @@ bool is_planned(const MergedChannel& channel) {
     return planned && planned->answer.plan;
 }
 
+/// The plain path of all channels, where it is the same.
+Json plain_json(const Merge& merge) {
+    const auto plain_of = [](const MergedChannel& channel) {
+        const auto& plain = channel.request->planned()->answer.plain;
+        return plain ? plain->step : std::string();
+    };
+    const std::string first = plain_of(merge.channels.front());
+    const bool same =
+        std::all_of(merge.channels.begin(), merge.channels.end(),
+                    [&](const MergedChannel& channel) { return plain_of(channel) == first; });
+    return same && !first.empty() ? Json(first) : Json();
+}
+
 /// The steps of all channels, one channel after another.
 Json plan_json(const Merge& merge) {
     if (merge.channels.empty() ||
@@ -48,13 +61,16 @@ Json plan_json(const Merge& merge) {
         const Json own = to_json(*channel.request->planned()->answer.plan);
         for (const Json& step : own["steps"]) steps.push_back(step);
     }
-    return {{"steps", steps}, {"predicted", to_json(predicted_of(merge))}};
+    return {{"steps", steps},
+            {"predicted", to_json(predicted_of(merge))},
+            {"plain", plain_json(merge)}};
 }
 
 /// Seconds of all channels; parts that add up to them, as of one.
 Json planning_json(const Merge& merge, double startup_seconds) {
     Spent spent;
     double seconds = 0;
+    std::optional<double> saved = 0;  // where all channels have a plain path
     const Planned* any = nullptr;
     int vertices = 0, edges = 0;
     for (const MergedChannel& channel : merge.channels) {
@@ -62,6 +78,8 @@ Json planning_json(const Merge& merge, double startup_seconds) {
         any = channel.request->planned();
         const Answer& answer = any->answer;
         seconds += answer.seconds;
+        const std::optional<double> own = any->saved_seconds();
+        saved = saved && own ? std::optional(*saved + *own) : std::nullopt;
         spent.statistics += any->spent.statistics;
         spent.preset += any->spent.preset;
         spent.preview += any->spent.preview;
@@ -78,6 +96,7 @@ Json planning_json(const Merge& merge, double startup_seconds) {
               {"preview", spent.preview},
               {"search", spent.search},
               {"pilot", spent.pilot}}},
+            {"saved_seconds", saved ? Json(*saved) : Json()},
             {"startup_seconds", startup_seconds},
             {"planner", name_of(any->query.planner)},
             {"machine", any->engine.machine().name},

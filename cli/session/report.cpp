@@ -141,7 +141,10 @@ void add_answer(Json& report, const Planned* planned, double startup_seconds) {
     report["planning"] = nullptr;
     if (!planned) return;
     const Answer& answer = planned->answer;
-    if (answer.plan) report["plan"] = to_json(*answer.plan);
+    if (answer.plan) {
+        report["plan"] = to_json(*answer.plan);
+        report["plan"]["plain"] = answer.plain ? Json(answer.plain->step) : Json();
+    }
     for (const Plan& plan : answer.front) report["front"].push_back(short_plan(plan));
     for (const Refusal& refusal : answer.refused)
         report["refused"].push_back(
@@ -159,6 +162,7 @@ void add_answer(Json& report, const Planned* planned, double startup_seconds) {
                             {"preview", spent.preview},
                             {"search", spent.search},
                             {"pilot", spent.pilot}}},
+                          {"saved_seconds", or_null(planned->saved_seconds())},
                           {"startup_seconds", startup_seconds},
                           {"planner", name_of(planned->query.planner)},
                           {"found_by", name_of(answer.search)},

@@ -41,6 +41,9 @@ Json series_report(const Series& series, double startup_seconds, bool with_run,
         take_all(report["plan"]["predicted"], series.times);
         for (Json& step : report["plan"]["steps"]) take_all(step["predicted"], series.times);
     }
+    Json& planning = report["planning"];
+    if (planning.is_object() && planning["saved_seconds"].is_number())
+        planning["saved_seconds"] = series.times * planning["saved_seconds"].get<double>();
     for (Json& plan : report["front"]) take_all(plan["predicted"], series.times);
     if (!with_run) return report;
     report["outputs"] = series.files;

@@ -22,6 +22,9 @@ struct Audited {
     Minimize minimize = Minimize::time;
     int frames = 1, threads = 1;
     double planning_seconds = 0;
+    double shared_seconds = 0;  // of these: the preset, which the plain path needs as well
+    /// What choosing is worth is held against it; absent where there is none, or it failed.
+    std::optional<MeasuredPath> plain;
     std::vector<MeasuredPath> paths;
     std::size_t all_paths = 0;  // that there are
     std::vector<Message> warnings;
@@ -46,6 +49,10 @@ double objective(const MeasuredPath& path, const Audited& request);
 /// Regret is against the best path that keeps the budgets. Where none keeps the error's, against
 /// the best of those that are as accurate as the most accurate one within its 95 % interval.
 Verdict judge(const Audited& request);
+
+/// What choosing is worth: seconds of the plain path over those of planning, without what the plain
+/// path needs too, and of the chosen path. Above 1 it pays. Absent without a plain path.
+std::optional<double> value_of(const Audited& request);
 
 /// Plans a request and runs its paths, interleaved.
 /// @throws RequestError, InputError, NoPlan, Cancelled; RunError where the chosen path fails

@@ -71,6 +71,12 @@ double objective(const MeasuredPath& path, const Audited& request) {
     return std::max(path.error ? path.error->nrmse : 0.0, kLeastError);
 }
 
+std::optional<double> value_of(const Audited& request) {
+    if (!request.plain || !request.plain->measured()) return std::nullopt;
+    const double choosing = request.planning_seconds - request.shared_seconds;
+    return request.plain->typical() / (choosing + request.chosen().typical());
+}
+
 Verdict judge(const Audited& request) {
     const MeasuredPath& chosen = request.chosen();
     std::vector<const MeasuredPath*> rivals;

@@ -9,9 +9,13 @@
 #include "engine/reached.hpp"
 #include "evaluation/audit/audit.hpp"
 #include "graph/errors.hpp"
+#include "graph/label_surface.hpp"
 #include "measure/machine.hpp"
 #include "measure/quantiles.hpp"
 #include "measure/since.hpp"
+#include "planner/alike.hpp"
+#include "scene/ring_free.hpp"
+#include "transitions/filters/like_linear.hpp"
 
 namespace edgewise {
 namespace {
@@ -29,22 +33,25 @@ constexpr int kFewRuns = 3;
 /// kMoreSeconds: the least of several medians is too small by what they scatter.
 constexpr double kClose = 1.15, kMoreSeconds = 0.5;
 constexpr int kMoreRuns = 4;
+constexpr double kAsLongAsItTakes = std::numeric_limits<double>::infinity();
 /// The runs of one request: all paths once, with their errors, then in rounds those that could be
 /// the fastest.
 class Rounds {
  public:
     Rounds(const Planned& planned, Listener& messages, Audited& request,
-           const std::vector<Plan>& plans, const PathSettings& settings, double resident_before)
+           const std::vector<Plan>& plans, std::optional<std::size_t> plain,
+           const PathSettings& settings, double resident_before)
         : request_(request),
+          plain_(plain),
           settings_(settings),
           runs_(planned, messages, request.paths, plans, settings, resident_before) {}
 
     void run_all() {
         // The chosen path first: its seconds bound how long the others may run.
         for (std::size_t i = 0; i < request_.paths.size(); ++i)
-            if (path(i).chosen) runs_.run_first(i, std::numeric_limits<double>::infinity());
+            if (path(i).chosen) runs_.run_first(i, kAsLongAsItTakes);
         for (std::size_t i = 0; i < request_.paths.size(); ++i)
-            if (!path(i).chosen) runs_.run_first(i, patience());
+            if (!path(i).chosen) runs_.run_first(i, i == plain_ ? kAsLongAsItTakes : patience());
         run_rounds();
         run_close_ones();
         catch_up();
@@ -54,7 +61,9 @@ class Rounds {
     const MeasuredPath& path(std::size_t i) const { return request_.paths[i]; }
 
     void run_rounds() {
-        const auto wanted = [&](std::size_t i) { return path(i).chosen || may_win(i); };
+        const auto wanted = [&](std::size_t i) {
+            return path(i).chosen || i == plain_ || may_win(i);
+        };
         for (int round = 0; round < settings_.repeat; ++round) runs_.run_round(round, wanted);
     }
 
@@ -123,6 +132,7 @@ class Rounds {
     }
 
     Audited& request_;
+    const std::optional<std::size_t> plain_;  // place of the plain path
     const PathSettings& settings_;
     PathRuns runs_;
 };
@@ -145,6 +155,7 @@ void describe(Audited& request, const Planned& planned) {
     request.frames = want.frames;
     request.threads = want.threads;
     request.planning_seconds = planned.answer.seconds;
+    request.shared_seconds = planned.spent.preset;
 }
 
 /// @throws what the request ends with
@@ -152,6 +163,57 @@ Planned planned_for_running(const Query& query, const Engine& engine, Listener& 
     Reached reached(ask(engine, query, {.runs = true}));
     reached.prepare({}, messages);
     return reached.plan();
+}
+
+/// The plain path of a request; of one with budgets of its own, what it would be compared with
+/// without them. Nothing where no edge offers one.
+std::optional<std::string> plain_step(const Planned& planned) {
+    if (planned.answer.plain) return planned.answer.plain->step;
+    const Request& want = planned.want;
+    if (shows_labels(want)) return std::nullopt;
+    Like like = like_linear(want.field);
+    if (want.job->of_rays()) {
+        const Statistics& values = planned.statistics;
+        like.step =
+            ring_free_step(want, values.low, values.high, seen_slope(*planned.input.data, want));
+    }
+    const Scene likely = planned.scene.as_likely();
+    const auto plain = plain_way(planned.engine.edges(), {want, likely}, planned.sources(), like);
+    return plain ? std::optional(plain->step) : std::nullopt;
+}
+
+/// The plan of a step alone, whatever the budgets.
+std::optional<Plan> plan_alone(const std::string& step, const Planned& planned) {
+    const Catalogue& edges = planned.engine.edges();
+    Request want = planned.want;
+    want.budget = {};
+    want.minimize = Minimize::time;
+    PlanOptions options = planned.plan_options;
+    options.front = false;
+    options.demands = {.via = {demand_of(step, edges)}, .without = {}};
+    for (const Transition& edge : edges)
+        if (edge.name != options.demands.via[0].name)
+            options.demands.without.push_back({edge.name});
+    return plan(edges, {want, planned.scene}, planned.sources(), planned.engine.machine(), options)
+        .plan;
+}
+
+/// The plain path's place among those that are run, to which it is added where it is not one of
+/// them: a value of a parameter that nobody tries, or beyond the limit.
+std::optional<std::size_t> with_plain(const Planned& planned, Audited& request, TriedPaths& tried) {
+    const std::optional<std::string> step = plain_step(planned);
+    if (!step) return std::nullopt;
+    const std::vector<std::string> steps = {*step};
+    for (std::size_t i = 0; i < request.paths.size(); ++i)
+        if (request.paths[i].steps == steps) return i;
+    std::optional<Plan> plan = plan_alone(*step, planned);
+    if (!plan || plan->texts() != steps) return std::nullopt;
+    MeasuredPath path;
+    path.steps = steps;
+    path.predicted = plan->predicted;
+    request.paths.push_back(std::move(path));
+    tried.plans.push_back(std::move(*plan));
+    return request.paths.size() - 1;
 }
 
 }  // namespace
@@ -168,7 +230,11 @@ Audited audited(const Query& query, const Engine& engine, const PathSettings& se
     request.all_paths = tried.all;
     const std::vector<std::string> chosen = planned.answer.plan->texts();
     request.paths = unmeasured(tried, &chosen);
-    Rounds(planned, listener, request, tried.plans, settings, resident).run_all();
+    const std::size_t paths = request.paths.size();
+    const auto at = with_plain(planned, request, tried);
+    Rounds(planned, listener, request, tried.plans, at, settings, resident).run_all();
+    if (at && request.paths[*at].measured()) request.plain = request.paths[*at];
+    request.paths.resize(paths);
     request.warnings = listener.warnings();
     if (!request.chosen().measured())
         throw RunError(message("the chosen path failed: {}", request.chosen().failure));

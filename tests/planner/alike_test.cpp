@@ -90,7 +90,8 @@ TEST(Alike, ABarredFilterIsNotTakenThoughFasterAndMoreAccurate) {
     EXPECT_TRUE(answer.warnings.empty());
     ASSERT_TRUE(answer.plain);
     EXPECT_EQ(answer.plain->step, "toy.plain/filter=foh");
-    EXPECT_DOUBLE_EQ(answer.plain->error, 2);
+    EXPECT_DOUBLE_EQ(answer.plain->error.value(), 2);
+    EXPECT_DOUBLE_EQ(answer.plain->seconds.value(), 4);
     ASSERT_EQ(answer.front.size(), 2u);  // what else could be had, and what that does not replace
     EXPECT_EQ(answer.front[0].texts(), std::vector<std::string>{"toy.plain/filter=zoh"});
     EXPECT_EQ(answer.front[0].predicted.likeness, Likeness::barred);
