@@ -91,7 +91,8 @@ class Unseen {
         options.front = true;
         const Catalogue& edges = planned_.engine.edges();
         // Fastest first.
-        for (Plan& each : plan(answer.graph, edges, ask(), options).front)
+        for (Plan& each :
+             plan(answer.graph, edges, ask(), planned_.engine.machine(), options).front)
             if (is_sure(each)) return std::move(each);
         if (!answer.plain || !planned_.query.demands.via.empty()) return std::nullopt;
         std::optional<Plan> plain =

@@ -35,6 +35,7 @@ constexpr double kContested = 0.4;
 /// put into groups.
 constexpr std::array kTimesOfRays = {0.125, 0.5, 2.0};
 constexpr std::array kTimesOfPoints = {1.0};
+constexpr double kLooks = 0.375;  // as many pixels as usual are looked at for each draw
 constexpr std::size_t kGroups = 8;
 constexpr double kSpent = 0.2;  // of what it may save, that a preview may cost
 /// In standard errors: a path within the limit by so many is taken, beyond by so many is dropped.
@@ -145,6 +146,7 @@ class Contesting {
                             planned_.want, asked, planned_.query.max_memory, planned_.memory.get()},
                            {.asked = asked,
                             .times = times,
+                            .looks = kLooks,
                             .wanted = &wanted_,
                             .spanned = &graph_.spanned(),
                             .groups = kGroups});

@@ -186,6 +186,22 @@ std::optional<Route> shortest_that_fits(const PricedGraph& graph, const Ask& ask
     return route;
 }
 
+/// The arc of one step from a source to the result.
+std::optional<Graph::edge_descriptor> arc_of_step(const TransformGraph& spanned,
+                                                  const std::string& step,
+                                                  const Catalogue& catalogue) {
+    const Graph& graph = spanned.graph;
+    for (const auto source : spanned.sources)
+        for (const auto arc : boost::make_iterator_range(boost::out_edges(source, graph))) {
+            const Arc& what = graph[arc];
+            const std::string& name = catalogue[static_cast<std::size_t>(what.edge)].name;
+            if (graph[boost::target(arc, graph)].target && step.starts_with(name) &&
+                step == name + what.offer.with.text())
+                return arc;
+        }
+    return std::nullopt;
+}
+
 /// What one edge is predicted to take by itself [s], where it leads from a source to the request.
 std::optional<double> seconds_alone(const Demand& by, const Source& source,
                                     const Catalogue& catalogue, const Ask& ask,
@@ -212,15 +228,8 @@ std::optional<double> seconds_alone(const Demand& by, const Source& source,
 std::optional<double> seconds_of(const PlainWay& plain, const Priced& priced,
                                  const Catalogue& catalogue, const Ask& ask, const Profile& profile,
                                  const PlanOptions& options) {
-    const Graph& graph = priced.spanned.graph;
-    for (const auto source : priced.spanned.sources)
-        for (const auto arc : boost::make_iterator_range(boost::out_edges(source, graph))) {
-            const Arc& what = graph[arc];
-            const std::string& name = catalogue[static_cast<std::size_t>(what.edge)].name;
-            if (graph[boost::target(arc, graph)].target && plain.step.starts_with(name) &&
-                plain.step == name + what.offer.with.text())
-                return priced.cost(arc).seconds;
-        }
+    if (const auto arc = arc_of_step(priced.spanned, plain.step, catalogue))
+        return priced.cost(*arc).seconds;
     const Demand by = demand_of(plain.step, catalogue);
     for (const Source& source : priced.sources)
         if (const auto seconds = seconds_alone(by, source, catalogue, ask, profile, options))
@@ -239,14 +248,14 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
     const auto begin = std::chrono::steady_clock::now();
     Answer answer =
         plan(std::make_shared<const PricedGraph>(catalogue, ask, sources, profile, options),
-             catalogue, ask, options);
+             catalogue, ask, profile, options);
     answer.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return answer;
 }
 
 Answer plan(std::shared_ptr<const PricedGraph> graph, const Catalogue& catalogue, const Ask& ask,
-            const PlanOptions& options) {
+            const Profile& profile, const PlanOptions& options) {
     const auto begin = std::chrono::steady_clock::now();
     Answer answer;
     answer.graph = std::move(graph);
@@ -291,19 +300,12 @@ Answer plan(std::shared_ptr<const PricedGraph> graph, const Catalogue& catalogue
 std::optional<Plan> plan_of_step(const PricedGraph& graph, const std::string& step,
                                  const Catalogue& catalogue, const Ask& ask,
                                  const PlanOptions& options) {
-    const Graph& spanned = graph.spanned().graph;
-    for (const auto source : graph.spanned().sources)
-        for (const auto arc : boost::make_iterator_range(boost::out_edges(source, spanned))) {
-            const Arc& what = spanned[arc];
-            if (!spanned[boost::target(arc, spanned)].target ||
-                catalogue[static_cast<std::size_t>(what.edge)].name + what.offer.with.text() !=
-                    step)
-                continue;
-            const Priced& priced = graph.real();
-            const Route route{source, {arc}, priced.step(priced.start(source), arc)};
-            return plan_of(route, priced, catalogue, ask, options);
-        }
-    return std::nullopt;
+    const auto arc = arc_of_step(graph.spanned(), step, catalogue);
+    if (!arc) return std::nullopt;
+    const Priced& priced = graph.real();
+    const auto source = boost::source(*arc, graph.spanned().graph);
+    const Route route{source, {*arc}, priced.step(priced.start(source), *arc)};
+    return plan_of(route, priced, catalogue, ask, options);
 }
 
 std::vector<Plan> all_paths(const Priced& priced, const Catalogue& catalogue, const Ask& ask,

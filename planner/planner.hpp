@@ -73,7 +73,7 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
 /// The same from a graph that is there already, made of this question and of options that differ at
 /// most in what is reported.
 Answer plan(std::shared_ptr<const PricedGraph> graph, const Catalogue& catalogue, const Ask& ask,
-            const PlanOptions& options);
+            const Profile& profile, const PlanOptions& options);
 
 /// The plan of one step from a source to the result, or nothing where the graph does not span it.
 /// @param step  as `--via` takes it
