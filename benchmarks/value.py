@@ -337,8 +337,9 @@ def main():
 
 def rows_of(options):
     volumes = volumes_in(options.data) if options.data else VOLUMES
-    requests = quick_requests(volumes) if options.quick else volume_requests(volumes) + ([] if options.data else image_requests())
     wanted = [word for word in options.only.split(",") if word]
+    volumes = {name: file for name, file in volumes.items() if name in wanted} or volumes
+    requests = quick_requests(volumes) if options.quick else volume_requests(volumes) + ([] if options.data else image_requests())
     requests = [each for each in requests if not wanted or any(re.search(rf"(^| ){re.escape(word)}( |$)", each.line()) for word in wanted)]
     runner, rows, failed, begin, load = Runner(options.machine), [], [], time.time(), os.getloadavg()[0]
     for number, request in enumerate(requests):
