@@ -9,22 +9,23 @@ For a request of F frames, in seconds:
             what the same request without one names. Filters have none: separable sums where they are offered, direct ones
             else, as the list below says.
   best      the fastest path that does as well, known beforehand, without planning: what --planner exhaustive finds, or the
-            chosen or the plain one where that runs faster.
+            chosen one where that runs faster, or the plain one where there is no error budget that it might break.
 
 The figures are plain / (planning + chosen), above 1 where choosing pays, and (planning + chosen) / best. Each run is a process
 of its own with an empty folder of caches, so nothing is known of the file and caches are cold, on all sides alike. All
 sides run in turns, the order turned round every time; a time is the median over the processes, of all sides that took the
-same path. Then the chosen command runs
-once more with the cache that it left: the second request of a kind. Reports are asked for (--json), which also makes the
-planner set out the front: planning without them is shorter, never longer.
+same path. Then the chosen command runs once more with the cache that it left: the second request of a kind. Reports are
+asked for (--json), which also makes the planner work out the front, and draw a preview for a filter: planning without them
+is shorter, never longer.
 
     EDGEWISE=build/release/bin/edgewise benchmarks/value.py [--quick] [--runs 3] [--json FILE] [--chart STEM]
-        [--data FOLDER] [--machine FILE|NAME] [--only WORD,...]
+        [--data FOLDER] [--machine FILE|NAME] [--only WORD,...] [--from FILE]
+    ... --json benchmarks/results/value.json --chart docs/planner/value     what is kept, of a machine that does nothing else
 
---quick takes a dozen requests and about a minute of an idle machine, all of them half an hour. --data FOLDER takes the volumes in it
-(files, or a folder each) in place of the bundled ones. --only takes requests whose line has one of these words. --chart
-draws STEM.svg and STEM.png, from --from FILE without any run. The machine's profile is that of the user (edgewise calibrate),
-else the built-in one. Needs numpy; --chart needs matplotlib.
+--quick takes a dozen requests and about a minute of an idle machine, all of them half an hour. --data FOLDER takes the
+volumes in it (files, or a folder each) in place of the bundled ones. --only takes requests whose line has one of these words.
+--chart draws STEM.svg and STEM.png; with --from FILE of what --json wrote it is drawn again, and nothing runs. The
+machine's profile is that of the user (edgewise calibrate), else the built-in one. Needs numpy; --chart needs matplotlib.
 """
 import argparse
 import json
@@ -201,7 +202,9 @@ def row_of(request, reports, second, plain):
     everything = [report for each in reports.values() for report in each]
     by_path = {steps: middle([report for report in everything if path(report) == steps], took) for steps in map(path, everything)}
     seconds = {side: by_path[path(each[-1])] for side, each in reports.items()}
-    best = min(by_path, key=by_path.get)
+    # With an error budget the plain path may break it. Where it does not, it is found.
+    keep = {path(each[-1]) for side, each in reports.items() if side != "plain" or not request.budget}
+    best = min(keep, key=by_path.get)
     last = reports["chosen"][-1]
     planning = middle(reports["chosen"], choosing)
     paid = planning + seconds["chosen"]
@@ -279,15 +282,16 @@ def draw(rows, stem):
     # Shares of a geometric mean do not add up: planning takes what is left of that of both.
     whole = np.array([geometric([1 / row["value"] for row in some]) for _, some in groups])
     best = [share(some, "best") for _, some in groups]
-    costs.bar(places, run, 0.6, color=COLOURS[0], label="the chosen path")
-    costs.bar(places, whole - run, 0.6, bottom=run, color=COLOURS[4], label="choosing it")
+    top = min(2.0, 1.1 * max(1, *whole))  # what is beyond it is cut off, and told
+    shown = np.minimum(run, top)
+    costs.bar(places, shown, 0.6, color=COLOURS[0], label="the chosen path")
+    costs.bar(places, np.minimum(whole, top) - shown, 0.6, bottom=shown, color=COLOURS[4], label="choosing it")
     costs.hlines(best, places - 0.38, places + 0.38, color="black", linewidth=2, label="the best path, known beforehand")
     costs.axhline(1, color=COLOURS[6], linestyle="--", linewidth=1, label="the plain path")
-    top = min(2.0, 1.1 * max(1, *whole))  # what is beyond it is cut off, and told
     for place, height in zip(places, whole):
         text = f"{height:.2f}" if height <= top else f"{height:.3g} (cut off)"
         costs.text(place, min(height, top) + 0.02, text, ha="center", va="bottom", fontsize=9)
-    costs.set(ylabel="seconds, of those of the plain path", title="What choosing costs", ylim=(0, top + 0.1))
+    costs.set(ylabel="seconds, of those of the plain path", title="What choosing costs", ylim=(0, top + 0.12))
     kinds = list(dict.fromkeys(row["kind"] for row in rows))
     for number, kind in enumerate(kinds):
         points = [(place + 0.5 * ((number + 0.5) / len(kinds) - 0.5), row["value"]) for place, (_, some) in zip(places, groups)
@@ -333,8 +337,9 @@ def main():
 
 def rows_of(options):
     volumes = volumes_in(options.data) if options.data else VOLUMES
-    requests = quick_requests(volumes) if options.quick else volume_requests(volumes) + ([] if options.data else image_requests())
     wanted = [word for word in options.only.split(",") if word]
+    volumes = {name: file for name, file in volumes.items() if name in wanted} or volumes
+    requests = quick_requests(volumes) if options.quick else volume_requests(volumes) + ([] if options.data else image_requests())
     requests = [each for each in requests if not wanted or any(re.search(rf"(^| ){re.escape(word)}( |$)", each.line()) for word in wanted)]
     runner, rows, failed, begin, load = Runner(options.machine), [], [], time.time(), os.getloadavg()[0]
     for number, request in enumerate(requests):

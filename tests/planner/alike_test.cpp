@@ -98,6 +98,18 @@ TEST(Alike, ABarredFilterIsNotTakenThoughFasterAndMoreAccurate) {
     EXPECT_EQ(answer.front[1].texts(), answer.plan->texts());
 }
 
+TEST(Alike, ThePlainPathHasAPriceWhereItIsNoArcOfTheGraph) {
+    const Alikes alikes({plain(), edge("toy.other", "object", "screen", fixed(3), fixed(7))});
+    PlanOptions options;
+    options.demands.via = {{"toy.other"}};
+    const Answer answer = plan(alikes.edges, alikes.ask(), alikes.sources, unit_profile(), options);
+    EXPECT_EQ(answer.edges, 1);
+    ASSERT_TRUE(answer.plan && answer.plain);
+    EXPECT_EQ(answer.plain->step, "toy.plain/filter=foh");
+    EXPECT_DOUBLE_EQ(answer.plain->seconds.value(), 4);
+    EXPECT_DOUBLE_EQ(answer.plan->predicted.seconds, 3);
+}
+
 TEST(Alike, OfLabelsTheNearestSampleIsThePlainWay) {
     Alikes alikes({plain()});
     alikes.want.budget.like = like_linear(Field::nearest);
