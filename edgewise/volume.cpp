@@ -93,8 +93,8 @@ Volume Volume::copied(const void* first, const std::array<std::ptrdiff_t, 3>& st
 Volume Volume::channel(int number) const {
     const int channels = data_ ? data_->what.channels : header().channels;
     if (number < 0 || number >= channels)
-        throw OutOfLimits(message("@channel({}): {} has {} channel{}, counted from 0", number,
-                                  input_->name, channels, channels > 1 ? "s" : ""),
+        throw OutOfLimits(message("@channel({}): {} channel{} in {}, counted from 0", number,
+                                  channels, channels > 1 ? "s" : "", input_->name),
                           Limits::between(0, channels - 1));
     if (!data_) {
         store::Selection selection = input_->selection;

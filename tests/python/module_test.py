@@ -439,6 +439,16 @@ class ModuleTest(unittest.TestCase):
                     np.testing.assert_array_equal(held["result"], picture)
             self.assertEqual([name for name, one in seen.items() if one() is not None], [], order)
 
+    def test_results_outlive_what_made_them_and_keep_nothing_else(self):
+        array = np.random.default_rng(3).random((150, 150, 150)).astype("f4")  # 13 MB
+        kept = []
+        before = resident()
+        for _ in range(20):
+            kept.append(ew.render(array.copy(), mode="mip", size="native", max_error=.2))
+        self.assertLess(resident() - before, 60 << 20)
+        for picture in kept:
+            np.testing.assert_array_equal(picture, kept[0])
+
     def test_daemon_threads_end_with_the_interpreter(self):
         script = ("import sys; sys.path.insert(0, %r)\nimport threading, time, numpy as np, edgewise as ew\n"
                   "v = np.random.default_rng(1).random((40,) * 3).astype('f4')\n"
