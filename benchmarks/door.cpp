@@ -15,6 +15,8 @@
 #include <tbb/global_control.h>
 #include <vector>
 
+#include "../tests/allocations/paths.hpp"
+
 using namespace edgewise;
 
 namespace {
@@ -50,13 +52,6 @@ void* counted_or_thrown(std::size_t bytes, std::size_t alignment) {
 
 constexpr std::size_t kLeast = alignof(std::max_align_t);
 
-/// A path by its query.
-struct Path {
-    const char* name;
-    Query query;
-    Volume volume;
-};
-
 Query seen(Mode mode, const char* via = nullptr) {
     Query query;
     query.mode = mode;
@@ -64,51 +59,6 @@ Query seen(Mode mode, const char* via = nullptr) {
     query.geometry.size = OutputSize{.sides = {64, 64}};
     if (via) query.demands.via = {{.name = via}};
     return query;
-}
-
-Query warped(std::vector<double> angles, const char* via = nullptr) {
-    Query query;
-    query.job = Job::warp;
-    query.geometry.steps = {{GeometryStep::Kind::rotate, std::move(angles)}};
-    if (via) query.demands.via = {{.name = via}};
-    return query;
-}
-
-Query filtered(FilterOp op, KernelSpec::Kind kind, double size) {
-    Query query;
-    query.job = Job::filter;
-    query.filter.emplace();
-    query.filter->op = op;
-    query.filter->kernel.kind = kind;
-    query.filter->kernel.size = size;
-    return query;
-}
-
-std::vector<Path> paths() {
-    const Volume volume = Volume::read("phantom:gaussians:64");
-    const Volume image = Volume::read("phantom:zone-plate:256");
-    Query turntable = seen(Mode::mip);
-    turntable.geometry.steps.push_back({GeometryStep::Kind::turntable, {5}});
-    return {
-        {"mip", seen(Mode::mip), volume},
-        {"mip, 5 frames", turntable, volume},
-        {"mip, ray cast", seen(Mode::mip, "project.ray_cast"), volume},
-        {"mip, warped", seen(Mode::mip, "project.combine"), volume},
-        {"mip, shear-warp", seen(Mode::mip, "project.shear_warp"), volume},
-        {"mip, spline", seen(Mode::mip, "filter.prefilter"), volume},
-        {"mean", seen(Mode::mean), volume},
-        {"xray", seen(Mode::xray), volume},
-        {"xray, ray cast", seen(Mode::xray, "project.ray_cast"), volume},
-        {"composite", seen(Mode::composite), volume},
-        {"composite, ray cast", seen(Mode::composite, "project.ray_cast"), volume},
-        {"composite, shear-warp", seen(Mode::composite, "project.shear_warp"), volume},
-        {"warp 3D", warped({20, 10, 0}), volume},
-        {"warp 3D, backward", warped({20, 10, 0}, "warp.backward"), volume},
-        {"warp 2D", warped({20}), image},
-        {"warp 2D, backward", warped({20}, "warp.backward"), image},
-        {"gauss", filtered(FilterOp::convolve, KernelSpec::Kind::gauss, 2), volume},
-        {"median", filtered(FilterOp::median, KernelSpec::Kind::box, 1), volume},
-    };
 }
 
 /// What a run allocates when three like it have been.
@@ -126,10 +76,10 @@ long allocated(const Prepared& plan, int threads) {
 
 void count_paths(const Engine& engine) {
     std::printf("\nallocations of a run like one before it, on one thread and on two:\n");
-    for (const Path& path : paths()) {
-        const Prepared plan = prepare(engine, path.query, path.volume);
+    for (const CountedPath& path : counted_paths()) {
+        const Prepared plan = prepare(engine, path.query, path.samples);
         const long one = allocated(plan, 1), two = allocated(plan, 2);
-        std::printf("%-22s %6ld %6ld ", path.name, one, two);
+        std::printf("%-32s %6ld %6ld ", path.name.c_str(), one, two);
         for (const std::string& step : plan.plan().texts()) std::printf(" %s", step.c_str());
         std::printf("\n");
     }

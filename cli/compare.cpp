@@ -17,6 +17,7 @@
 #include "request/outputs.hpp"
 #include "request/quantities.hpp"
 #include "runtime/memory_budget.hpp"
+#include "settings/readers.hpp"
 
 namespace edgewise::cli {
 namespace {
@@ -90,8 +91,9 @@ int do_compare(const CompareOptions& options) {
         if (options.json && *options.json != "-") expect_writable("--json", *options.json);
         std::optional<double> most, range;
         if (options.max_error) most = error_budget(*options.max_error);
-        if (options.range) range = number_of("--range", *options.range);
-        if (range && !(*range > 0)) throw RequestError("--range: must be greater than 0");
+        if (options.range)
+            range = reads::expect_within(
+                Limits::above(0), number_of(setting("range"), *options.range), setting("range"));
         MemoryBudget memory(static_cast<std::size_t>(free_memory()));
         Input a = inspected(options.a, {}), b = inspected(options.b, {});
         expect_alike(a, b);

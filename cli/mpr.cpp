@@ -22,7 +22,7 @@ namespace edgewise::cli {
 namespace {
 
 std::array<double, 3> place_of_planes(const std::string& text) {
-    const std::vector<double> n = numbers_of("--mpr", text);
+    const std::vector<double> n = numbers_of(setting("mpr"), text);
     if (n.size() != 3)
         throw RequestError(fmt::format("--mpr: '{}' given; expected X,Y,Z, a sample", text));
     return {n[0], n[1], n[2]};

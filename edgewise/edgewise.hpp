@@ -40,6 +40,13 @@ Query query_of(Job job, const std::vector<Given>& given);
 /// @throws SettingError, RequestError
 void set(Query& query, std::string_view name, const SettingValue& value);
 
+/// The type that values of a result are told in by a rule that hangs on what is asked alone. What a
+/// path computes in (Prepared::result()) may be wider, or narrower where that loses nothing, and
+/// differs from path to path. Of filters: that of the samples in memory where all results are
+/// samples (medians and flat extremes); else f32, of samples of 32-bit integers and f64 f64. Of all
+/// else it is the path's. Where stored numbers are not the values themselves, these are f32.
+Type result_type(const Prepared& plan);
+
 /// Plans a query for a volume and keeps its samples for the runs. Query::input and selection are
 /// the volume's.
 /// @throws RequestError, InputError, Infeasible, Cancelled, std::bad_alloc

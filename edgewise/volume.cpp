@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "graph/errors.hpp"
+#include "io/channel_colours.hpp"
+#include "request/errors.hpp"
 #include "request/input.hpp"
 #include "runtime/memory_budget.hpp"
 
@@ -86,6 +88,42 @@ Volume Volume::copied(const void* first, const std::array<std::ptrdiff_t, 3>& st
             for (std::int64_t x = 0; x < extent.x; ++x, to += sample)
                 std::memcpy(to, from + x * strides[0] + y * strides[1] + z * strides[2], sample);
     return around(copy->data(), extent, axes, channels, type, copy, grid);
+}
+
+Volume Volume::channel(int number) const {
+    const int channels = data_ ? data_->what.channels : header().channels;
+    if (number < 0 || number >= channels)
+        throw OutOfLimits(message("@channel({}): {} channel{} in {}, counted from 0", number,
+                                  channels, channels > 1 ? "s" : "", input_->name),
+                          Limits::between(0, channels - 1));
+    if (!data_) {
+        store::Selection selection = input_->selection;
+        selection.channel = number;
+        return read(input_->name, selection);
+    }
+    if (channels == 1) return *this;
+    const Representation& what = data_->what;
+    const auto each = static_cast<std::ptrdiff_t>(bytes_of(what.type)), sample = each * channels,
+               row = sample * what.extent.x;
+    Volume one = copied(static_cast<const std::byte*>(data_->samples.data()) + each * number,
+                        {sample, row, row * what.extent.y}, what.extent, what.axes, 1, what.type);
+    Input input = *one.input_;
+    input.header.spacing = header().spacing;
+    input.header.origin = header().origin;
+    input.header.direction = header().direction;
+    input.header.unit = header().unit;
+    input.header.anatomical = header().anatomical;
+    one.input_ = std::make_shared<const Input>(std::move(input));
+    return one;
+}
+
+Volume Volume::channel(const std::string& name) const {
+    if (data_)
+        throw RequestError(
+            message("@channel({}): samples in memory have no names; expected a "
+                    "number, from 0",
+                    name));
+    return channel(store::channel_named(name, input_->name, input_->selection));
 }
 
 std::shared_ptr<const Data> Volume::samples() const {

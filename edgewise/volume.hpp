@@ -45,6 +45,13 @@ class Volume {
                          const Extent& extent, int axes, int channels, Type type,
                          const Grid& grid = {});
 
+    /// One channel of several, from 0. That of a file is read when samples are needed; that of
+    /// memory is copied, once and now.
+    /// @throws OutOfLimits where there is none of this number
+    Volume channel(int number) const;
+    /// The same by the name that the file gives it, in any case. @throws RequestError, InputError
+    Volume channel(const std::string& name) const;
+
     /// As a request sees it: its name, what the header says, what of it is selected.
     const Input& input() const noexcept { return *input_; }
     const store::Header& header() const noexcept;

@@ -36,6 +36,14 @@ Plan part_of(const Plan& plan, std::size_t begin, std::size_t end) {
     return part;
 }
 
+/// What plans share their memory by: with the last of them goes what was kept for their next runs,
+/// and not only with the last result.
+struct TrimsAtEnd {
+    std::shared_ptr<MemoryBudget> memory;
+
+    void operator()(MemoryBudget* budget) const noexcept { budget->trim(); }
+};
+
 /// A result that outlives the plan, with the memory that its bytes go back to.
 std::shared_ptr<const Data> kept(std::shared_ptr<const Data> made,
                                  std::shared_ptr<MemoryBudget> memory) {
@@ -43,6 +51,7 @@ std::shared_ptr<const Data> kept(std::shared_ptr<const Data> made,
         std::shared_ptr<MemoryBudget> memory;  // goes after what gives bytes back to it
         std::shared_ptr<const Data> data;
     };
+    if (const auto* of_plans = std::get_deleter<TrimsAtEnd>(memory)) memory = of_plans->memory;
     const auto held = std::make_shared<const Held>(Held{std::move(memory), std::move(made)});
     return {held, held->data.get()};
 }
@@ -179,7 +188,10 @@ Prepared prepare(const Engine& engine, Query query, Opening as, const Effort& ef
     as.runs = as.keeps_samples = as.guest = true;
     Reached reached(ask(engine, std::move(query), std::move(as)));
     reached.prepare(effort, messages);
-    return Prepared(std::move(reached.plan()));
+    Planned planned = std::move(reached.plan());
+    MemoryBudget* const memory = planned.memory.get();
+    planned.memory = {memory, TrimsAtEnd{std::move(planned.memory)}};
+    return Prepared(std::move(planned));
 }
 
 Prepared prepare(const Engine& engine, Query query, std::shared_ptr<const Data> given,

@@ -2,10 +2,9 @@
 // channels last.
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <edgewise/edgewise.hpp>
-#include <future>
 #include <map>
+#include <optional>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -14,8 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "inside.hpp"
+
 namespace py = pybind11;
 using namespace edgewise;
+using python::Inside, python::interruptible;
 
 namespace {
 
@@ -144,6 +146,14 @@ py::array array_of(const std::shared_ptr<const Data>& data) {
     return values;
 }
 
+/// The same values in another type, where it is another.
+py::array of_type(const py::array& array, Type type) {
+    if (array.dtype().equal(dtype_of(type))) return array;
+    py::array other = array.attr("astype")(dtype_of(type));
+    other.attr("setflags")(py::arg("write") = false);
+    return other;
+}
+
 // Queries
 
 /// What settings take: a text, a number, a truth, or a list or array of these.
@@ -215,29 +225,22 @@ Query query_by(const std::string& job, const py::kwargs& keywords) {
     return query_of(which, given_by(keywords, which, QuerySetting::Acts::result));
 }
 
-// Work
-
-/// Does work in a thread of its own, without the interpreter's lock; Ctrl-C sets the flag.
-template <class Work>
-auto interruptible(std::atomic<bool>& stop, Work work) {
-    auto done = std::async(std::launch::async, work);
-    bool interrupted = false;
-    for (;;) {
-        {
-            const py::gil_scoped_release unlocked;
-            if (done.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready) break;
-        }
-        if (!interrupted && PyErr_CheckSignals() != 0) stop = interrupted = true;
-    }
-    if (interrupted) {
-        try {
-            done.get();
-        } catch (...) {
-        }
-        throw py::error_already_set();
-    }
-    return done.get();
+/// The channel that keywords name, in place of all of a volume's; it is taken out of them.
+std::optional<int> channel_of(Volume& volume, py::kwargs& keywords) {
+    if (!keywords.contains("channel")) return {};
+    keywords = py::reinterpret_steal<py::kwargs>(PyDict_Copy(keywords.ptr()));
+    const py::object value = keywords.attr("pop")("channel");
+    if (value.is_none()) return {};
+    py::kwargs alone;
+    alone["channel"] = value;
+    // All jobs read alike.
+    const Query query = query_of(Job::warp, given_by(alone, Job::warp, QuerySetting::Acts::input));
+    const std::optional<int> number = query.selection.channel;
+    volume = number ? volume.channel(*number) : volume.channel(query.channel_name);
+    return number ? number : volume.input().selection.channel;
 }
+
+// Work
 
 class Messages final : public Listener {
  public:
@@ -255,6 +258,7 @@ const Engine& engine() {
 
 struct PyPlan {
     Prepared prepared;
+    std::optional<int> channel = {};  // of several, that it was made for
 
     py::object run() const {
         std::atomic<bool> stop = false;
@@ -262,7 +266,8 @@ struct PyPlan {
         if (prepared.frames() == 1 || mesh) {
             const auto result = interruptible(
                 stop, [&] { return prepared.run({.stop = &stop, .keep_frames = true}); });
-            return mesh ? surface_of(result.frames[0]) : py::object(array_of(result.frames[0]));
+            if (mesh) return surface_of(result.frames[0]);
+            return of_type(array_of(result.frames[0]), result_type(prepared));
         }
         const Representation what = prepared.result();
         std::vector<py::ssize_t> shape{prepared.frames(), what.extent.y, what.extent.x};
@@ -292,21 +297,28 @@ struct PyPlan {
     }
 };
 
-PyPlan plan_of(const Volume& volume, const std::string& job, const py::kwargs& keywords) {
+PyPlan plan_of(Volume volume, const std::string& job, py::kwargs keywords) {
+    const std::optional<int> channel = channel_of(volume, keywords);
     Query query = query_by(job, keywords);
     Messages messages;
     Prepared prepared =
         interruptible(messages.ends, [&] { return prepare(engine(), query, volume, messages); });
     for (const Message& warning : messages.warnings()) warn(warning.text());
-    return {std::move(prepared)};
+    return {std::move(prepared), channel};
 }
 
-Volume as_volume(const py::object& input) {
+/// @param channels  of arrays: the last axis is none of the volume's
+Volume as_volume(const py::object& input, bool channels = false) {
     if (py::isinstance<Volume>(input)) return py::cast<Volume>(input);
     if (py::isinstance<py::array>(input))
         return volume_of(py::cast<py::array>(input), py::none(), py::none(), py::none(), "mm",
-                         false);
+                         channels);
     return Volume::read(py::str(input).cast<std::string>());
+}
+
+int channels_of(const Volume& volume) {
+    if (volume.data()) return volume.data()->what.channels;
+    return volume.input().selection.channel ? 1 : volume.header().channels;
 }
 
 PyPlan told(const std::vector<Message>& warnings, PyPlan plan) {
@@ -315,8 +327,12 @@ PyPlan told(const std::vector<Message>& warnings, PyPlan plan) {
 }
 
 PyPlan with_input(const PyPlan& self, const py::object& input) {
-    const Volume volume = as_volume(input);
-    const store::Header &has = volume.header(), &planned = self.prepared.planned().input.header;
+    const store::Header& planned = self.prepared.planned().input.header;
+    const bool channels = self.channel && py::isinstance<py::array>(input) &&
+                          py::cast<py::array>(input).ndim() == (planned.volume ? 4 : 3);
+    Volume volume = as_volume(input, channels);
+    if (self.channel && channels_of(volume) > 1) volume = volume.channel(*self.channel);
+    const store::Header& has = volume.header();
     if (!py::isinstance<py::array>(input) &&
         (has.spacing != planned.spacing || has.origin != planned.origin ||
          has.direction != planned.direction))
@@ -325,7 +341,7 @@ PyPlan with_input(const PyPlan& self, const py::object& input) {
             "where they differ");
     PyPlan plan = [&] {
         const py::gil_scoped_release unlocked;
-        return PyPlan{self.prepared.with_input(volume.samples())};
+        return PyPlan{self.prepared.with_input(volume.samples()), self.channel};
     }();
     const auto& warnings = plan.prepared.warnings();
     return told(warnings, plan);
@@ -346,7 +362,7 @@ PyPlan with_views(const PyPlan& self, const py::kwargs& keywords) {
     }
     PyPlan plan = [&] {
         const py::gil_scoped_release unlocked;
-        return PyPlan{self.prepared.with_views(query.geometry)};
+        return PyPlan{self.prepared.with_views(query.geometry), self.channel};
     }();
     const auto& warnings = plan.prepared.warnings();
     return told(warnings, plan);
@@ -366,8 +382,7 @@ py::tuple shape_of(const Volume& volume) {
     py::list shape;
     if (header.volume) shape.append(header.extent.z);
     shape.append(header.extent.y), shape.append(header.extent.x);
-    const int channels = volume.data() ? volume.data()->what.channels : header.channels;
-    if (channels > 1) shape.append(channels);
+    if (channels_of(volume) > 1) shape.append(channels_of(volume));
     return py::tuple(shape);
 }
 
@@ -436,8 +451,12 @@ void translate_errors(py::module_& module) {
         } catch (const SettingError& none) {
             PyErr_SetString(PyExc_TypeError, none.what());
         } catch (const RequestError& wrong) {
+            const auto* out = dynamic_cast<const OutOfLimits*>(&wrong);
+            const Limits limits = out ? out->limits() : Limits();
             raise(request_error, wrong.what(),
-                  py::dict(py::arg("field") = wrong.field(), py::arg("value") = wrong.value()));
+                  py::dict(py::arg("field") = wrong.field(), py::arg("value") = wrong.value(),
+                           py::arg("least") = limits.least, py::arg("greatest") = limits.greatest,
+                           py::arg("allowed") = py::tuple(py::cast(limits.allowed))));
         } catch (const InputError& unreadable) {
             PyErr_SetString(PyExc_OSError, unreadable.what());
         } catch (const Cancelled& ended) {
@@ -478,6 +497,9 @@ Chooses the cheapest path. volume: a Volume, an array [z, y, x] or [y, x], or a 
 An array must not change while a plan has it: what all runs need is worked out once.
 Keywords take numbers, lists and arrays, or texts as they are written here. Numbers along axes (size, spacing) are z, y, x, or y, x;
 steps of the geometry and places are x, y, z. Steps (rotate ... path) apply in the order given.
+channel=N (or a file's name for it) takes one channel of several.
+A filter's result has the type of the samples where all its values are samples (median; dilate, erode, open and close with
+flat kernels); else it is float32, of a file's 32-bit integers and float64 it is float64. The path does not matter.
 
 )";
 constexpr const char* kReadHelp = R"(read(file, **selection) -> Volume
@@ -492,34 +514,36 @@ Reads a header; samples when they are needed.
 PYBIND11_MODULE(edgewise, module) {
     module.doc() = "The cheapest way from a volume to the picture that one wants. Arrays are [z, y, x], channels last.";
     translate_errors(module);
+    using Guarded = py::call_guard<Inside>;
+    py::module_::import("atexit").attr("register")(py::cpp_function([] { python::doors().close(); }));
     const py::object os = py::module_::import("os");
     const py::object home = os.attr("path").attr("expanduser")("~/.config");
     profile_folder = py::str(os.attr("environ").attr("get")("XDG_CONFIG_HOME", home)).cast<std::string>() + "/edgewise";
     py::class_<Volume>(module, "Volume", "Samples and where they lie. Of an array nothing is copied where kernels can read it.")
         .def(py::init(&volume_around), py::arg("array"), py::arg("spacing") = py::none(), py::arg("origin") = py::none(),
-             py::arg("direction") = py::none(), py::arg("unit") = "mm", py::arg("channels") = false,
+             py::arg("direction") = py::none(), py::arg("unit") = "mm", py::arg("channels") = false, Guarded(),
              "spacing and origin: z, y, x. direction: columns are where x, y and z point (LPS).")
         .def_property_readonly("shape", &shape_of)
         .def_property_readonly("spacing", &spacing_of, "Along z, y and x.")
         .def_property_readonly("unit", [](const Volume& v) { return v.header().unit; })
         .def_property_readonly("format", [](const Volume& v) { return v.header().format; })
-        .def("array", &samples_of, "The samples, read now, as an array that cannot be written.");
+        .def("array", &samples_of, Guarded(), "The samples, read now, as an array that cannot be written.");
     py::class_<PyPlan>(module, "Plan", "A plan: runs again and again, from any thread.")
-        .def("run", &PyPlan::run, "[y, x], [z, y, x], with frames first and channels last; of a mesh (vertices, triangles).")
-        .def("with_input", &with_input, py::arg("volume"), "The same with other samples of the same shape and type.")
-        .def("with_views", &with_views, "The same seen from elsewhere: keywords of views, as of plan(). What is not named stays.")
+        .def("run", &PyPlan::run, Guarded(), "[y, x], [z, y, x], with frames first and channels last; of a mesh (vertices, triangles).")
+        .def("with_input", &with_input, Guarded(), py::arg("volume"), "The same with other samples of the same shape and type.")
+        .def("with_views", &with_views, Guarded(), "The same seen from elsewhere: keywords of views, as of plan(). What is not named stays.")
         .def_property_readonly("steps", [](const PyPlan& p) { return p.prepared.plan().texts(); })
         .def_property_readonly("frames", [](const PyPlan& p) { return p.prepared.frames(); })
         .def_property_readonly("predicted", &prediction_of);
     static const std::string read_help = kReadHelp + help_of(QuerySetting::Acts::input), plan_help = kPlanHelp + help_of(QuerySetting::Acts::result);
-    module.def("read", &volume_in, py::arg("file"), read_help.c_str());
+    module.def("read", &volume_in, Guarded(), py::arg("file"), read_help.c_str());
     module.def("plan", [](const py::object& volume, const std::string& job, const py::kwargs& query) {
         return plan_of(as_volume(volume), job, query);
-    }, py::arg("volume"), py::arg("job") = "render", plan_help.c_str());
-    module.def("render", &do_job<kRender>, py::arg("volume"), "plan(volume, 'render', **query).run()");
-    module.def("warp", &do_job<kWarp>, py::arg("volume"), "plan(volume, 'warp', **query).run()");
-    module.def("filter", &do_job<kFilter>, py::arg("volume"), "plan(volume, 'filter', **query).run()");
-    module.def("radon", &do_job<kRadon>, py::arg("volume"), "plan(volume, 'radon', **query).run(): one row an angle");
-    module.def("mesh", &do_job<kMesh>, py::arg("volume"), "plan(volume, 'mesh', **query).run(): vertices [n, 3] in x, y, z, triangles [m, 3]");
+    }, py::arg("volume"), py::arg("job") = "render", Guarded(), plan_help.c_str());
+    module.def("render", &do_job<kRender>, Guarded(), py::arg("volume"), "plan(volume, 'render', **query).run()");
+    module.def("warp", &do_job<kWarp>, Guarded(), py::arg("volume"), "plan(volume, 'warp', **query).run()");
+    module.def("filter", &do_job<kFilter>, Guarded(), py::arg("volume"), "plan(volume, 'filter', **query).run()");
+    module.def("radon", &do_job<kRadon>, Guarded(), py::arg("volume"), "plan(volume, 'radon', **query).run(): one row an angle");
+    module.def("mesh", &do_job<kMesh>, Guarded(), py::arg("volume"), "plan(volume, 'mesh', **query).run(): vertices [n, 3] in x, y, z, triangles [m, 3]");
     module.attr("__version__") = version();
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "graph/errors.hpp"
+#include "request/errors.hpp"
 
 namespace edgewise {
 
@@ -39,8 +39,9 @@ std::int64_t whole_of(const Message& name, std::string_view text, std::int64_t l
     std::int64_t value = 0;
     const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (failed != std::errc() || end != text.data() + text.size() || value < low || value > high)
-        throw RequestError(
-            message("{}: '{}' is not a whole number from {} to {}", name, text, low, high));
+        throw OutOfLimits(
+            message("{}: '{}' is not a whole number from {} to {}", name, text, low, high),
+            Limits::between(static_cast<double>(low), static_cast<double>(high)));
     return value;
 }
 

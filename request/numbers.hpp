@@ -19,7 +19,7 @@ double number_of(const Message& name, std::string_view text);
 /// Finite numbers between commas. @throws RequestError
 std::vector<double> numbers_of(const Message& name, std::string_view text);
 
-/// A whole number between two ends, both included. @throws RequestError
+/// A whole number between two ends, both included. @throws OutOfLimits
 std::int64_t whole_of(const Message& name, std::string_view text, std::int64_t low,
                       std::int64_t high);
 

@@ -40,7 +40,7 @@ Rows clip_settings() {
          {"slab", "T",
           message("keeps so much of each view about its middle plane, or from @eye on, in the "
                   "file's unit"),
-          has::render, reads::number(&Query::clip, &ClipSpec::slab)}});
+          has::render, reads::number_in(Limits::above(0), &Query::clip, &ClipSpec::slab)}});
     return rows;
 }
 

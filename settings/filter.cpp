@@ -17,12 +17,14 @@ FilterSpec& filter_in(Query& query) {
     return query.filter ? *query.filter : query.filter.emplace();
 }
 
-/// "convolve, correlate, ..."
-std::string filter_op_words() {
-    std::vector<std::string_view> names;
-    for (const FilterOp op : filter_ops()) names.push_back(name_of(op));
-    return fmt::format("{}", fmt::join(names, ", "));
+std::vector<std::string> op_words() {
+    std::vector<std::string> names;
+    for (const FilterOp op : filter_ops()) names.emplace_back(name_of(op));
+    return names;
 }
+
+/// "convolve, correlate, ..."
+std::string filter_op_words() { return fmt::format("{}", fmt::join(op_words(), ", ")); }
 
 /// A mistyped name may be one of other programs. @param size  what is given as the kernel, or ""
 void expect_op(const std::string& word, const std::string& size) {
@@ -43,11 +45,11 @@ void expect_op(const std::string& word, const std::string& size) {
             word, below, from, from));
     }
     const std::string near = nearest_sum(word);
-    std::vector<std::string> ours;
-    for (const FilterOp op : filter_ops()) ours.emplace_back(name_of(op));
+    const std::vector<std::string> ours = op_words();
     const bool is_known = std::find(ours.begin(), ours.end(), plain) != ours.end();
     if (!is_known && !near.empty() && nearest_name(word, ours).empty())
         throw RequestError(message("@op: '{}' is not known; did you mean {}?", word, near));
+    if (!is_known) reads::place_of(word, setting("op"), ours);
 }
 
 /// Also in words of other programs: op gaussian, kernel 2.
@@ -88,8 +90,17 @@ SettingValue kernel_in(const Query& query) {
     return query.filter ? kernel_told(query.filter->kernel) : SettingValue();
 }
 
+/// As the values of Border are numbered.
+std::vector<std::string> border_words() {
+    std::vector<std::string> words;
+    for (const Border border : {Border::zero, Border::clamp, Border::mirror, Border::wrap})
+        words.emplace_back(name_of(border));
+    return words;
+}
+
 void take_border(Query& query, const SettingValue& value, const Reading& reading) {
-    filter_in(query).border = border_named(reads::word(value, reading.called()));
+    filter_in(query).border = static_cast<Border>(
+        reads::place_of(reads::word(value, reading.called()), reading.called(), border_words()));
 }
 
 SettingValue border_of(const Query& query) {
@@ -112,18 +123,17 @@ void expect_whole_filter(const Query&, const std::vector<Given>& given) {
 Rows filter_settings() {
     static const std::vector<QuerySetting> rows = grouped(
         "",
-        {{"op", "OP", help_of_op, has::filter, {take_op, op_of}},
+        {{"op", "OP", help_of_op, has::filter,
+          reads::with_limits(Limits::words(op_words()), {take_op, op_of})},
          {"kernel",
           "KERNEL",
           "box:R, gauss:S, sphere:R, cross:R (in samples, or as 2mm; one or one an axis), sobel:x, "
           "laplace, or a file of weights, heights or a mask",
           has::filter,
           {take_kernel, kernel_in}},
-         {"border",
-          "BORDER",
+         {"border", "BORDER",
           "what stands beyond the samples: zero, clamp, mirror (c b a b c; default) or wrap",
-          has::filter,
-          {take_border, border_of}},
+          has::filter, reads::with_limits(Limits::words(border_words()), {take_border, border_of})},
          {"slices",
           "",
           "a volume slice by slice, each as an image",

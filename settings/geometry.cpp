@@ -60,7 +60,7 @@ Rows geometry_settings() {
          {"about", "X,Y[,Z]", "sample that is held fixed; default the centre", has::views,
           reads::list_of_numbers(&Query::geometry, &GeometrySpec::about)},
          {"perspective", "FOV", "vertical angle; default parallel rays", has::render,
-          reads::number(&Query::geometry, &GeometrySpec::perspective)},
+          reads::number_in(Limits::within(0, 180), &Query::geometry, &GeometrySpec::perspective)},
          {"eye", "X,Y,Z",
           message("where the eye of @perspective is, also within the volume: a sample of FILE"),
           has::render, reads::so_many_numbers<3>("X,Y,Z", &Query::geometry, &GeometrySpec::eye)},
@@ -75,7 +75,8 @@ Rows geometry_settings() {
          {"path", "FILE", "matrices, one for each view, at its place among the others", has::render,
           reads::step(Kind::path)},
          {"zoom", "Z", "more than 1 shows less of the scene, larger", has::render,
-          reads::number(&Query::geometry, &GeometrySpec::zoom)},
+          // Beyond these rays of a picture are one ray, or all but one miss.
+          reads::number_in(Limits::between(1e-6, 1e6), &Query::geometry, &GeometrySpec::zoom)},
          QuerySetting{"crop", "X0,Y0,Z0,X1,Y1,Z1",
                       "crop: first and last sample of FILE that is kept along each axis (an image: "
                       "X0,Y0,X1,Y1); it stays where it is in the world",
@@ -85,12 +86,19 @@ Rows geometry_settings() {
              "grid_moves", "content|grid",
              message(
                  "what all but @view turns: what is seen (default), or where it is sampled (MPR)"),
-             has::warp, reads::parsed(moves_grid, &Query::geometry, &GeometrySpec::grid_moves)}
+             has::warp,
+             reads::with_limits(
+                 Limits::words({"content", "grid"}),
+                 reads::parsed(moves_grid, &Query::geometry, &GeometrySpec::grid_moves))}
              .typed_as("move"),
          QuerySetting{"spacing", "S[,S[,S]]", "distance of output samples", has::views,
                       reads::list_of_numbers(&Query::geometry, &GeometrySpec::spacing)}
              .along_axes(),
-         QuerySetting{"size", value_of_size, help_of_size, has::views, {take_size, size_of}}
+         QuerySetting{
+             "size", value_of_size, help_of_size, has::views,
+             reads::with_limits(
+                 {.least = 1, .greatest = kMostSamplesAnAxis, .allowed = {"fit", "native"}},
+                 {take_size, size_of})}
              .along_axes()});
     return rows;
 }

@@ -23,6 +23,13 @@ Mode lit_mode() {
                          [](Mode mode) { return mode->takes_light() && mode->takes_transfer; });
 }
 
+std::vector<std::string> mode_words() {
+    std::vector<std::string> words;
+    for (const Mode mode : modes()) words.emplace_back(mode->name);
+    words.emplace_back(kShaded);
+    return words;
+}
+
 void take_mode(Query& query, const SettingValue& value, const Reading& reading) {
     const std::string word = reads::word(value, reading.called());
     const bool shaded = same_word(word, kShaded);
@@ -32,16 +39,13 @@ void take_mode(Query& query, const SettingValue& value, const Reading& reading) 
         if (!query.shade) query.shade = Shade::phong;
         return;
     }
-    std::vector<std::string> known;
-    for (const Mode mode : modes()) {
+    for (const Mode mode : modes())
         if (same_word(word, mode->name)) {
             query.mode = mode;
             return;
         }
-        known.emplace_back(mode->name);
-    }
-    known.emplace_back(kShaded);
-    throw RequestError(message("@mode: no mode is called '{}'; {}", word, instead_of(word, known)));
+    throw RequestError(
+        message("@mode: no mode is called '{}'; {}", word, instead_of(word, mode_words())));
 }
 
 SettingValue mode_of(const Query& query) {
@@ -116,11 +120,15 @@ std::vector<Shade> known_shades() {
     return known;
 }
 
-void take_shade(Query& query, const SettingValue& value, const Reading& reading) {
+std::vector<std::string> shade_words() {
     std::vector<std::string> words;
     for (const Shade by : known_shades()) words.emplace_back(name_of(by));
+    return words;
+}
+
+void take_shade(Query& query, const SettingValue& value, const Reading& reading) {
     const int place =
-        reads::place_of(reads::word(value, reading.called()), reading.called(), words);
+        reads::place_of(reads::word(value, reading.called()), reading.called(), shade_words());
     query.shade = known_shades()[static_cast<std::size_t>(place)];
 }
 
@@ -149,9 +157,11 @@ Message help_of_shade(Job) {
     return message("{}; @mode(shaded): phong", help);
 }
 
+std::vector<std::string> gradient_words() { return {"central", "sobel", "auto"}; }
+
 void take_gradient(Query& query, const SettingValue& value, const Reading& reading) {
-    const int by = reads::place_of(reads::word(value, reading.called()), reading.called(),
-                                   {"central", "sobel", "auto"});
+    const int by =
+        reads::place_of(reads::word(value, reading.called()), reading.called(), gradient_words());
     query.gradient.reset();  // the data decide
     if (by < 2) query.gradient = static_cast<GradientScheme>(by);
 }
@@ -326,15 +336,15 @@ Rows light_settings() {
         "",
         {{"outside", "V", "value beyond the input; default 0, of a CT in Hounsfield units its air",
           has::warp, number(&Query::outside)},
-         {"mode", "MODE", help_of_mode, has::render, {take_mode, mode_of}},
+         {"mode", "MODE", help_of_mode, has::render,
+          reads::with_limits(Limits::words(mode_words()), {take_mode, mode_of})},
          {"zero", "V", "xray: the value that adds nothing", has::render, number(&Query::zero)},
          {"isovalue", "V", "surface and binary: where values reach V", has::render,
           number(&Query::isovalue)},
-         {"background",
-          "R,G,B|none",
-          "composite, surface and binary: default 0,0,0; none: alpha is kept",
-          has::render,
-          {take_background, background_of}},
+         {"background", "R,G,B|none",
+          "composite, surface and binary: default 0,0,0; none: alpha is kept", has::render,
+          reads::with_limits({.least = 0, .greatest = 1, .allowed = {"none"}},
+                             {take_background, background_of})},
          {"transfer",
           "FILE",
           "composite: opacity and colour (docs/files.md)",
@@ -346,14 +356,14 @@ Rows light_settings() {
                   "default with @mode(shaded): one that suits FILE"),
           has::render,
           {take_preset, [](const Query& query) { return source_of(query, "preset"); }}},
-         {"shade", value_of_shade, help_of_shade, has::render, {take_shade, shade_of}},
-         {"gradient",
-          "central|sobel|auto",
+         {"shade", value_of_shade, help_of_shade, has::render,
+          reads::with_limits(Limits::words(shade_words()), {take_shade, shade_of})},
+         {"gradient", "central|sobel|auto",
           message("of lit samples: from neighbours along each axis, or smoothed against noise; "
                   "default auto: sobel where @mode(shaded) takes a preset by itself and finds a "
                   "noisy MR, else central"),
           has::render,
-          {take_gradient, gradient_of}},
+          reads::with_limits(Limits::words(gradient_words()), {take_gradient, gradient_of})},
          QuerySetting{"lights", "X,Y,Z[,I]|head",
                       "towards a light, in screen space (z away from the eye); default "
                       "-0.5,-0.5,-1: over the viewer's left shoulder; head: 0,0,-1. Several add up",
@@ -364,14 +374,14 @@ Rows light_settings() {
                   "0.2,0.9,0.2,20; with @shadows 0.25 more ambient light"),
           has::render, reads::parts(material_of, material_told, &Query::material)},
          {"phase", "G", "particles: mean cosine of the angle that they turn light by; default 0",
-          has::render, number(&Query::phase)},
+          has::render, reads::number_in(Limits::within(-1, 1), &Query::phase)},
          {"shadows", "",
           "composite: samples take away light on its way to others, not ambient light", has::render,
           reads::flag(&Query::shadows)},
          QuerySetting{
              "occlusion", "R",
              "composite: ambient light is taken away by what is nearer than R, in the file's unit",
-             has::render, number(&Query::occlusion)}
+             has::render, reads::number_in(Limits::above(0), &Query::occlusion)}
              .typed_as("ambient-occlusion"),
          QuerySetting{"cue", "K[,linear|exp]",
                       "xray, mean, composite and surface: light falls off with depth", has::render,
@@ -380,14 +390,15 @@ Rows light_settings() {
          {"labels", "",
           help_of_labels("the samples are labels: nearest, no new value, values bit for bit"),
           has::views, reads::labels()},
-         {"smooth", "0..1", help_of_smooth(), has::render, number(&Query::smooth)},
+         {"smooth", "0..1", help_of_smooth(), has::render,
+          reads::number_in(Limits::between(0, 1), &Query::smooth)},
          {"window", "LO,HI|WnLn|NAME", help_of_window, has::render, reads::window()},
          QuerySetting{"window", "LO,HI|WnLn|NAME", help_of_window, has::warp, reads::window()}
              .of_output(),
          QuerySetting{"exposure", "E",
                       "composite, surface and binary: pictures of 8 and 16 bits show light times "
                       "E; default 1",
-                      has::render, number(&Query::exposure)}
+                      has::render, reads::number_in(Limits::above(0), &Query::exposure)}
              .of_output()});
     return rows;
 }

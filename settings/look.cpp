@@ -9,6 +9,7 @@ namespace edgewise {
 namespace {
 
 constexpr const char* kLooks = "Looks";
+constexpr int kMostAlong = 1000;  // pictures
 constexpr auto kOfOutput = QuerySetting::Acts::output;
 
 Message help_of_colormap(Job job) {
@@ -30,7 +31,7 @@ void take_montage(Query& query, const SettingValue& value, const Reading& readin
         throw RequestError(
             message("{}: '{}' given; expected columns and rows, as 4x3", reading.called(), text));
     const auto side = [&](const std::string& word) {
-        return static_cast<int>(whole_of(reading.called(), word, 1, 1000));
+        return static_cast<int>(whole_of(reading.called(), word, 1, kMostAlong));
     };
     query.look.montage = {side(sides[0]), side(sides[1])};
 }
@@ -50,11 +51,10 @@ Rows look_settings() {
           reads::flag(&Query::look, &LookSpec::legend)},
          {"scale_bar", "", "a length, at the lower left", has::views,
           reads::flag(&Query::look, &LookSpec::scale_bar)},
-         {"montage",
-          "WxH",
-          help_of_montage,
-          has::views,
-          {take_montage, [](const Query& query) { return reads::told(query.look.montage); }}}},
+         {"montage", "WxH", help_of_montage, has::views,
+          reads::with_limits(
+              Limits::between(1, kMostAlong),
+              {take_montage, [](const Query& query) { return reads::told(query.look.montage); }})}},
         kOfOutput);
     return rows;
 }

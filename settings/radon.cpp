@@ -11,6 +11,7 @@ namespace {
 using To = RadonSetting::To;
 
 constexpr int kMostAngles = RadonSetting::kMostAngles;
+constexpr std::int64_t kMostSide = 1 << 20;
 
 RadonSetting& radon_in(Query& query) { return query.radon ? *query.radon : query.radon.emplace(); }
 
@@ -54,15 +55,15 @@ void expect_forward(const RadonSetting& radon) {
 }
 
 void take_size_of_image(Query& query, const SettingValue& value, const Reading&) {
-    constexpr std::int64_t kSide = 1 << 20;
     RadonSetting& radon = radon_in(query);
     if (radon.to != To::image) throw RequestError(message("@size: of @inverse only"));
     const std::string text = value.text('x');
     const std::size_t cross = text.find_first_of("xX");
     const Message called = setting("size");
-    radon.size[0] = whole_of(called, text.substr(0, cross), 1, kSide);
-    radon.size[1] = cross == std::string::npos ? radon.size[0]
-                                               : whole_of(called, text.substr(cross + 1), 1, kSide);
+    radon.size[0] = whole_of(called, text.substr(0, cross), 1, kMostSide);
+    radon.size[1] = cross == std::string::npos
+                        ? radon.size[0]
+                        : whole_of(called, text.substr(cross + 1), 1, kMostSide);
 }
 
 SettingValue size_of_image(const Query& query) {
@@ -70,11 +71,13 @@ SettingValue size_of_image(const Query& query) {
     return SettingValue::of(query.radon->size);
 }
 
+std::vector<std::string> to_words() { return {"sinogram", "hough"}; }
+
 void take_to(Query& query, const SettingValue& value, const Reading& reading) {
     RadonSetting& radon = radon_in(query);
     expect_forward(radon);
-    radon.to = static_cast<To>(reads::place_of(reads::word(value, reading.called()),
-                                               reading.called(), {"sinogram", "hough"}));
+    radon.to = static_cast<To>(
+        reads::place_of(reads::word(value, reading.called()), reading.called(), to_words()));
 }
 
 SettingValue to_of(const Query& query) {
@@ -110,11 +113,10 @@ void expect_whole_radon(const Query& query, const std::vector<Given>& given) {
 Rows radon_settings() {
     static const std::vector<QuerySetting> rows = grouped(
         "",
-        {{"angles",
-          "N|A,B,...",
+        {{"angles", "N|A,B,...",
           "rows: angles k 180/N degrees, k from 0 to N - 1; or these degrees, as 0,30,60",
           has::radon,
-          {take_angles, angles_of}},
+          reads::with_limits(Limits::between(1, kMostAngles), {take_angles, angles_of})},
          {"inverse",
           "",
           "FILE is a sinogram: the image of it, by filtered backprojection",
@@ -125,17 +127,15 @@ Rows radon_settings() {
            },
            Reader::Kind::flag}},
          QuerySetting{
-             "size",
-             "WxH|N",
+             "size", "WxH|N",
              message("@inverse: samples of the image; default: a square that has as many offsets"),
              has::radon,
-             {take_size_of_image, size_of_image}}
+             reads::with_limits(Limits::between(1, double(kMostSide)),
+                                {take_size_of_image, size_of_image})}
              .along_axes(),
-         {"to",
-          "sinogram|hough",
+         {"to", "sinogram|hough",
           "sinogram: integrals along lines (default); hough: how many samples lie nearest to each",
-          has::radon,
-          {take_to, to_of}},
+          has::radon, reads::with_limits(Limits::words(to_words()), {take_to, to_of})},
          {"threshold",
           "T",
           "hough: samples of at least T vote",

@@ -37,6 +37,22 @@ std::vector<double> numbers(const SettingValue& value, const Message& called) {
     return all;
 }
 
+double expect_within(const Limits& limits, double number, const Message& called) {
+    if (limits.hold(number)) return number;
+    const auto refuse = [&](const Message& why) -> double { throw OutOfLimits(why, limits); };
+    if (limits.least && limits.greatest)
+        return refuse(limits.open_below && limits.open_above
+                          ? message("{}: {} is not between {} and {}", called, number,
+                                    *limits.least, *limits.greatest)
+                          : message("{}: {} is not from {} to {}", called, number, *limits.least,
+                                    *limits.greatest));
+    if (limits.greatest)
+        return refuse(message("{}: {} is greater than {}", called, number, *limits.greatest));
+    return refuse(limits.open_below
+                      ? message("{}: {} is not greater than {}", called, number, *limits.least)
+                      : message("{}: {} is less than {}", called, number, *limits.least));
+}
+
 SettingValue::List items(const SettingValue& value) {
     const SettingValue::List all = value.values();
     const bool of_numbers = std::all_of(all.begin(), all.end(), [](const SettingValue& one) {
@@ -51,8 +67,8 @@ int place_of(const std::string& given, const Message& called,
         return same_word(given, name);
     });
     if (found != words.end()) return static_cast<int>(found - words.begin());
-    throw RequestError(
-        message("{}: '{}' is not known; {}", called, given, instead_of(given, words)));
+    throw OutOfLimits(message("{}: '{}' is not known; {}", called, given, instead_of(given, words)),
+                      Limits::words(words));
 }
 
 }  // namespace edgewise::reads

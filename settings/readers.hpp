@@ -44,7 +44,9 @@ std::array<double, count> exactly(const SettingValue& value, const Message& call
 }
 /// The values of a list: itself alone where it is one of numbers.
 SettingValue::List items(const SettingValue& value);
-/// The place of a word, in any case, in a list. @throws RequestError naming the nearest
+/// A number within limits. @throws OutOfLimits
+double expect_within(const Limits& limits, double number, const Message& called);
+/// The place of a word, in any case, in a list. @throws OutOfLimits naming the nearest
 int place_of(const std::string& given, const Message& called,
              const std::vector<std::string>& words);
 
@@ -102,6 +104,12 @@ Reader flag(Members... members) {
         .kind = Reader::Kind::flag};
 }
 
+/// The same, with limits that its errors tell.
+inline Reader with_limits(Limits limits, Reader reader) {
+    reader.limits = std::move(limits);
+    return reader;
+}
+
 template <typename... Members>
 Reader number(Members... members) {
     return parsed(
@@ -110,17 +118,27 @@ Reader number(Members... members) {
 }
 
 template <typename... Members>
+Reader number_in(const Limits& limits, Members... members) {
+    return with_limits(limits, parsed(
+                                   [limits](const std::string& text, const Message& called) {
+                                       return expect_within(limits, number_of(called, text),
+                                                            called);
+                                   },
+                                   members...));
+}
+
+template <typename... Members>
 Reader whole(std::int64_t low, std::int64_t high, Members... members) {
-    return parsed(
-        [=](const std::string& text, const Message& called) {
-            using Field = std::remove_cvref_t<decltype(member(std::declval<Query&>(), members...))>;
-            const std::int64_t number = whole_of(called, text, low, high);
-            if constexpr (std::integral<Field>)
-                return static_cast<Field>(number);
-            else
-                return static_cast<typename Field::value_type>(number);
-        },
-        members...);
+    const auto read = [=](const std::string& text, const Message& called) {
+        using Field = std::remove_cvref_t<decltype(member(std::declval<Query&>(), members...))>;
+        const std::int64_t number = whole_of(called, text, low, high);
+        if constexpr (std::integral<Field>)
+            return static_cast<Field>(number);
+        else
+            return static_cast<typename Field::value_type>(number);
+    };
+    return with_limits(Limits::between(static_cast<double>(low), static_cast<double>(high)),
+                       parsed(read, members...));
 }
 
 template <typename... Members>
@@ -134,6 +152,7 @@ Reader choice(std::vector<std::string> words, Members... members) {
     using Field = std::remove_cvref_t<decltype(member(std::declval<Query&>(), members...))>;
     constexpr bool is_optional = !std::is_enum_v<Field>;
     Reader reader;
+    reader.limits.allowed = words;
     reader.take = [=](Query& query, const SettingValue& value, const Reading& reading) {
         const int place = place_of(word(value, reading.called()), reading.called(), words);
         if constexpr (is_optional)
@@ -173,9 +192,10 @@ Reader so_many_numbers(const char* expected, Members... members) {
 /// "50ms", or seconds.
 template <typename... Members>
 Reader duration(Members... members) {
-    return parsed(
-        [](const std::string& text, const Message& called) { return time_budget(text, called); },
-        members...);
+    return with_limits(Limits::from(0),
+                       parsed([](const std::string& text,
+                                 const Message& called) { return time_budget(text, called); },
+                              members...));
 }
 
 /// A list of values that `parse(value, called)` reads and `tell` tells.

@@ -9,6 +9,7 @@
 
 #include "graph/message.hpp"
 #include "graph/transition.hpp"
+#include "request/errors.hpp"
 #include "request/query.hpp"
 #include "settings/value.hpp"
 
@@ -47,6 +48,8 @@ struct Reader {
     /// What take() would make the same of; nothing where nobody set it. Steps tell nothing.
     std::function<SettingValue(const Query&)> tell = [](const Query&) { return SettingValue(); };
     Kind kind = Kind::value;
+    /// Numbers and words that it takes, where they have limits: errors of the setting tell them.
+    Limits limits = {};
 };
 
 /// A text that may depend on the job.
@@ -81,6 +84,10 @@ struct QuerySetting {
     bool per_axis = false;  // its numbers belong to the axes x, y and z, in this order
 
     Reader::Kind kind() const noexcept { return reads.kind; }
+    const Limits& limits() const noexcept { return reads.limits; }
+    /// Reads a value. @throws SettingError; OutOfLimits where the setting has limits, else
+    /// RequestError
+    void take(Query& query, const SettingValue& given, const Reading& reading) const;
     /// "--max-error", "-o"
     std::string typed() const;
 

@@ -46,6 +46,19 @@ std::string QuerySetting::typed() const {
     return (word.size() == 1 ? "-" : "--") + word;
 }
 
+void QuerySetting::take(Query& query, const SettingValue& given, const Reading& reading) const {
+    try {
+        reads.take(query, given, reading);
+    } catch (const SettingError&) {
+        throw;  // no value of its kind
+    } catch (const OutOfLimits&) {
+        throw;
+    } catch (const RequestError& wrong) {
+        if (limits().none() || wrong.field() != name.name) throw;
+        throw OutOfLimits(wrong.message(), limits());
+    }
+}
+
 QuerySetting QuerySetting::typed_as(std::string_view word) const {
     QuerySetting row = *this;
     row.option = word;
@@ -134,7 +147,7 @@ Query query_of(Job job, const std::vector<Given>& given, const Catalogue& edges)
             values[&row] = one.value;
     }
     const auto take = [&](const QuerySetting& row, const SettingValue& value) {
-        row.reads.take(query, value, {row.name, edges, &given});
+        row.take(query, value, {row.name, edges, &given});
     };
     // What a value means may hang on a flag.
     for (const bool first : {true, false})
@@ -150,7 +163,7 @@ Query query_of(Job job, const std::vector<Given>& given, const Catalogue& edges)
 
 void set(Query& query, std::string_view name, const SettingValue& value, const Catalogue& edges) {
     const QuerySetting& row = known(name, query.job);
-    row.reads.take(query, value, {row.name, edges});
+    row.take(query, value, {row.name, edges});
 }
 
 }  // namespace edgewise

@@ -43,10 +43,11 @@ PathSettings settings_of(const AuditOptions& options) {
     if (options.limit)
         settings.limit = static_cast<std::size_t>(whole_of("--limit", *options.limit, 1, 1 << 20));
     if (options.repeat)
-        settings.repeat = static_cast<int>(whole_of("--repeat", *options.repeat, 1, 10'000));
+        settings.repeat = static_cast<int>(whole_of(setting("repeat"), *options.repeat, 1, 10'000));
     if (options.verify) settings.samples = static_cast<std::int64_t>(verify_count(*options.verify));
     if (options.seed)
-        settings.seed = static_cast<std::uint64_t>(whole_of("--seed", *options.seed, 0, INT64_MAX));
+        settings.seed =
+            static_cast<std::uint64_t>(whole_of(setting("seed"), *options.seed, 0, INT64_MAX));
     return settings;
 }
 

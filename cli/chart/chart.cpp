@@ -93,11 +93,12 @@ ChartSettings settings_of(const ChartOptions& options, const std::string& title)
     const auto repeat = job.text("repeat"), verify = job.text("verify"), seed = job.text("seed");
     settings.runs.repeat_given = repeat.has_value();
     if (repeat)
-        settings.runs.paths.repeat = static_cast<int>(whole_of("--repeat", *repeat, 1, 10'000));
+        settings.runs.paths.repeat =
+            static_cast<int>(whole_of(setting("repeat"), *repeat, 1, 10'000));
     if (verify) settings.runs.paths.samples = static_cast<std::int64_t>(verify_count(*verify));
     if (seed)
         settings.runs.paths.seed =
-            static_cast<std::uint64_t>(whole_of("--seed", *seed, 0, INT64_MAX));
+            static_cast<std::uint64_t>(whole_of(setting("seed"), *seed, 0, INT64_MAX));
     for (const std::string& peer : options.peers) settings.peers.push_back(peer_of(peer));
     settings.runs.pictures =
         !options.sweep && std::any_of(options.out.begin(), options.out.end(), [](const auto& file) {

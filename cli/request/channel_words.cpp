@@ -25,8 +25,8 @@ std::vector<ChannelSpec> channels_of(const std::string& text) {
         if (is_channel_name(which))
             channel.name = which;
         else
-            channel.channel =
-                static_cast<int>(whole_of("--channel", which, 0, std::numeric_limits<int>::max()));
+            channel.channel = static_cast<int>(
+                whole_of(setting("channel"), which, 0, std::numeric_limits<int>::max()));
         if (at == word.npos) continue;
         channel.colour = store::colour_of(word.substr(at + 1));
         if (!channel.colour)

@@ -6,10 +6,10 @@
 #include <cstring>
 #include <gtest/gtest.h>
 #include <new>
-#include <random>
 
 #include "engine/prepared.hpp"
 #include "planner/profile.hpp"
+#include "tests/allocations/paths.hpp"
 #include "transitions/catalogue.hpp"
 
 namespace {
@@ -61,33 +61,6 @@ const Engine& engine() {
     return engine;
 }
 
-/// Noise.
-std::shared_ptr<const Data> noise(const Extent& extent, Type type = Type::f32) {
-    Representation what;
-    what.type = type;
-    what.axes = extent.z > 1 ? 3 : 2;
-    what.extent = extent;
-    what.space = "object";
-    what.content = "scalar";
-    Data data = Data::make(what, std::pmr::get_default_resource());
-    std::mt19937 bits(3);
-    for (std::int64_t i = 0; i < what.samples(); ++i)
-        if (type == Type::f32)
-            data.as<float>()[i] = static_cast<float>(bits() & 1023);
-        else
-            data.as<std::uint8_t>()[i] = static_cast<std::uint8_t>(bits() & 255);
-    return std::make_shared<const Data>(std::move(data));
-}
-
-/// The same samples as a caller holds them, with nothing to be read behind them.
-std::shared_ptr<const Data> held_by_caller(const std::shared_ptr<const Data>& data) {
-    Data around;
-    around.what = data->what;
-    around.samples =
-        Array::around(const_cast<float*>(data->as<float>()), data->samples.bytes(), data);
-    return std::make_shared<const Data>(std::move(around));
-}
-
 Query seen(Mode mode, int frames = 1, const char* via = nullptr) {
     Query query;
     query.mode = mode;
@@ -99,35 +72,6 @@ Query seen(Mode mode, int frames = 1, const char* via = nullptr) {
     return query;
 }
 
-Query warped(std::vector<double> angles) {
-    Query query;
-    query.job = Job::warp;
-    query.geometry.steps = {{GeometryStep::Kind::rotate, std::move(angles)}};
-    return query;
-}
-
-struct Case {
-    const char* name;
-    Query query;
-    std::shared_ptr<const Data> samples;
-};
-
-std::vector<Case> cases() {
-    const auto volume = noise({40, 36, 32});
-    constexpr const char* kCast = "project.ray_cast";
-    return {{"mip", seen(Mode::mip, 1, kCast), volume},
-            {"mip of bytes", seen(Mode::mip, 1, kCast), noise({40, 36, 32}, Type::u8)},
-            {"mip of a caller's samples", seen(Mode::mip, 1, kCast), held_by_caller(volume)},
-            {"mip, five frames", seen(Mode::mip, 5, kCast), volume},
-            {"mip of a spline", seen(Mode::mip, 1, "filter.prefilter"), volume},
-            {"mip of warped samples", seen(Mode::mip, 1, "project.combine"), volume},
-            {"mip by shears", seen(Mode::mip, 2, "project.shear_warp"), volume},
-            {"mean", seen(Mode::mean, 1, kCast), volume},
-            {"xray", seen(Mode::xray, 3, kCast), volume},
-            {"warp of a volume", warped({20, 10, 0}), volume},
-            {"warp of an image", warped({20}), noise({90, 70, 1})}};
-}
-
 /// Under AddressSanitizer nothing is kept for another run, so that it sees what is lost.
 #if defined(__SANITIZE_ADDRESS__)
 #define SKIP_WHERE_NOTHING_IS_KEPT() GTEST_SKIP()
@@ -137,7 +81,7 @@ std::vector<Case> cases() {
 
 class SecondRun {
  public:
-    explicit SecondRun(const Case& of)
+    explicit SecondRun(const CountedPath& of)
         : plan_(prepare(engine(), of.query, of.samples)),
           result_(static_cast<std::size_t>(plan_.result().bytes()) *
                   static_cast<std::size_t>(plan_.frames())) {}
@@ -162,7 +106,7 @@ class SecondRun {
 
 TEST(SecondRun, AllocatesNothingOnOneThread) {
     SKIP_WHERE_NOTHING_IS_KEPT();
-    for (const Case& of : cases()) {
+    for (const CountedPath& of : counted_paths()) {
         SecondRun second(of);
         EXPECT_GT(second.run(1), 0) << of.name << ": nothing is counted";
         const Bytes first = second.result();
@@ -175,7 +119,7 @@ TEST(SecondRun, AllocatesNothingOnOneThread) {
 /// of the time it is not.
 TEST(SecondRun, AllocatesNothingOnTwoThreads) {
     SKIP_WHERE_NOTHING_IS_KEPT();
-    for (const Case& of : cases()) {
+    for (const CountedPath& of : counted_paths()) {
         SecondRun second(of);
         second.run(1);
         const Bytes first = second.result();
@@ -191,8 +135,8 @@ TEST(SecondRun, AllocatesNothingOnTwoThreads) {
 
 TEST(SecondRun, AllocatesNothingForWhoLooksOn) {
     SKIP_WHERE_NOTHING_IS_KEPT();
-    const Prepared plan =
-        prepare(engine(), seen(Mode::mip, 4, "project.ray_cast"), noise({30, 30, 30}));
+    const Prepared plan = prepare(engine(), seen(Mode::mip, 4, "project.ray_cast"),
+                                  counted_noise({30, 30, 30}, Type::f32));
     int frames = 0, steps = 0;
     std::atomic<bool> stop = false;
     RunWith with;
@@ -214,8 +158,8 @@ TEST(SecondRun, AllocatesNothingForWhoLooksOn) {
 /// them, what keeps the memory for them, and that they were given away.
 TEST(SecondRun, AllocatesWhatIsKept) {
     SKIP_WHERE_NOTHING_IS_KEPT();
-    const Prepared plan =
-        prepare(engine(), seen(Mode::mip, 4, "project.ray_cast"), noise({30, 30, 30}));
+    const Prepared plan = prepare(engine(), seen(Mode::mip, 4, "project.ray_cast"),
+                                  counted_noise({30, 30, 30}, Type::f32));
     RunWith with;
     with.threads = 1;
     with.keep_frames = true;
@@ -232,7 +176,7 @@ TEST(SecondRun, AllocatesWhatIsKept) {
 /// Each allocation of a first run fails in turn, those of the sample memory and all others: an
 /// error or the right result, and the plan runs afterwards.
 TEST(FirstRun, SurvivesEachAllocationThatFails) {
-    const auto samples = noise({20, 18, 16});
+    const auto samples = counted_noise({20, 18, 16}, Type::f32);
     Query query = seen(Mode::mip, 2, "filter.prefilter");
     query.geometry.size = OutputSize{.sides = {16, 12}};
     const Prepared there = prepare(engine(), query, samples);

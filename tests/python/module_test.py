@@ -14,6 +14,7 @@ import threading
 import time
 import unittest
 import warnings
+import weakref
 
 import numpy as np
 from scipy import ndimage
@@ -28,6 +29,14 @@ import files  # noqa: E402
 def resident():
     with open("/proc/self/statm") as stream:
         return int(stream.read().split()[1]) * resource.getpagesize()
+
+
+def write_channels(path, array):
+    """NRRD of several channels, which are the last axis of the array."""
+    axes = array.ndim - 1
+    head = ["NRRD0004", f"type: {files.NRRD_TYPES[files.kind_of(array)]}", f"dimension: {array.ndim}", "sizes: " + " ".join(map(str, (array.shape[-1],) + array.shape[-2::-1])),
+            "kinds: vector" + " domain" * axes, "spacings: nan" + " 1" * axes, "endian: little", "encoding: raw", "", ""]
+    pathlib.Path(path).write_bytes("\n".join(head).encode() + array.tobytes())
 
 
 class ModuleTest(unittest.TestCase):
@@ -263,7 +272,7 @@ class ModuleTest(unittest.TestCase):
         self.assertNotIn("--", ew.plan.__doc__.split("\n\n", 1)[1].replace("->", ""))
 
     def test_what_acts_on_nothing_is_refused(self):
-        for word, value in (("bits", 8), ("out", "a.png"), ("legend", True), ("verify", True), ("time", 0), ("channel", 1), ("repeat", 3)):
+        for word, value in (("bits", 8), ("out", "a.png"), ("legend", True), ("verify", True), ("time", 0), ("repeat", 3)):
             with self.assertRaises(TypeError, msg=word):
                 ew.plan(self.volume, **{word: value})
         with self.assertRaises(TypeError):
@@ -320,6 +329,145 @@ class ModuleTest(unittest.TestCase):
         for way in none.exception.ways_out:
             self.assertTrue(set(way) <= {"max_error", "max_time", "max_memory"}, way)
             ew.plan(self.volume, **{**query, **way})
+
+    def test_errors_tell_the_limits(self):
+        for job, query, least, greatest, allowed in (("render", dict(zoom=0), 1e-6, 1e6, ()),
+                                                     ("render", dict(perspective=180), 0, 180, ()),
+                                                     ("render", dict(threads=0), 1, 1024, ()),
+                                                     ("render", dict(slab=-2), 0, None, ()),
+                                                     ("render", dict(background=(0, 2, 0)), 0, 1, ("none",)),
+                                                     ("warp", dict(max_error=-1), 0, None, ("linear",)),
+                                                     ("warp", dict(minimize="tme"), None, None, ("time", "error", "memory")),
+                                                     ("filter", dict(op="median", kernel="box:1", border="x"), None, None, ("zero", "clamp", "mirror", "wrap")),
+                                                     ("mesh", dict(isovalue=.5, decimate=1.5), 0, 1, ())):
+            with self.assertRaises(ew.RequestError, msg=str(query)) as wrong:
+                ew.plan(self.volume, job, **query)
+            error = wrong.exception
+            self.assertEqual((error.field, error.least, error.greatest, error.allowed), (list(query)[-1], least, greatest, allowed))
+        with self.assertRaises(ew.RequestError) as wrong:
+            ew.plan(self.volume, "filter", op="medain", kernel="box:1")
+        self.assertIn("median", wrong.exception.allowed)
+        with self.assertRaises(ew.RequestError) as wrong:  # no limits: it says so
+            ew.plan(self.volume, planes=(1, 2, 3))
+        self.assertEqual((wrong.exception.least, wrong.exception.greatest, wrong.exception.allowed), (None, None, ()))
+
+    def test_one_channel_of_several(self):
+        rng = np.random.default_rng(7)
+        env = {**os.environ, "XDG_CACHE_HOME": str(self.folder / "cache")}
+        for dtype, shape in (("u1", (9, 14, 11, 3)), ("f4", (8, 7, 12, 2)), ("i2", (30, 41, 4)), ("u2", (6, 5, 7, 5))):
+            array = np.ascontiguousarray((rng.random(shape) * 200).astype(dtype))
+            write_channels(self.folder / "channels.nrrd", array)
+            job = "render" if array.ndim == 4 else "filter"
+            query, words = (dict(mode="mip", size="native"), ["--mode", "mip", "--size", "native"]) if job == "render" else \
+                (dict(op="median", kernel="box:1"), ["--op", "median", "--kernel", "box:1"])
+            for number in range(shape[-1]):
+                volume = ew.Volume(array, spacing=(1,) * (array.ndim - 1), channels=True)
+                got = getattr(ew, job)(volume, channel=number, **query)
+                np.testing.assert_array_equal(got, getattr(ew, job)(np.ascontiguousarray(array[..., number]), **query))
+                out = self.folder / "channel.nrrd"
+                done = subprocess.run([COMMAND, job, self.folder / "channels.nrrd", "-o", out, "--channel", str(number), *words, "--bits", "32", "--quiet"],
+                                      capture_output=True, text=True, env=env)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                np.testing.assert_array_equal(got.astype("f4"), files.read_nrrd(out)[0].astype("f4"))
+                # The same of the file.
+                np.testing.assert_array_equal(getattr(ew, job)(str(self.folder / "channels.nrrd"), channel=number, **query), got)
+            for wrong, word in ((shape[-1], "counted from 0"), (-1, "whole number"), ("DAPI", "no names"), ("0,1", "merged"), (.5, "whole number")):
+                with self.assertRaises(ValueError, msg=str(wrong)) as refused:
+                    ew.plan(ew.Volume(array, channels=True), job, channel=wrong, **query)
+                self.assertIn(word, str(refused.exception))
+            with self.assertRaises(ew.RequestError) as refused:
+                ew.plan(ew.Volume(array, channels=True), job, channel=shape[-1], **query)
+            self.assertEqual((refused.exception.field, refused.exception.least, refused.exception.greatest), ("channel", 0, shape[-1] - 1))
+            made = ew.plan(ew.Volume(array, channels=True), job, channel=1, **query)
+            other = np.ascontiguousarray(array[::-1])
+            want = getattr(ew, job)(np.ascontiguousarray(other[..., 1]), **query)
+            np.testing.assert_array_equal(made.with_input(ew.Volume(other, channels=True)).run(), want)
+            np.testing.assert_array_equal(made.with_input(other).run(), want)
+        with self.assertRaises(ValueError):
+            ew.plan(self.volume, channel=1)
+        keywords = {"channel": 0, "mode": "mip"}
+        ew.plan(self.volume, **keywords)
+        self.assertEqual(keywords, {"channel": 0, "mode": "mip"})
+
+    def test_types_of_filters_hang_on_no_path(self):
+        rng = np.random.default_rng(8)
+        chooses = [dict(op="median", kernel="box:1"), dict(op="dilate", kernel="sphere:2"), dict(op="erode", kernel="box:1"), dict(op="open", kernel="cross:1"),
+                   dict(op="close", kernel="box:1")]
+        computes = [dict(op="convolve", kernel="box:1"), dict(op="convolve", kernel="box:4"), dict(op="convolve", kernel="gauss:1.5"),
+                    dict(op="correlate", kernel=rng.random((3, 3, 3))), dict(op="sobel"), dict(op="gradient"), dict(op="tophat", kernel="box:1"),
+                    dict(op="dilate", kernel=rng.random((3, 3, 3)))]
+        edges = ["backward", "forward", "separable", "running", "fourier", "fourier_levels", "median", "median_histogram", "runs", "van_herk", "ball_sequence/differs=1",
+                 "recursive"]
+        for dtype in ("u1", "i1", "u2", "i2", "f4"):
+            for top in (3, 120):
+                array = (rng.random((12, 13, 14)) * top).astype(dtype)
+                for query in chooses + computes:
+                    want, taken = np.dtype(dtype if any(query is one for one in chooses) else "f4"), 0
+                    for via in [[]] + [["filter." + edge] for edge in edges]:
+                        try:
+                            result = ew.filter(array, via=via, **({"max_error": .5} if via else {}), **query)
+                        except ew.Infeasible:
+                            continue
+                        taken += 1
+                        self.assertEqual(result.dtype, want, (dtype, top, query, via))
+                        self.assertFalse(result.flags.writeable)
+                    self.assertGreater(taken, 1)
+
+    def test_what_is_dropped_goes(self):
+        def made():
+            array = self.volume.copy()
+            volume = ew.Volume(array)
+            plan = ew.plan(volume, mode="mip", size="native", max_error=.2)
+            result = plan.run()
+            return {"array": array, "volume": volume, "plan": plan, "result": result}
+
+        gc.collect()
+        gc.disable()  # nothing here is a cycle
+        self.addCleanup(gc.enable)
+        for order in (("array", "volume", "plan", "result"), ("result", "plan", "volume", "array"), ("plan", "array", "result", "volume")):
+            held = made()
+            picture = held["result"].copy()
+            seen = {name: weakref.ref(one) for name, one in held.items()}
+            for place, name in enumerate(order):
+                del held[name]
+                # What nothing needs any more is gone; what others read stays.
+                pinned = name == "array" and ("volume" in held or "plan" in held)
+                self.assertEqual(seen[name]() is None, not pinned, (order, name))
+                if "plan" in held:
+                    np.testing.assert_array_equal(held["plan"].run(), picture)
+                if "result" in held:
+                    np.testing.assert_array_equal(held["result"], picture)
+            self.assertEqual([name for name, one in seen.items() if one() is not None], [], order)
+
+    def test_results_outlive_what_made_them_and_keep_nothing_else(self):
+        array = np.random.default_rng(3).random((150, 150, 150)).astype("f4")  # 13 MB
+        kept = []
+        before = resident()
+        for _ in range(20):
+            kept.append(ew.render(array.copy(), mode="mip", size="native", max_error=.2))
+        self.assertLess(resident() - before, 60 << 20)
+        for picture in kept:
+            np.testing.assert_array_equal(picture, kept[0])
+
+    def test_daemon_threads_end_with_the_interpreter(self):
+        script = ("import sys; sys.path.insert(0, %r)\nimport threading, time, numpy as np, edgewise as ew\n"
+                  "v = np.random.default_rng(1).random((40,) * 3).astype('f4')\n"
+                  "p = ew.plan(v, mode='mip', rotate=(10, 20, 0), turntable=%%d, size='native', max_error=.3)\n"
+                  "def work():\n    while True:\n        %%s\n"
+                  "for _ in range(2):\n    threading.Thread(target=work, daemon=True).start()\n"
+                  "time.sleep(%%g)\n") % str(pathlib.Path(ew.__file__).parent)
+        kinds = [(2, "p.run()"), (400, "p.run()"), (1, "ew.render(v, mode='xray', size=16, max_error=.3)"), (2, "p.with_views(rotate=(1, 2, 3)).run()"),
+                 (1, "ew.Volume(np.asfortranarray(v)[::-1], spacing=(1, 2, 3)).array()")]
+        for number in range(20):
+            frames, work = kinds[number % len(kinds)]
+            done = subprocess.run([sys.executable, "-W", "ignore", "-c", script % (frames, work, .05 + .013 * number)], capture_output=True, text=True, timeout=120)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""), (number, work))
+        late = ("import sys; sys.path.insert(0, %r)\nimport atexit\n"
+                "@atexit.register\ndef end():\n    try:\n        ew.Volume(np.zeros((3, 4, 5), 'f4'))\n    except RuntimeError as error:\n        print(error)\n"
+                "import numpy as np, edgewise as ew\n") % str(pathlib.Path(ew.__file__).parent)
+        done = subprocess.run([sys.executable, "-c", late], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("interpreter ends", done.stdout)
 
     def test_facts_that_are_kept_change_nothing(self):
         query = {"rotate": (20, 10, 0), "size": 40, "max_error": 0.05}

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <tbb/parallel_for.h>
-#include <vector>
 
 #include "graph/with_type.hpp"
 #include "transitions/kernels/scalar_load.hpp"
@@ -20,8 +19,8 @@ struct Height {
     double height;
 };
 
-std::vector<Height> heights_of(const Neighbourhood& of) {
-    std::vector<Height> heights;
+SmallVector<Height> heights_of(const Neighbourhood& of) {
+    SmallVector<Height> heights;
     std::size_t i = 0;
     for (std::int64_t z = of.low[2]; z <= of.high[2]; ++z)
         for (std::int64_t y = of.low[1]; y <= of.high[1]; ++y)
@@ -40,7 +39,7 @@ double height_at(const Neighbourhood& of, const Voxel& at) {
         at[0] - of.low[0] + n.x * (at[1] - of.low[1] + n.y * (at[2] - of.low[2])))];
 }
 
-bool is_own_mirror_image(const Neighbourhood& of, const std::vector<Height>& heights) {
+bool is_own_mirror_image(const Neighbourhood& of, const SmallVector<Height>& heights) {
     return std::all_of(heights.begin(), heights.end(), [&](const Height& one) {
         for (std::size_t k = 0; k < 3; ++k) {
             Voxel at = one.at;
@@ -51,7 +50,7 @@ bool is_own_mirror_image(const Neighbourhood& of, const std::vector<Height>& hei
     });
 }
 
-bool reaches_the_middle(const Neighbourhood& of, const std::vector<Height>& heights) {
+bool reaches_the_middle(const Neighbourhood& of, const SmallVector<Height>& heights) {
     return of.flat() && std::all_of(heights.begin(), heights.end(), [&](const Height& one) {
                for (std::size_t k = 0; k < 3; ++k) {
                    Voxel at = one.at;
@@ -65,9 +64,9 @@ bool reaches_the_middle(const Neighbourhood& of, const std::vector<Height>& heig
 
 /// Where a sample of an axis of n stands, itself and behind the borders, as far as the kernel
 /// reaches.
-std::vector<std::int64_t> stands_at(Border border, std::int64_t at, std::int64_t n,
+SmallVector<std::int64_t> stands_at(Border border, std::int64_t at, std::int64_t n,
                                     std::int64_t low, std::int64_t high) {
-    std::vector<std::int64_t> places;
+    SmallVector<std::int64_t> places;
     for (std::int64_t place = std::min<std::int64_t>(low, 0);
          place < n + std::max<std::int64_t>(high, 0); ++place)
         if (bordered(border, place, n) == at) places.push_back(place);
@@ -113,7 +112,7 @@ class Numbers {
 
 bool needs_adjoint(const Neighbourhood& second) {
     if (second.border != Border::mirror && second.border != Border::clamp) return false;
-    const std::vector<Height> heights = heights_of(second);
+    const SmallVector<Height> heights = heights_of(second);
     return second.border == Border::mirror ? !is_own_mirror_image(second, heights)
                                            : !reaches_the_middle(second, heights);
 }
@@ -130,11 +129,11 @@ void adjoin(const Neighbourhood& second, const Data& input, const Data& in, Data
     const Extent n = in.what.extent;
     const int channels = in.what.channels;
     const Frame frame(second, n);
-    const std::vector<Height> heights = heights_of(second);
+    const SmallVector<Height> heights = heights_of(second);
     const bool least = second.rule == Neighbourhood::Rule::least;
     const Numbers numbers(in, out.what.values == in.what.values);
     const Numbers before(input, input.what.values == in.what.values);
-    std::array<std::vector<std::vector<std::int64_t>>, 3> stands;
+    std::array<SmallVector<SmallVector<std::int64_t>>, 3> stands;
     for (int axis = 0; axis < 3; ++axis) {
         const auto k = static_cast<std::size_t>(axis);
         // q' = p - k of this pass, whose places are those of the first, turned.
@@ -146,7 +145,7 @@ void adjoin(const Neighbourhood& second, const Data& input, const Data& in, Data
         double so_far = least ? std::numeric_limits<double>::infinity()
                               : -std::numeric_limits<double>::infinity();
         bool read = false;
-        const auto of = [&](std::size_t k) -> const std::vector<std::int64_t>& {
+        const auto of = [&](std::size_t k) -> const SmallVector<std::int64_t>& {
             return stands[k][static_cast<std::size_t>(at[k])];
         };
         for (const std::int64_t z : of(2))

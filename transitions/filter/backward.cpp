@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
-#include <vector>
 
 #include "graph/with_type.hpp"
 #include "transitions/filter/filtering_edge.hpp"
@@ -15,8 +14,8 @@ namespace {
 /// The places that count and their weights, for tiles of one shape.
 template <class T>
 struct Taps {
-    std::vector<std::ptrdiff_t> places;
-    std::vector<T> weights;
+    SmallVector<std::ptrdiff_t> places;
+    SmallVector<T> weights;
 
     Taps(const Neighbourhood& of, const TileShape& shape) {
         std::size_t at = 0;
@@ -50,7 +49,7 @@ Extent tile_of(const Neighbourhood& of, const Extent& whole, std::size_t bytes) 
 template <class T>
 void run_full_sum(const PassRun& run) {
     const TileShape shape(run.of, tile_of(run.of, run.in.extent, sizeof(T)));
-    const std::vector<T> weights(run.of.weights.begin(), run.of.weights.end());
+    const SmallVector<T> weights(run.of.weights.begin(), run.of.weights.end());
     const Extent n = run.of.extent();
     const kernels::WeightBox<T> box{weights.data(), n.x, n.y, n.z};
     run_tiles<T>(

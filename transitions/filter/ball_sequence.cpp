@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <tuple>
 
 #include "graph/with_type.hpp"
 #include "transitions/filter/filtering_edge.hpp"
@@ -24,8 +25,8 @@ struct PeriodicLine {
 };
 
 /// Steps point forward in memory.
-std::vector<PeriodicLine> lines_of(const BallSequence& of) {
-    std::vector<PeriodicLine> lines;
+SmallVector<PeriodicLine> lines_of(const BallSequence& of) {
+    SmallVector<PeriodicLine> lines;
     const auto add = [&](std::int64_t n, std::initializer_list<Step> steps) {
         for (const Step& step : steps)
             if (n > 0) lines.push_back({step, n});
@@ -71,7 +72,7 @@ int axes_of_ball(const Neighbourhood& of) { return of.extent().z == 1 ? 2 : 3; }
 
 /// Outputs start so many samples before those that they belong to: what is read lies ahead.
 struct Ahead {
-    std::vector<std::vector<std::ptrdiff_t>> reads;  // of one pass over the tile after another
+    SmallVector<SmallVector<std::ptrdiff_t>> reads;  // of one pass over the tile after another
     std::ptrdiff_t start = 0;
 };
 
@@ -88,7 +89,7 @@ Ahead passes_ahead(const BallSequence& of, const TileShape& shape) {
         all.start += line.n * step;
     }
     const std::ptrdiff_t row = shape.row, far = of.axes == 2 ? row : shape.slice;
-    std::vector<std::ptrdiff_t> cross = {0, far - 1, far, far + 1, 2 * far};
+    SmallVector<std::ptrdiff_t> cross = {0, far - 1, far, far + 1, 2 * far};
     if (of.axes == 3) cross.insert(cross.end(), {far - row, far + row});
     for (std::int64_t i = 0; i < of.crosses; ++i) all.reads.push_back(cross);
     all.start += of.crosses * far;
@@ -110,7 +111,7 @@ void run_sequence(const PassRun& run) {
         std::memcpy(values.data(), first, static_cast<std::size_t>(count) * sizeof(T));
         std::fill_n(values.data() + count, 2 * kernels::kRowStep, T{});
         // Rows run on into the next: what lies between them reaches no sample of the tile.
-        for (const std::vector<std::ptrdiff_t>& reads : passes.reads) {
+        for (const SmallVector<std::ptrdiff_t>& reads : passes.reads) {
             const std::ptrdiff_t farthest = *std::max_element(reads.begin(), reads.end());
             kernels::extreme_row(values.data(), reads.data(), reads.size(), least, values.data(),
                                  count - farthest);
@@ -163,7 +164,7 @@ std::string not_by_sequence(const PassAsk& ask) {
 BallSequence ball_sequence(double radius, int axes) {
     const auto reach = static_cast<std::int64_t>(std::floor(radius));
     constexpr std::int64_t kCrosses = 3;  // each costs as much as a line of any length
-    std::vector<std::pair<double, BallSequence>> fits;
+    SmallVector<std::pair<double, BallSequence>> fits;
     for (std::int64_t crosses = 0; crosses <= std::min(kCrosses, reach); ++crosses)
         for (std::int64_t face = 0; face <= reach; ++face)
             for (std::int64_t body = 0; body <= (axes == 2 ? 0 : reach); ++body) {
@@ -173,7 +174,13 @@ BallSequence ball_sequence(double radius, int axes) {
                 fits.emplace_back(misfit(one, radius), one);
             }
     const auto nearer = [](const auto& a, const auto& b) { return a.first < b.first; };
-    std::stable_sort(fits.begin(), fits.end(), nearer);
+    // Of equals the first of the loops above; a stable sort would allocate.
+    std::sort(fits.begin(), fits.end(), [](const auto& a, const auto& b) {
+        const auto order = [](const auto& fit) {
+            return std::tuple(fit.first, fit.second.crosses, fit.second.face, fit.second.body);
+        };
+        return order(a) < order(b);
+    });
     // The best of them are counted where that takes no time.
     constexpr std::size_t kCounted = 6;
     constexpr double kCountable = 20'000;
@@ -183,13 +190,13 @@ BallSequence ball_sequence(double radius, int axes) {
     return std::min_element(fits.begin(), fits.end(), nearer)->second;
 }
 
-std::vector<std::uint8_t> places_of(const BallSequence& sequence) {
+SmallVector<std::uint8_t> places_of(const BallSequence& sequence) {
     const std::int64_t r = sequence.radius(), side = 2 * r + 1;
     const std::int64_t slice = side * side, count = sequence.axes == 2 ? slice : slice * side;
-    std::vector<std::uint8_t> now(static_cast<std::size_t>(count)), next;
+    SmallVector<std::uint8_t> now(static_cast<std::size_t>(count)), next;
     now[static_cast<std::size_t>(count / 2)] = 1;
     // No place reaches the ends of the box before the last step.
-    const auto widen = [&](const std::vector<std::int64_t>& steps) {
+    const auto widen = [&](const SmallVector<std::int64_t>& steps) {
         next = now;
         for (const std::int64_t step : steps)
             for (std::int64_t i = step; i < count; ++i) {
@@ -201,14 +208,14 @@ std::vector<std::uint8_t> places_of(const BallSequence& sequence) {
     for (const PeriodicLine& line : lines_of(sequence))
         for (std::int64_t i = 0; i < line.n; ++i)
             widen({line.step[0] + line.step[1] * side + line.step[2] * slice});
-    std::vector<std::int64_t> cross = {1, side};
+    SmallVector<std::int64_t> cross = {1, side};
     if (sequence.axes == 3) cross.push_back(slice);
     for (std::int64_t i = 0; i < sequence.crosses; ++i) widen(cross);
     return now;
 }
 
 std::int64_t differing_places(const BallSequence& sequence, double radius) {
-    const std::vector<std::uint8_t> made = places_of(sequence);
+    const SmallVector<std::uint8_t> made = places_of(sequence);
     const std::int64_t r = sequence.radius(), deep = sequence.axes == 2 ? 0 : r;
     std::int64_t differing = 0;
     std::size_t at = 0;
@@ -243,7 +250,7 @@ Transition filter_ball_sequence() {
             const auto bytes = static_cast<double>(bytes_of(ask.type));
             double streams =
                 0;  // that a pass reads, each a line apart from the one before, and writes
-            for (std::vector<std::ptrdiff_t> reads : tile.passes.reads) {
+            for (SmallVector<std::ptrdiff_t> reads : tile.passes.reads) {
                 std::sort(reads.begin(), reads.end());
                 streams += 2;
                 for (std::size_t i = 1; i < reads.size(); ++i)

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
+#include "graph/small_objects.hpp"
 #include "graph/transition.hpp"
 
 namespace edgewise {
@@ -27,7 +27,7 @@ struct BallSequence {
 BallSequence ball_sequence(double radius, int axes);
 
 /// Whether each place of the box of its radius belongs to what the sequence makes, x fastest.
-std::vector<std::uint8_t> places_of(const BallSequence& sequence);
+SmallVector<std::uint8_t> places_of(const BallSequence& sequence);
 
 /// Places that belong to either the ball or to what the sequence makes, but not to both: counted.
 std::int64_t differing_places(const BallSequence& sequence, double radius);

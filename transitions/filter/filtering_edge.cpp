@@ -59,8 +59,8 @@ Representation made_of(const Neighbourhood& pass, const Representation& from, co
 /// The passes of a request, and what they read and make.
 struct Stages {
     const Filtering& filtering;
-    std::vector<Neighbourhood> passes;
-    std::vector<Representation> made;  // the first is what is read, then one for each pass
+    SmallVector<Neighbourhood> passes;
+    SmallVector<Representation> made;  // the first is what is read, then one for each pass
     /// The scene of the samples that are read; masks have their own.
     const Scene& scene;
 
@@ -142,7 +142,7 @@ Offer offer(const FilterAlgorithm& algorithm, const Representation& from, const 
 
 Work work(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask) {
     const Stages stages(offer.from, ask);
-    const std::vector<Neighbourhood>& passes = stages.passes;
+    const SmallVector<Neighbourhood>& passes = stages.passes;
     const double n = static_cast<double>(offer.from.samples()) * offer.from.channels;
     Work work;
     if (is_binary(stages.filtering.op)) {
@@ -235,7 +235,7 @@ double rounding_noise(const PassAsk& ask) {
 }
 
 /// Whether results are samples as they were read, or the 0 beyond them.
-bool only_copies(const std::vector<Neighbourhood>& passes, const Filtering& filtering) {
+bool only_copies(const SmallVector<Neighbourhood>& passes, const Filtering& filtering) {
     return filtering.op != FilterOp::tophat &&
            std::all_of(passes.begin(), passes.end(), [](const Neighbourhood& pass) {
                return pass.rule == Neighbourhood::Rule::median || (!pass.of_sum() && pass.flat());
@@ -260,7 +260,7 @@ std::optional<Error> measured_error(const FilterAlgorithm& algorithm, const Offe
 
 /// How sums scale what samples are off: alike, or each by itself. A length is off by no more than
 /// its derivatives together.
-void take_gains(const std::vector<Neighbourhood>& passes, bool of_length, Error& error) {
+void take_gains(const SmallVector<Neighbourhood>& passes, bool of_length, Error& error) {
     Error together{.gain = 0, .noise_gain = 0};
     for (const Neighbourhood& pass : passes) {
         if (!pass.of_sum()) continue;
@@ -341,7 +341,7 @@ Data mask_in(const Data& in, const Representation& what, const Context& context)
 }
 
 /// What the passes made becomes the result of a top hat or a gradient.
-void finish(const Stages& stages, const Data& in, const std::vector<Data>& made, Data& out,
+void finish(const Stages& stages, const Data& in, const SmallVector<Data>& made, Data& out,
             const Context& context) {
     if (!stages.is_gradient()) {
         const Data& opened = made.back();
@@ -361,12 +361,12 @@ void finish(const Stages& stages, const Data& in, const std::vector<Data>& made,
 void run(const FilterAlgorithm& algorithm, const Offer& offer, const Ask& ask, const Data& in,
          Data& out, Context& context) {
     const Stages stages(offer.from, ask);
-    const std::vector<Neighbourhood>& passes = stages.passes;
+    const SmallVector<Neighbourhood>& passes = stages.passes;
     std::optional<Data> mask;
     if (is_binary(stages.filtering.op)) mask = mask_in(in, stages.made[0], context);
     const Data& first = mask ? *mask : in;
     const bool finite = mask || ask.scene.non_finite == 0;
-    std::vector<Data> between;
+    SmallVector<Data> between;
     between.reserve(passes.size());
     for (std::size_t i = 0; i < passes.size(); ++i) {
         const Data& from = i == 0 || stages.is_gradient() ? first : between.back();

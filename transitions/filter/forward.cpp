@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <type_traits>
-#include <vector>
 
 #include "graph/with_type.hpp"
 #include "transitions/filter/filtering_edge.hpp"
@@ -16,13 +15,13 @@ namespace {
 template <class T>
 struct WeightRow {
     std::int64_t x, y, z;    // the first, counted from the sample that is read
-    std::vector<T> weights;  // 0 where none counts
+    SmallVector<T> weights;  // 0 where none counts
     bool full = true;        // all count
 };
 
 template <class T>
-std::vector<WeightRow<T>> weight_rows(const Neighbourhood& of) {
-    std::vector<WeightRow<T>> rows;
+SmallVector<WeightRow<T>> weight_rows(const Neighbourhood& of) {
+    SmallVector<WeightRow<T>> rows;
     const std::int64_t wide = of.extent().x;
     std::size_t at = 0;
     for (std::int64_t z = of.low[2]; z <= of.high[2]; ++z)
@@ -104,7 +103,7 @@ void fill_tile(const Tile<T>& tile, T value) {
 template <class T>
 void run_sums(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
-    const std::vector<WeightRow<T>> rows = weight_rows<T>(run.of);
+    const SmallVector<WeightRow<T>> rows = weight_rows<T>(run.of);
     run_tiles<T>(run, shape, [&](const Tile<T>& tile) {
         fill_tile(tile, T{});
         each_sample_but(T{}, run, tile, [&](T value, const std::array<std::int64_t, 3>& at) {
@@ -122,8 +121,8 @@ struct HeightRun {
 };
 
 template <class T>
-std::vector<HeightRun<T>> height_runs(const Neighbourhood& of) {
-    std::vector<HeightRun<T>> runs;
+SmallVector<HeightRun<T>> height_runs(const Neighbourhood& of) {
+    SmallVector<HeightRun<T>> runs;
     std::size_t at = 0;
     for (std::int64_t z = of.low[2]; z <= of.high[2]; ++z)
         for (std::int64_t y = of.low[1]; y <= of.high[1]; ++y) {
@@ -187,7 +186,7 @@ template <class T, bool least>
 void run_extremes(const PassRun& run) {
     using By = Order<T, least>;
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
-    const std::vector<HeightRun<T>> runs = height_runs<T>(run.of);
+    const SmallVector<HeightRun<T>> runs = height_runs<T>(run.of);
     T most = runs.front().height;
     for (const HeightRun<T>& each : runs) most = std::max(most, each.height);
     run_tiles<T>(run, shape, [&](const Tile<T>& tile) {

@@ -38,7 +38,7 @@ std::string not_by_fourier(const PassAsk& ask) {
 template <class T>
 void run_fourier(const PassRun& run) {
     const Blocks blocks(run.of, run.in.extent);
-    const Transformed kernel(run.of, blocks.transform, false);
+    const Transformed kernel(run.of, blocks.transform, false, run.context.memory);
     const TileShape shape(run.of, blocks.tile);
     const Extent size = blocks.transform;
     const bool rounds = run.of.sums_integers(run.in.type, run.in.values);

@@ -60,7 +60,7 @@ std::int64_t needed(const Neighbourhood& of) {
 template <class T>
 void run_levels(const PassRun& run) {
     const Blocks blocks(run.of, run.in.extent);
-    const Transformed kernel(run.of, blocks.transform, true);
+    const Transformed kernel(run.of, blocks.transform, true, run.context.memory);
     const TileShape shape(run.of, blocks.tile);
     const Extent size = blocks.transform, reach = run.of.extent();
     const float enough = static_cast<float>(needed(run.of)) - 0.5f;

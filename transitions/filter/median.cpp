@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 #include <type_traits>
-#include <vector>
 
 #include "graph/with_type.hpp"
 #include "transitions/filter/filtering_edge.hpp"
@@ -22,9 +21,9 @@ std::string no_median(const PassAsk& ask) {
 
 /// Places of the kernel for which `chosen(x, y, z)` holds.
 template <class Chosen>
-std::vector<std::ptrdiff_t> places_where(const Neighbourhood& of, const TileShape& shape,
+SmallVector<std::ptrdiff_t> places_where(const Neighbourhood& of, const TileShape& shape,
                                          const Chosen& chosen) {
-    std::vector<std::ptrdiff_t> places;
+    SmallVector<std::ptrdiff_t> places;
     for (std::int64_t z = of.low[2]; z <= of.high[2]; ++z)
         for (std::int64_t y = of.low[1]; y <= of.high[1]; ++y)
             for (std::int64_t x = of.low[0]; x <= of.high[0]; ++x)
@@ -46,7 +45,7 @@ struct Counts {
 
 /// The median of the values that are numbers, the lower of two. Reorders the values.
 template <class T>
-T middle_of(std::vector<T>& values) {
+T middle_of(SmallVector<T>& values) {
     auto end = values.end();
     if constexpr (std::is_floating_point_v<T>) {
         end = std::remove_if(values.begin(), end, [](T value) { return std::isnan(value); });
@@ -64,7 +63,7 @@ void run_selection(const PassRun& run) {
     const auto in_place = places_where(run.of, {run.of, shape.tile, run.in}, Counts{run.of});
     const auto work = [&](const Tile<T>& tile) {
         const auto& places = &tile.shape == &shape ? of_copies : in_place;
-        std::vector<T> values(places.size());
+        SmallVector<T> values(places.size());
         for (std::int64_t z = 0; z < tile.extent.z; ++z)
             for (std::int64_t y = 0; y < tile.extent.y; ++y)
                 for (std::int64_t x = 0; x < tile.extent.x; ++x) {
@@ -102,8 +101,8 @@ class Histogram {
 
 /// Which places a histogram counts, and what one step to the right changes.
 struct Moves {
-    std::vector<std::ptrdiff_t> all;
-    std::vector<std::ptrdiff_t> enters, leaves;  // what leaves is counted from before the step
+    SmallVector<std::ptrdiff_t> all;
+    SmallVector<std::ptrdiff_t> enters, leaves;  // what leaves is counted from before the step
 
     Moves(const Neighbourhood& of, const TileShape& shape) {
         const Counts counts{of};

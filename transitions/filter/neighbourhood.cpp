@@ -26,7 +26,7 @@ void take_scale(Neighbourhood& sum) {
 Neighbourhood pass_of(const Filtering& filtering, const Stencil& stencil, Neighbourhood::Rule rule,
                       bool turned) {
     Neighbourhood pass{.rule = rule, .border = filtering.border, .shape = stencil.shape};
-    pass.weights = stencil.weights;
+    pass.weights.assign(stencil.weights.begin(), stencil.weights.end());
     pass.size = stencil.size;
     const auto centre = stencil.centre();
     for (int axis = 0; axis < 3; ++axis) {
@@ -43,21 +43,21 @@ Neighbourhood pass_of(const Filtering& filtering, const Stencil& stencil, Neighb
 /// A matrix of rows x columns, row by row.
 struct Matrix {
     std::size_t rows, columns;
-    std::vector<double> numbers;
+    SmallVector<double> numbers;
 
     double& at(std::size_t row, std::size_t column) { return numbers[row * columns + column]; }
 };
 
 struct Term {
-    std::vector<double> left, right;  // as many as rows, and columns
+    SmallVector<double> left, right;  // as many as rows, and columns
 };
 
 /// Products of a column and a row that add up to the matrix: elimination with complete pivoting, as
 /// in the adaptive cross approximation of Bebendorf 2000. Whole numbers often stay whole.
 /// @param most  no more than so many; nothing where they are not enough
-std::optional<std::vector<Term>> terms_of(Matrix matrix, std::size_t most) {
+std::optional<SmallVector<Term>> terms_of(Matrix matrix, std::size_t most) {
     constexpr double kLeast = 0x1p-40;
-    std::vector<Term> terms;
+    SmallVector<Term> terms;
     double first = 0;
     for (;;) {
         std::size_t at = 0;
@@ -135,32 +135,33 @@ double Neighbourhood::sum_of_magnitudes() const noexcept {
     return sum;
 }
 
-std::vector<Neighbourhood> passes_of(const Filtering& filtering) {
+SmallVector<Neighbourhood> passes_of(const Filtering& filtering) {
     using Rule = Neighbourhood::Rule;
     const auto pass = [&](Rule rule, bool turned) {
         return pass_of(filtering, filtering.stencil, rule, turned);
     };
     if (filtering.op == FilterOp::gradient) {
-        std::vector<Neighbourhood> derivatives;
+        SmallVector<Neighbourhood> derivatives;
         for (const Stencil& stencil : filtering.derivatives)
             derivatives.push_back(pass_of(filtering, stencil, Rule::sum, false));
         return derivatives;
     }
-    const Neighbourhood dilate = pass(Rule::largest, true), erode = pass(Rule::least, false);
+    const auto dilate = [&] { return pass(Rule::largest, true); };
+    const auto erode = [&] { return pass(Rule::least, false); };
     switch (grey_of(filtering.op)) {
         case FilterOp::convolve:
             return {pass(Rule::sum, true)};
         case FilterOp::correlate:
             return {pass(Rule::sum, false)};
         case FilterOp::dilate:
-            return {dilate};
+            return {dilate()};
         case FilterOp::erode:
-            return {erode};
+            return {erode()};
         case FilterOp::open:
         case FilterOp::tophat:
-            return {erode, dilate};
+            return {erode(), dilate()};
         case FilterOp::close:
-            return {dilate, erode};
+            return {dilate(), erode()};
         case FilterOp::median:
             return {pass(Rule::median, false)};
         default:
@@ -168,7 +169,7 @@ std::vector<Neighbourhood> passes_of(const Filtering& filtering) {
     }
 }
 
-std::optional<std::vector<Product>> products_of(const Neighbourhood& sum, double most_weights) {
+std::optional<SmallVector<Product>> products_of(const Neighbourhood& sum, double most_weights) {
     const Extent n = sum.extent();
     const auto size = [](std::int64_t count) { return static_cast<std::size_t>(count); };
     const double each = static_cast<double>(n.x + n.y + n.z - 2);
@@ -180,11 +181,11 @@ std::optional<std::vector<Product>> products_of(const Neighbourhood& sum, double
             const double weight = sum.weights[x + matrix.rows * yz];
             matrix.at(x, yz) = std::isnan(weight) ? 0 : weight;
         }
-    std::vector<Product> products;
+    SmallVector<Product> products;
     const auto outer = terms_of(std::move(matrix), most);
     if (!outer) return {};
     for (const Term& one : *outer) {
-        Matrix rest{size(n.y), size(n.z), std::vector<double>(one.right.size())};
+        Matrix rest{size(n.y), size(n.z), SmallVector<double>(one.right.size())};
         for (std::size_t y = 0; y < rest.rows; ++y)
             for (std::size_t z = 0; z < rest.columns; ++z)
                 rest.at(y, z) = one.right[y + rest.rows * z];

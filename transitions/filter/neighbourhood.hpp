@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <vector>
 
 #include "graph/filtering.hpp"
+#include "graph/small_objects.hpp"
 
 namespace edgewise {
 
@@ -18,7 +18,7 @@ struct Neighbourhood {
     Rule rule = Rule::sum;
     std::array<std::int64_t, 3> low{0, 0, 0}, high{0, 0, 0};  // ends of the box, both included
     /// x fastest. NaN: a hole. Added before the largest, subtracted before the least is taken.
-    std::vector<double> weights = {1};
+    SmallVector<double> weights = {1};
     Border border = Border::mirror;
     /// What a sum is times, after it is taken: where all weights that count are equal they are 1.
     double scale = 1;
@@ -47,17 +47,17 @@ struct Neighbourhood {
 /// The passes of a filter, each of which reads what the one before it wrote. Of a top hat they make
 /// the opening, which is then subtracted from the input. Those of a gradient are the derivatives
 /// along the axes: each reads the input.
-std::vector<Neighbourhood> passes_of(const Filtering& filtering);
+SmallVector<Neighbourhood> passes_of(const Filtering& filtering);
 
 /// A sum of products of weights along the axes: w(x, y, z) = sum of a_i(x) b_i(y) c_i(z).
 struct Product {
-    std::array<std::vector<double>, 3> along;
+    std::array<SmallVector<double>, 3> along;
 };
 
 /// Products of which the weights of a sum consist, to 2^-40 of the largest: as many as the matrix x
 /// by (y, z) has rank, and each of its rows y by z.
 /// @param most_weights  no more than so many in all; nothing where these are not enough
-std::optional<std::vector<Product>> products_of(
+std::optional<SmallVector<Product>> products_of(
     const Neighbourhood& sum, double most_weights = std::numeric_limits<double>::infinity());
 
 }  // namespace edgewise

@@ -6,7 +6,6 @@
 #include <optional>
 #include <tbb/parallel_for.h>
 #include <type_traits>
-#include <vector>
 
 #include "graph/with_type.hpp"
 #include "transitions/kernels/neighbourhood.hpp"
@@ -29,8 +28,8 @@ struct Span {
 
 /// Where samples `begin` ... of a padded row come from, of an axis of n. Most follow one another:
 /// only those beyond the axis jump.
-std::vector<Span> spans_of(Border border, std::int64_t begin, std::int64_t count, std::int64_t n) {
-    std::vector<Span> spans;
+SmallVector<Span> spans_of(Border border, std::int64_t begin, std::int64_t count, std::int64_t n) {
+    SmallVector<Span> spans;
     const auto beyond = [&](std::int64_t from, std::int64_t to) {
         for (std::int64_t i = from; i < to; ++i) {
             const std::int64_t at = bordered(border, begin + i, n);
@@ -58,7 +57,7 @@ class Reader {
  public:
     Reader(const kernels::Grid& grid, int channel) : grid_(grid), channel_(channel) {}
 
-    void row(std::int64_t y, std::int64_t z, const std::vector<Span>& spans, T* to) const {
+    void row(std::int64_t y, std::int64_t z, const SmallVector<Span>& spans, T* to) const {
         if (y < 0 || z < 0) {
             for (const Span& span : spans) std::fill_n(to + span.at, span.count, T{});
             return;
@@ -80,7 +79,7 @@ class Reader {
 
  private:
     template <class Stored, class Read>
-    void read(const Stored* row, const Read& value_of, const std::vector<Span>& spans,
+    void read(const Stored* row, const Read& value_of, const SmallVector<Span>& spans,
               T* out) const {
         const int channels = grid_.channels;
         for (const Span& span : spans) {
@@ -115,9 +114,9 @@ class Reader {
 };
 
 /// Which rows, or slices, of an axis of n.
-std::vector<std::int64_t> places_of(Border border, std::int64_t begin, std::int64_t count,
+SmallVector<std::int64_t> places_of(Border border, std::int64_t begin, std::int64_t count,
                                     std::int64_t n) {
-    std::vector<std::int64_t> places(static_cast<std::size_t>(count));
+    SmallVector<std::int64_t> places(static_cast<std::size_t>(count));
     for (std::int64_t i = 0; i < count; ++i) {
         const std::int64_t at = begin + i;
         places[static_cast<std::size_t>(i)] = at >= 0 && at < n ? at : bordered(border, at, n);
@@ -195,9 +194,9 @@ struct Piece {
 /// An axis of n samples in pieces of at most `most`.
 /// @param low,high  where neighbourhoods end
 /// @param apart     those that end beyond the input are pieces of their own
-std::vector<Piece> pieces_of(std::int64_t n, std::int64_t low, std::int64_t high, std::int64_t most,
+SmallVector<Piece> pieces_of(std::int64_t n, std::int64_t low, std::int64_t high, std::int64_t most,
                              bool apart) {
-    std::vector<Piece> pieces;
+    SmallVector<Piece> pieces;
     const auto add = [&](std::int64_t begin, std::int64_t end) {
         for (; begin < end; begin += most) {
             const std::int64_t stop = std::min(begin + most, end);
@@ -244,7 +243,7 @@ class Tiles {
     }
 
  private:
-    std::array<std::vector<Piece>, 3> pieces_;
+    std::array<SmallVector<Piece>, 3> pieces_;
 };
 
 /// Works off one tile after another, in one thread of several.
@@ -264,8 +263,10 @@ class TileWork {
     void work(const Region& box, int channel, bool inside) const {
         if (reads_ == TileReads::rows) {
             const RowReader rows(run_, box, channel);
-            const std::function<void(std::int64_t, std::int64_t, T*)> read =
-                [&](std::int64_t y, std::int64_t z, T* to) { rows.row(y, z, to); };
+            const auto read_row = [&](std::int64_t y, std::int64_t z, T* to) {
+                rows.row(y, z, to);
+            };
+            const ReadRow<T> read = read_row;
             Tile<T> tile{shape_, box.extent(), nullptr, nullptr, 0, 0, run_.context.memory, &read};
             return pass_to(tile, box, channel);
         }
@@ -310,8 +311,8 @@ class TileWork {
      private:
         Reader<T> reader_;
         std::array<std::int64_t, 3> size_{};
-        std::array<std::vector<std::int64_t>, 3> places_;  // rows and slices
-        std::vector<Span> spans_;
+        std::array<SmallVector<std::int64_t>, 3> places_;  // rows and slices
+        SmallVector<Span> spans_;
     };
 
     /// Works a tile off, into the result or to it.

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstdint>
-#include <functional>
 
 #include "graph/data.hpp"
 #include "graph/transition.hpp"
@@ -27,6 +27,27 @@ struct TileShape {
     }
 };
 
+/// A function of the caller's, which lives longer than the call that it is handed to: unlike
+/// std::function it keeps nothing, and allocates nothing.
+template <class... Args>
+class Borrowed {
+ public:
+    template <class F>
+    requires(!std::same_as<F, Borrowed>)
+        Borrowed(const F& function)  // NOLINT: lambdas are handed over as they are
+        : function_(&function),
+          call_([](const void* of, Args... args) { (*static_cast<const F*>(of))(args...); }) {}
+    void operator()(Args... args) const { call_(function_, args...); }
+
+ private:
+    const void* function_;
+    void (*call_)(const void*, Args...);
+};
+
+/// Row y of slice z of a padded tile, from 0 on.
+template <class T>
+using ReadRow = Borrowed<std::int64_t, std::int64_t, T*>;
+
 /// One tile of one channel: what a pass reads and writes.
 template <class T>
 struct Tile {
@@ -36,8 +57,8 @@ struct Tile {
     T* out;       // likewise; no more than the extent is written
     std::int64_t row, slice;  // of out
     std::pmr::memory_resource* memory;
-    /// With TileReads::rows, in place of `in`: row y of slice z of the padded tile, from 0 on.
-    const std::function<void(std::int64_t y, std::int64_t z, T* to)>* read = nullptr;
+    /// With TileReads::rows, in place of `in`.
+    const ReadRow<T>* read = nullptr;
 
     const T* in_row(std::int64_t y, std::int64_t z) const noexcept {
         return in + y * shape.row + z * shape.slice;
@@ -60,7 +81,7 @@ struct PassRun {
 };
 
 template <class T>
-using TilePass = std::function<void(const Tile<T>&)>;
+using TilePass = Borrowed<const Tile<T>&>;
 
 /// Where the samples of a tile are read.
 enum class TileReads {

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstring>
 #include <fmt/format.h>
-#include <vector>
 
 #include "graph/with_type.hpp"
 #include "transitions/filter/filtering_edge.hpp"
@@ -24,8 +23,8 @@ struct Run {
     int level() const noexcept { return std::bit_width(static_cast<std::uint64_t>(length)) - 1; }
 };
 
-std::vector<Run> runs_of(const Neighbourhood& of) {
-    std::vector<Run> runs;
+SmallVector<Run> runs_of(const Neighbourhood& of) {
+    SmallVector<Run> runs;
     std::size_t at = 0;
     for (std::int64_t z = of.low[2]; z <= of.high[2]; ++z)
         for (std::int64_t y = of.low[1]; y <= of.high[1]; ++y) {
@@ -40,7 +39,7 @@ std::vector<Run> runs_of(const Neighbourhood& of) {
     return runs;
 }
 
-int levels_of(const std::vector<Run>& runs) {
+int levels_of(const SmallVector<Run>& runs) {
     int most = 0;
     for (const Run& run : runs) most = std::max(most, run.level());
     return most + 1;
@@ -48,15 +47,15 @@ int levels_of(const std::vector<Run>& runs) {
 
 /// Extremes over `have` values become those over more: of values at these places.
 struct Widening {
-    std::vector<std::int64_t> places;  // the first is 0
+    SmallVector<std::int64_t> places;  // the first is 0
     std::int64_t left;                 // values more than are asked for in the end
 };
 
 /// Fourfold while that is not too much: of each value read and written a pass makes as much as two
 /// doublings, which would read and write twice.
-std::vector<Widening> widenings(std::int64_t length) {
+SmallVector<Widening> widenings(std::int64_t length) {
     constexpr std::int64_t kTimes = 4;
-    std::vector<Widening> all;
+    SmallVector<Widening> all;
     for (std::int64_t have = 1; have < length;) {
         const std::int64_t next = std::min(kTimes * have, length);
         Widening one;
@@ -119,7 +118,7 @@ double operations_by_runs(const PassAsk& ask) {
         };
         return (along(reach.x) + call) * rows + along(reach.y) * slices + along(reach.z);
     }
-    const std::vector<Run> runs = runs_of(ask.of);
+    const SmallVector<Run> runs = runs_of(ask.of);
     const int levels = levels_of(runs);
     return (2 * (levels - 1) + call * levels) * rows + 2.0 * double(runs.size()) + call;
 }
@@ -127,7 +126,7 @@ double operations_by_runs(const PassAsk& ask) {
 /// Of shapes that are no box: what a row of results reads of the levels.
 Lines lines_by_runs(const PassAsk& ask) {
     if (ask.of.full()) return {};
-    const std::vector<Run> runs = runs_of(ask.of);
+    const SmallVector<Run> runs = runs_of(ask.of);
     double places = 0;
     for (const Run& run : runs) places += run.length == std::int64_t{1} << run.level() ? 1 : 2;
     const TileShape shape(ask.of, tile_of(ask));
@@ -151,7 +150,7 @@ template <class T>
 class BoxTile {
  public:
     BoxTile(const Tile<T>& tile, const Neighbourhood& of,
-            const std::array<std::vector<Widening>, 3>& along, Rows<T> between)
+            const std::array<SmallVector<Widening>, 3>& along, Rows<T> between)
         : tile_(tile),
           between_(between),
           to_{tile.out, tile.row, tile.slice},
@@ -173,7 +172,7 @@ class BoxTile {
  private:
     /// Each row while it is in the nearest cache.
     void along_rows(T* padded) {
-        const std::vector<Widening>& passes = along_[0];
+        const SmallVector<Widening>& passes = along_[0];
         const bool is_last = left_ == passes.size();
         for (std::int64_t z = 0; z < slices_; ++z)
             for (std::int64_t y = 0; y < rows_; ++y) {
@@ -203,7 +202,7 @@ class BoxTile {
     Extent n_;
     std::int64_t rows_, slices_;
     bool least_;
-    const std::array<std::vector<Widening>, 3>& along_;
+    const std::array<SmallVector<Widening>, 3>& along_;
     std::size_t left_ = 0;  // passes
 };
 
@@ -211,7 +210,7 @@ template <class T>
 void run_box(const PassRun& run) {
     const TileShape shape(run.of, box_tile(run.of, run.in.extent, sizeof(T)));
     const Extent reach = run.of.extent();
-    const std::array<std::vector<Widening>, 3> along{widenings(reach.x), widenings(reach.y),
+    const std::array<SmallVector<Widening>, 3> along{widenings(reach.x), widenings(reach.y),
                                                      widenings(reach.z)};
     run_tiles<T>(
         run, shape,
@@ -230,11 +229,11 @@ void run_box(const PassRun& run) {
 template <class T>
 void run_shape(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
-    const std::vector<Run> runs = runs_of(run.of);
+    const SmallVector<Run> runs = runs_of(run.of);
     const int levels = levels_of(runs);
     const bool least = run.of.rule == Neighbourhood::Rule::least;
     const std::int64_t level = shape.values() + kernels::kRowStep;
-    std::vector<std::ptrdiff_t> places;
+    SmallVector<std::ptrdiff_t> places;
     for (const Run& each : runs) {
         const std::ptrdiff_t row = each.level() * level + shape.place(each.x, each.y, each.z);
         const std::int64_t second = each.length - (std::int64_t{1} << each.level());

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <fmt/format.h>
-#include <vector>
 
 #include "transitions/filter/filtering_edge.hpp"
 #include "transitions/kernels/neighbourhood.hpp"
@@ -14,10 +13,10 @@ namespace {
 /// The weights of a line that are not 0, and where they are.
 template <class T>
 struct Line {
-    std::vector<std::ptrdiff_t> places;
-    std::vector<T> weights;
+    SmallVector<std::ptrdiff_t> places;
+    SmallVector<T> weights;
 
-    Line(const std::vector<double>& all, std::int64_t step) {
+    Line(const SmallVector<double>& all, std::int64_t step) {
         for (std::size_t i = 0; i < all.size(); ++i) {
             if (all[i] == 0) continue;
             places.push_back(static_cast<std::ptrdiff_t>(i) * step);
@@ -29,14 +28,14 @@ struct Line {
     }
 };
 
-double weights_in(const std::vector<double>& line) {
+double weights_in(const SmallVector<double>& line) {
     double count = 0;
     for (const double weight : line) count += weight != 0;
     return count;
 }
 
 /// Operations a sample, of vectors alone.
-double operations_of(const PassAsk& ask, const std::vector<Product>& products) {
+double operations_of(const PassAsk& ask, const SmallVector<Product>& products) {
     const Extent tile = tile_for(ask.of, ask.from.extent, bytes_of(ask.type));
     const Extent reach = ask.of.extent();
     const double rows = 1 + double(reach.y - 1) / double(tile.y),
@@ -59,7 +58,7 @@ std::string not_separable(const PassAsk& ask) {
             "products of rows and columns have more weights than the {:.0f} places "
             "of the kernel",
             places);
-    const std::vector<Product>& products = *found;
+    const SmallVector<Product>& products = *found;
     const double operations = operations_of(ask, products);
     if (operations >= 2 * places)
         return fmt::format(
@@ -77,7 +76,7 @@ std::string not_separable(const PassAsk& ask) {
 template <class T>
 void run_separable(const PassRun& run) {
     const TileShape shape(run.of, tile_for(run.of, run.in.extent, sizeof(T)));
-    const std::vector<Product> products = products_of(run.of).value();
+    const SmallVector<Product> products = products_of(run.of).value();
     const Extent reach = run.of.extent();
     const auto work = [&](const Tile<T>& tile) {
         const Extent n = tile.extent;
@@ -90,7 +89,7 @@ void run_separable(const PassRun& run) {
         bool adds = false;
         for (const Product& product : products) {
             // Of an image the last factor is one number.
-            std::vector<double> along_y = product.along[1];
+            SmallVector<double> along_y = product.along[1];
             if (reach.z == 1)
                 for (double& weight : along_y) weight *= product.along[2][0];
             const Line<T> x(product.along[0], 1), y(along_y, row),
@@ -129,7 +128,7 @@ Transition filter_separable() {
         .refused = not_separable,
         .operations =
             [](const PassAsk& ask) {
-                const std::vector<Product> products = products_of(ask.of).value();
+                const SmallVector<Product> products = products_of(ask.of).value();
                 const Extent tile = tile_for(ask.of, ask.from.extent, bytes_of(ask.type));
                 const Extent reach = ask.of.extent();
                 const double slices = 1 + double(reach.z - 1) / double(tile.z),

@@ -34,14 +34,15 @@ double transform_operations(const Blocks& blocks) {
     return all / static_cast<double>(blocks.tile.samples());
 }
 
-Transformed::Transformed(const Neighbourhood& of, const Extent& transform, bool flat)
+Transformed::Transformed(const Neighbourhood& of, const Extent& transform, bool flat,
+                         std::pmr::memory_resource* memory)
     : forward_(kernels::Fourier::real_box(transform)),
       inverse_(kernels::Fourier::to_real_box(transform)),
       n_(transform),
       frequencies_(static_cast<std::size_t>((transform.x / 2 + 1) * transform.y * transform.z)),
-      spectrum_(frequencies_, std::pmr::new_delete_resource()) {
+      spectrum_(frequencies_, memory) {
     const Extent reach = of.extent();
-    kernels::Block<float> weights(values(), std::pmr::new_delete_resource());
+    kernels::Block<float> weights(values(), memory);
     std::fill_n(weights.data(), values(), 0.0f);
     std::size_t at = 0;
     for (std::int64_t z = 0; z < reach.z; ++z)

@@ -34,8 +34,10 @@ double transform_operations(const Blocks& blocks);
 /// A kernel as products with spectra of tiles.
 class Transformed {
  public:
-    /// @param flat  every place that counts has the weight 1
-    Transformed(const Neighbourhood& of, const Extent& transform, bool flat);
+    /// @param flat    every place that counts has the weight 1
+    /// @param memory  for the kernel's spectrum
+    Transformed(const Neighbourhood& of, const Extent& transform, bool flat,
+                std::pmr::memory_resource* memory);
 
     std::size_t values() const { return static_cast<std::size_t>(n_.samples()); }
     std::size_t frequencies() const { return frequencies_; }

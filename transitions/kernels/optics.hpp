@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <span>
-#include <vector>
 
 #include "graph/samples.hpp"
+#include "graph/small_objects.hpp"
 
 namespace edgewise::kernels {
 
@@ -34,7 +34,7 @@ struct OpticsRamp {
 struct Optics {
     std::array<float, 3> color{0, 0, 0};  // below the first point
     float opacity = 0;
-    std::vector<OpticsRamp> ramps;
+    SmallVector<OpticsRamp> ramps;
     bool grey = true;  // red = green = blue throughout: one channel is composited
     double unit = 1;   // length that opacities refer to [t]
 
@@ -45,7 +45,7 @@ struct Optics {
 /// @param unit    length that the opacities refer to, in the unit of t along rays
 /// @param values  what the stored numbers mean; a negative slope is fine
 inline Optics optics_of(std::span<const OpticsPoint> points, double unit, const ValueMap& values) {
-    std::vector<OpticsPoint> knots(points.begin(), points.end());
+    SmallVector<OpticsPoint> knots(points.begin(), points.end());
     for (OpticsPoint& knot : knots) knot.value = (knot.value - values.offset) / values.slope;
     if (values.slope < 0) std::reverse(knots.begin(), knots.end());
 

@@ -6,6 +6,7 @@
 #include "graph/request.hpp"
 #include "graph/samples.hpp"
 #include "graph/shading.hpp"
+#include "graph/small_objects.hpp"
 #include "transitions/kernels/optics.hpp"
 
 namespace edgewise::kernels {
@@ -22,7 +23,7 @@ struct RayCue {
 struct RayEdges {
     std::array<float, 3> per_length;  // of a gradient of stored numbers by input index
     float first = 1;                  // below the first ramp
-    std::vector<OpticsRamp> ramps;
+    SmallVector<OpticsRamp> ramps;
 };
 
 /// What rays need to light their samples: a Shading in f32.
@@ -34,7 +35,7 @@ struct RayLight {
     /// Row by row: a gradient of stored numbers by input index -> of values in screen space, where
     /// steps along all axes are equally long.
     std::array<float, 9> to_screen;
-    std::vector<Source> sources;
+    SmallVector<Source> sources;
     float ambient, diffuse, specular, exponent, least;
     Shade by;                        // any but none
     float inverse_square;            // of facet_slope(exponent)

@@ -58,7 +58,7 @@ std::string no_slices(const Request& want) {
 
 kernels::Optics optics_of(const Request& want, const ValueMap& values) {
     if (!want.mode->takes_transfer) return {};
-    std::vector<kernels::OpticsPoint> points;
+    SmallVector<kernels::OpticsPoint> points;
     for (const Transfer::Point& point : want.transfer.points)
         points.push_back({point.value, point.opacity, point.color});
     return kernels::optics_of(points, want.transfer.unit / want.unit, values);

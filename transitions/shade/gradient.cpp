@@ -74,8 +74,14 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 
 }  // namespace
 
-std::string gradient_facet_of(Differences by) {
-    return std::string("gradient-") + kSchemes[static_cast<std::size_t>(by)];
+const std::string& gradient_facet_of(Differences by) {
+    static const std::array<std::string, kSchemes.size()> names = [] {
+        std::array<std::string, kSchemes.size()> all;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            all[i] = std::string("gradient-") + kSchemes[i];
+        return all;
+    }();
+    return names[static_cast<std::size_t>(by)];
 }
 
 Differences differences_of(const Representation& what) {

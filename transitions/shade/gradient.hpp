@@ -14,7 +14,7 @@ namespace edgewise {
 Transition gradient_facet();
 
 /// The facet of a scheme.
-std::string gradient_facet_of(kernels::Differences by);
+const std::string& gradient_facet_of(kernels::Differences by);
 /// That of a representation, which has one.
 kernels::Differences differences_of(const Representation& what);
 /// The gradients of data that have them.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <tbb/parallel_for.h>
 
+#include "graph/small_objects.hpp"
 #include "transitions/kernels/axis_permutation.hpp"
 #include "transitions/kernels/grid_of.hpp"
 #include "transitions/kernels/scalar_load.hpp"
@@ -232,7 +233,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
         out.what.extent = kernels::permuted_extent(permutation, in.what.extent);
     }
     const std::size_t bytes = bytes_of(in.what.type);
-    std::vector<std::byte> beyond(bytes * in.what.channels);
+    SmallVector<std::byte> beyond(bytes * in.what.channels);
     for (int c = 0; c < in.what.channels; ++c)
         std::memcpy(beyond.data() + c * bytes, outside.data(), bytes);
     // Blocks along the output axis that the input's rows become: whole lines of the input are read.

@@ -467,7 +467,7 @@ TEST(Products, AreTheKernel) {
         sum.weights.clear();
         for (std::int64_t i = 0; i < n.samples(); ++i)
             sum.weights.push_back((double(random() % 201) - 100) / 32);
-        const std::vector<Product> products = products_of(sum).value();
+        const auto products = products_of(sum).value();
         EXPECT_LE(products.size(), static_cast<std::size_t>(n.x * n.y * n.z));
         std::size_t at = 0;
         for (std::int64_t z = 0; z < n.z; ++z)
@@ -483,8 +483,9 @@ TEST(Products, AreTheKernel) {
     }
     Neighbourhood sobel;
     const Stencil stencil = Stencil::sobel(1, 3);
-    sobel.low = {-1, -1, -1}, sobel.high = {1, 1, 1}, sobel.weights = stencil.weights;
-    const std::vector<Product> one = products_of(sobel).value();
+    sobel.low = {-1, -1, -1}, sobel.high = {1, 1, 1};
+    sobel.weights.assign(stencil.weights.begin(), stencil.weights.end());
+    const auto one = products_of(sobel).value();
     ASSERT_EQ(one.size(), 1u);
     for (const auto& line : one[0].along)
         for (const double weight : line) EXPECT_EQ(weight, std::round(weight));
