@@ -41,8 +41,7 @@ int main(int count, char** words) {
     const int times = count > 2 ? std::atoi(words[2]) : 15;
     const Engine whole = default_engine(count > 3 ? words[3] : "");
     const Engine engine(whole.edges(), whole.machine());  // keeps no facts
-    const Volume volume = Volume::read(words[1]);
-    volume.samples();
+    const std::shared_ptr<const Data> samples = Volume::read(words[1]).samples();
     std::printf("%-10s %6s %9s | %10s %8s %8s %8s  [ms] | %s\n", "mode", "frames", "max_error",
                 "statistics", "preset", "looked", "search", "vertices, edges, path");
     for (const char* max_error : {"", "0.01"})
@@ -55,8 +54,11 @@ int main(int count, char** words) {
                 std::string path;
                 int vertices = 0, edges = 0;
                 for (int i = 0; i < times; ++i) {
+                    Query query = query_of_row(mode, frames, 384, max_error);
+                    query.input = words[1];
                     const Prepared plan =
-                        prepare(engine, query_of_row(mode, frames, 384, max_error), volume);
+                        prepare(engine, query, samples,
+                                {.errors = ErrorsWanted::for_choice, .front = false});
                     const Planned& planned = plan.planned();
                     statistics.push_back(1e3 * planned.spent.statistics);
                     preset.push_back(1e3 * planned.spent.preset);

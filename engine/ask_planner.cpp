@@ -11,6 +11,8 @@
 #include "measure/since.hpp"
 #include "planner/alike.hpp"
 #include "planner/choice.hpp"
+#include "planner/priced_graph.hpp"
+#include "planner/search.hpp"
 #include "scene/preview.hpp"
 #include "scene/scene.hpp"
 
@@ -96,7 +98,7 @@ class Unseen {
             if (is_sure(each)) return std::move(each);
         if (!answer.plain || !planned_.query.demands.via.empty()) return std::nullopt;
         std::optional<Plan> plain =
-            plan_of_step(*answer.graph, answer.plain->step, edges, ask(), options);
+            plan_of_steps(*answer.graph, {answer.plain->step}, edges, ask(), options);
         if (!plain) {  // with a parameter that nobody tries
             options.front = planned_.plan_options.front;
             options.demands.via = {demand_of(answer.plain->step, edges)};
@@ -138,6 +140,11 @@ std::optional<Plan> take_path(const Planned& planned, Answer& answer, const Answ
     Request want = planned.want;
     if (want.budget.like) want.budget.like->times = std::numeric_limits<double>::infinity();
     Answer measured = answer_by(planned, want, planned.scene, options);
+    // Demands leave room for steps in between, which may seem to be faster still.
+    const std::vector<std::string> steps = of.plan->texts();
+    if (!measured.plan || measured.plan->texts() != steps)
+        measured.plan = plan_of_steps(*measured.graph, steps, planned.engine.edges(),
+                                      {want, planned.scene}, options);
     if (!measured.plan) return std::nullopt;
     std::swap(answer.plan, measured.plan);
     answer.warnings = of.warnings;
@@ -161,8 +168,9 @@ bool choose(Planned& planned) {
 /// Whether no path is faster by so much, whatever its error. Then more draws can gain nothing.
 bool is_fastest(const Answer& answer, Minimize minimize) {
     if (minimize != Minimize::time || !answer.plan) return false;
-    return answer.front.empty() ||
-           answer.front.front().predicted.seconds >= kWorth * answer.plan->predicted.seconds;
+    if (answer.search == Search::shortest_path) return true;
+    const std::optional<Route> fastest = fastest_route(answer.graph->real());
+    return !fastest || fastest->label.seconds >= kWorth * answer.plan->predicted.seconds;
 }
 
 /// How long drawing may take [s] for what the plan by likely errors would save; 0: nothing to gain.

@@ -30,12 +30,11 @@ constexpr double kFaster = 0.9;  // of the sure one's seconds
 constexpr std::size_t kMostPaths = 8;
 constexpr std::size_t kRoutes = 2048;  // that are looked at for these
 /// What it takes to measure the facts of some paths, over what it takes to measure all.
-constexpr double kContested = 0.4;
+constexpr double kContested = 0.6;
 /// Of the usual draws, one preview after the other: of rays; of points, which are cheap and are not
 /// put into groups.
 constexpr std::array kTimesOfRays = {0.125, 0.5, 2.0};
 constexpr std::array kTimesOfPoints = {1.0};
-constexpr double kLooks = 0.375;  // as many pixels as usual are looked at for each draw
 constexpr std::size_t kGroups = 8;
 constexpr double kSpent = 0.2;  // of what it may save, that a preview may cost
 /// In standard errors: a path within the limit by so many is taken, beyond by so many is dropped.
@@ -146,7 +145,6 @@ class Contesting {
                             planned_.want, asked, planned_.query.max_memory, planned_.memory.get()},
                            {.asked = asked,
                             .times = times,
-                            .looks = kLooks,
                             .wanted = &wanted_,
                             .spanned = &graph_.spanned(),
                             .groups = kGroups});

@@ -131,7 +131,7 @@ ErrorsWanted errors_of(const Asked& asked, const Effort& effort) {
     if (effort.errors != ErrorsWanted::for_choice) return effort.errors;
     const Budget& budget = asked.want.budget;
     // Of results that are to be equal but for rounding it is only to be shown.
-    const bool decides = budget.error && (!budget.error_yields || effort.front);
+    const bool decides = budget.error && !budget.error_yields;
     return decides || asked.want.minimize == Minimize::error ||
                    asked.query.planner != Planner::estimate
                ? ErrorsWanted::asked
@@ -195,7 +195,7 @@ Input read(const Opened& opened, Listener& messages) {
             messages.warning(missing);
     // Beside samples of the request's own, even where a caller holds them.
     Data kept = Data::sharing(*input.data, input.data->what);
-    kept.worked_out = std::make_shared<WorkedOut>();
+    kept.worked_out = std::make_shared<WorkedOut>(opened.memory);
     input.data = std::make_shared<const Data>(std::move(kept));
     if (!opened.query.remembers || !opened.engine.facts())
         input.identity.reset();

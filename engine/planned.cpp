@@ -186,6 +186,13 @@ Answer answer_by(const Planned& planned, const std::vector<Demand>& via) {
                 planned.engine.machine(), options);
 }
 
+/// All paths of the answer's graph that no other beats.
+void add_front(Planned& planned) {
+    planned.answer.front = plan(planned.answer.graph, planned.engine.edges(), planned.ask(),
+                                planned.engine.machine(), planned.plan_options)
+                               .front;
+}
+
 }  // namespace
 
 std::shared_ptr<const PricedGraph> Planned::graph() const {
@@ -243,10 +250,14 @@ Planned price(Looked looked, const Effort& effort, Listener& messages) {
     const auto begin = Clock::now();
     Planned planned = unplanned(std::move(looked), effort);
     planned.spent.search += since(begin);
+    planned.plan_options.front = false;
     {
         const InState unobserved(messages, Listener::State::unobserved);
         planned = ask_planner(std::move(planned));
     }
+    // It is only shown: what it takes is no part of choosing.
+    planned.plan_options.front = effort.front;
+    if (effort.front && planned.answer.graph) add_front(planned);
     if (planned.query.planner != Planner::estimate) {
         const auto begun = Clock::now();
         planned.answer = piloted(planned, messages);

@@ -65,6 +65,11 @@ class Array {
 /// on. Threads share it. It lives as long as the samples do.
 class WorkedOut {
  public:
+    /// @param memory  where things come from; it lives as long as they do
+    explicit WorkedOut(std::shared_ptr<std::pmr::memory_resource> memory)
+        : memory_(std::move(memory)) {}
+    std::pmr::memory_resource* memory() const noexcept { return memory_.get(); }
+
     /// The first of a kind that fits; null: none.
     template <class Thing, class Fits>
     std::shared_ptr<const Thing> find(const char* kind, const Fits& fits) const {
@@ -78,6 +83,7 @@ class WorkedOut {
     void keep(const char* kind, std::shared_ptr<const void> thing);
 
  private:
+    const std::shared_ptr<std::pmr::memory_resource> memory_;
     mutable std::mutex mutex_;
     std::vector<std::pair<std::string_view, std::shared_ptr<const void>>> things_;
 };

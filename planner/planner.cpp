@@ -186,19 +186,20 @@ std::optional<Route> shortest_that_fits(const PricedGraph& graph, const Ask& ask
     return route;
 }
 
+bool is_step(const Arc& arc, const std::string& step, const Catalogue& catalogue) {
+    const std::string& name = catalogue[static_cast<std::size_t>(arc.edge)].name;
+    return step.starts_with(name) && step == name + arc.offer.with.text();
+}
+
 /// The arc of one step from a source to the result.
 std::optional<Graph::edge_descriptor> arc_of_step(const TransformGraph& spanned,
                                                   const std::string& step,
                                                   const Catalogue& catalogue) {
     const Graph& graph = spanned.graph;
     for (const auto source : spanned.sources)
-        for (const auto arc : boost::make_iterator_range(boost::out_edges(source, graph))) {
-            const Arc& what = graph[arc];
-            const std::string& name = catalogue[static_cast<std::size_t>(what.edge)].name;
-            if (graph[boost::target(arc, graph)].target && step.starts_with(name) &&
-                step == name + what.offer.with.text())
+        for (const auto arc : boost::make_iterator_range(boost::out_edges(source, graph)))
+            if (graph[boost::target(arc, graph)].target && is_step(graph[arc], step, catalogue))
                 return arc;
-        }
     return std::nullopt;
 }
 
@@ -297,15 +298,26 @@ Answer plan(std::shared_ptr<const PricedGraph> graph, const Catalogue& catalogue
     return answer;
 }
 
-std::optional<Plan> plan_of_step(const PricedGraph& graph, const std::string& step,
-                                 const Catalogue& catalogue, const Ask& ask,
-                                 const PlanOptions& options) {
-    const auto arc = arc_of_step(graph.spanned(), step, catalogue);
-    if (!arc) return std::nullopt;
+std::optional<Plan> plan_of_steps(const PricedGraph& graph, const std::vector<std::string>& steps,
+                                  const Catalogue& catalogue, const Ask& ask,
+                                  const PlanOptions& options) {
+    const Graph& spanned = graph.spanned().graph;
     const Priced& priced = graph.real();
-    const auto source = boost::source(*arc, graph.spanned().graph);
-    const Route route{source, {*arc}, priced.step(priced.start(source), *arc)};
-    return plan_of(route, priced, catalogue, ask, options);
+    for (const auto source : graph.spanned().sources) {
+        Route route{source, {}, priced.start(source)};
+        auto at = source;
+        for (const std::string& step : steps)
+            for (const auto arc : boost::make_iterator_range(boost::out_edges(at, spanned)))
+                if (is_step(spanned[arc], step, catalogue)) {
+                    route.arcs.push_back(arc);
+                    route.label = priced.step(route.label, arc);
+                    at = boost::target(arc, spanned);
+                    break;
+                }
+        if (route.arcs.size() == steps.size() && spanned[at].target)
+            return plan_of(route, priced, catalogue, ask, options);
+    }
+    return std::nullopt;
 }
 
 std::vector<Plan> all_paths(const Priced& priced, const Catalogue& catalogue, const Ask& ask,

@@ -75,11 +75,12 @@ Answer plan(const Catalogue& catalogue, const Ask& ask, const std::vector<Source
 Answer plan(std::shared_ptr<const PricedGraph> graph, const Catalogue& catalogue, const Ask& ask,
             const Profile& profile, const PlanOptions& options);
 
-/// The plan of one step from a source to the result, or nothing where the graph does not span it.
-/// @param step  as `--via` takes it
-std::optional<Plan> plan_of_step(const PricedGraph& graph, const std::string& step,
-                                 const Catalogue& catalogue, const Ask& ask,
-                                 const PlanOptions& options);
+/// The plan of these steps and no others from a source to the result, or nothing where the graph
+/// does not span it.
+/// @param steps  as `--via` takes them
+std::optional<Plan> plan_of_steps(const PricedGraph& graph, const std::vector<std::string>& steps,
+                                  const Catalogue& catalogue, const Ask& ask,
+                                  const PlanOptions& options);
 
 /// All simple paths of a priced graph as plans, each label worked out edge by edge: what tests and
 /// charts hold the search against. The first `limit` of them in depth-first order.

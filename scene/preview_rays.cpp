@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory_resource>
 #include <span>
 #include <tbb/parallel_for.h>
 
@@ -202,6 +203,9 @@ std::vector<Tallies> tally_all(const Drawn& drawn, const RaySetting& setting,
         whole.emplace(field, Region::all(field.extent()), memory);
         if (setting.want.mode->threshold) whole->read_exactly(memory);
     }
+    // Blocks are too large for malloc to keep: each would be mapped, and cleared, anew.
+    std::pmr::synchronized_pool_resource blocks(
+        {.max_blocks_per_chunk = 1, .largest_required_pool_block = 1 << 20}, memory);
     std::vector<Tallies> tallies(std::max<std::size_t>(1, of.groups),
                                  Tallies(setting.facts.size()));
     std::vector<Bundle> bundles(std::min(kAtOnce, drawn.draws.size()));
@@ -212,7 +216,7 @@ std::vector<Tallies> tally_all(const Drawn& drawn, const RaySetting& setting,
         tbb::parallel_for(std::size_t{0}, draws.size(), [&](std::size_t i) {
             const auto& [corner, among, weight, chance, side, with_short] = draws[i];
             bundles[i] = bundle_at(setting, geometry, corner, side, with_short);
-            measure(bundles[i], setting, whole ? &*whole : nullptr, memory);
+            measure(bundles[i], setting, whole ? &*whole : nullptr, &blocks);
             // Where all were drawn none was looked at: there is no mean of looks to compare with.
             const bool looked = !drawn.all && among != kChosen && !drawn.from[among].looked.empty();
             for (Traced& traced : bundles[i].rays)

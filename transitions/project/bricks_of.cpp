@@ -59,7 +59,8 @@ std::shared_ptr<const kernels::Bricks> bricks_beside(const Data& data, const ker
         if (const auto kept = data.worked_out->find<BricksBy>(
                 kKind, [&](const BricksBy& by) { return by.fits(volume, of); }))
             return kept->bricks;
-    std::shared_ptr<const kernels::Bricks> made = bricks_of(volume, of, memory, stopped);
+    std::shared_ptr<const kernels::Bricks> made =
+        bricks_of(volume, of, may_be_kept ? data.worked_out->memory() : memory, stopped);
     if (may_be_kept && !(stopped && stopped()))
         data.worked_out->keep(
             kKind, std::make_shared<const BricksBy>(BricksBy{

@@ -22,6 +22,10 @@ Data noise(const Extent& extent) {
     return data;
 }
 
+std::shared_ptr<WorkedOut> kept() {
+    return std::make_shared<WorkedOut>(std::make_shared<std::pmr::synchronized_pool_resource>());
+}
+
 std::shared_ptr<const kernels::Bricks> beside(const Data& data, const kernels::LevelsOf& of) {
     return bricks_beside(data, kernels::grid_of(data), of, std::pmr::get_default_resource(),
                          nullptr);
@@ -30,7 +34,7 @@ std::shared_ptr<const kernels::Bricks> beside(const Data& data, const kernels::L
 TEST(BricksBeside, AreMadeOnceForSamplesThatKeepThem) {
     Data data = noise({21, 18, 13});
     EXPECT_NE(beside(data, {}), beside(data, {}));  // nothing keeps them
-    data.worked_out = std::make_shared<WorkedOut>();
+    data.worked_out = kept();
     const auto first = beside(data, {});
     EXPECT_EQ(beside(data, {}), first);
     // Data that shares the samples shares them too.
@@ -42,7 +46,7 @@ TEST(BricksBeside, AreMadeOnceForSamplesThatKeepThem) {
 
 TEST(BricksBeside, OfOtherLevelsAreOthers) {
     Data data = noise({21, 18, 13});
-    data.worked_out = std::make_shared<WorkedOut>();
+    data.worked_out = kept();
     kernels::Optics faint, dense;
     faint.ramps.push_back({.start = 10, .inverse_width = 0.01f, .color = {}, .opacity = 0.2f});
     dense.ramps.push_back({.start = 10, .inverse_width = 0.01f, .color = {}, .opacity = 0.9f});
@@ -61,7 +65,7 @@ TEST(BricksBeside, OfOtherLevelsAreOthers) {
 
 TEST(BricksBeside, OfAnotherValueMapOrOtherSamplesAreOthers) {
     Data data = noise({21, 18, 13});
-    data.worked_out = std::make_shared<WorkedOut>();
+    data.worked_out = kept();
     const auto first = beside(data, {});
     Representation negated = data.what;
     negated.values.slope = -1;
@@ -73,7 +77,7 @@ TEST(BricksBeside, OfAnotherValueMapOrOtherSamplesAreOthers) {
 
 TEST(BricksBeside, ThatStayedUnfinishedAreNotKept) {
     Data data = noise({21, 18, 13});
-    data.worked_out = std::make_shared<WorkedOut>();
+    data.worked_out = kept();
     bricks_beside(data, kernels::grid_of(data), {}, std::pmr::get_default_resource(),
                   [] { return true; });
     EXPECT_EQ(
