@@ -2,8 +2,8 @@
 """What choosing a path costs, and what it saves: the plain path beside planning and the path that was chosen, and the best one.
 
 For a request of F frames, in seconds:
-  planning  between samples in memory and the start of the path, less the preset, which the plain path needs as well: that
-            is a column of its own, as reading is. Results go to null:, so no window of values is looked for.
+  planning  between samples in memory and the start of the path, less what a window, a preset and a transfer function need
+            of the values, as the plain path does: that is a column of its own, as reading is. Results go to null:, so no window of values is looked for.
   chosen    the path that the planner takes, all frames.
   plain     the path that `linear` compares with, all frames: `plan.plain` of the report, through --via. With an error budget,
             what the same request without one names. Filters have none: separable sums where they are offered, direct ones
@@ -14,9 +14,8 @@ For a request of F frames, in seconds:
 The figures are plain / (planning + chosen), above 1 where choosing pays, and (planning + chosen) / best. Each run is a process
 of its own with an empty folder of caches, so nothing is known of the file and caches are cold, on all sides alike. All
 sides run in turns, the order turned round every time; a time is the median over the processes, of all sides that took the
-same path. Then the chosen command runs once more with the cache that it left: the second request of a kind. Reports are
-asked for (--json), which also makes the planner work out the front, and draw a preview for a filter: planning without them
-is shorter, never longer.
+same path. Then the chosen command runs once more with the cache that it left: the second request of a kind. Reports
+are asked for (--json); what they show in addition is worked out after the choice, and is not counted.
 
     EDGEWISE=build/release/bin/edgewise benchmarks/value.py [--quick] [--runs 3] [--json FILE] [--chart STEM]
         [--data FOLDER] [--machine FILE|NAME] [--only WORD,...] [--from FILE]
