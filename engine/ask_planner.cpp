@@ -56,13 +56,15 @@ class Unseen {
             if (want_.minimize != Minimize::time) return std::nullopt;
             std::optional<Plan> sure = fastest_sure(answer);
             if (!sure) return std::nullopt;
-            // Of other jobs' results a preview of all is what there is.
+            // Of other jobs' results a preview of all is what there is, and of a description
+            // guesses.
             const double saved = sure->predicted.seconds - answer.plan->predicted.seconds;
             const JobTraits& job = *planned_.want.job;
-            if (!job.of_rays() && !job.of_points() &&
-                planned_.query.repeat * saved > preview_seconds(planned_))
+            const bool drawable = (job.of_rays() || job.of_points()) && has_samples();
+            if (!drawable && planned_.query.repeat * saved > preview_seconds(planned_))
                 return std::nullopt;
-            Contest contest = contest_of(planned_, *answer.graph, *sure);
+            Contest contest;
+            if (drawable) contest = contest_of(planned_, *answer.graph, *sure);
             drawing_ += contest.seconds;
             answer.plan = contest.winner ? std::move(contest.winner) : std::move(sure);
         }
@@ -78,6 +80,10 @@ class Unseen {
         return want;
     }
     Ask ask() const { return {want_, planned_.guessed}; }
+    bool has_samples() const {
+        const auto& data = planned_.input.data;
+        return !planned_.input.described && data && data->samples.data();
+    }
 
     /// Whether a plan is as good as asked for, whatever a preview would show: its errors are those
     /// of the plain path, say, or none.

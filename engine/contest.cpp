@@ -61,7 +61,6 @@ class Contesting {
 
     Contest result() {
         Contest contest;
-        if (!planned_.want.job->of_rays() && !planned_.want.job->of_points()) return contest;
         const std::span<const double> all_times =
             planned_.want.job->of_rays() ? std::span<const double>(kTimesOfRays) : kTimesOfPoints;
         find_entries();

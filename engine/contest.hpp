@@ -27,6 +27,7 @@ struct Contest {
 /// expected to cost more than a share of what it may save over the runs asked for. Costs are
 /// counted, so that the answer depends on no clock.
 ///
+/// @param planned  of a job whose results are points or rays, with its samples
 /// @param graph  without a limit of the likeness
 /// @param sure   of the same graph
 Contest contest_of(const Planned& planned, const PricedGraph& graph, const Plan& sure);

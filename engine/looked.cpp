@@ -131,7 +131,7 @@ ErrorsWanted errors_of(const Asked& asked, const Effort& effort) {
     if (effort.errors != ErrorsWanted::for_choice) return effort.errors;
     const Budget& budget = asked.want.budget;
     // Of results that are to be equal but for rounding it is only to be shown.
-    const bool decides = budget.error && !budget.error_yields;
+    const bool decides = budget.error && (!budget.error_yields || effort.front);
     return decides || asked.want.minimize == Minimize::error ||
                    asked.query.planner != Planner::estimate
                ? ErrorsWanted::asked
@@ -155,11 +155,11 @@ void look_at_data(Looked& looked, int times) {
     std::pmr::memory_resource* memory = looked.memory.get();
     looked.drawn = times;
     looked.guessed = unseen_scene(statistics);
-    count_scene(looked.engine.edges(), *input.data, looked.want, looked.guessed, memory);
-    looked.scene = times == 0 ? looked.guessed
-                              : known_scene({looked.engine, input, statistics, looked.guessed,
-                                             looked.want, asked, looked.query.max_memory, memory},
-                                            times);
+    const Measuring measuring{looked.engine,           input,       statistics,
+                              looked.guessed,          looked.want, asked,
+                              looked.query.max_memory, memory};
+    looked.guessed.facts = known_counts(measuring).facts;
+    looked.scene = times == 0 ? looked.guessed : known_scene(measuring, times);
     looked.spent.preview += since(begin);
 }
 

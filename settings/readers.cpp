@@ -1,6 +1,7 @@
 #include "settings/readers.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 #include "graph/words.hpp"
 
@@ -67,8 +68,10 @@ int place_of(const std::string& given, const Message& called,
         return same_word(given, name);
     });
     if (found != words.end()) return static_cast<int>(found - words.begin());
-    throw OutOfLimits(message("{}: '{}' is not known; {}", called, given, instead_of(given, words)),
-                      Limits::words(words));
+    const std::string all = fmt::format("expected one of {}", fmt::join(words, ", "));
+    throw OutOfLimits(
+        message("{}: '{}' is not known; {}", called, given, instead_of(given, words, all)),
+        Limits::words(words));
 }
 
 }  // namespace edgewise::reads

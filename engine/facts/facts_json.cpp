@@ -133,4 +133,8 @@ void read(const Json& json, FewDraws& draws) {
     for (const Json& each : json.at("without")) draws.without.push_back(facts_of(each));
 }
 
+Json json_of(const Counts& counts) { return facts_json(counts.facts); }
+
+void read(const Json& json, Counts& counts) { counts.facts = facts_of(json); }
+
 }  // namespace edgewise

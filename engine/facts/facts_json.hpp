@@ -26,6 +26,7 @@ nlohmann::json json_of(const Histogram& histogram);
 nlohmann::json json_of(const RadialPower& spectrum);
 nlohmann::json json_of(const Seen& seen);
 nlohmann::json json_of(const FewDraws& draws);
+nlohmann::json json_of(const Counts& counts);
 
 /// @throws std::exception  fields that are missing or of another kind
 void read(const nlohmann::json& json, Statistics& statistics);
@@ -33,5 +34,6 @@ void read(const nlohmann::json& json, Histogram& histogram);
 void read(const nlohmann::json& json, RadialPower& spectrum);
 void read(const nlohmann::json& json, Seen& seen);
 void read(const nlohmann::json& json, FewDraws& draws);
+void read(const nlohmann::json& json, Counts& counts);
 
 }  // namespace edgewise

@@ -12,4 +12,9 @@ struct FewDraws {
     std::vector<std::map<std::string, double>> without;
 };
 
+/// What counts of edges ask of the data (Transition::count).
+struct Counts {
+    std::map<std::string, double> facts;
+};
+
 }  // namespace edgewise

@@ -182,6 +182,17 @@ Scene known_scene(const Measuring& of, int times) {
     return scene;
 }
 
+Counts known_counts(const Measuring& of) {
+    const Request want = without_limits(of.want);
+    FactStore* const store = of.input.bytes() < kWorthKeeping ? nullptr : of.engine.facts().get();
+    return known<Counts>(store, key_of_scene(of, "counts", want, 1), of.memory,
+                         [&](std::pmr::memory_resource* memory) {
+                             Scene scene = of.counted;
+                             count_scene(of.engine.edges(), *of.input.data, want, scene, memory);
+                             return Counts{std::move(scene.facts)};
+                         });
+}
+
 FewDraws known_draws(const Measuring& measuring, const PreviewOf& of) {
     const Request want = without_limits(measuring.want);
     Fingerprint on = fingerprint_of(measuring, want, of.times);

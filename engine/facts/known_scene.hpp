@@ -44,6 +44,9 @@ struct Measuring {
 /// @param times  so many times the usual draws of a preview
 Scene known_scene(const Measuring& of, int times = 1);
 
+/// What counts of all edges ask of the data, for Measuring::counted. Of much data alone these are
+/// kept.
+Counts known_counts(const Measuring& of);
 /// Some facts, from few draws.
 FewDraws known_draws(const Measuring& measuring, const PreviewOf& of);
 
