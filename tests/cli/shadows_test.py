@@ -142,7 +142,7 @@ class Shadows(Running):
         for words, part in ((("--mode", "composite", "--shadows"), "--shadows: of --mode composite with --shade"),
                             (("--mode", "composite", "--ambient-occlusion", "2"), "--ambient-occlusion: of --mode composite"),
                             (("--mode", "composite", "--shade", "particles", "--ambient-occlusion", "2"), "phong"),
-                            (("--mode", "shaded", "--ambient-occlusion", "0"), "above 0"),
+                            (("--mode", "shaded", "--ambient-occlusion", "0"), "greater than 0"),
                             (("--mode", "surface", "--isovalue", "9", "--shadows"), "composite"),
                             (("--mode", "shaded", "--shadows") + ("--light", "0,1,-1") * 9, "at most 8")):
             error = self.run_it("render", source, "-o", "null:", *words, code=2).stderr.decode()

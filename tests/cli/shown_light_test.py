@@ -146,8 +146,8 @@ class ShownLight(Running):
 
     def test_refusals(self):
         source = self.box()
-        for words, part in ((("--mode", "mip", "--exposure", "2"), "--exposure: of --mode composite"), (("--mode", "composite", "--exposure", "0"), "above 0"),
-                            (("--mode", "composite", "--exposure", "-1"), "above 0"), (("--mode", "composite", "--exposure", "nan"), "--exposure"),
+        for words, part in ((("--mode", "mip", "--exposure", "2"), "--exposure: of --mode composite"), (("--mode", "composite", "--exposure", "0"), "greater than 0"),
+                            (("--mode", "composite", "--exposure", "-1"), "greater than 0"), (("--mode", "composite", "--exposure", "nan"), "--exposure"),
                             (("--mode", "drr", "--exposure", "1"), "--exposure")):
             self.assertIn(part, self.run_it("render", source, "-o", "null:", *words, code=2).stderr.decode(), words)
 
