@@ -32,24 +32,36 @@ struct Arenas::Kept {
 struct Arenas::Free {
     Free() { waiting.reserve(kMost + 1); }  // giving back never fails
 
+    /// One of so many threads that nobody uses, or null.
+    std::unique_ptr<Kept> take(int threads) {
+        const std::lock_guard lock(mutex);
+        const auto found = std::find_if(waiting.rbegin(), waiting.rend(),
+                                        [&](const auto& kept) { return kept->threads == threads; });
+        if (found == waiting.rend()) return nullptr;
+        std::unique_ptr<Kept> kept = std::move(*found);
+        waiting.erase(std::next(found).base());
+        return kept;
+    }
+    /// What those that are gone left for others. An arena that ends while a worker is on its way
+    /// out of it loses some bytes of its observer (oneTBB 2021.8).
+    static Free& left() {
+        static auto* const left = new Free;
+        return *left;
+    }
+
     std::mutex mutex;
     std::vector<std::unique_ptr<Kept>> waiting;  // used last at the back
 };
 
 Arenas::Arenas() : free_(std::make_unique<Free>()) {}
-Arenas::~Arenas() = default;
+Arenas::~Arenas() {
+    Free& left = Free::left();
+    const std::lock_guard lock(left.mutex);
+    for (std::unique_ptr<Kept>& kept : free_->waiting) left.waiting.push_back(std::move(kept));
+}
 
-KeptArena::KeptArena(Arenas& from, int threads) : from_(from) {
-    {
-        const std::lock_guard lock(from_.free_->mutex);
-        auto& waiting = from_.free_->waiting;
-        const auto found = std::find_if(waiting.rbegin(), waiting.rend(),
-                                        [&](const auto& kept) { return kept->threads == threads; });
-        if (found != waiting.rend()) {
-            kept_ = std::move(*found);
-            waiting.erase(std::next(found).base());
-        }
-    }
+KeptArena::KeptArena(Arenas& from, int threads) : from_(from), kept_(from.free_->take(threads)) {
+    if (!kept_) kept_ = Arenas::Free::left().take(threads);
     if (!kept_) kept_ = std::make_unique<Arenas::Kept>(threads);
     at_work_.emplace(kept_->cores);
 }
