@@ -35,7 +35,8 @@ Query drawn_query(const char* file, bool volume, std::mt19937& bits) {
         given.push_back({"rotate", turn() + "," + turn() + "," + turn()});
     else
         given.push_back({"rotate", 360 * unit()});
-    if (unit() < 0.5) given.push_back({"zoom", std::exp((2 * unit() - 1) * std::numbers::ln2)});
+    if (!warps && unit() < 0.5)
+        given.push_back({"zoom", std::exp((2 * unit() - 1) * std::numbers::ln2)});
     if (!warps) {
         given.push_back({"mode", std::string(modes[bits() % std::size(modes)])});
         if (const double count = frames[bits() % std::size(frames)]; count > 1)

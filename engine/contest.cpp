@@ -39,6 +39,9 @@ constexpr std::size_t kGroups = 8;
 constexpr double kSpent = 0.2;  // of what it may save, that a preview may cost
 /// In standard errors: a path within the limit by so many is taken, beyond by so many is dropped.
 constexpr double kTaken = 2, kDropped = 1;
+/// A few draws may all be alike where those that decide were not drawn: the least standard error of
+/// the usual number of draws; that of fewer grows with the root of how many.
+constexpr double kLeastError = 0.04;
 
 enum class Verdict { taken, dropped, open };
 
@@ -69,7 +72,7 @@ class Contesting {
         find_wanted();
         for (const double times : all_times) {
             if (worth() < preview_seconds(times)) break;
-            judge(draw(times), times == all_times.back());
+            judge(draw(times), times, times == all_times.back());
             ++contest.draws;
             // What is dropped is nothing to save for.
             std::erase_if(entries_,
@@ -162,8 +165,8 @@ class Contesting {
         return std::log(std::max(least, *error * scene.range) / std::max(least, plain->likely));
     }
 
-    /// @param at_last  nothing more is drawn: the draws' own word counts
-    void judge(const FewDraws& draws, bool at_last) {
+    /// @param at_last  nothing more is drawn: one standard error has to do
+    void judge(const FewDraws& draws, double times, bool at_last) {
         const double limit = std::log(like_.times);
         for (Entry& each : entries_) {
             const std::optional<double> ratio = ratio_of(each.plan, draws.likely);
@@ -171,13 +174,14 @@ class Contesting {
                 each.verdict = Verdict::dropped;
                 continue;
             }
-            const double off = spread_of(each.plan, draws);
+            const double off =
+                std::max(spread_of(each.plan, draws), kLeastError / std::sqrt(times));
             if (*ratio + kTaken * off <= limit)
                 each.verdict = Verdict::taken;
             else if (*ratio - kDropped * off > limit)
                 each.verdict = Verdict::dropped;
             else if (at_last)
-                each.verdict = *ratio <= limit ? Verdict::taken : Verdict::dropped;
+                each.verdict = *ratio + off <= limit ? Verdict::taken : Verdict::dropped;
         }
     }
 

@@ -23,7 +23,8 @@ struct Contest {
 /// draws first. The ratio of two errors on the same draws spreads less than either, and how far is
 /// told by leaving out one group of the draws after the other (jackknife: Efron, Stein 1981). A
 /// path is taken if its ratio is within the limit by two standard errors, and dropped if it is
-/// beyond by one. Where that leaves the fastest open, more is drawn. No preview is drawn that is
+/// beyond by one; of few draws it is no less than a bound, as those that decide may be missing.
+/// Where that leaves the fastest open, more is drawn. No preview is drawn that is
 /// expected to cost more than a share of what it may save over the runs asked for. Costs are
 /// counted, so that the answer depends on no clock.
 ///
