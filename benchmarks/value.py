@@ -2,8 +2,8 @@
 """What choosing a path costs, and what it saves: the plain path beside planning and the path that was chosen, and the best one.
 
 For a request of F frames, in seconds:
-  planning  between samples in memory and the start of the path, less what a window, a preset and a transfer function need
-            of the values, as the plain path does: that is a column of its own, as reading is. Results go to null:, so no window of values is looked for.
+  planning  between samples in memory and the start of the path, less the preset, which the plain path needs as well: that
+            is a column of its own, as reading is. Results go to null:, so no window of values is looked for.
   chosen    the path that the planner takes, all frames.
   plain     the path that `linear` compares with, all frames: `plan.plain` of the report, through --via. With an error budget,
             what the same request without one names. Filters have none: separable sums where they are offered, direct ones

@@ -112,7 +112,7 @@ void take_statistics(Looked& looked, const std::optional<InSeries>& series, List
     begin = Clock::now();
     if (input.table) looked.want.outside = place_in(*input.table, input.outside);
     take_transfer(looked, statistics, series, &messages);
-    looked.spent.preset += since(begin);
+    (looked.preset ? looked.spent.preset : looked.spent.statistics) += since(begin);
     begin = Clock::now();
     take_outside(looked);
     take_step(looked, statistics);

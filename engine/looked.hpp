@@ -30,8 +30,7 @@ struct InSeries {
     const Looked* first = nullptr;  // that what hangs on values is taken from; null: it is this
 };
 
-/// What choosing took [s]. `preset` is what a window, a preset and a transfer function need of the
-/// values, whatever path is taken.
+/// What choosing took [s]. `preset` is what a preset needs of the values, whatever path is taken.
 struct Spent {
     double statistics = 0, preset = 0, preview = 0, search = 0, pilot = 0;
 

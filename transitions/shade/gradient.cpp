@@ -17,6 +17,12 @@ namespace {
 using kernels::Differences;
 
 constexpr std::array<const char*, 3> kSchemes = {"central", "sobel", "fourth"};
+/// Made before there are threads.
+const std::array<std::string, kSchemes.size()> kFacets = [] {
+    std::array<std::string, kSchemes.size()> all;
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = std::string("gradient-") + kSchemes[i];
+    return all;
+}();
 constexpr double kBytes = 4 * sizeof(std::int16_t);  // of one gradient
 
 Differences scheme_of(const Parameters& with) {
@@ -75,13 +81,7 @@ void run(const Offer& offer, const Ask& ask, const Data& in, Data& out, const Re
 }  // namespace
 
 const std::string& gradient_facet_of(Differences by) {
-    static const std::array<std::string, kSchemes.size()> names = [] {
-        std::array<std::string, kSchemes.size()> all;
-        for (std::size_t i = 0; i < all.size(); ++i)
-            all[i] = std::string("gradient-") + kSchemes[i];
-        return all;
-    }();
-    return names[static_cast<std::size_t>(by)];
+    return kFacets[static_cast<std::size_t>(by)];
 }
 
 Differences differences_of(const Representation& what) {
