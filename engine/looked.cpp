@@ -193,10 +193,13 @@ Input read(const Opened& opened, Listener& messages) {
                                                 opened.want.outside, opened.memory.get());
             !missing.empty())
             messages.warning(missing);
-    // Beside samples of the request's own, even where a caller holds them.
-    Data kept = Data::sharing(*input.data, input.data->what);
-    kept.worked_out = std::make_shared<WorkedOut>(opened.memory);
-    input.data = std::make_shared<const Data>(std::move(kept));
+    // Where memory is limited nothing is kept beside the samples: whether it is there already would
+    // decide which paths fit.
+    if (!opened.query.max_memory) {
+        Data kept = Data::sharing(*input.data, input.data->what);
+        kept.worked_out = std::make_shared<WorkedOut>(opened.memory);
+        input.data = std::make_shared<const Data>(std::move(kept));
+    }
     if (!opened.query.remembers || !opened.engine.facts())
         input.identity.reset();
     else if (opened.as.given)

@@ -69,12 +69,8 @@ double pinned_bytes(const Planned& planned) {
     if (want.ranks > 1)
         return planned.writes_at_once() ? 0 : frame * (want.frames - 1) / want.ranks;
     const double samples = planned.input.bytes();
-    // What was worked out of the samples stays beside them (Data::worked_out).
-    const auto used = static_cast<double>(planned.memory->used());
-    const double beside_samples =
-        planned.input.described || planned.as.given ? 0 : std::max(0.0, used - samples);
     // The planner counts one result; the others wait in memory as well.
-    double pinned = samples + beside_samples + shown_bytes(planned);
+    double pinned = samples + shown_bytes(planned);
     if (!planned.writes_at_once()) pinned += frame * (want.frames - 1);
     // A single result is finished after the samples are given back, pictures on the way before.
     const bool on_the_way = planned.as.refinement && planned.as.refinement->writes();
