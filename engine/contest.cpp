@@ -29,7 +29,8 @@ namespace {
 constexpr double kFaster = 0.9;  // of the sure one's seconds
 constexpr std::size_t kMostPaths = 8;
 constexpr std::size_t kRoutes = 2048;  // that are looked at for these
-/// What it takes to measure the facts of some paths, over what it takes to measure all.
+/// What it takes to measure the facts of some paths, over what it takes to measure all: timed with
+/// MIPs and X-rays, in proportion to what preview_operations() counts.
 constexpr double kContested = 0.6;
 /// Of the usual draws, one preview after the other: of rays; of points, which are cheap and are not
 /// put into groups.
@@ -73,7 +74,6 @@ class Contesting {
         for (const double times : all_times) {
             if (worth() < preview_seconds(times)) break;
             judge(draw(times), times, times == all_times.back());
-            ++contest.draws;
             // What is dropped is nothing to save for.
             std::erase_if(entries_,
                           [](const Entry& each) { return each.verdict == Verdict::dropped; });

@@ -12,8 +12,7 @@ struct Planned;
 /// What a few draws decide.
 struct Contest {
     std::optional<Plan> winner;  // faster than the sure one, and as good as asked for
-    int draws = 0;               // previews that were drawn
-    double seconds = 0;          // that these took
+    double seconds = 0;          // that drawing took
 };
 
 /// Draws errors where that pays: of the paths that are faster than one which is surely as good as

@@ -215,8 +215,7 @@ Met meet_all(const Request& want, const ViewGeometry& geometry) {
 
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
                         const ViewGeometry& geometry, int fewest, int most, double length, int side,
-                        const DrawShare& share) {
-    const double times = share.times * share.looks;
+                        double times) {
     const double all = static_cast<double>(want.screen.x * want.screen.y) * want.frames;
     const double looks = kMostLooked * times;
     const auto too_many = [&](const Met& met) {
@@ -229,7 +228,7 @@ DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
     const auto count = static_cast<double>(met.at.size());
     const double draws = std::clamp(std::ceil(length * count / std::max(met.reach, 1e-9)),
                                     static_cast<double>(fewest), static_cast<double>(most));
-    DrawnPixels pixels = draw_rough(want, field, geometry, met.at, draws * share.times, side);
+    DrawnPixels pixels = draw_rough(want, field, geometry, met.at, draws * times, side);
     pixels.pixels = all * count / std::max(1.0, met.tries);
     return pixels;
 }

@@ -59,12 +59,6 @@ struct RoughDraw {
 /// @return in increasing roughness
 std::vector<RoughDraw> draw_in_proportion(std::span<const double> rough, double draws);
 
-/// How much is drawn.
-struct DrawShare {
-    double times = 1;  // as many draws as usual
-    double looks = 1;  // as many pixels as usual are looked at for each draw
-};
-
 /// Draws from pixels whose rays meet the input.
 /// @param from   spread evenly over their population; any of them may be drawn
 /// @param draws  cells, at most about so many; all of them where there are no more
@@ -80,8 +74,9 @@ std::vector<OutputSample> some_of(std::span<const OutputSample> from, std::size_
 /// Of all pixels but those of short rays (preview_short.hpp).
 /// @param fewest, most  cells; between them as many as a ray of each are together `length` long
 ///                      [unit]
+/// @param times  so many times the draws, of so many times the pixels that are looked at
 DrawnPixels draw_pixels(const Request& want, const ReferenceField& field,
                         const ViewGeometry& geometry, int fewest, int most, double length, int side,
-                        const DrawShare& share = {});
+                        double times = 1);
 
 }  // namespace edgewise

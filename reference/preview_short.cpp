@@ -38,11 +38,11 @@ std::size_t ShortRays::class_of(const RaySpan& ray, const Request& want) noexcep
 }
 
 ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
-                          const ViewGeometry& geometry, const DrawShare& share) {
+                          const ViewGeometry& geometry, double times) {
     const std::int64_t a_view = want.screen.x * want.screen.y, all = a_view * want.frames;
     // No whole number of rows, so that what is left out is spread over each view.
-    const double step = std::max(
-        1.0, static_cast<double>(all) / (kLookedAt * std::min(1.0, share.times * share.looks)));
+    const double step =
+        std::max(1.0, static_cast<double>(all) / (kLookedAt * std::min(1.0, times)));
     std::array<std::vector<OutputSample>, ShortRays::kClasses> found;
     for (double k = 0; k < static_cast<double>(all); k += step) {
         const auto i = static_cast<std::int64_t>(k);
@@ -56,10 +56,9 @@ ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
     ShortRays rays;
     for (std::size_t c = 0; c < found.size(); ++c) {
         DrawnPixels& of = rays.classes[c];
-        of = draw_rough(
-            want, field, geometry,
-            some_of(found[c], static_cast<std::size_t>(kLooked * share.times * share.looks)),
-            kMost[c] * share.times, 1);
+        of = draw_rough(want, field, geometry,
+                        some_of(found[c], static_cast<std::size_t>(kLooked * times)),
+                        kMost[c] * times, 1);
         of.pixels = static_cast<double>(found[c].size()) * step;
         of.whole = step == 1 && of.drawn.size() == found[c].size();
     }

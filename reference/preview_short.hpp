@@ -22,6 +22,6 @@ struct ShortRays {
 };
 
 ShortRays draw_short_rays(const Request& want, const ReferenceField& field,
-                          const ViewGeometry& geometry, const DrawShare& share = {});
+                          const ViewGeometry& geometry, double times = 1);
 
 }  // namespace edgewise

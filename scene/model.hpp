@@ -276,7 +276,6 @@ struct PreviewOf {
     /// Demands whose parameters are measured in addition to those that a planner tries.
     const Demands& asked;
     double times = 1;  // as many draws as usual
-    double looks = 1;  // as many pixels as usual are looked at for each draw
     /// These facts alone, and the references' range is not looked for; null: all.
     const std::set<std::string>* wanted = nullptr;
     /// All that the request spans from the input; null: it is spanned here.

@@ -66,17 +66,17 @@ Drawn take_all(const Request& want) {
 
 /// Some of the pixels, as draw_pixels has it, each with its neighbours, and short rays.
 Drawn draw(const Request& want, const ReferenceField& field, const ViewGeometry& geometry,
-           const DrawShare& share) {
+           double times) {
     // Without blocks to prepare a ray costs less.
     const double length = (want.input.samples() <= kSmallInput ? 2 : 1) * kLength;
     Drawn drawn;
-    drawn.from[kDrawn] = draw_pixels(want, field, geometry, kFewest, kMost, length, kSide, share);
+    drawn.from[kDrawn] = draw_pixels(want, field, geometry, kFewest, kMost, length, kSide, times);
     for (const auto& [corner, weight, chance] : drawn.from[kDrawn].drawn)
         drawn.draws.push_back({.corner = corner,
                                .weight = weight,
                                .chance = chance * drawn.from[kDrawn].share_looked(),
                                .whole = false});
-    ShortRays short_rays = draw_short_rays(want, field, geometry, share);
+    ShortRays short_rays = draw_short_rays(want, field, geometry, times);
     for (std::size_t c = 0; c < short_rays.classes.size(); ++c) {
         const double looked = short_rays.classes[c].share_looked();
         for (const auto& [at, weight, chance] : short_rays.classes[c].drawn)
@@ -297,8 +297,8 @@ Preview preview_rays(const Catalogue& catalogue, const PreviewOf& of, const Requ
     const ViewGeometry geometry(want);
     ModelSetting made{want, field, statistics, {}, {}, {}};
     RaySetting setting(want, field, models_of(catalogue, field.samples().what, of, made));
-    Drawn drawn = takes_all(want, field, of) ? take_all(want)
-                                             : draw(want, field, geometry, {of.times, of.looks});
+    Drawn drawn =
+        takes_all(want, field, of) ? take_all(want) : draw(want, field, geometry, of.times);
     if (!drawn.all && !of.wanted) add_chosen(want, field, statistics, geometry, drawn);
     setting.nearby = {drawn.from[kDrawn].nearby, rounding_of(statistics, want), lowered_by(want)};
     const std::vector<Tallies> groups = tally_all(drawn, setting, geometry, of, memory);

@@ -196,7 +196,7 @@ Counts known_counts(const Measuring& of) {
 FewDraws known_draws(const Measuring& measuring, const PreviewOf& of) {
     const Request want = without_limits(measuring.want);
     Fingerprint on = fingerprint_of(measuring, want, of.times);
-    on.add(of.looks).add(of.groups);
+    on.add(of.groups);
     if (of.wanted)
         for (const std::string& fact : *of.wanted) on.add(fact);
     return known<FewDraws>(measuring.engine.facts().get(), key_of(measuring.input, "draws", on),
