@@ -21,7 +21,7 @@ class SmallObjects final : public std::pmr::memory_resource {
     std::mutex mutex_;
     /// What is larger than a table comes from the system. Of tables few are there at a time, so
     /// that few are taken at once.
-    static constexpr std::size_t kSmall = 1 << 12, kTable = 1 << 18;
+    static constexpr std::size_t kSmall = 1 << 12, kTable = 1 << 20;
     static constexpr std::size_t kTablesAtOnce = 4;
     std::pmr::unsynchronized_pool_resource pool_{{0, kSmall}, std::pmr::new_delete_resource()};
     std::pmr::unsynchronized_pool_resource tables_{{kTablesAtOnce, kTable},

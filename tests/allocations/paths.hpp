@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "graph/data.hpp"
+#include "graph/transfer_table.hpp"
 #include "settings/settings.hpp"
 #include "transitions/catalogue.hpp"
 
@@ -76,6 +77,18 @@ inline std::shared_ptr<const Data> held_by_caller(const std::shared_ptr<const Da
     return std::make_shared<const Data>(std::move(around));
 }
 
+/// Opacities of three values and three gradients.
+inline TransferSpec by_value_and_gradient() {
+    TransferTable table;
+    table.values = {0, 90, 200};
+    table.gradients = {0, 4, 20};
+    table.opacity = {0, 0, 0.1, 0, 0.3, 0.1, 0, 0.8, 0.4};
+    TransferSpec made;
+    made.transfer.points = {{0, 0, {0, 0, 0}}, {90, 0.8, {1, 0.5, 0}}, {200, 0.4, {1, 1, 1}}};
+    made.transfer.table = std::make_shared<const TransferTable>(std::move(table));
+    return made;
+}
+
 /// Pictures, warps and filters by many edges, of an image and of volumes, of bytes and of f32.
 inline std::vector<CountedPath> counted_paths() {
     static const Catalogue edges = catalogue();
@@ -122,6 +135,21 @@ inline std::vector<CountedPath> counted_paths() {
     seen("surface of bytes", {{"mode", "surface"}, {"isovalue", "100"}, frames}, ball_of_bytes);
     seen("binary", {{"mode", "binary"}, {"isovalue", "100"}}, ball);
     seen("importance", {composite, bone, {"via", "project.importance_cast"}}, ball);
+    seen("preintegrated", {composite, bone, {"via", "project.preintegrated_cast"}}, ball);
+    seen("preintegrated, second order",
+         {composite, bone, {"via", "project.preintegrated_quadratic_cast"}}, ball);
+    seen("with shadows", {composite, bone, {"shade", "phong"}, {"shadows", true}, cast}, ball);
+    seen("with ambient occlusion",
+         {composite, bone, {"shade", "phong"}, {"occlusion", 4.0}, cast}, ball);
+    seen("clipped by a plane", {composite, bone, {"planes", SettingValue::List{"1,1,1,-40"}}, cast}, ball);
+    seen("clipped by a box", {{"mode", "mip"}, {"box", "4,5,6,30,31,25"}, cast}, noise);
+    seen("clipped by a ball", {{"mode", "xray"}, {"balls", SettingValue::List{"20,18,16,9"}}, cast}, noise);
+    seen("darker with depth", {composite, bone, {"cue", "0.3"}, cast}, ball);
+    seen("a slab", {{"mode", "mean"}, {"slab", 7.0}, cast}, noise);
+    seen("from an eye", {{"mode", "mip"}, {"perspective", 40.0}, cast}, noise);
+    seen("by trapezoids", {composite, bone, {"via", "project.trapezoid_cast"}}, ball);
+    seen("by value and gradient", {composite, cast}, ball);
+    paths.back().query.transfer = by_value_and_gradient();
     add("warp of a volume", Job::warp, {{"rotate", "20,10,0"}}, noise);
     add("warp of an image", Job::warp, {{"rotate", "20"}}, image);
 
@@ -145,6 +173,7 @@ inline std::vector<CountedPath> counted_paths() {
         {"dilate by lines", "dilate", "box:2", "van_herk"},
         {"dilate by a sequence", "dilate", "sphere:3", "ball_sequence/differs=1", 0.5},
         {"erode by samples", "erode", "sphere:2", "forward"},
+        {"a large kernel", "convolve", "gauss:4.5", "backward"},
         {"opening", "open", "sphere:2", ""},
         {"top hat", "tophat", "box:2", ""},
         {"sobel", "sobel", "", ""},

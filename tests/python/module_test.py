@@ -458,9 +458,8 @@ class ModuleTest(unittest.TestCase):
                   "time.sleep(%%g)\n") % str(pathlib.Path(ew.__file__).parent)
         kinds = [(2, "p.run()"), (400, "p.run()"), (1, "ew.render(v, mode='xray', size=16, max_error=.3)"), (2, "p.with_views(rotate=(1, 2, 3)).run()"),
                  (1, "ew.Volume(np.asfortranarray(v)[::-1], spacing=(1, 2, 3)).array()")]
-        for number in range(20):
-            frames, work = kinds[number % len(kinds)]
-            done = subprocess.run([sys.executable, "-W", "ignore", "-c", script % (frames, work, .05 + .013 * number)], capture_output=True, text=True, timeout=120)
+        for number, (frames, work) in enumerate(kinds):
+            done = subprocess.run([sys.executable, "-W", "ignore", "-c", script % (frames, work, .05 + .04 * number)], capture_output=True, text=True, timeout=120)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""), (number, work))
         late = ("import sys; sys.path.insert(0, %r)\nimport atexit\n"
                 "@atexit.register\ndef end():\n    try:\n        ew.Volume(np.zeros((3, 4, 5), 'f4'))\n    except RuntimeError as error:\n        print(error)\n"

@@ -249,7 +249,7 @@ void LightGrid::march(const Medium& medium, std::int64_t i, std::int64_t j, std:
 
 void LightGrid::fill(const Medium& medium, std::int64_t begin, std::int64_t end) {
     with_depth(medium, [&](auto read) {
-        std::vector<float> column(static_cast<std::size_t>(extent.z));
+        SmallVector<float> column(static_cast<std::size_t>(extent.z));
         for (std::int64_t j = begin; j < end; ++j)
             for (std::int64_t i = 0; i < extent.x; ++i) {
                 march_by(*this, medium, i, j, extent.z - 1, column.data(), read);
@@ -263,7 +263,7 @@ void LightGrid::fill(const Medium& medium, std::int64_t begin, std::int64_t end)
 double LightGrid::at(const Medium& medium, const Index& p) const {
     const Corner corner = corner_of(extent, apply(to_grid, p[0], p[1], p[2]));
     const std::int64_t last = std::min(corner.cell[2] + 1, extent.z - 1);
-    std::vector<float> column(left.empty() ? static_cast<std::size_t>(last + 1) : 0);
+    SmallVector<float> column(left.empty() ? static_cast<std::size_t>(last + 1) : 0);
     double sum = 0;
     for (int b = 0; b < 2; ++b)
         for (int a = 0; a < 2; ++a) {
@@ -289,9 +289,10 @@ double LightGrid::at(const Medium& medium, const Index& p) const {
     return sum;
 }
 
-std::vector<Eigen::Vector3d> even_directions(int count) {
+SmallVector<Eigen::Vector3d> even_directions(int count) {
     // Points of a spiral whose turns go by the golden ratio.
-    std::vector<Eigen::Vector3d> directions;
+    SmallVector<Eigen::Vector3d> directions;
+    directions.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) {
         const double z = 1 - (2 * i + 1.0) / count, across = std::sqrt(1 - z * z);
         const double turn = 2 * std::numbers::pi * i / std::numbers::phi;
@@ -312,7 +313,8 @@ AmbientGrid AmbientGrid::around(const Extent& volume, const Eigen::Matrix3d& to_
                      .cell = {},
                      .radius = radius,
                      .directions = {},
-                     .depths = std::make_shared<std::pmr::vector<float>>(memory),
+                     .depths = std::allocate_shared<std::pmr::vector<float>>(
+                         Recycled<std::pmr::vector<float>>(), memory),
                      .left = std::pmr::vector<float>(memory)};
     double smallest = std::numeric_limits<double>::infinity();
     Eigen::Vector3d cell;

@@ -6,6 +6,7 @@
 #include <memory_resource>
 #include <vector>
 
+#include "graph/small_objects.hpp"
 #include "transitions/kernels/ray_cast.hpp"
 
 namespace edgewise::kernels {
@@ -61,7 +62,7 @@ struct AmbientGrid {
     std::array<int, 3> cell;                        // samples along each axis of one
     double radius = 0;                              // [t]
     int steps = 1;                                  // of a direction
-    std::vector<std::array<double, 3>> directions;  // one step [cell]
+    SmallVector<std::array<double, 3>> directions;  // one step [cell]
     /// Optical depth per t, mean of each cell; shared between views.
     std::shared_ptr<std::pmr::vector<float>> depths;
     std::pmr::vector<float> left;  // by cell; empty: nothing is kept
@@ -83,6 +84,6 @@ struct AmbientGrid {
 };
 
 /// Directions spread evenly over the sphere, unit length.
-std::vector<Eigen::Vector3d> even_directions(int count);
+SmallVector<Eigen::Vector3d> even_directions(int count);
 
 }  // namespace edgewise::kernels

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "graph/mode.hpp"
+#include "graph/small_objects.hpp"
 #include "transitions/kernels/gradient.hpp"
 #include "transitions/kernels/grid.hpp"
 #include "transitions/kernels/optics.hpp"
@@ -82,8 +83,8 @@ struct Kept {
         }
     };
     std::array<double, 3> low, high;  // faces of the box, within those of the volume
-    std::vector<Plane> planes;
-    std::vector<Ball> balls = {};
+    SmallVector<Plane> planes;
+    SmallVector<Ball> balls = {};
 };
 
 struct RayTable;
@@ -115,7 +116,7 @@ struct LightGrid;
 struct AmbientGrid;
 /// What is left of light where it arrives, see arriving.hpp.
 struct RayArriving {
-    std::vector<const LightGrid*> lights;  // one a source; none: all of their light
+    SmallVector<const LightGrid*> lights;  // one a source; none: all of their light
     const AmbientGrid* ambient = nullptr;  // null: all of it
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace edgewise::kernels {
 namespace {
@@ -14,7 +15,7 @@ float narrowed(double number) {
     return static_cast<float>(std::clamp(number, -kLargest, kLargest));
 }
 
-RayTable::Axis axis_of(const std::vector<double>& places) {
+RayTable::Axis axis_of(std::span<const double> places) {
     RayTable::Axis axis;
     for (const double place : places) axis.knots.push_back(narrowed(place));
     if (places.size() == 1) axis.knots.push_back(axis.knots[0]);
@@ -62,7 +63,7 @@ RayTable ray_table_of(const TransferTable& table, const Vec3& per_length, const 
     // Of a negative slope the values descend with the stored numbers.
     const std::size_t columns = table.values.size(), rows = table.gradients.size();
     const auto column_of = [&](std::size_t i) { return values.slope < 0 ? columns - 1 - i : i; };
-    std::vector<double> stored;
+    SmallVector<double> stored;
     for (std::size_t i = 0; i < columns; ++i)
         stored.push_back((table.values[column_of(i)] - values.offset) / values.slope);
     RayTable made;

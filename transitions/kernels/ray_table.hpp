@@ -1,9 +1,9 @@
 #pragma once
 
 #include <array>
-#include <vector>
 
 #include "graph/samples.hpp"
+#include "graph/small_objects.hpp"
 #include "graph/transfer_table.hpp"
 
 namespace edgewise::kernels {
@@ -13,7 +13,7 @@ struct RayTable {
     /// Ascending places, at least two. `knots` has 2 x `first_step`, of which the last are
     /// infinite: so a place is found by steps of halved lengths, as many for every lane.
     struct Axis {
-        std::vector<float> knots;
+        SmallVector<float> knots;
         int count = 0;
         int first_step = 1;
 
@@ -21,8 +21,8 @@ struct RayTable {
         float high() const noexcept { return knots[static_cast<std::size_t>(count) - 1]; }
     };
     Axis values, gradients;
-    std::vector<float> cells;  // red, green, blue, opacity: of each value, gradient by gradient
-    std::vector<float> most;   // of each value, the largest opacity over all gradients
+    SmallVector<float> cells;  // red, green, blue, opacity: of each value, gradient by gradient
+    SmallVector<float> most;   // of each value, the largest opacity over all gradients
     std::array<float, 3> per_length{1, 1, 1};  // of a gradient of stored numbers by input index
 
     /// The largest opacity that numbers from `low` to `high` have, whatever their gradients; 0 only

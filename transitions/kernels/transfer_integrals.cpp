@@ -40,6 +40,7 @@ TransferIntegrals transfer_integrals_of(const Optics& optics) {
     integrals.per_number = static_cast<float>(1 / width);
     integrals.width = static_cast<float>(width);
     std::array<double, 4> sum{};
+    integrals.knots.reserve(TransferIntegrals::kCells + 1);
     for (int i = 0; i <= TransferIntegrals::kCells; ++i) {
         std::array<float, 4> knot;
         for (std::size_t c = 0; c < 4; ++c) knot[c] = static_cast<float>(sum[c]);

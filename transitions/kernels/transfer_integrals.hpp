@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "graph/small_objects.hpp"
 #include "transitions/kernels/optics.hpp"
 
 namespace edgewise::kernels {
@@ -30,7 +31,7 @@ struct TransferIntegrals {
 
     float first = 0, per_number = 1;  // knot of a stored number: (number - first) per_number
     float width = 1;                  // of a cell [stored number]
-    std::vector<std::array<float, 4>> knots;  // kCells + 1
+    SmallVector<std::array<float, 4>> knots;  // kCells + 1
 };
 
 /// @param optics  with opacities per length in t

@@ -9,9 +9,9 @@ namespace edgewise::kernels {
 namespace {
 
 /// Where a function bends or jumps, ascending.
-std::vector<double> bends_of(const Optics& optics) {
+SmallVector<double> bends_of(const Optics& optics) {
     constexpr double kJump = 1e-29;  // what is narrower was written for a jump
-    std::vector<double> bends;
+    SmallVector<double> bends;
     for (const OpticsRamp& ramp : optics.ramps) {
         const double start = ramp.start, width = 1 / static_cast<double>(ramp.inverse_width);
         bends.push_back(start);
@@ -32,7 +32,7 @@ void add_smooth(const Optics& optics, double from, double to, std::array<double,
 }
 
 /// The same in four parts (an opacity near 1 has a steep logarithm), and cut at the bends.
-void add_between(const Optics& optics, const std::vector<double>& bends, double from, double to,
+void add_between(const Optics& optics, const SmallVector<double>& bends, double from, double to,
                  std::array<double, 4>& sum) {
     constexpr int kParts = 4;
     auto bend = std::upper_bound(bends.begin(), bends.end(), from);
@@ -52,7 +52,7 @@ void add_between(const Optics& optics, const std::vector<double>& bends, double 
 
 TransferSums transfer_sums_of(const Optics& optics) {
     constexpr int kCells = TransferSums::kCells;
-    const std::vector<double> bends = bends_of(optics);
+    const SmallVector<double> bends = bends_of(optics);
     const double low = bends.empty() ? 0 : bends.front(), high = bends.empty() ? 0 : bends.back();
     const double range = low < high ? high - low : 1;  // of one value, or a jump, any
     // Cells as wide as f32 tells numbers apart there, or wider: a cell below all bends, one above.
@@ -65,7 +65,7 @@ TransferSums transfer_sums_of(const Optics& optics) {
     sums.per_number = static_cast<float>(1 / width);
     sums.width = static_cast<float>(width);
 
-    std::vector<std::array<double, 4>> exact(kCells + 1, std::array<double, 4>{});
+    SmallVector<std::array<double, 4>> exact(kCells + 1, std::array<double, 4>{});
     for (std::size_t i = 0; i < kCells; ++i) {
         exact[i + 1] = exact[i];
         const auto at = static_cast<double>(i);

@@ -2,8 +2,8 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
+#include "graph/small_objects.hpp"
 #include "transitions/kernels/optics.hpp"
 
 namespace edgewise::kernels {
@@ -28,8 +28,8 @@ struct TransferSums {
     float first = 0, per_number = 1;  // knot of a stored number: (number - first) per_number
     float width = 1;                  // of a cell [stored number]
     float scale = 0;                  // of one unit of the integers
-    std::vector<std::array<std::int32_t, 4>> knots;  // where each cell begins
-    std::vector<std::array<float, 4>> slopes;        // of each cell [integer per cell]
+    SmallVector<std::array<std::int32_t, 4>> knots;  // where each cell begins
+    SmallVector<std::array<float, 4>> slopes;        // of each cell [integer per cell]
 };
 
 /// @param optics  with opacities per length in t

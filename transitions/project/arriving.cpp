@@ -1,7 +1,6 @@
 #include "transitions/project/arriving.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <tbb/parallel_for.h>
 
 #include "graph/shadow_start.hpp"
@@ -10,9 +9,8 @@
 namespace edgewise {
 namespace {
 
-using Lines = std::function<void(std::int64_t, std::int64_t)>;
-
-void for_lines(std::int64_t count, const Context* context, const Lines& body) {
+template <class Body>  // of (begin, end)
+void for_lines(std::int64_t count, const Context* context, const Body& body) {
     tbb::parallel_for(std::int64_t{0}, count, [&](std::int64_t line) {
         if (!context || !context->stopped()) body(line, line + 1);
     });

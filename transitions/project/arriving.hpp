@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "graph/small_objects.hpp"
 #include "graph/transition.hpp"
 #include "transitions/kernels/arriving.hpp"
 
@@ -36,7 +37,7 @@ class ArrivingGrids {
     kernels::Optics optics_;
     std::optional<kernels::Kept> kept_;
     kernels::Medium medium_;
-    std::vector<kernels::LightGrid> lights_;
+    SmallVector<kernels::LightGrid> lights_;
     std::optional<kernels::AmbientGrid> ambient_;
     kernels::RayArriving lanes_;
 };

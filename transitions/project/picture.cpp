@@ -148,7 +148,7 @@ std::optional<kernels::Kept> kept_of(const Representation& from, const Request& 
     const Eigen::Matrix3d back =
         is_input ? Eigen::Matrix3d::Identity()
                  : Eigen::Matrix3d(placed.topLeftCorner<3, 3>().inverse().transpose());
-    for (const HalfSpace& plane : half_spaces_of(*clip)) {
+    const auto keep = [&](const HalfSpace& plane) {
         const Vec3 normal = back * plane.normal;
         const double offset = plane.offset - normal.dot(placed.topRightCorner<3, 1>());
         bool is_face = false;
@@ -159,6 +159,11 @@ std::optional<kernels::Kept> kept_of(const Representation& from, const Request& 
             if (is_face && along < 0) kept.high[axis] = std::min(kept.high[axis], -offset / along);
         }
         if (!is_face) kept.planes.push_back({array_of(normal), offset});
+    };
+    for (const HalfSpace& plane : clip->planes) keep(plane);
+    for (int axis = 0; axis < 3; ++axis) {
+        keep({Vec3::Unit(axis), -clip->low[axis]});
+        keep({-Vec3::Unit(axis), clip->high[axis]});
     }
     for (const Ball& ball : clip->balls) {
         const Ball moved{placed.topLeftCorner<3, 3>() * ball.centre + placed.topRightCorner<3, 1>(),
