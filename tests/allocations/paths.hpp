@@ -139,11 +139,13 @@ inline std::vector<CountedPath> counted_paths() {
     seen("preintegrated, second order",
          {composite, bone, {"via", "project.preintegrated_quadratic_cast"}}, ball);
     seen("with shadows", {composite, bone, {"shade", "phong"}, {"shadows", true}, cast}, ball);
-    seen("with ambient occlusion",
-         {composite, bone, {"shade", "phong"}, {"occlusion", 4.0}, cast}, ball);
-    seen("clipped by a plane", {composite, bone, {"planes", SettingValue::List{"1,1,1,-40"}}, cast}, ball);
+    seen("with ambient occlusion", {composite, bone, {"shade", "phong"}, {"occlusion", 4.0}, cast},
+         ball);
+    seen("clipped by a plane", {composite, bone, {"planes", SettingValue::List{"1,1,1,-40"}}, cast},
+         ball);
     seen("clipped by a box", {{"mode", "mip"}, {"box", "4,5,6,30,31,25"}, cast}, noise);
-    seen("clipped by a ball", {{"mode", "xray"}, {"balls", SettingValue::List{"20,18,16,9"}}, cast}, noise);
+    seen("clipped by a ball", {{"mode", "xray"}, {"balls", SettingValue::List{"20,18,16,9"}}, cast},
+         noise);
     seen("darker with depth", {composite, bone, {"cue", "0.3"}, cast}, ball);
     seen("a slab", {{"mode", "mean"}, {"slab", 7.0}, cast}, noise);
     seen("from an eye", {{"mode", "mip"}, {"perspective", 40.0}, cast}, noise);
