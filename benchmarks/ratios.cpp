@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "measure/quantiles.hpp"
 #include "planner/alike.hpp"
 #include "planner/choice.hpp"
 #include "planner/planner.hpp"
@@ -160,12 +161,7 @@ class Ratios {
             if (part.contains("") && part.contains(name))
                 ratios.push_back(
                     std::log(std::max(part.at(name), 1e-300) / std::max(part.at(""), 1e-300)));
-        const auto n = static_cast<double>(ratios.size());
-        if (n < 2) return 0;
-        double mean = 0, squares = 0;
-        for (const double ratio : ratios) mean += ratio / n;
-        for (const double ratio : ratios) squares += (ratio - mean) * (ratio - mean);
-        return std::sqrt((n - 1) / n * squares);
+        return jackknife_error(ratios);
     }
 
     void print_view() const {

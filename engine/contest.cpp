@@ -15,6 +15,7 @@
 
 #include "engine/facts/known_scene.hpp"
 #include "engine/planned.hpp"
+#include "measure/quantiles.hpp"
 #include "measure/since.hpp"
 #include "planner/alike.hpp"
 #include "planner/choice.hpp"
@@ -190,12 +191,7 @@ class Contesting {
         std::vector<double> ratios;
         for (const auto& facts : draws.without)
             if (const auto ratio = ratio_of(plan, facts)) ratios.push_back(*ratio);
-        const auto n = static_cast<double>(ratios.size());
-        if (n < 2) return 0;
-        double mean = 0, squares = 0;
-        for (const double ratio : ratios) mean += ratio / n;
-        for (const double ratio : ratios) squares += (ratio - mean) * (ratio - mean);
-        return std::sqrt((n - 1) / n * squares);
+        return jackknife_error(ratios);
     }
 
     const Planned& planned_;

@@ -26,6 +26,15 @@ double geometric_mean(const std::vector<double>& values) {
     return std::exp(sum / static_cast<double>(values.size()));
 }
 
+double jackknife_error(const std::vector<double>& without) {
+    const auto n = static_cast<double>(without.size());
+    if (n < 2) return 0;
+    double mean = 0, squares = 0;
+    for (const double estimate : without) mean += estimate / n;
+    for (const double estimate : without) squares += (estimate - mean) * (estimate - mean);
+    return std::sqrt((n - 1) / n * squares);
+}
+
 double kendall_tau(const std::vector<double>& a, const std::vector<double>& b) {
     double agree = 0, ordered_a = 0, ordered_b = 0;
     const auto sign = [](double x, double y) { return x < y ? -1 : x > y ? 1 : 0; };

@@ -147,5 +147,14 @@ TEST(Audit, OtherLibrariesLoseWhatTheirPathDoesOrTheMostAccurateOne) {
     EXPECT_TRUE(rules_of_others({&render})[0]["regret_geomean"].is_null());
 }
 
+/// Of a mean it is the usual one: s / sqrt(n).
+TEST(JackknifeError, OfAMeanIsTheStandardError) {
+    const std::vector<double> values = {1, 4, 2, 8, 5};  // mean 4, s^2 = 30 / 4
+    std::vector<double> without;
+    for (const double value : values) without.push_back((20 - value) / 4);
+    EXPECT_NEAR(jackknife_error(without), std::sqrt(30.0 / 4 / 5), 1e-12);
+    EXPECT_EQ(jackknife_error({3}), 0);
+}
+
 }  // namespace
 }  // namespace edgewise::cli

@@ -263,7 +263,7 @@ void LightGrid::fill(const Medium& medium, std::int64_t begin, std::int64_t end)
 double LightGrid::at(const Medium& medium, const Index& p) const {
     const Corner corner = corner_of(extent, apply(to_grid, p[0], p[1], p[2]));
     const std::int64_t last = std::min(corner.cell[2] + 1, extent.z - 1);
-    SmallVector<float> column(left.empty() ? static_cast<std::size_t>(last + 1) : 0);
+    std::vector<float> column(left.empty() ? static_cast<std::size_t>(last + 1) : 0);
     double sum = 0;
     for (int b = 0; b < 2; ++b)
         for (int a = 0; a < 2; ++a) {
