@@ -66,10 +66,12 @@ Type result_type(const Prepared& plan) {
 Prepared prepare(const Engine& engine, Query query, const Volume& volume, Listener& messages) {
     query.input = volume.input().name;
     query.selection = volume.input().selection;
-    return prepare(
-        engine, std::move(query),
-        Opening{.given = volume.data(), .described = std::make_shared<const Input>(volume.input())},
-        {.errors = ErrorsWanted::for_choice, .front = false}, messages);
+    expect_limits(query, engine.edges());
+    return prepare(engine, std::move(query),
+                   Opening{.given = volume.data(),
+                           .described = std::make_shared<const Input>(volume.input()),
+                           .loaded = volume.read_input()},
+                   {.errors = ErrorsWanted::for_choice, .front = false}, messages);
 }
 
 Prepared prepare(const Engine& engine, Query query, const Volume& volume) {

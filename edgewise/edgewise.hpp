@@ -49,7 +49,8 @@ Type result_type(const Prepared& plan);
 
 /// Plans a query for a volume and keeps its samples for the runs. Query::input and selection are
 /// the volume's.
-/// @throws RequestError, InputError, Infeasible, Cancelled, std::bad_alloc
+/// @throws OutOfLimits for a field that is out of the limits of its setting, RequestError,
+///         InputError, Infeasible, Cancelled, std::bad_alloc
 Prepared prepare(const Engine& engine, Query query, const Volume& volume);
 /// @param messages  is told what may be wrong, and may end it
 Prepared prepare(const Engine& engine, Query query, const Volume& volume, Listener& messages);

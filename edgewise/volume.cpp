@@ -126,17 +126,26 @@ Volume Volume::channel(const std::string& name) const {
     return channel(store::channel_named(name, input_->name, input_->selection));
 }
 
-std::shared_ptr<const Data> Volume::samples() const {
-    if (data_) return data_;
+Volume Volume::loaded() const {
+    if (data_ || loaded_) return *this;
     // The samples keep what counts them.
     struct Held {
         MemoryBudget memory{std::numeric_limits<std::size_t>::max() / 2};
-        Input input;
+        std::shared_ptr<const Data> data;
     };
     const auto held = std::make_shared<Held>();
-    held->input = *input_;
-    read_data(held->input, &held->memory);
-    return {held, held->input.data.get()};
+    Input input = *input_;
+    read_data(input, &held->memory);
+    held->data = std::move(input.data);
+    input.data = {held, held->data.get()};
+    if (!input.identity) input.identity = identity_of_samples(input);
+    Volume volume = *this;
+    volume.loaded_ = std::make_shared<const Input>(std::move(input));
+    return volume;
+}
+
+std::shared_ptr<const Data> Volume::samples() const {
+    return data_ ? data_ : loaded().loaded_->data;
 }
 
 }  // namespace edgewise

@@ -52,12 +52,20 @@ class Volume {
     /// The same by the name that the file gives it, in any case. @throws RequestError, InputError
     Volume channel(const std::string& name) const;
 
+    /// The same with its samples in memory: those of a file are read now, once for all plans that
+    /// are made of it, and what is known of the file counts for them. A plan that needs more digits
+    /// than f32 has (labels, integers that only move) still reads the file.
+    /// @throws InputError, std::bad_alloc
+    Volume loaded() const;
+
     /// As a request sees it: its name, what the header says, what of it is selected.
     const Input& input() const noexcept { return *input_; }
     const store::Header& header() const noexcept;
     bool in_memory() const noexcept { return data_ != nullptr; }
-    /// Of the caller's memory; null: of a file, which each request reads.
+    /// Of the caller's memory; null: of a file.
     const std::shared_ptr<const Data>& data() const noexcept { return data_; }
+    /// A file as it was read; null: each request reads it, or there is none.
+    const std::shared_ptr<const Input>& read_input() const noexcept { return loaded_; }
     /// The samples: those of a file are read now. What f32 cannot hold is rounded to it.
     /// @throws InputError, std::bad_alloc
     std::shared_ptr<const Data> samples() const;
@@ -65,6 +73,7 @@ class Volume {
  private:
     std::shared_ptr<const Input> input_;
     std::shared_ptr<const Data> data_;
+    std::shared_ptr<const Input> loaded_;
 };
 
 }  // namespace edgewise

@@ -19,6 +19,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// Whether the samples that a program has read are those that the request needs.
+bool is_loaded(const Opened& opened) {
+    const Input *const loaded = opened.as.loaded.get(), &needed = opened.input;
+    return loaded && loaded->keep == needed.keep && loaded->selection == needed.selection;
+}
+
 /// Why there is no room for samples, or "".
 Message lack_of_room(const Opened& opened) {
     const Input& input = opened.input;
@@ -28,7 +34,8 @@ Message lack_of_room(const Opened& opened) {
             "@max_memory({:.3g} MiB): the process takes {:.0f} MiB before it holds any samples",
             *budget.bytes / 0x1p20, opened.resident / 0x1p20);
     const auto limit = static_cast<double>(opened.memory->limit());
-    if (opened.as.given || input.described || input.bytes() <= limit) return {};
+    if (opened.as.given || is_loaded(opened) || input.described || input.bytes() <= limit)
+        return {};
     return message("{}: its samples take {:.0f} MiB, and {:.0f} MiB are left for them{}",
                    input.name, input.bytes() / 0x1p20, limit / 0x1p20,
                    opened.query.max_memory ? message(" by @max_memory") : " on this machine");
@@ -131,7 +138,7 @@ ErrorsWanted errors_of(const Asked& asked, const Effort& effort) {
     if (effort.errors != ErrorsWanted::for_choice) return effort.errors;
     const Budget& budget = asked.want.budget;
     // Of results that are to be equal but for rounding it is only to be shown.
-    const bool decides = budget.error && (!budget.error_yields || effort.front);
+    const bool decides = budget.error && !budget.error_yields;
     return decides || asked.want.minimize == Minimize::error ||
                    asked.query.planner != Planner::estimate
                ? ErrorsWanted::asked
@@ -185,6 +192,8 @@ Input read(const Opened& opened, Listener& messages) {
     std::vector<Message> found;
     if (opened.as.given)
         input.data = opened.as.given;
+    else if (is_loaded(opened))
+        input = *opened.as.loaded;
     else
         found = read_data(input, opened.memory.get());
     messages.file_warnings(input, found);

@@ -70,7 +70,7 @@ void open_memory(Opened& opened, Listener& messages) {
     opened.resident = held + kReserve + kReserveAThread * opened.want.threads;
     if (!budget.bytes) budget.bytes = held + free_memory();
     // Samples of the program count once, as the input's.
-    const double given = opened.as.given ? double(opened.as.given->samples.bytes()) : 0;
+    const double given = opened.as.held();
     if (!opened.as.guest) opened.resident -= given;
     constexpr double kMost = 0x1p60;  // the whole address space, and whole numbers hold it
     double left =
@@ -194,6 +194,11 @@ void say_how_sure_places_are(const Opened& opened, Listener& messages) {
 }
 
 }  // namespace
+
+double Opening::held() const noexcept {
+    const Data* const data = given ? given.get() : loaded ? loaded->data.get() : nullptr;
+    return data ? static_cast<double>(data->samples.bytes()) : 0;
+}
 
 bool is_elsewhere(const Asked& asked) {
     return asked.want.ranks > 1 || (!asked.as.runs && is_of_another(asked.engine.machine()));

@@ -157,6 +157,7 @@ Prepared Prepared::with_input(std::shared_ptr<const Data> samples) const {
                                        planned.stored.text()));
     Opened opened = planned;
     opened.as.given = samples;
+    opened.as.loaded.reset();
     Input input = planned.input;
     input.data = std::move(samples);
     input.identity.reset();  // nobody knows what it is

@@ -209,11 +209,8 @@ Clip clip_of(const Extent& input, std::span<const HalfSpace> planes, std::span<c
 }
 
 std::vector<HalfSpace> half_spaces_of(const Clip& clip) {
-    std::vector<HalfSpace> planes = clip.planes;
-    for (int axis = 0; axis < 3; ++axis) {
-        planes.push_back({Vec3::Unit(axis), -clip.low[axis]});
-        planes.push_back({-Vec3::Unit(axis), clip.high[axis]});
-    }
+    std::vector<HalfSpace> planes;
+    for_each_half_space(clip, [&](const HalfSpace& plane) { planes.push_back(plane); });
     return planes;
 }
 

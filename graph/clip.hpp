@@ -48,7 +48,15 @@ struct Clip {
 Clip clip_of(const Extent& input, std::span<const HalfSpace> planes,
              std::span<const Ball> balls = {});
 
-/// All that a clip says but its balls, as half spaces.
+/// All that a clip says but its balls, as half spaces, one after another: f(HalfSpace).
+template <typename F>
+void for_each_half_space(const Clip& clip, F f) {
+    for (const HalfSpace& plane : clip.planes) f(plane);
+    for (int axis = 0; axis < 3; ++axis) {
+        f(HalfSpace{Vec3::Unit(axis), -clip.low[axis]});
+        f(HalfSpace{-Vec3::Unit(axis), clip.high[axis]});
+    }
+}
 std::vector<HalfSpace> half_spaces_of(const Clip& clip);
 
 /// A line along a plane, but for rounding: its distance changes by less than this in one unit.

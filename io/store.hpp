@@ -98,6 +98,8 @@ struct Selection {
     std::size_t memory_limit = 0;   // for samples and reading, bytes; 0: no limit
     bool as_stored = false;         // 32-bit integers and f64 too
     bool bits64 = false;            // 64-bit integers that are read as f64: their bits in its place
+
+    bool operator==(const Selection&) const = default;
 };
 
 /// One DICOM series of a folder.

@@ -527,6 +527,7 @@ PYBIND11_MODULE(edgewise, module) {
         .def_property_readonly("spacing", &spacing_of, "Along z, y and x.")
         .def_property_readonly("unit", [](const Volume& v) { return v.header().unit; })
         .def_property_readonly("format", [](const Volume& v) { return v.header().format; })
+        .def("loaded", &Volume::loaded, Guarded(), "The same with its samples in memory: a file is read once for all plans of it.")
         .def("array", &samples_of, Guarded(), "The samples, read now, as an array that cannot be written.");
     py::class_<PyPlan>(module, "Plan", "A plan: runs again and again, from any thread.")
         .def("run", &PyPlan::run, Guarded(), "[y, x], [z, y, x], with frames first and channels last; of a mesh (vertices, triangles).")

@@ -91,8 +91,9 @@ Rows geometry_settings() {
                  Limits::words({"content", "grid"}),
                  reads::parsed(moves_grid, &Query::geometry, &GeometrySpec::grid_moves))}
              .typed_as("move"),
-         QuerySetting{"spacing", "S[,S[,S]]", "distance of output samples", has::views,
-                      reads::list_of_numbers(&Query::geometry, &GeometrySpec::spacing)}
+         QuerySetting{
+             "spacing", "S[,S[,S]]", "distance of output samples", has::views,
+             reads::list_within(Limits::above(0), &Query::geometry, &GeometrySpec::spacing)}
              .along_axes(),
          QuerySetting{
              "size", value_of_size, help_of_size, has::views,

@@ -180,6 +180,19 @@ Reader list_of_numbers(Members... members) {
             .tell = [=](const Query& query) { return told(member(query, members...)); }};
 }
 
+/// The same, each within limits.
+template <typename... Members>
+Reader list_within(const Limits& limits, Members... members) {
+    Reader reader = list_of_numbers(members...);
+    reader.limits = limits;
+    reader.take = [=](Query& query, const SettingValue& value, const Reading& reading) {
+        std::vector<double> all = numbers(value, reading.called());
+        for (const double one : all) expect_within(limits, one, reading.called());
+        member(query, members...) = std::move(all);
+    };
+    return reader;
+}
+
 template <std::size_t count, typename... Members>
 Reader so_many_numbers(const char* expected, Members... members) {
     return {.take =

@@ -104,7 +104,7 @@ Rows selection_settings() {
           parsed(orientation_of, &Query::selection, &Selection::orient)},
          QuerySetting{"input_spacing", "S[,S[,S]]",
                       "distance of FILE's samples, where it is silent or wrong", has::any,
-                      reads::list_of_numbers(&Query::selection, &Selection::spacing)}
+                      reads::list_within(Limits::above(0), &Query::selection, &Selection::spacing)}
              .along_axes(),
          {"input_unit", "mm|um|nm", "unit of FILE's lengths, where it is silent or wrong", has::any,
           parsed(unit_of, &Query::selection, &Selection::unit)}},

@@ -166,4 +166,15 @@ void set(Query& query, std::string_view name, const SettingValue& value, const C
     row.take(query, value, {row.name, edges});
 }
 
+void expect_limits(const Query& query, const Catalogue& edges) {
+    const Query nothing = query_for(query.job);
+    for (const QuerySetting* row : settings_of(query.job)) {
+        if (row->limits().none()) continue;
+        const SettingValue value = row->reads.tell(query);
+        if (value.none() || value == row->reads.tell(nothing)) continue;
+        Query copy = query;
+        row->take(copy, value, {row->name, edges});
+    }
+}
+
 }  // namespace edgewise

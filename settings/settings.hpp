@@ -28,4 +28,8 @@ Query query_of(Job job, const std::vector<Given>& given, const Catalogue& edges)
 /// @throws SettingError, RequestError
 void set(Query& query, std::string_view name, const SettingValue& value, const Catalogue& edges);
 
+/// Of a query that a program filled in field by field: each value that has limits is within them.
+/// @throws OutOfLimits, SettingError
+void expect_limits(const Query& query, const Catalogue& edges);
+
 }  // namespace edgewise

@@ -116,7 +116,7 @@ class Filter(Running):
             served = 0
             for edge in EDGES:
                 source, out = self.folder / "in.nrrd", self.folder / "out.nrrd"
-                words = [COMMAND, "filter", source, "-o", out, "--json", "-", "--quiet", "--op", op, "--kernel", kernel, "--via", f"filter.{edge}"]
+                words = [COMMAND, "filter", source, "-o", out, "--json", "-", "--explain", "--quiet", "--op", op, "--kernel", kernel, "--via", f"filter.{edge}"]
                 done = subprocess.run(words, capture_output=True, env=self.env)
                 if done.returncode == 3:
                     continue

@@ -76,7 +76,7 @@ class Radon(Running):
 
     def radon(self, a, *words):
         self.write(a)
-        done = self.run_it("radon", self.source, "-o", self.out, "--quiet", "--json", "-", *words)
+        done = self.run_it("radon", self.source, "-o", self.out, "--quiet", "--explain", "--json", "-", *words)
         got = files.read(self.out)[..., 0]
         return (got[0] if a.ndim == 2 else got), json.loads(done.stdout)
 

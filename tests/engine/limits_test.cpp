@@ -54,9 +54,9 @@ void expect_told(const QuerySetting& row, Job job, const SettingValue& value) {
 /// The next number beyond an end: the next whole one of those that are counted.
 double beyond(const QuerySetting& row, double end, double towards) {
     static const std::set<std::string_view> kReal = {
-        "perspective", "zoom",      "slab",     "background", "phase",
-        "occlusion",   "smooth",    "exposure", "fps",        "decimate",
-        "range",       "max_error", "max_time", "max_memory", "planning_time"};
+        "perspective", "zoom",       "slab",          "background", "phase",        "occlusion",
+        "smooth",      "exposure",   "fps",           "decimate",   "range",        "max_error",
+        "max_time",    "max_memory", "planning_time", "spacing",    "input_spacing"};
     return kReal.contains(row.name.name) ? std::nextafter(end, towards)
                                          : end + (towards > end ? 1 : -1);
 }
@@ -90,6 +90,48 @@ TEST(Limits, OfEachRowAreTold) {
             if (row->name.name != "channel") expect_told(*row, job, "no such word");
         }
     EXPECT_GT(seen.size(), 35u);
+}
+
+/// What a query that is filled in field by field is refused for.
+template <typename Fill>
+std::string refused_field(Job job, Fill fill) {
+    Query query = query_for(job);
+    fill(query);
+    try {
+        expect_limits(query, all_edges());
+    } catch (const OutOfLimits& error) {
+        EXPECT_FALSE(error.limits().none());
+        return error.field();
+    }
+    return "";
+}
+
+TEST(Limits, AreThoseOfFieldsToo) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const double wrong : {0.0, -1.0, nan}) {
+        EXPECT_EQ(refused_field(Job::render, [&](Query& q) { q.geometry.zoom = wrong; }), "zoom");
+        EXPECT_EQ(refused_field(Job::warp,
+                                [&](Query& q) {
+                                    q.geometry.spacing = {1, wrong};
+                                }),
+                  "spacing");
+        EXPECT_EQ(refused_field(Job::render, [&](Query& q) { q.clip.slab = wrong; }), "slab");
+    }
+    EXPECT_EQ(refused_field(Job::render, [](Query& q) { q.geometry.perspective = 180; }),
+              "perspective");
+    EXPECT_EQ(refused_field(Job::render, [](Query& q) { q.threads = 0; }), "threads");
+    EXPECT_EQ(refused_field(Job::mesh, [](Query& q) { q.finish.decimate = 2; }), "decimate");
+    EXPECT_EQ(refused_field(Job::warp, [](Query& q) { q.selection.spacing = {-1}; }),
+              "input_spacing");
+    EXPECT_EQ(refused_field(Job::render,
+                            [](Query& q) {
+                                q.geometry.zoom = 2;
+                                q.geometry.spacing = {0.5};
+                                q.geometry.perspective = 30;
+                                q.threads = 3;
+                                q.max_error = 0.01;
+                            }),
+              "");
 }
 
 TEST(Limits, OfWordsAreAllThatAreKnown) {

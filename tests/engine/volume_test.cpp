@@ -1,13 +1,15 @@
-#include "edgewise/volume.hpp"
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
 #include <numeric>
+#include <string>
 #include <vector>
 
+#include "edgewise/edgewise.hpp"
 #include "graph/errors.hpp"
 
 namespace edgewise {
@@ -88,6 +90,68 @@ TEST(Volume, ACopyIsRefusedAsWhatItIsACopyOf) {
     EXPECT_THROW(copied({0, 5, 4}, 3, 3), RequestError);
     EXPECT_THROW(copied({7, 5, 4}, 2, 3), RequestError);
     EXPECT_THROW(copied({7, 5, 4}, 3, 0), RequestError);
+}
+
+/// A file of 32-bit integers that f32 does not tell apart, and its volume. The file goes with it.
+class FileOfLabels {
+ public:
+    FileOfLabels() {
+        std::vector<std::int32_t> all(kSide * kSide * kSide);
+        for (std::size_t i = 0; i < all.size(); ++i)
+            all[i] = i % 3 == 0 ? 0 : (1 << 24) + static_cast<std::int32_t>(i % 5);
+        write(all);
+    }
+    ~FileOfLabels() { remove(); }
+    void remove() const { std::filesystem::remove(path_); }
+    Volume read() const { return Volume::read("raw:" + path_ + ":12x12x12:i32"); }
+    static constexpr std::size_t kSide = 12;
+
+ private:
+    void write(const std::vector<std::int32_t>& all) const {
+        std::ofstream file(path_, std::ios::binary);
+        file.write(reinterpret_cast<const char*>(all.data()),
+                   static_cast<std::streamsize>(all.size() * sizeof all[0]));
+    }
+    const std::string path_ = testing::TempDir() + "edgewise_volume_test.raw";
+};
+
+std::vector<std::byte> result_of(const Prepared& plan) {
+    std::vector<std::byte> bytes(static_cast<std::size_t>(plan.result().bytes()));
+    plan.run({.into = bytes});
+    return bytes;
+}
+
+TEST(Volume, IsReadOnceForManyPlans) {
+    const Engine engine = default_engine();
+    const FileOfLabels file;
+    const Query mip = query_of(Job::render, {{"rotate", "10,20,30"}, {"size", "fit"}});
+    const Query xray = query_of(Job::render, {{"mode", "xray"}, {"size", "native"}});
+    const auto first = result_of(prepare(engine, mip, file.read())),
+               second = result_of(prepare(engine, xray, file.read()));
+    const Volume loaded = file.read().loaded();
+    EXPECT_FALSE(loaded.in_memory());
+    EXPECT_EQ(loaded.samples().get(), loaded.loaded().samples().get());
+    file.remove();
+    const Prepared plan = prepare(engine, mip, loaded);
+    EXPECT_EQ(plan.planned().input.data->samples.data(), loaded.samples()->samples.data());
+    EXPECT_TRUE(plan.planned().input.identity.has_value());
+    EXPECT_EQ(result_of(plan), first);
+    EXPECT_EQ(result_of(prepare(engine, xray, loaded)), second);
+    EXPECT_THROW(prepare(engine, mip, file.read()), InputError);
+}
+
+TEST(Volume, KeepsDigitsThatItsSamplesInMemoryDoNotHave) {
+    const Engine engine = default_engine();
+    const FileOfLabels file;
+    const Query turned = query_of(Job::warp, {{"labels", true}, {"rotate", "0,0,90"}});
+    EXPECT_EQ(result_of(prepare(engine, turned, file.read().loaded())),
+              result_of(prepare(engine, turned, file.read())));
+}
+
+TEST(Volume, OfMemoryIsLoaded) {
+    const auto all = counted();
+    const Volume volume = Volume::around(all.data(), {7, 5, 4}, 3, 3, Type::i16, nullptr);
+    EXPECT_EQ(volume.loaded().data().get(), volume.data().get());
 }
 
 }  // namespace

@@ -160,11 +160,7 @@ std::optional<kernels::Kept> kept_of(const Representation& from, const Request& 
         }
         if (!is_face) kept.planes.push_back({array_of(normal), offset});
     };
-    for (const HalfSpace& plane : clip->planes) keep(plane);
-    for (int axis = 0; axis < 3; ++axis) {
-        keep({Vec3::Unit(axis), -clip->low[axis]});
-        keep({-Vec3::Unit(axis), clip->high[axis]});
-    }
+    for_each_half_space(*clip, keep);
     for (const Ball& ball : clip->balls) {
         const Ball moved{placed.topLeftCorner<3, 3>() * ball.centre + placed.topRightCorner<3, 1>(),
                          ball.to_unit * back.transpose()};
