@@ -124,7 +124,7 @@ std::vector<std::byte> result_of(const Prepared& plan) {
 TEST(Volume, IsReadOnceForManyPlans) {
     const Engine engine = default_engine();
     const FileOfLabels file;
-    const Query mip = query_of(Job::render, {{"rotate", "10,20,30"}, {"size", "fit"}});
+    const Query mip = query_of(Job::render, {{"rotate", "10,20,30"}, {"size", "native"}});
     const Query xray = query_of(Job::render, {{"mode", "xray"}, {"size", "native"}});
     const auto first = result_of(prepare(engine, mip, file.read())),
                second = result_of(prepare(engine, xray, file.read()));
