@@ -42,14 +42,6 @@ function(edgewise_folder name)
     set_property(GLOBAL APPEND PROPERTY EDGEWISE_TARGETS ${target})
 endfunction()
 
-# Sources with vectors (*_simd.cpp) read no precompiled header: it brings templates that are made once
-# more for each of them, and the processor's own header without what silences its warnings.
-function(edgewise_vectors target)
-    get_target_property(sources ${target} SOURCES)
-    list(FILTER sources INCLUDE REGEX "_simd\\.cpp$")
-    set_source_files_properties(${sources} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
-endfunction()
-
 # Floating-point results must not depend on what a compiler contracts: fused operations are written.
 function(edgewise_warnings target)
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor

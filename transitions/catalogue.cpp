@@ -1,5 +1,6 @@
 #include "transitions/catalogue.hpp"
 
+#include "graph/errors.hpp"
 #include "transitions/composite/attenuated_sum.hpp"
 #include "transitions/composite/back_to_front.hpp"
 #include "transitions/composite/binary_tree.hpp"
@@ -18,6 +19,7 @@
 #include "transitions/filter/runs.hpp"
 #include "transitions/filter/separable.hpp"
 #include "transitions/filter/van_herk.hpp"
+#include "transitions/kernels/targets.hpp"
 #include "transitions/net/spread.hpp"
 #include "transitions/project/adaptive_cast.hpp"
 #include "transitions/project/adaptive_quadrature.hpp"
@@ -84,6 +86,7 @@
 namespace edgewise {
 
 Catalogue catalogue() {
+    if (const std::string lacks = kernels::processor_lacks(); !lacks.empty()) throw RunError(lacks);
     return {
         // Preparations, in the order in which they apply: what is cropped away need not be
         // converted,

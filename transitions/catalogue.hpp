@@ -8,6 +8,7 @@ namespace edgewise {
 
 /// Every edge of this build, the only list of them. The order breaks ties in the planner and is the
 /// order in which preparations apply in object space.
+/// @throws RunError on a processor that kernels are not compiled for
 Catalogue catalogue();
 
 /// The same edges. Those that make a picture from the front show it to a watch on the way; others

@@ -25,6 +25,7 @@
 #include "scene/scene.hpp"
 #include "surface/mesh_measures.hpp"
 #include "tests/properties/run_request.hpp"
+#include "tests/vectors.hpp"
 #include "transitions/catalogue.hpp"
 #include "transitions/kernels/slow_gathers.hpp"
 
@@ -317,19 +318,14 @@ Request stretched(Request want, const Representation& what) {
 
 class TailsTest : public testing::TestWithParam<std::tuple<std::int64_t, bool>> {
  protected:
-    static void choose(std::int64_t target) {
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
     void SetUp() override {
-        choose(0);
         const auto [target, slow] = GetParam();
-        if (target && !(hwy::SupportedTargets() & target)) GTEST_SKIP();
-        choose(target);
+        if (target && !has_vectors(target)) GTEST_SKIP();
+        choose_vectors(target);
         kernels::set_gathers_slow(slow);
     }
     void TearDown() override {
-        choose(0);
+        choose_vectors(0);
         kernels::set_gathers_slow(std::nullopt);
         for (const std::string& failure : failures_) ADD_FAILURE() << failure;
     }

@@ -11,6 +11,7 @@
 #include <tbb/global_control.h>
 
 #include "reference/stored.hpp"
+#include "tests/vectors.hpp"
 
 namespace edgewise {
 namespace {
@@ -124,21 +125,15 @@ void expect_counted(const Data& data) {
 double least_of(Type type) { return type == Type::f16 ? -2047 : limits_of(type)[0]; }
 double greatest_of(Type type) { return type == Type::f16 ? 2047 : limits_of(type)[1]; }
 
-/// Has Highway choose among these targets from now on. @param targets  0: all of this processor
-void choose(std::int64_t targets) {
-    hwy::SetSupportedTargetsForTest(targets);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
 constexpr std::int64_t kTargets[] = {0, HWY_AVX2, HWY_STATIC_TARGET};
 
 class OnEachTarget : public testing::TestWithParam<std::int64_t> {
  protected:
     void SetUp() override {
-        choose(0);
-        if (GetParam() && !(hwy::SupportedTargets() & GetParam())) GTEST_SKIP();
-        choose(GetParam());
+        if (GetParam() && !has_vectors(GetParam())) GTEST_SKIP();
+        choose_vectors(GetParam());
     }
-    void TearDown() override { choose(0); }
+    void TearDown() override { choose_vectors(0); }
 };
 INSTANTIATE_TEST_SUITE_P(Vectors, OnEachTarget, testing::ValuesIn(kTargets));
 
@@ -305,12 +300,12 @@ TEST(Sums, AreTheSameToTheLastBit) {
             for (const std::int64_t target : {std::int64_t{0}, std::int64_t{HWY_STATIC_TARGET}}) {
                 const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                                 threads);
-                choose(target);
+                choose_vectors(target);
                 means.push_back(statistics_of(data, heap()).mean);
             }
         for (const double mean : means) EXPECT_EQ(mean, means.front());
     }
-    choose(0);
+    choose_vectors(0);
 }
 
 }  // namespace

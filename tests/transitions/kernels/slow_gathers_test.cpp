@@ -11,6 +11,7 @@
 #include <random>
 #include <vector>
 
+#include "tests/vectors.hpp"
 #include "transitions/kernels/backward.hpp"
 #include "transitions/kernels/permutation.hpp"
 #include "transitions/kernels/ray_cast.hpp"
@@ -39,21 +40,15 @@ struct Samples {
     }
 };
 
-/// Has Highway choose this target. @param target  0: the best of this processor
-void choose(std::int64_t target) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
 
 class SlowGathers : public testing::TestWithParam<std::int64_t> {
  protected:
     void SetUp() override {
-        choose(0);
-        if (GetParam() && !(hwy::SupportedTargets() & GetParam())) GTEST_SKIP();
-        choose(GetParam());
+        if (GetParam() && !has_vectors(GetParam())) GTEST_SKIP();
+        choose_vectors(GetParam());
     }
     void TearDown() override {
-        choose(0);
+        choose_vectors(0);
         set_gathers_slow(std::nullopt);
     }
     /// Makes the floats in both ways.
