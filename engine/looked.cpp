@@ -65,7 +65,10 @@ void take_transfer(Looked& looked, const Statistics& statistics,
         }
         if (series->low <= series->high) seen.low = series->low, seen.high = series->high;
     }
-    Remarks remarks = take_values(looked.want, looked.window, looked.query, looked.input, seen);
+    const bool nowhere = looked.outputs && looked.outputs->none();
+    const bool is_viewed = looked.as.shows || !(nowhere || looked.as.guest);
+    Remarks remarks =
+        take_values(looked.want, looked.window, looked.query, looked.input, seen, is_viewed);
     for (const Message& warning : remarks.warnings)
         if (messages) messages->warning(warning);
     for (const Message& notice : remarks.notices)
@@ -119,7 +122,8 @@ void take_statistics(Looked& looked, const std::optional<InSeries>& series, List
     begin = Clock::now();
     if (input.table) looked.want.outside = place_in(*input.table, input.outside);
     take_transfer(looked, statistics, series, &messages);
-    (looked.preset ? looked.spent.preset : looked.spent.statistics) += since(begin);
+    const bool on_every_path = looked.preset || looked.window;
+    (on_every_path ? looked.spent.preset : looked.spent.statistics) += since(begin);
     begin = Clock::now();
     take_outside(looked);
     take_step(looked, statistics);

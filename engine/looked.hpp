@@ -30,7 +30,8 @@ struct InSeries {
     const Looked* first = nullptr;  // that what hangs on values is taken from; null: it is this
 };
 
-/// What choosing took [s]. `preset` is what a preset needs of the values, whatever path is taken.
+/// What choosing took [s]. `preset` is what a preset or a window needs of the values, whatever path
+/// is taken.
 struct Spent {
     double statistics = 0, preset = 0, preview = 0, search = 0, pilot = 0;
 

@@ -12,29 +12,50 @@ bool prepares(std::string_view from, std::string_view to) {
     return from.starts_with("object/") && to.starts_with("object/");
 }
 
-std::vector<char> edges_towards(std::string_view target, const Catalogue& catalogue) {
-    std::set<std::string_view> wanted{target};
-    std::vector<char> found(catalogue.size());
-    for (bool grows = true; grows;) {
-        grows = false;
-        for (std::size_t i = 0; i < catalogue.size(); ++i)
-            for (const auto& [from, to] : catalogue[i].joins) {
-                if (!wanted.contains(without_facets(to))) continue;
-                found[i] = 1;
-                grows = wanted.insert(without_facets(from)).second || grows;
-            }
+/// Kinds without facets, by small numbers.
+class KindNumbers {
+ public:
+    std::size_t of(std::string_view kind) {
+        return numbers_.try_emplace(without_facets(kind), numbers_.size()).first->second;
     }
-    return found;
-}
+    const std::map<std::string_view, std::size_t>& all() const noexcept { return numbers_; }
+
+ private:
+    std::map<std::string_view, std::size_t> numbers_;
+};
+
+/// Whether one kind leads to another by some edges, or is the same (Warshall 1962).
+class Reach {
+ public:
+    explicit Reach(std::size_t kinds) : kinds_(kinds), leads_(kinds * kinds) {
+        for (std::size_t kind = 0; kind < kinds; ++kind) join(kind, kind);
+    }
+    void join(std::size_t from, std::size_t to) { leads_[from * kinds_ + to] = 1; }
+    bool leads(std::size_t from, std::size_t to) const { return leads_[from * kinds_ + to] != 0; }
+    void close() {
+        for (std::size_t by = 0; by < kinds_; ++by)
+            for (std::size_t from = 0; from < kinds_; ++from)
+                for (std::size_t to = 0; leads(from, by) && to < kinds_; ++to)
+                    if (leads(by, to)) join(from, to);
+    }
+
+ private:
+    std::size_t kinds_;
+    std::vector<char> leads_;
+};
 
 }  // namespace
 
 Joins::Joins(const Catalogue& catalogue) {
-    std::set<std::string_view> kinds;
+    struct Join {
+        std::size_t edge, from, to;
+    };
+    KindNumbers numbers;
+    std::vector<Join> joins;
     for (std::size_t i = 0; i < catalogue.size(); ++i) {
         names_.push_back(catalogue[i].name);
         for (const auto& [from, to] : catalogue[i].joins) {
-            kinds.insert(without_facets(to));
+            joins.push_back({i, numbers.of(from), numbers.of(to)});
             std::vector<Leaving>& all = leaving_[std::string(without_facets(from))];
             std::set<std::string> needs = facets_of(from);
             const bool prepares_only = prepares(from, to);
@@ -44,8 +65,15 @@ Joins::Joins(const Catalogue& catalogue) {
                 all.back().prepares_only = all.back().prepares_only && prepares_only;
         }
     }
-    for (const std::string_view kind : kinds)
-        towards_.emplace(std::string(kind), edges_towards(kind, catalogue));
+    Reach reach(numbers.all().size());
+    for (const Join& join : joins) reach.join(join.from, join.to);
+    reach.close();
+    for (const auto& [kind, number] : numbers.all()) {
+        std::vector<char> towards(catalogue.size());
+        for (const Join& join : joins)
+            if (reach.leads(join.to, number)) towards[join.edge] = 1;
+        towards_.emplace(std::string(kind), std::move(towards));
+    }
 }
 
 const std::vector<Leaving>& Joins::leaving(std::string_view kind) const {

@@ -707,13 +707,13 @@ void expect_gradients(const Request& want) {
 }  // namespace
 
 Remarks take_values(Request& want, std::optional<Window>& window, const Query& query,
-                    const Input& input, const Statistics& statistics) {
+                    const Input& input, const Statistics& statistics, bool is_viewed) {
     const Data& data = *input.data;
     const store::Header& header = input.header;
     Message about_window;
     if (window)
         about_window = take_hounsfield(*window, header, data, statistics);
-    else
+    else if (is_viewed)
         window = usual_window(want, header, data, statistics);
     Remarks remarks = take_all_values(want, window, query, input, statistics);
     if (query.gradient == GradientScheme::sobel) expect_gradients(want);

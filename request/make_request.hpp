@@ -56,9 +56,10 @@ struct Remarks {
 /// function and the material that comes with it.
 /// @param window  is taken away where the transfer function runs over it
 /// @param input   with its samples
+/// @param is_viewed  somebody sees the result through a window; else none is looked for
 /// @throws RequestError
 Remarks take_values(Request& want, std::optional<Window>& window, const Query& query,
-                    const Input& input, const Statistics& statistics);
+                    const Input& input, const Statistics& statistics, bool is_viewed = true);
 
 /// The same as of another request of one kind.
 void take_values_of(const Request& from, Request& want);

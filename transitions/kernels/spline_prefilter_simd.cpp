@@ -8,7 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "transitions/kernels/spline_prefilter.cpp"
+#define HWY_TARGET_INCLUDE "transitions/kernels/spline_prefilter_simd.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
 
@@ -53,52 +53,57 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-/// One vector of lanes a step along lines that lie side by side.
-HWY_INLINE void filter_lanes(const Strip& strip, const StartWeights& start, std::int64_t first) {
+/// A vector of lines that lie side by side, of which there are `lines`: at least one, at most a
+/// vector's lanes. A line's results do not depend on how many go together.
+template <bool kFull>
+HWY_INLINE void filter_lanes(const Strip& strip, const StartWeights& start, std::int64_t first,
+                             std::size_t lines) {
     const D d;
+    const auto these = hn::FirstN(d, lines);
+    const auto load = [&](const float* at) HWY_ATTR {
+        if constexpr (kFull) return hn::LoadU(d, at);
+        return hn::MaskedLoad(these, d, at);
+    };
+    const auto store = [&](V value, float* at) HWY_ATTR {
+        if constexpr (kFull)
+            hn::StoreU(value, d, at);
+        else
+            hn::BlendedStore(value, these, d, at);
+    };
     const V pole = hn::Set(d, float(kPole)), gained = hn::Set(d, kGainedPole);
     float* at = strip.samples + first;
     V value = hn::Zero(d);
     for (int k = 0; k < start.count; ++k)
-        value = hn::MulAdd(hn::Set(d, start.of[k]), hn::LoadU(d, at + k * strip.stride), value);
-    hn::StoreU(value, d, at);
+        value = hn::MulAdd(hn::Set(d, start.of[k]), load(at + k * strip.stride), value);
+    store(value, at);
     V before = value;
     for (std::int64_t k = 1; k < strip.n; ++k) {
         before = value;
         at += strip.stride;
-        value = hn::MulAdd(pole, value, hn::LoadU(d, at));
-        hn::StoreU(value, d, at);
+        value = hn::MulAdd(pole, value, load(at));
+        store(value, at);
     }
     value = hn::Mul(hn::Set(d, kLast), hn::MulAdd(pole, before, value));
-    hn::StoreU(value, d, at);
+    store(value, at);
     for (std::int64_t k = 1; k < strip.n; ++k) {
         at -= strip.stride;
-        value = hn::MulAdd(pole, value, hn::Mul(gained, hn::LoadU(d, at)));
-        hn::StoreU(value, d, at);
+        value = hn::MulAdd(pole, value, hn::Mul(gained, load(at)));
+        store(value, at);
     }
-}
-
-/// The same for one line: what is left where the lines do not fill a vector.
-void filter_line(const Strip& strip, const StartWeights& start, std::int64_t line) {
-    float* at = strip.samples + line;
-    const auto pole = float(kPole);
-    float value = 0;
-    for (int k = 0; k < start.count; ++k) value += start.of[k] * at[k * strip.stride];
-    at[0] = value;
-    for (std::int64_t k = 1; k < strip.n; ++k)
-        at[k * strip.stride] += pole * at[(k - 1) * strip.stride];
-    float* last = at + (strip.n - 1) * strip.stride;
-    *last = kLast * (*last + pole * *(last - strip.stride));
-    for (float* p = last; p != at; p -= strip.stride)
-        *(p - strip.stride) = pole * *p + kGainedPole * *(p - strip.stride);
 }
 
 void filter_strip(const Strip& strip, const StartWeights& start) {
-    const auto lanes = std::int64_t(hn::Lanes(D()));
-    std::int64_t line = 0;
-    for (; line + lanes <= strip.lines; line += lanes) filter_lanes(strip, start, line);
-    for (; line < strip.lines; ++line) filter_line(strip, start, line);
+    const std::size_t lanes = hn::Lanes(D());
+    const auto all = static_cast<std::size_t>(strip.lines);
+    std::size_t line = 0;
+    for (; line + lanes <= all; line += lanes)
+        filter_lanes<true>(strip, start, static_cast<std::int64_t>(line), lanes);
+    if (line < all) filter_lanes<false>(strip, start, static_cast<std::int64_t>(line), all - line);
 }
+
+/// Along x eight samples go together, whatever a vector has: how many decides what is rounded.
+using DX = hn::CappedTag<float, 8>;
+using VX = hn::Vec<DX>;
 
 /// y[i] = u[i] + pole * y[i -+ 1] within one vector, by doubling: after the step of k lanes each
 /// sum holds 2k terms. kForward runs to higher lanes.
@@ -106,12 +111,12 @@ template <bool kForward>
 class Recursion {
  public:
     Recursion() {
-        const int lanes = int(hn::Lanes(D()));
+        const int lanes = int(hn::Lanes(DX()));
         for (int lane = 0; lane < lanes; ++lane) {
             const int rank = kForward ? lane : lanes - 1 - lane;
             carry_weight_[lane] = float(std::pow(kPole, rank + 1));
             carry_from_[lane] = kForward ? lanes - 1 : 0;
-            for (int step = 0; step < 4; ++step) {
+            for (int step = 0; step < 3; ++step) {
                 const int distance = 1 << step;
                 const bool reached = rank >= distance;
                 weight_[step][lane] = reached ? float(std::pow(kPole, distance)) : 0;
@@ -121,10 +126,10 @@ class Recursion {
     }
 
     /// `carry` holds the neighbour before the vector, in all lanes; becomes the vector's last.
-    HWY_INLINE V operator()(V u, V& carry) const {
-        const D d;
+    HWY_INLINE VX operator()(VX u, VX& carry) const {
+        const DX d;
         for (int step = 0; (1 << step) < int(hn::Lanes(d)); ++step) {
-            const V moved = hn::TableLookupLanes(u, hn::SetTableIndices(d, from_[step].data()));
+            const VX moved = hn::TableLookupLanes(u, hn::SetTableIndices(d, from_[step].data()));
             u = hn::MulAdd(hn::Load(d, weight_[step].data()), moved, u);
         }
         u = hn::MulAdd(hn::Load(d, carry_weight_.data()), carry, u);
@@ -133,38 +138,38 @@ class Recursion {
     }
 
  private:
-    alignas(64) std::array<std::array<float, 16>, 4> weight_{};
-    alignas(64) std::array<std::array<std::int32_t, 16>, 4> from_{};
-    alignas(64) std::array<float, 16> carry_weight_{};
-    alignas(64) std::array<std::int32_t, 16> carry_from_{};
+    alignas(64) std::array<std::array<float, 8>, 3> weight_{};
+    alignas(64) std::array<std::array<std::int32_t, 8>, 3> from_{};
+    alignas(64) std::array<float, 8> carry_weight_{};
+    alignas(64) std::array<std::int32_t, 8> carry_from_{};
 };
 
 /// A vector at row + x whose lanes beyond the row's n samples are 0.
-HWY_INLINE V load_part(const float* row, std::int64_t x, std::int64_t n) {
-    alignas(64) float lanes[16] = {};
+HWY_INLINE VX load_part(const float* row, std::int64_t x, std::int64_t n) {
+    alignas(64) float lanes[8] = {};
     std::copy(row + x, row + n, lanes);
-    return hn::Load(D(), lanes);
+    return hn::Load(DX(), lanes);
 }
 
-HWY_INLINE void store_part(V value, float* row, std::int64_t x, std::int64_t n) {
-    alignas(64) float lanes[16];
-    hn::Store(value, D(), lanes);
+HWY_INLINE void store_part(VX value, float* row, std::int64_t x, std::int64_t n) {
+    alignas(64) float lanes[8];
+    hn::Store(value, DX(), lanes);
     std::copy(lanes, lanes + (n - x), row + x);
 }
 
 /// Lines along x: the recursion runs within vectors.
 void filter_rows(float* row, std::int64_t n, std::int64_t rows, const StartWeights& start) {
-    const D d;
+    const DX d;
     const auto lanes = std::int64_t(hn::Lanes(d)), whole = n / lanes * lanes;
     const auto pole = float(kPole);
     const Recursion<true> causal;
     const Recursion<false> anticausal;
-    const V gained = hn::Set(d, kGainedPole);
+    const VX gained = hn::Set(d, kGainedPole);
     for (std::int64_t r = 0; r < rows; ++r, row += n) {
         float first = 0;
         for (int k = 0; k < start.count; ++k) first += start.of[k] * row[k];
         row[0] = first;
-        V carry = hn::Zero(d);
+        VX carry = hn::Zero(d);
         for (std::int64_t x = 0; x < whole; x += lanes)
             hn::StoreU(causal(hn::LoadU(d, row + x), carry), d, row + x);
         if (whole < n) store_part(causal(load_part(row, whole, n), carry), row, whole, n);
@@ -172,7 +177,7 @@ void filter_rows(float* row, std::int64_t n, std::int64_t rows, const StartWeigh
         row[n - 1] = kLast * (row[n - 1] + pole * row[n - 2]) / kGainedPole;
         carry = hn::Zero(d);
         if (whole < n) {
-            const V u = hn::Mul(gained, load_part(row, whole, n));
+            const VX u = hn::Mul(gained, load_part(row, whole, n));
             store_part(anticausal(u, carry), row, whole, n);
         }
         for (std::int64_t x = whole - lanes; x >= 0; x -= lanes)
