@@ -70,11 +70,19 @@ class Differences {
         }
     }
 
-    void add(double a, double b, int axis) {
-        const double one = want_.transfer.at(a)[3], other = want_.transfer.at(b)[3];
-        const bool shown = std::max(one, other) > least_opaque_;
-        const bool full = std::min(one, other) >= most_opaque_;
-        if (shown && !full) all_.push_back(std::abs(b - a) * per_spacing_[axis]);
+    /// A sample, with what the transfer function makes of it.
+    struct Seen {
+        double value = 0, opacity = 0;
+    };
+    Seen seen(double value) const {
+        return {value, std::isfinite(value) ? want_.transfer.at(value)[3] : 0};
+    }
+
+    void add(const Seen& one, const Seen& other, int axis) {
+        if (!std::isfinite(one.value) || !std::isfinite(other.value)) return;
+        const bool shown = std::max(one.opacity, other.opacity) > least_opaque_;
+        const bool full = std::min(one.opacity, other.opacity) >= most_opaque_;
+        if (shown && !full) all_.push_back(std::abs(other.value - one.value) * per_spacing_[axis]);
     }
     /// Of which so large a share is smaller; 0: there are none.
     double quantile(double share) {
@@ -115,17 +123,22 @@ double seen_slope(const Data& data, const Request& want) {
                 from[k] = static_cast<std::int64_t>(at * static_cast<double>(last + 1));
                 to[k] = std::min(n[axis], from[k] + kSide);
             }
-            for (std::int64_t z = from[2]; z < to[2]; ++z)
-                for (std::int64_t y = from[1]; y < to[1]; ++y)
-                    for (std::int64_t x = from[0]; x < to[0]; ++x) {
-                        const double here = value(x, y, z);
-                        if (!std::isfinite(here)) continue;
-                        const auto pair = [&](double there, int axis) {
-                            if (std::isfinite(there)) found.add(here, there, axis);
-                        };
-                        if (x + 1 < to[0]) pair(value(x + 1, y, z), 0);
-                        if (y + 1 < to[1]) pair(value(x, y + 1, z), 1);
-                        if (z + 1 < to[2]) pair(value(x, y, z + 1), 2);
+            // Each sample is looked up once, and is in up to six pairs.
+            std::array<Differences::Seen, kSide * kSide * kSide> seen;
+            const std::int64_t nx = to[0] - from[0], ny = to[1] - from[1], nz = to[2] - from[2];
+            const auto at = [&](std::int64_t x, std::int64_t y, std::int64_t z) -> auto& {
+                return seen[static_cast<std::size_t>((z * kSide + y) * kSide + x)];
+            };
+            for (std::int64_t z = 0; z < nz; ++z)
+                for (std::int64_t y = 0; y < ny; ++y)
+                    for (std::int64_t x = 0; x < nx; ++x)
+                        at(x, y, z) = found.seen(value(from[0] + x, from[1] + y, from[2] + z));
+            for (std::int64_t z = 0; z < nz; ++z)
+                for (std::int64_t y = 0; y < ny; ++y)
+                    for (std::int64_t x = 0; x < nx; ++x) {
+                        if (x + 1 < nx) found.add(at(x, y, z), at(x + 1, y, z), 0);
+                        if (y + 1 < ny) found.add(at(x, y, z), at(x, y + 1, z), 1);
+                        if (z + 1 < nz) found.add(at(x, y, z), at(x, y, z + 1), 2);
                     }
         }
     });

@@ -33,13 +33,27 @@ double preview_operations(const Request& want) noexcept {
     return std::min(rays ? kRays : kPoints, outputs / 4) * (rays ? 3e7 : 9e5);
 }
 
+namespace {
+
+/// Whether a path may take an edge: unless somebody asks for it, none does that has a parameter of
+/// which no value is tried.
+bool is_tried(const Transition& edge, const Demands& asked) {
+    const auto has_values = [](const auto& one) { return !one.second.tried.empty(); };
+    const auto names = [&](const Demand& demand) { return demand.names(edge); };
+    return std::ranges::all_of(edge.parameters, has_values) ||
+           std::ranges::any_of(asked.via, names);
+}
+
+}  // namespace
+
 void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,
-                 std::pmr::memory_resource* memory) {
+                 std::pmr::memory_resource* memory, const Demands* asked) {
     const Data whole = with_slack(input, memory);
     std::vector<CountFacts> called;
     for (const Transition& edge : catalogue) {
         if (!edge.views_refused(want).empty()) continue;
-        if (edge.count) edge.count(whole, want, scene.facts, memory);
+        if (edge.count && (!asked || is_tried(edge, *asked)))
+            edge.count(whole, want, scene.facts, memory);
         for (const CountFacts count : edge.shared_counts) {
             if (std::find(called.begin(), called.end(), count) != called.end()) continue;
             count(whole, want, scene.facts, memory);

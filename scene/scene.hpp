@@ -54,8 +54,10 @@ void run_scene(const Catalogue& catalogue, const Data& input, const Statistics& 
 bool has_silent_edges(const Catalogue& catalogue);
 
 /// Adds what the counts of a catalogue's edges ask of the data (Transition::count).
+/// @param asked  untried() demands: edges that no path takes unasked are counted where they are
+///               among these; null: all are
 void count_scene(const Catalogue& catalogue, const Data& input, const Request& want, Scene& scene,
-                 std::pmr::memory_resource* memory);
+                 std::pmr::memory_resource* memory, const Demands* asked = nullptr);
 
 /// The same without the preview: costs are as exact, errors are the models' guesses.
 Scene unseen_scene(const Statistics& statistics);

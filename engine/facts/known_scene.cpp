@@ -188,7 +188,8 @@ Counts known_counts(const Measuring& of) {
     return known<Counts>(store, key_of_scene(of, "counts", want, 1), of.memory,
                          [&](std::pmr::memory_resource* memory) {
                              Scene scene = of.counted;
-                             count_scene(of.engine.edges(), *of.input.data, want, scene, memory);
+                             count_scene(of.engine.edges(), *of.input.data, want, scene, memory,
+                                         &of.asked);
                              return Counts{std::move(scene.facts)};
                          });
 }
