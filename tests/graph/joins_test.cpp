@@ -23,6 +23,16 @@ TEST(Joins, LeadTowardsAKindByAnyNumberOfEdges) {
     EXPECT_FALSE(edges.joins().leads_to("screen/c", 3));
 }
 
+TEST(Joins, LeadRoundAndRound) {
+    const Catalogue edges = {
+        joining("a.cd", "object/c", "screen/d"), joining("a.ba", "object/b", "object/a"),
+        joining("a.ab", "object/a", "object/b"), joining("a.bc", "object/b", "object/c"),
+        joining("a.dd", "screen/d", "screen/d")};
+    EXPECT_EQ(edges.joins().towards("screen/d"),
+              (std::set<std::string>{"a.ab", "a.ba", "a.bc", "a.cd", "a.dd"}));
+    EXPECT_EQ(edges.joins().towards("object/b"), (std::set<std::string>{"a.ab", "a.ba"}));
+}
+
 TEST(Joins, OfAContentAreTheEdgesThatReadItInOrder) {
     Transition both = joining("a.both", "object/a", "object/b");
     both.joins.push_back({"object/a+facet", "screen/c"});

@@ -140,5 +140,36 @@ TEST(SharedCounts, AreCalledOnceAndOnlyForViewsThatAreMatrices) {
     EXPECT_FALSE(scene.fact(kCastAll));
 }
 
+TEST(Counts, OfWhatNoPathTakesUnaskedAreMadeWhereSomebodyAsks) {
+    static int calls = 0;
+    calls = 0;
+    const auto counted_edge = [](std::string name, std::vector<double> tried) {
+        Transition edge{.name = std::move(name)};
+        edge.parameters["share"] = number(0, 1, std::move(tried));
+        edge.count = [](const Data&, const Request&, std::map<std::string, double>&,
+                        std::pmr::memory_resource*) { ++calls; };
+        return edge;
+    };
+    const Catalogue edges = {counted_edge("toy.tried", {0.5}), counted_edge("toy.named", {})};
+    MemoryBudget memory(std::size_t{1} << 24);
+    const Data data = make_phantom("sphere", 8, &memory);
+    Scene scene;
+    const Request want = request_of(Job::render, Mode::mip, data.what, {Mat4::Identity()});
+    const auto counts_of = [&](const std::vector<const char*>& named) {
+        Demands demands;
+        for (const char* text : named) demands.via.push_back(demand_of(text, edges));
+        const Demands asked = untried(demands, edges);
+        calls = 0;
+        count_scene(edges, data, want, scene, &memory, &asked);
+        return calls;
+    };
+    EXPECT_EQ(counts_of({}), 1);
+    EXPECT_EQ(counts_of({"toy.tried"}), 1);
+    EXPECT_EQ(counts_of({"toy.named/share=0.1"}), 2);
+    calls = 0;
+    count_scene(edges, data, want, scene, &memory);
+    EXPECT_EQ(calls, 2);
+}
+
 }  // namespace
 }  // namespace edgewise
