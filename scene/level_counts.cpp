@@ -87,15 +87,14 @@ void LevelCounts::add(Part& part) {
     part.counted = 0;
 }
 
-LevelCounts::Level LevelCounts::commonest() {
-    sum_.resize(levels_);
-    for (Part& part : parts_) add(part);
-    // Of signed types the negative numbers are the upper half.
-    const auto levels = static_cast<std::int64_t>(levels_);
-    const std::int64_t least = static_cast<std::int64_t>(limits_of(type_)[0]);
+LevelCounts::Level LevelCounts::commonest(std::int64_t least, std::int64_t greatest) const {
     Level most{0, 0};
-    for (std::int64_t level = least; level < least + levels; ++level) {
-        const std::int64_t times = sum_[static_cast<std::size_t>(level & (levels - 1))];
+    for (std::int64_t level = least; level <= greatest; ++level) {
+        // Of signed types the negative numbers are the upper half.
+        const auto place = static_cast<std::size_t>(level) & (levels_ - 1);
+        std::int64_t times = sum_.empty() ? 0 : sum_[place];
+        for (const Part& part : parts_)
+            if (!part.counts.empty()) times += part.counts[place];
         if (times > most.times) most = {static_cast<double>(level), times};
     }
     return most;

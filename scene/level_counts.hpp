@@ -13,7 +13,8 @@ namespace edgewise {
 /// How often each number of a type of 8 or 16 bits is stored. Threads count side by side.
 class LevelCounts {
  public:
-    /// Takes memory, 0.25 MiB a thread at most and 0.5 MiB for all, as counting begins.
+    /// Takes memory, 0.25 MiB a thread at most as counting begins; where more than 2^32 values are
+    /// counted, 0.5 MiB besides.
     LevelCounts(Type type, std::pmr::memory_resource* memory);
 
     void count(const Stretched& values);
@@ -23,7 +24,8 @@ class LevelCounts {
         std::int64_t times;
     };
     /// The number that is stored most often; of ties the smallest. After all counting.
-    Level commonest();
+    /// @param least,greatest  that are stored
+    Level commonest(std::int64_t least, std::int64_t greatest) const;
 
  private:
     struct Part {

@@ -232,7 +232,8 @@ double complete(const Values& values, const std::optional<Guess>& guess, LevelCo
         if (guess)
             tbb::parallel_for(std::int64_t{0}, kChunks,
                               [&](std::int64_t i) { levels->count(values.chunk(i)); });
-        const LevelCounts::Level most = levels->commonest();
+        const LevelCounts::Level most = levels->commonest(static_cast<std::int64_t>(found.low),
+                                                          static_cast<std::int64_t>(found.high));
         common = most.stored;
         found.equal = most.times;
     }
