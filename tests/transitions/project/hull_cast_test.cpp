@@ -200,9 +200,9 @@ TEST(HullCast, TakesFewerSamplesOfARod) {
     EXPECT_LT(within, in_box / 2);
     cast.kept = nullptr;
     cast.bricks = bricks.get();
-    // Bricks leave out what is empty in the hull as well, but a packet goes where one of its rays has
-    // to: packets of 8 rays take fewer samples than the hull leaves, those of 16 rays up to half as
-    // many more.
+    // Bricks leave out what is empty in the hull as well, but a packet goes where one of its rays
+    // has to: packets of 8 rays take fewer samples than the hull leaves, those of 16 rays up to
+    // half as many more.
     EXPECT_LT(count(), 1.5 * within);
     RecordProperty("samples", std::to_string(all) + " " + std::to_string(in_box) + " " +
                                   std::to_string(within) + " " + std::to_string(count()));
