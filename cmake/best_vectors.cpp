@@ -1,4 +1,5 @@
-// Prints the best set of instructions that this processor has, of those that kernels are compiled for.
+// Prints the best set of instructions that this processor has, of those that kernels are compiled
+// for.
 #include <cstdio>
 #include <hwy/targets.h>
 

@@ -31,8 +31,8 @@ struct Opening {
     std::shared_ptr<Refinement> refinement = {};
     /// The description of the input, where it is known. Its selection names the time point.
     std::shared_ptr<const Input> described = {};
-    /// The same as it was read before, with its samples: they are not read again, unless the request
-    /// needs more of their digits.
+    /// The same as it was read before, with its samples: they are not read again, unless the
+    /// request needs more of their digits.
     std::shared_ptr<const Input> loaded = {};
 
     /// Bytes of samples that the program holds.

@@ -77,8 +77,8 @@ void bricks_change_no_byte(const Volume<T>& volume, Type type) {
         }
 }
 
-/// Spikes of both signs over a faint noise: what negative weights make of them lies beyond. They are
-/// few, so that bricks between them are left out by packets of 16 rays as well.
+/// Spikes of both signs over a faint noise: what negative weights make of them lies beyond. They
+/// are few, so that bricks between them are left out by packets of 16 rays as well.
 template <class T>
 Volume<T> spiked(const Extent& n) {
     auto volume = random_volume<T>(n, -3, 3, 5);

@@ -40,7 +40,6 @@ struct Samples {
     }
 };
 
-
 class SlowGathers : public testing::TestWithParam<std::int64_t> {
  protected:
     void SetUp() override {
