@@ -79,9 +79,8 @@ class Expansion {
             if (!next || (next->prepares_only && out_of_order(graph_[at], next->edge))) continue;
             const Transition& edge = catalogue_[static_cast<std::size_t>(next->edge)];
             if (edge.on_demand && !is_demanded(edge)) {
-                static const std::string only_named =
-                    message("taken only where @via names it").marked();
-                reasons_[static_cast<std::size_t>(next->edge)] = only_named;
+                std::string& why = reasons_[static_cast<std::size_t>(next->edge)];
+                if (why.empty()) why = message("taken only where @via names it").marked();
                 continue;
             }
             const Demand* demand = next_demand(edge, graph_[at]);

@@ -161,7 +161,7 @@ Eigen::Matrix3d gradients_to_screen(const Representation& from, const Request& w
 }
 
 const SeveralSpectra& gradient_spectra() {
-    static const SeveralSpectra spectra{
+    static constexpr SeveralSpectra spectra{
         .content = "gradients", .most_degree = 2, .count = [](int degree) {
             return degree == 1 ? 2 : 1 + static_cast<int>(kAxesOfProducts.size());
         }};

@@ -127,7 +127,7 @@ std::string no_faded_projection(const Ask& ask) {
 }
 
 const SeveralSpectra& moment_spectra() {
-    static const SeveralSpectra spectra{
+    static constexpr SeveralSpectra spectra{
         .content = "moments", .most_degree = DepthPolynomial::kMostDegree, .count = [](int degree) {
             return static_cast<int>(moments_up_to(degree).size());
         }};

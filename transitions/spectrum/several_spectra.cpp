@@ -121,7 +121,7 @@ Offer SeveralSpectra::offer(const Representation& from, const Ask& ask,
     if (!offer.refused.empty()) return offer;
     const int degree = degree_in(with);
     offer.with = with;
-    offer.to.content = content;
+    offer.to.content = std::string(content);
     offer.to.facets.insert(degree_facet(degree));
     offer.to.extent.z *= count(degree);
     return offer;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "graph/transition.hpp"
@@ -14,9 +15,9 @@ namespace edgewise {
 /// Several spectra of one volume for one window, one behind the other along z: "object/CONTENT+
 /// degreeN+window...". How many there are hangs on the degree. Each is as spectrum.forward has it.
 struct SeveralSpectra {
-    std::string content;
+    std::string_view content;
     int most_degree = 1;
-    std::function<int(int degree)> count;
+    int (*count)(int degree) = nullptr;
 
     /// Of all degrees and windows. They are many, so a few windows are enough.
     std::vector<std::string> kinds() const;
