@@ -245,8 +245,8 @@ std::string gnuplot_script(const Table& table, Picture picture) {
     return table.swept.empty() ? Scatter(table).script(picture) : sweep_script(table, picture);
 }
 
-std::string drawn(const Table& table, Picture picture) {
-    return output_of({"gnuplot", "-"}, gnuplot_script(table, picture), "gnuplot-nox");
+std::string drawn(const Table& table, Picture picture, const std::string& gnuplot) {
+    return output_of({gnuplot, "-"}, gnuplot_script(table, picture));
 }
 
 }  // namespace edgewise::charts

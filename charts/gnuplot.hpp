@@ -15,7 +15,8 @@ enum class Picture { svg, png };
 std::string gnuplot_script(const Table& table, Picture picture);
 
 /// What gnuplot makes of it. The bytes of an SVG hang on the table alone.
-/// @throws std::runtime_error gnuplot is not installed, or failed
-std::string drawn(const Table& table, Picture picture);
+/// @param gnuplot  the program's file
+/// @throws std::runtime_error it does not start, or fails
+std::string drawn(const Table& table, Picture picture, const std::string& gnuplot);
 
 }  // namespace edgewise::charts

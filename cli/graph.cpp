@@ -3,8 +3,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "charts/program.hpp"
 #include "cli/request/errors.hpp"
+#include "cli/request/programs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/request/spoken.hpp"
 #include "cli/session/graph_picture.hpp"
@@ -36,7 +36,7 @@ void expect_ending(const std::optional<std::string>& out) {
     if (!out->ends_with(".dot") && form_of(out) == Form::dot)
         throw RequestError(fmt::format("-o {}: a graph is written as .dot, .json or .svg", *out));
     expect_writable("-o", *out);
-    if (form_of(out) == Form::svg && !charts::has_program("dot"))
+    if (form_of(out) == Form::svg && program_on_path("dot").empty())
         throw RunError(fmt::format(
             "-o {}: Graphviz draws it and is not installed; it is in the Debian package graphviz",
             *out));

@@ -12,6 +12,7 @@
 #include "cli/merge.hpp"
 #include "cli/mpr.hpp"
 #include "cli/request/channel_words.hpp"
+#include "cli/request/programs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/series.hpp"
 #include "cli/session/explain.hpp"
@@ -30,7 +31,8 @@ namespace edgewise::cli {
 void check_outputs(const JobOptions& o) {
     if (o.out)
         Outputs checked(*o.out,
-                        makes_surface(o.job) ? Outputs::Holds::surface : Outputs::Holds::samples);
+                        makes_surface(o.job) ? Outputs::Holds::surface : Outputs::Holds::samples,
+                        film_encoder());
     if (o.report && !o.report->ends_with(".html"))
         throw RequestError(
             fmt::format("--report {}: expected a name that ends in .html", *o.report));

@@ -170,7 +170,7 @@ class Merging {
     /// What the file is and what is to be written, before anything is read or planned.
     void look() {
         expect_mergeable(query_);
-        if (query_.out) outputs_.emplace(*query_.out);
+        outputs_ = outputs_of(query_);
         const InState unobserved(merge_.messages, Listener::State::unobserved);
         Request want = request_of(query_);
         Input input = inspected(query_.input, chosen_selection(query_, outputs_));

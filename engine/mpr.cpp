@@ -51,7 +51,7 @@ class MakingPlanes {
     void look() {
         if (const Message found = useless(query_); !found.empty())
             throw RequestError(message("{}: not with @mpr, which shows three planes", found));
-        if (query_.out) outputs_.emplace(*query_.out);
+        outputs_ = outputs_of(query_);
         const InState unobserved(planes_.messages, Listener::State::unobserved);
         const Input input = inspected(query_.input, selection_of(query_));
         if (input.described)

@@ -246,9 +246,7 @@ Asked ask(const Engine& engine, Query query, Opening as) {
 Opened open(Asked asked, Listener& messages) {
     Opened opened(std::move(asked));
     const Query& o = opened.query;
-    if (o.out)
-        opened.outputs.emplace(*o.out, makes_surface(opened.want.job) ? Outputs::Holds::surface
-                                                                      : Outputs::Holds::samples);
+    opened.outputs = outputs_of(o);
     expect_one_rank(opened);
     say_whose_machine(opened, messages);
     open_memory(opened, messages);

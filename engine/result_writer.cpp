@@ -105,7 +105,8 @@ void ResultWriter::write_file(int number, const store::Header& header, const voi
         files.push_back(std::move(file));
         return;
     }
-    if (!animation_) animation_.emplace(file, header, pace_of(query_, files_), &stop_);
+    if (!animation_)
+        animation_.emplace(file, header, pace_of(query_, files_), outputs_.encoder(), &stop_);
     animation_->add(samples);
     if (number + 1 < files_) return;
     animation_->commit();

@@ -71,7 +71,7 @@ class Playing {
     /// What the file is and what is to be written, before anything is read or planned.
     void look() {
         expect_series(query_);
-        if (query_.out) outputs_.emplace(*query_.out);
+        outputs_ = outputs_of(query_);
         writes_ = outputs_ && !outputs_->none();
         const InState unobserved(series_.messages, Listener::State::unobserved);
         file_ = std::make_shared<const Input>(

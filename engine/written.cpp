@@ -95,7 +95,7 @@ struct Files {
     /// Why they cannot hold this, or "".
     std::string cannot_hold(const store::Header& header) const {
         const std::string file = outputs.file(0);
-        return outputs.animates(frames) ? store::cannot_animate(file, header)
+        return outputs.animates(frames) ? store::cannot_animate(file, header, outputs.encoder())
                                         : store::cannot_write(file, header);
     }
     /// Whether the header's type and channels fit into the format.

@@ -13,11 +13,11 @@ struct Animation::Content {
     int left;  // pictures to come
 
     Content(const std::string& path, const Header& what, const Pace& pace,
-            const std::atomic<bool>* stop)
+            const std::string& encoder, const std::atomic<bool>* stop)
         : out(path), left(pace.frames) {
         const std::string& name = format_of(path)->name;
         frames = name == "GIF"   ? gif_frames(out, what, pace)
-                 : name == "MP4" ? film_frames(out, what, pace, stop)
+                 : name == "MP4" ? film_frames(out, what, pace, encoder, stop)
                                  : apng_frames(out, what, pace);
     }
 };
@@ -29,10 +29,10 @@ int frames_left_out(std::string_view path, const Pace& pace) {
 }
 
 Animation::Animation(const std::string& path, const Header& what, const Pace& pace,
-                     const std::atomic<bool>* stop) {
-    if (const std::string why = cannot_animate(path, what); !why.empty())
+                     const std::string& encoder, const std::atomic<bool>* stop) {
+    if (const std::string why = cannot_animate(path, what, encoder); !why.empty())
         throw RequestError(path + ": " + why);
-    content_ = std::make_unique<Content>(path, what, pace, stop);
+    content_ = std::make_unique<Content>(path, what, pace, encoder, stop);
 }
 
 Animation::~Animation() = default;

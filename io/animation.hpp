@@ -23,14 +23,14 @@ int frames_left_out(std::string_view path, const Pace& pace);
 /// come, and the file is there when all of them are.
 class Animation {
  public:
-    /// @param what  each of the pictures
-    /// @param stop  set by whoever wants the work to end: what waits for another program then
-    /// throws
-    ///              Cancelled. Null: nobody does
+    /// @param what     each of the pictures
+    /// @param encoder  file of the program ffmpeg, which makes films; "": there is none
+    /// @param stop     set by whoever wants the work to end: what waits for another program then
+    ///                 throws Cancelled. Null: nobody does
     /// @throws RequestError a format that cannot hold this
     /// @throws RunError     a folder that cannot be written
     Animation(const std::string& path, const Header& what, const Pace& pace,
-              const std::atomic<bool>* stop = nullptr);
+              const std::string& encoder = {}, const std::atomic<bool>* stop = nullptr);
     Animation(const Animation&) = delete;
     Animation& operator=(const Animation&) = delete;
     ~Animation();
@@ -46,9 +46,9 @@ class Animation {
 };
 
 /// Why a file of this name cannot hold several pictures like this one, or "".
-std::string cannot_animate(std::string_view path, const Header& what);
+std::string cannot_animate(std::string_view path, const Header& what, const std::string& encoder);
 /// Why no file of this name can be made here whatever it would hold: the program that makes films
 /// is not there. Else "".
-std::string no_encoder(std::string_view path);
+std::string no_encoder(std::string_view path, const std::string& encoder);
 
 }  // namespace edgewise::store

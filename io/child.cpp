@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <utility>
@@ -84,22 +82,6 @@ std::string last_line(const std::string& text) {
 }
 
 }  // namespace
-
-std::string program_on_path(const std::string& name) {
-    const char* path = std::getenv("PATH");
-    std::string_view rest = path ? path : "";
-    while (!rest.empty()) {
-        const std::string folder(rest.substr(0, rest.find(':')));
-        rest.remove_prefix(std::min(rest.size(), folder.size() + 1));
-        if (folder.empty()) continue;  // a shell would look here, of all places
-        const std::string file = folder + "/" + name;
-        struct stat status {};
-        if (::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
-            ::access(file.c_str(), X_OK) == 0)
-            return file;
-    }
-    return {};
-}
 
 Child::Child(const std::vector<std::string>& words, std::string about,
              const std::atomic<bool>* stop)

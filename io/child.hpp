@@ -9,9 +9,6 @@
 
 namespace edgewise::store {
 
-/// The file of a program that is found on PATH, or "".
-std::string program_on_path(const std::string& name);
-
 /// A program that runs beside this one and reads what is written to it. What it prints goes
 /// nowhere; what it complains about is told where it fails. It does not count as this process: its
 /// memory is its own, and a signal from the terminal does not reach it.

@@ -84,17 +84,16 @@ class FilmFrames final : public FrameWriter {
 
 }  // namespace
 
-std::string no_film() {
-    if (!program_on_path(kProgram).empty()) return {};
-    return "films are made by the program ffmpeg, which is not on PATH; .gif and .apng are "
+std::string no_film(const std::string& encoder) {
+    if (!encoder.empty()) return {};
+    return "films are made by the program ffmpeg, which was not found; .gif and .apng are "
            "animations that need no other program";
 }
 
 std::unique_ptr<FrameWriter> film_frames(Replacement& out, const Header& what, const Pace& pace,
+                                         const std::string& encoder,
                                          const std::atomic<bool>* stop) {
-    const std::string program = program_on_path(kProgram);
-    if (program.empty()) throw RequestError(out.path() + ": " + no_film());
-    return std::make_unique<FilmFrames>(out, what, pace, program, stop);
+    return std::make_unique<FilmFrames>(out, what, pace, encoder, stop);
 }
 
 }  // namespace edgewise::store

@@ -369,18 +369,18 @@ std::string cannot_write(std::string_view path, const Header& what) {
     return why;
 }
 
-std::string cannot_animate(std::string_view path, const Header& what) {
+std::string cannot_animate(std::string_view path, const Header& what, const std::string& encoder) {
     const Format* format = format_of(path);
     if (!format) return "the ending of '" + shown(path) + "' names no format";
     std::string why = cannot_hold(path, *format, what);
     if (!why.empty()) return why;
     if (!format->frames) return fmt::format("{} holds one picture", format->name);
-    return no_encoder(path);
+    return no_encoder(path, encoder);
 }
 
-std::string no_encoder(std::string_view path) {
+std::string no_encoder(std::string_view path, const std::string& encoder) {
     const Format* format = format_of(path);
-    return format && format->name == kFilm ? no_film() : "";
+    return format && format->name == kFilm ? no_film(encoder) : "";
 }
 
 }  // namespace edgewise::store

@@ -45,10 +45,10 @@ std::unique_ptr<FrameWriter> apng_frames(Replacement& out, const Header& what, c
 /// A film: H.264 in MP4, made by the program ffmpeg. Odd sides become even by the last column or
 /// row once more.
 /// @param what  u8, 1 or 3 channels
-/// @param stop  ends it where it is set, see Animation
+/// @param encoder, stop  see Animation
 std::unique_ptr<FrameWriter> film_frames(Replacement& out, const Header& what, const Pace& pace,
-                                         const std::atomic<bool>* stop);
+                                         const std::string& encoder, const std::atomic<bool>* stop);
 /// Why there can be no film, or "".
-std::string no_film();
+std::string no_film(const std::string& encoder);
 
 }  // namespace edgewise::store

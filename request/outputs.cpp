@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "graph/errors.hpp"
+#include "graph/kinds.hpp"
 #include "graph/words.hpp"
 #include "io/animation.hpp"
 #include "io/file.hpp"
@@ -49,7 +50,8 @@ void expect_writable(const Message& option, const std::string& file) {
     expect_place(message("{} {}", option, file), file);
 }
 
-Outputs::Outputs(const std::string& pattern, Holds holds) : pattern_(pattern) {
+Outputs::Outputs(const std::string& pattern, Holds holds, const std::string& encoder)
+    : pattern_(pattern), encoder_(encoder) {
     none_ = lower(pattern) == "null:";
     if (none_) return;
     if (pattern == "-" && holds == Holds::surface)
@@ -99,7 +101,7 @@ Outputs::Outputs(const std::string& pattern, Holds holds) : pattern_(pattern) {
                            format_ ? format_->name + " is only read, not written"
                                    : std::string("no format has this ending"),
                            writable_endings()));
-    if (const std::string why = store::no_encoder(file(0)); !why.empty())
+    if (const std::string why = store::no_encoder(file(0), encoder_); !why.empty())
         refuse(setting("out", pattern), why);
     expect_place(setting("out", file(0)), file(0));
 }
@@ -123,6 +125,12 @@ void Outputs::expect_frames(int frames) const {
                         "{}.gif, .apng or .mp4",
                         frames, fs::path(before_).stem().string(),
                         fs::path(before_).extension().string(), fs::path(before_).stem().string()));
+}
+
+std::optional<Outputs> outputs_of(const Query& query) {
+    if (!query.out) return {};
+    const auto holds = makes_surface(query.job) ? Outputs::Holds::surface : Outputs::Holds::samples;
+    return Outputs(*query.out, holds, query.film_encoder);
 }
 
 void write_text(const std::string& file, const std::string& text) {

@@ -190,6 +190,9 @@ struct Query {
 
     /// Pictures a second of an animation (a GIF or APNG of several frames); else 15.
     std::optional<double> fps;
+    /// File of the program ffmpeg, which makes films (.mp4); "": there is none, and they are
+    /// refused. The library looks for no program by itself.
+    std::string film_encoder;
     std::optional<int> bits, quality;   // 8, 16: a view, 32: values; 1..100 of JPEG and others
     std::optional<std::size_t> verify;  // samples to measure the error on, 0: all
     std::uint64_t seed = 1;             // of these samples

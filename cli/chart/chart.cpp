@@ -13,10 +13,10 @@
 #include "charts/csv.hpp"
 #include "charts/gnuplot.hpp"
 #include "charts/page.hpp"
-#include "charts/program.hpp"
 #include "cli/chart/chart_sweep.hpp"
 #include "cli/request/job_options.hpp"
 #include "cli/request/messages.hpp"
+#include "cli/request/programs.hpp"
 #include "cli/request/request_options.hpp"
 #include "cli/request/user_folders.hpp"
 #include "cli/session/report.hpp"
@@ -61,7 +61,7 @@ void check_outputs(const ChartOptions& options) {
             throw RequestError(fmt::format("-o {}: no chart has this ending; known endings: {}",
                                            file, fmt::join(kEndings, " ")));
         expect_writable("-o", file);
-        if ((ending == ".svg" || ending == ".png") && !charts::has_program("gnuplot"))
+        if ((ending == ".svg" || ending == ".png") && program_on_path("gnuplot").empty())
             throw RunError(fmt::format(
                 "-o {}: gnuplot draws it and is not installed; it is in the Debian package "
                 "gnuplot-nox",
@@ -220,8 +220,11 @@ void write_all(const ChartOptions& options, const ChartSettings& settings,
         const std::string ending = ending_of_file(file);
         if (ending == ".json") write_text(file, text_of(document));
         if (ending == ".csv") write_text(file, charts::to_csv(table));
-        if (ending == ".svg") write_text(file, charts::drawn(table, charts::Picture::svg));
-        if (ending == ".png") write_text(file, charts::drawn(table, charts::Picture::png));
+        if (ending == ".svg" || ending == ".png")
+            write_text(
+                file,
+                charts::drawn(table, ending == ".svg" ? charts::Picture::svg : charts::Picture::png,
+                              installed_program("gnuplot", "gnuplot-nox")));
         if (ending == ".html")
             write_text(file, charts::page_of(table, document, pictures ? &*pictures : nullptr));
     }

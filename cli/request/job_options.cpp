@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "cli/request/programs.hpp"
 #include "graph/words.hpp"
 #include "request/numbers.hpp"
 #include "settings/selection.hpp"
@@ -37,6 +38,7 @@ Query spec_of(const JobOptions& options, const Catalogue& edges) {
     Query query = query_of(options.job, options.given, edges);
     query.input = options.input;
     query.out = options.out;
+    query.film_encoder = film_encoder();
     if (const char* threads = std::getenv("EDGEWISE_THREADS");
         threads && *threads && !query.threads)
         query.threads = static_cast<int>(whole_of("EDGEWISE_THREADS", threads, 1, kMostThreads));

@@ -10,6 +10,7 @@
 #include "charts/html.hpp"
 #include "charts/program.hpp"
 #include "charts/scales.hpp"
+#include "cli/request/programs.hpp"
 #include "cli/session/refusals.hpp"
 #include "engine/looked.hpp"
 #include "graph/range.hpp"
@@ -196,7 +197,7 @@ CostWords cost_words(const Looked& looked) {
 }
 
 std::string laid_out(const std::string& dot) {
-    return charts::output_of({"dot", "-Tsvg"}, dot, "graphviz");
+    return charts::output_of({installed_program("dot", "graphviz"), "-Tsvg"}, dot);
 }
 
 }  // namespace edgewise::cli

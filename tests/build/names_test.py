@@ -107,6 +107,12 @@ class Names(unittest.TestCase):
             if "/" in name:
                 self.assertEqual(found(rf'"{re.escape(name)}["/]', [file]), [], name)
 
+    def test_the_environment_is_read_by_the_command_alone(self):
+        """What it says reaches the library as values: threads, folders, files of programs."""
+        library = [room for room in FOLDERS if room != "cli"] + ["io", "charts", "edgewise"]
+        self.assertEqual(found(r"\b(secure_)?getenv\b|\bposix_spawnp\b|\bexecvpe?\b|\bexeclp\b", [], library), [])
+        self.assertNotEqual(found(r"\bgetenv\b", [], ["cli"]), [])
+
     def test_jobs_answer_questions_themselves(self):
         """Engine and command ask a job what it is (graph/job.hpp); few places mean one job and no other."""
         rooms = ["request/", "settings/", "cli/request/"]  # where words and settings of each job are

@@ -210,6 +210,7 @@ const std::map<std::string, std::function<void(Query&, Random&)>>& changes() {
              q.job = Job::render;
          }},
         {"fps", none},
+        {"film_encoder", [](Query& q, Random&) { q.film_encoder = "/usr/bin/ffmpeg"; }},
         {"bits", none},
         {"quality", none},
         {"verify", [](Query& q, Random&) { q.verify = 10; }},

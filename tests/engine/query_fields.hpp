@@ -14,7 +14,8 @@ void visit_fields(T& query, F&& f) {
            gradient, lights, material, phase, shadows, occlusion, cue, window, exposure, reference,
            labels, only_labels, smooth, look, finish, channel_name, max_error, like_linear, range,
            max_time, max_memory, notation, minimize, threads, ranks, planner, planning_time,
-           demands, fps, bits, quality, verify, seed, repeat, strict, remembers] = query;
+           demands, fps, film_encoder, bits, quality, verify, seed, repeat, strict, remembers] =
+        query;
     f("job", job), f("input", input), f("selection", selection);
     f("level_by_result", level_by_result), f("out", out), f("geometry", geometry);
     f("clip", clip), f("filter", filter), f("radon", radon), f("mode", mode);
@@ -28,7 +29,8 @@ void visit_fields(T& query, F&& f) {
     f("max_error", max_error), f("like_linear", like_linear), f("range", range);
     f("max_time", max_time), f("max_memory", max_memory), f("notation", notation);
     f("minimize", minimize), f("threads", threads), f("ranks", ranks), f("planner", planner);
-    f("planning_time", planning_time), f("demands", demands), f("fps", fps), f("bits", bits);
+    f("planning_time", planning_time), f("demands", demands), f("fps", fps);
+    f("film_encoder", film_encoder), f("bits", bits);
     f("quality", quality), f("verify", verify), f("seed", seed), f("repeat", repeat);
     f("strict", strict), f("remembers", remembers);
 }
