@@ -171,10 +171,6 @@ const Named& named(const std::string& name) {
 
 }  // namespace
 
-double Phantom::at(const Vec3& index) const {
-    return named(name).at(index, static_cast<double>(side));
-}
-
 std::vector<std::string> phantom_names() {
     std::vector<std::string> names;
     for (const Named& phantom : kPhantoms) names.emplace_back(phantom.name);
@@ -185,12 +181,11 @@ Phantom phantom_named(const std::string& name, std::int64_t side) {
     const Named& found = named(name);
     if (side < 1)
         throw RequestError(fmt::format("a phantom of side {}: expected at least 1", side));
-    return {name, side, found.axes};
+    return {name, side, found.axes, found.at};
 }
 
 Data make_phantom(const std::string& name, std::int64_t side, std::pmr::memory_resource* memory) {
     const Phantom phantom = phantom_named(name, side);
-    const Named& found = named(name);
     Representation what;
     what.axes = phantom.axes;
     what.extent = {side, side, phantom.axes == 3 ? side : 1};
@@ -200,7 +195,7 @@ Data make_phantom(const std::string& name, std::int64_t side, std::pmr::memory_r
         Vec3 p(0, static_cast<double>(row % side), static_cast<double>(row / side));
         for (std::int64_t x = 0; x < side; ++x) {
             p.x() = static_cast<double>(x);
-            samples[row * side + x] = static_cast<float>(found.at(p, static_cast<double>(side)));
+            samples[row * side + x] = static_cast<float>(phantom.at(p));
         }
     });
     return data;

@@ -9,14 +9,16 @@
 namespace edgewise {
 
 /// An analytic image or volume whose exact value is known at every point, also between samples.
+/// phantom_named() makes it.
 struct Phantom {
     std::string name;
     std::int64_t side = 1;  // samples along each axis
     int axes = 3;
+    double (*formula)(const Vec3& index, double side) = nullptr;
 
     /// The value at a position in index space (sample centres at integers), 0..1. Of a 2D phantom z
     /// is ignored.
-    double at(const Vec3& index) const;
+    double at(const Vec3& index) const { return formula(index, static_cast<double>(side)); }
 };
 
 /// The names that phantom_named knows, volumes first.
