@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <memory_resource>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include "graph/label_surface.hpp"
 #include "reference/label_light.hpp"
@@ -35,6 +37,22 @@ std::vector<std::size_t> sort_by_tile(Visits& visits) {
         if (i == 0 || visits[i].tile != visits[i - 1].tile) begins.push_back(i);
     begins.push_back(visits.size());
     return begins;
+}
+
+/// Calls body(group, share_out) for each group of visits, in any order and side by side. In it
+/// share_out(take) calls take(part) for parts of the group's visits, likewise. A thread that waits
+/// for the parts of one group begins no other, so no more groups are open than there are threads.
+template <class Body>
+void for_groups(const std::vector<std::size_t>& begins, const Body& body) {
+    tbb::parallel_for(std::size_t{0}, begins.size() - 1, [&](std::size_t group) {
+        body(group, [&](const auto& take) {
+            tbb::this_task_arena::isolate([&] {
+                tbb::parallel_for(
+                    tbb::blocked_range<std::size_t>(begins[group], begins[group + 1], kTogether),
+                    take);
+            });
+        });
+    });
 }
 
 /// Cell k of a ray: the middle and the length of the part inside.
@@ -157,17 +175,18 @@ std::vector<double> Reference::warped(std::span<const OutputSample> samples) con
     const std::vector<std::size_t> begins = sort_by_tile(visits);
     // Prefiltering a tile costs as much as this many single samples (measured: 24 in a volume).
     constexpr std::size_t kWorthATile = 24;
-    tbb::parallel_for(std::size_t{0}, begins.size() - 1, [&](std::size_t group) {
-        const std::size_t begin = begins[group], end = begins[group + 1];
+    for_groups(begins, [&](std::size_t group, const auto& share_out) {
         std::optional<FieldPiece> piece;
-        if (end - begin >= kWorthATile)
-            piece.emplace(field_, cells_of(visits[begin].tile), memory_);
-        for (std::size_t i = begin; i < end; ++i) {
-            double* value = values.data() + visits[i].sample * channels;
-            const Vec3 p = *geometry_.point(samples[visits[i].sample]);
-            const bool present = piece ? piece->at(p, value) : field_.at(p, {value, channels});
-            if (!present) std::fill_n(value, channels, kNone);
-        }
+        if (begins[group + 1] - begins[group] >= kWorthATile)
+            piece.emplace(field_, cells_of(visits[begins[group]].tile), memory_);
+        share_out([&](const tbb::blocked_range<std::size_t>& part) {
+            for (std::size_t i = part.begin(); i < part.end(); ++i) {
+                double* value = values.data() + visits[i].sample * channels;
+                const Vec3 p = *geometry_.point(samples[visits[i].sample]);
+                const bool present = piece ? piece->at(p, value) : field_.at(p, {value, channels});
+                if (!present) std::fill_n(value, channels, kNone);
+            }
+        });
     });
     return values;
 }
@@ -194,9 +213,8 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
     }
     const std::vector<std::size_t> begins = sort_by_tile(visits);
     std::pmr::vector<Stretch> stretches(visits.size(), Stretch::empty(want_.mode), memory_);
-    tbb::parallel_for(std::size_t{0}, begins.size() - 1, [&](std::size_t group) {
-        const Region cells = tiled ? cells_of(visits[begins[group]].tile) : Region{};
-        const FieldPiece piece(field_, cells, memory_);
+    // Of a small input all rays meet one tile, so those of a tile are shared out as well.
+    const auto take = [&](const FieldPiece& piece, const tbb::blocked_range<std::size_t>& part) {
         std::vector<double> value(static_cast<std::size_t>(field_.channels()));
         const auto value_at = [&](const Vec3& p) {
             return piece.at(p, value.data()) ? value[0] : kNone;
@@ -238,7 +256,7 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
                     at(cell.middle, cell.length);
             if (visit.last == last) at(ray.high, 0);
         };
-        for (std::size_t i = begins[group]; i < begins[group + 1]; ++i) {
+        for (std::size_t i = part.begin(); i < part.end(); ++i) {
             const OutputSample& pixel = samples[visits[i].sample];
             const RaySpan ray = *geometry_.ray(pixel);
             std::optional<LitFrame> frame;
@@ -256,6 +274,11 @@ void Reference::render(std::span<const OutputSample> samples, double* values) co
                         arriving ? &*arriving : nullptr);
             }
         }
+    };
+    for_groups(begins, [&](std::size_t group, const auto& share_out) {
+        const Region cells = tiled ? cells_of(visits[begins[group]].tile) : Region{};
+        const FieldPiece piece(field_, cells, memory_);
+        share_out([&](const tbb::blocked_range<std::size_t>& part) { take(piece, part); });
     });
 
     std::pmr::vector<std::size_t> order(visits.size(), memory_);

@@ -239,50 +239,9 @@ double difference_step(Field kind) noexcept {
     }
 }
 
-namespace {
-
-/// The derivative at f of the cubic that has values at 0, 1/3, 2/3 and 1.
-double cubic_slope(const std::array<double, 4>& values, double f) noexcept {
-    const auto node = [](std::size_t i) { return static_cast<double>(i) / 3; };
-    double slope = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-        double products = 0, scale = 1;  // Lagrange's
-        for (std::size_t m = 0; m < 4; ++m) {
-            if (m == i) continue;
-            scale *= node(i) - node(m);
-            double product = 1;
-            for (std::size_t l = 0; l < 4; ++l)
-                if (l != i && l != m) product *= f - node(l);
-            products += product;
-        }
-        slope += values[i] * products / scale;
-    }
-    return slope;
-}
-
-}  // namespace
-
 Vec3 FieldPiece::gradient(const Vec3& p, GradientScheme scheme) const {
     const bool sobel = scheme == GradientScheme::sobel;
-    // Along each axis a spline is a cubic from one sample to the next.
-    if (spline_ && !spline_->has_gaps() && !sobel) {
-        const Vec3 q = field_.clamped(p);
-        Vec3 gradient = Vec3::Zero();
-        for (int axis = 0; axis < field_.axes(); ++axis) {
-            const std::int64_t n = field_.extent()[axis];
-            if (n == 1) continue;
-            const double cell = std::min(std::floor(q[axis]), static_cast<double>(n - 2));
-            std::array<double, 4> line{}, values{};
-            for (std::size_t i = 0; i < line.size(); ++i) {
-                Vec3 at = q;
-                at[axis] = cell + static_cast<double>(i) / 3;
-                spline_->at(at, values.data());
-                line[i] = values[0];
-            }
-            gradient[axis] = cubic_slope(line, q[axis] - cell);
-        }
-        return gradient;
-    }
+    if (spline_ && !spline_->has_gaps() && !sobel) return spline_->gradient(field_.clamped(p));
     const double step = difference_step(field_.kind());
     std::array<double, 4> values{};
     const bool formula = field_.kind() == Field::formula;

@@ -169,6 +169,37 @@ void SplineBlock<Real>::at(const Vec3& p, double* values) const noexcept {
 }
 
 template <class Real>
+Vec3 SplineBlock<Real>::gradient(const Vec3& p) const noexcept {
+    std::array<std::array<double, 4>, 3> weight, slope;
+    std::array<std::int64_t, 3> start;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto cell = static_cast<std::int64_t>(p[axis]);
+        const double f = p[axis] - static_cast<double>(cell), g = 1 - f;
+        start[axis] = cell - held_.begin[axis];
+        weight[axis] = {g * g * g / 6, (4 - f * f * (6 - 3 * f)) / 6, (4 - g * g * (6 - 3 * g)) / 6,
+                        f * f * f / 6};
+        slope[axis] = {-g * g / 2, f * (1.5 * f - 2), -g * (1.5 * g - 2), f * f / 2};
+        if (!pad_[axis]) weight[axis] = {1, 0, 0, 0}, slope[axis] = {};
+    }
+    const int rows = pad_[1] ? 4 : 1, planes = pad_[2] ? 4 : 1;
+    const Real* corner = first_ + start[0] + padded_.x * (start[1] + padded_.y * start[2]);
+    Vec3 gradient = Vec3::Zero();
+    for (int k = 0; k < planes; ++k, corner += padded_.x * padded_.y)
+        for (int j = 0; j < rows; ++j) {
+            const Real* line = corner + padded_.x * j;
+            double value = 0, along = 0;
+            for (std::size_t i = 0; i < 4; ++i) {
+                value += weight[0][i] * static_cast<double>(line[i]);
+                along += slope[0][i] * static_cast<double>(line[i]);
+            }
+            gradient[0] += weight[2][k] * weight[1][j] * along;
+            gradient[1] += weight[2][k] * slope[1][j] * value;
+            gradient[2] += slope[2][k] * weight[1][j] * value;
+        }
+    return gradient;
+}
+
+template <class Real>
 HeldBox<Real> SplineBlock<Real>::box(const Extent& n, int channel) const noexcept {
     HeldBox<Real> box{.first = first_ + channel * padded_.samples(), .begin = held_.begin};
     const std::array<std::int64_t, 3> stride = {1, padded_.x, padded_.x * padded_.y};

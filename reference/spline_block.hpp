@@ -32,6 +32,9 @@ class SplineBlock {
     /// All channels at p [input index], which is within [0, n-1] and `cells`.
     void at(const Vec3& p, double* values) const noexcept;
 
+    /// The gradient of the first channel at p, by the derivatives of the weights. Not divided.
+    Vec3 gradient(const Vec3& p) const noexcept;
+
     bool has_gaps() const noexcept { return shares_ != nullptr; }
     /// What the values are to be divided by, where there are gaps.
     const SplineBlock& shares() const noexcept { return *shares_; }
