@@ -44,7 +44,7 @@ class Opacities(Running):
                                  gradient=[{"magnitude": 3, "opacity": 0}, {"magnitude": 12, "opacity": 1}])
         for words in ((), ("--shade", "phong"), ("--perspective", "40")):
             done = self.run_it("render", self.folder / "v.nrrd", "-o", "null:", "--mode", "composite", "--transfer", transfer,
-                               "--rotate", "20,30,0", *words, "--max-error", "0.03", "--verify=all", "--json", "-")
+                               "--rotate", "20,30,0", *words, "--size", "160x140", "--max-error", "0.03", "--verify=all", "--json", "-")
             report = json.loads(done.stdout)
             self.assertLessEqual(report["measured"]["error"]["nrmse"], 1.1 * report["plan"]["predicted"]["error"], words)
 

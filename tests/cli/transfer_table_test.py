@@ -94,7 +94,7 @@ class Tables(Running):
         transfer = self.transfer(table=table)
         for words in ((), ("--shade", "phong"), ("--perspective", "40"), ("--clip-ball", "14,15,16,10"), ("--reference", "linear")):
             done = self.run_it("render", source, "-o", "null:", "--mode", "composite", "--transfer", transfer, "--rotate", "20,30,0", *words,
-                               "--max-error", "0.05", "--verify=all", "--json", "-")
+                               "--size", "160x140", "--max-error", "0.05", "--verify=all", "--json", "-")
             report = json.loads(done.stdout)
             self.assertLessEqual(report["measured"]["error"]["nrmse"], 1.1 * report["plan"]["predicted"]["error"] + 1e-6, words)
             self.assertLess(report["measured"]["error"]["nrmse"], 0.05, words)
